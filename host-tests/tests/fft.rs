@@ -1,0 +1,134 @@
+//! The integer FFT against float64, and at its extremes.
+
+use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::spectrum::Spectrum;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rustfft::{FftPlanner, num_complex::Complex};
+
+/// The exact transform of a record, in codes.
+fn exact<R: Record>(samples: &[R::Sample]) -> Vec<Complex<f64>> {
+    let mut x: Vec<Complex<f64>> = samples
+        .iter()
+        .map(|&s| R::parts(s))
+        .map(|[i, q]| Complex::new(i.into(), q.into()))
+        .collect();
+    FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
+    x
+}
+
+/// The largest error of any part over all bins, in stored units, and the SNR in dB over bins 1..N/2-1
+/// (real) or all (I/Q).
+fn compare<R: Record, const N: usize>(samples: &[R::Sample; N], codes: Codes) -> (f64, f64) {
+    let mut spectrum = Spectrum::<R, N>::new();
+    spectrum.transform(samples, codes);
+    let unit = f64::from(spectrum.exponent()).exp2();
+    let (mut worst, mut signal, mut noise) = (0.0f64, 0.0, 0.0);
+    for (k, x) in exact::<R>(samples).iter().take(spectrum.bins()).enumerate() {
+        let got = spectrum.bin(k as i32);
+        let error = Complex::new(f64::from(got.re) * unit, f64::from(got.im) * unit) - x;
+        worst = worst.max(error.re.abs()).max(error.im.abs());
+        if R::IQ || (k >= 1 && k < N / 2) {
+            signal += x.norm_sqr();
+            noise += error.norm_sqr();
+        }
+    }
+    (worst / unit, 10.0 * (signal / noise).log10())
+}
+
+fn tone<const N: usize>(bins: f64, amplitude: f64, phase: f64) -> [i16; N] {
+    std::array::from_fn(|n| {
+        let angle = std::f64::consts::TAU * bins * n as f64 / N as f64 + phase;
+        (amplitude * angle.cos()).round() as i16
+    })
+}
+
+fn iq_tone<const N: usize>(bins: f64, amplitude: f64, phase: f64) -> [[i16; 2]; N] {
+    let (i, q) = (
+        tone::<N>(bins, amplitude, phase),
+        tone::<N>(bins, amplitude, phase - std::f64::consts::FRAC_PI_2),
+    );
+    std::array::from_fn(|n| [i[n], q[n]])
+}
+
+macro_rules! each_length {
+    ($check:ident) => {
+        $check::<64>();
+        $check::<128>();
+        $check::<256>();
+        $check::<512>();
+        $check::<1024>();
+        $check::<2048>();
+        $check::<4096>();
+    };
+}
+
+#[test]
+fn snr_against_float64() {
+    for (name, amplitude) in [("full scale", 2047.0), ("-40 dBFS", 20.47)] {
+        let mut least = [f64::INFINITY; 2];
+        for bin in [5.3, 64.0, 100.37, 255.5, 256.0, 300.2, 505.1] {
+            let (_, real) = compare::<Real, 1024>(&tone(bin, amplitude, 0.3), Codes::Signed12);
+            let (_, iq) = compare::<Iq, 1024>(&iq_tone(bin, amplitude, 0.3), Codes::Signed12);
+            println!("{name}, bin {bin}: real {real:.2} dB, I/Q {iq:.2} dB");
+            least = [least[0].min(real), least[1].min(iq)];
+        }
+        assert!(least[0] >= 90.0 && least[1] >= 90.0, "{name}: {least:?}");
+    }
+}
+
+/// Every record drives the sums as high as they go. A wrapped sum would be off by 2^32 stored units; the
+/// allowed error is that of Q15 factors on a full-scale spectrum.
+fn extremes<const N: usize>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for (codes, low, high) in [
+        (Codes::Signed12, -2048i16, 2047i16),
+        (Codes::Signed16, i16::MIN, i16::MAX),
+        (Codes::Unsigned12, 0, 4095),
+    ] {
+        let mut records: Vec<[i16; N]> = vec![
+            [low; N],
+            [high; N],
+            std::array::from_fn(|n| if n % 2 == 0 { low } else { high }),
+            std::array::from_fn(|n| if n % 4 < 2 { low } else { high }),
+            std::array::from_fn(|n| if n == 0 { low } else { 0 }),
+            std::array::from_fn(|n| if n == N - 1 { high } else { 0 }),
+        ];
+        for period in [3, 6, 8, 10, 16, 32, 64, N / 3, N / 2] {
+            records.push(std::array::from_fn(|n| if n % period < period / 2 { low } else { high }));
+        }
+        // The record that lines up every term of one part of one bin.
+        for bin in [1, 2, 3, 5, N / 8, N / 8 + 1, N / 4 - 1, N / 4, N / 3, N / 2 - 1] {
+            for quarter in 0..8 {
+                let phase = f64::from(quarter) * std::f64::consts::FRAC_PI_4;
+                records.push(std::array::from_fn(|n| {
+                    let angle = std::f64::consts::TAU * (bin * n) as f64 / N as f64 + phase;
+                    if angle.cos() > 0.0 { high } else { low }
+                }));
+            }
+        }
+        for _ in 0..20 {
+            records.push(std::array::from_fn(|_| rng.random_range(low..=high)));
+            records.push(std::array::from_fn(|_| if rng.random() { low } else { high }));
+        }
+        let allowed = 2f64.powi(31) * 6e-5 + 8.0;
+        for (index, i) in records.iter().enumerate() {
+            let (error, _) = compare::<Real, N>(i, codes);
+            assert!(error < allowed, "real {N} {codes:?} record {index}: {error}");
+            for q in [
+                i,
+                &records[(index * 7 + 3) % records.len()],
+                &i.map(|x| (-1 - x).clamp(low, high)),
+            ] {
+                let (error, _) = compare::<Iq, N>(&std::array::from_fn(|n| [i[n], q[n]]), codes);
+                assert!(error < allowed, "I/Q {N} {codes:?} record {index}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_extreme_overflows() {
+    println!("seed 7");
+    each_length!(extremes);
+}

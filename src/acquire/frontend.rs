@@ -1,0 +1,1 @@
+//! Ownership of the converter's two buffers.

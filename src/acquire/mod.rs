@@ -1,0 +1,4 @@
+//! From the converter to a block of samples that belongs to one owner.
+
+pub mod frontend;
+pub mod sample;

@@ -1,0 +1,199 @@
+//! Everything a user sets, checked once: what follows cannot fail.
+
+use crate::acquire::sample::{Codes, Record};
+use crate::estimate::method::Method;
+use crate::solve::chirp::{Scale, Scales, Shape};
+use crate::spectrum::peak::Band;
+
+/// The speed of light in vacuum, m/s.
+pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+
+/// What the samples are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Scene {
+    /// A tone, no more: the answer is a frequency.
+    #[default]
+    Tone,
+    /// Light, radio or sound scattered by something that moves: the answer is a velocity.
+    Doppler {
+        /// Wavelength in metres.
+        wavelength_m: f64,
+        /// The angle between beam and motion, radians; below a right angle.
+        angle_rad: f64,
+    },
+    /// A frequency-modulated continuous wave: the answer is a range and a velocity.
+    Chirp {
+        /// The ramps.
+        shape: Shape,
+        /// Carrier wavelength in metres.
+        wavelength_m: f64,
+        /// Bandwidth of a ramp in hertz.
+        bandwidth_hz: f64,
+        /// Duration of a ramp in seconds.
+        duration_s: f64,
+    },
+}
+
+/// What a user sets. [`Config::validate`] turns it into a [`Plan`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// The converter's codes.
+    pub codes: Codes,
+    /// The band searched, both ends included; `None` for all of it. I/Q bands may be negative.
+    pub band_hz: Option<(f64, f64)>,
+    /// The method of estimation.
+    pub method: Method,
+    /// What the samples are of.
+    pub scene: Scene,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            rate_hz: 1.0,
+            codes: Codes::Signed12,
+            band_hz: None,
+            method: Method::default(),
+            scene: Scene::Tone,
+        }
+    }
+}
+
+/// Why a configuration cannot work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The sample rate is not a positive, finite number.
+    Rate,
+    /// The band holds no bin between 0 and half the rate (I/Q: minus to plus half the rate), or its
+    /// ends are not in order.
+    Band,
+    /// A wavelength, bandwidth, duration or angle is not positive and finite, or the angle reaches
+    /// a right angle.
+    Scene,
+    /// A ramp is shorter than a record.
+    Ramp,
+    /// One cycle per sample would be more than 2^31 metres or metres per second.
+    Scale,
+    /// The method does not work on this kind of record.
+    Method,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            ConfigError::Rate => "the sample rate must be a positive number of hertz",
+            ConfigError::Band => {
+                "the band must lie between 0 and half the sample rate, low end first"
+            }
+            ConfigError::Scene => {
+                "wavelength, bandwidth and duration must be positive, the angle below 90 degrees"
+            }
+            ConfigError::Ramp => "a ramp must last at least as long as a record",
+            ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
+            ConfigError::Method => "the method does not work on this kind of record",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// How tones become targets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solver {
+    /// They do not.
+    None,
+    /// Velocity of one cycle per sample.
+    Doppler(Scale),
+    /// Ramps.
+    Chirp(Shape, Scales),
+}
+
+/// A configuration that was checked, in the units of the pipeline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// The converter's codes.
+    pub codes: Codes,
+    /// The bins searched.
+    pub band: Band,
+    /// The method of estimation.
+    pub method: Method,
+    /// How tones become targets.
+    pub solver: Solver,
+}
+
+impl Config {
+    /// Checks the whole configuration for records of kind `R` and `n` samples.
+    pub fn validate<R: Record>(&self, n: usize) -> Result<Plan, ConfigError> {
+        if !positive(self.rate_hz) {
+            return Err(ConfigError::Rate);
+        }
+        Ok(Plan {
+            codes: self.codes,
+            band: self.band::<R>(n)?,
+            method: self.method,
+            solver: self.solver(n)?,
+        })
+    }
+
+    fn band<R: Record>(&self, n: usize) -> Result<Band, ConfigError> {
+        let whole = if R::IQ { Band::iq(n) } else { Band::real(n) };
+        let Some((low, high)) = self.band_hz else {
+            return Ok(whole);
+        };
+        let half = self.rate_hz / 2.0;
+        let least = if R::IQ { -half } else { 0.0 };
+        if !(low >= least && low < high && high <= half) {
+            return Err(ConfigError::Band);
+        }
+        let bin = n as f64 / self.rate_hz;
+        let band = Band { low: libm::ceil(low * bin) as i32, high: libm::floor(high * bin) as i32 };
+        let band = if R::IQ {
+            band
+        } else {
+            Band { low: band.low.max(whole.low), high: band.high.min(whole.high) }
+        };
+        if band.width() == 0 {
+            return Err(ConfigError::Band);
+        }
+        Ok(band)
+    }
+
+    fn solver(&self, n: usize) -> Result<Solver, ConfigError> {
+        match self.scene {
+            Scene::Tone => Ok(Solver::None),
+            Scene::Doppler { wavelength_m, angle_rad } => {
+                let cos = libm::cos(angle_rad);
+                if !(positive(wavelength_m) && angle_rad.is_finite() && cos > 1e-6) {
+                    return Err(ConfigError::Scene);
+                }
+                let scale = Scale::new(self.rate_hz * wavelength_m / (2.0 * cos));
+                Ok(Solver::Doppler(scale.ok_or(ConfigError::Scale)?))
+            }
+            Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
+                if !(positive(wavelength_m) && positive(bandwidth_hz) && positive(duration_s)) {
+                    return Err(ConfigError::Scene);
+                }
+                if duration_s * self.rate_hz < n as f64 {
+                    return Err(ConfigError::Ramp);
+                }
+                let range = self.rate_hz * SPEED_OF_LIGHT * duration_s / (2.0 * bandwidth_hz);
+                let velocity = self.rate_hz * wavelength_m / 2.0;
+                Ok(Solver::Chirp(
+                    shape,
+                    Scales {
+                        range: Scale::new(range).ok_or(ConfigError::Scale)?,
+                        velocity: Scale::new(velocity).ok_or(ConfigError::Scale)?,
+                    },
+                ))
+            }
+        }
+    }
+}
+
+fn positive(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
+}

@@ -1,0 +1,81 @@
+//! A tone with everything a reader needs to trust it.
+
+use super::frequency::Frequency;
+
+/// Whether a number may be used. A number is never given without one; of several that apply, the
+/// one highest in this order is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Verdict {
+    /// Use it: the error is as sigma says.
+    Good = 0,
+    /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate.
+    NearEdge = 1,
+    /// More than 1 % of the samples touch a rail; sigma is widened.
+    Clipped = 2,
+    /// Two tones too close to be told apart, or beats that do not belong to one target.
+    Unresolved = 3,
+    /// Samples were lost just before this block, or within this chirp.
+    Gap = 4,
+    /// The peak is below the detection threshold: it may be noise.
+    Weak = 5,
+    /// There is nothing in the band; the numbers mean nothing.
+    #[default]
+    NoSignal = 6,
+}
+
+impl Verdict {
+    /// Every verdict, from best to worst.
+    pub const ALL: [Verdict; 7] = [
+        Verdict::Good,
+        Verdict::NearEdge,
+        Verdict::Clipped,
+        Verdict::Unresolved,
+        Verdict::Gap,
+        Verdict::Weak,
+        Verdict::NoSignal,
+    ];
+
+    /// The verdict with this number, as stored in a telemetry record.
+    pub fn from_u8(code: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(code)).copied()
+    }
+
+    /// The name that tables and JSON show.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Verdict::Good => "good",
+            Verdict::NearEdge => "near-edge",
+            Verdict::Clipped => "clipped",
+            Verdict::Unresolved => "unresolved",
+            Verdict::Gap => "gap",
+            Verdict::Weak => "weak",
+            Verdict::NoSignal => "no-signal",
+        }
+    }
+}
+
+/// One measured tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tone {
+    /// Where it is.
+    pub frequency: Frequency,
+    /// One standard deviation of the frequency, in cycles per sample.
+    pub sigma: f32,
+    /// Signal-to-noise ratio per sample, as a power ratio: A^2 / (2 s^2) for a real tone of amplitude
+    /// A in noise of variance s^2, A^2 / s^2 for a complex tone in complex noise of power s^2.
+    pub snr: f32,
+    /// Amplitude in ADC codes.
+    pub amplitude: f32,
+    /// May it be used?
+    pub verdict: Verdict,
+}
+
+impl Tone {
+    /// The signal-to-noise ratio in decibels.
+    pub fn snr_db(&self) -> f32 {
+        10.0 * libm::log10f(self.snr)
+    }
+}

@@ -1,0 +1,169 @@
+//! The whole way, from a block of samples to a target. The firmware, the tests and the host tools
+//! all call this and nothing else.
+
+use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
+use crate::config::{Plan, Solver};
+use crate::estimate::frequency::Frequency;
+use crate::estimate::method::Method;
+use crate::estimate::rife;
+use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::uncertainty::bound_bins;
+use crate::solve::chirp::{self, Shape, Target};
+use crate::solve::doppler::{self, Velocity};
+use crate::spectrum::Spectrum;
+use crate::spectrum::peak::{self, Peak};
+
+/// What one block showed, and the target if the block completed one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Measurement {
+    /// Where and when the block was taken.
+    pub stamp: Stamp,
+    /// Samples that touched a rail.
+    pub clipped: u32,
+    /// The strongest tone.
+    pub tone: Tone,
+    /// What the tones amount to.
+    pub result: Outcome,
+}
+
+/// What a measurement amounts to beyond its tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Outcome {
+    /// Nothing more: the scene is a tone, or the chirp is not complete.
+    #[default]
+    None,
+    /// A velocity.
+    Velocity(Velocity),
+    /// A range and a velocity.
+    Target(Target),
+}
+
+/// ADC samples in, measurements out. Owns its work memory: `4 N` bytes for real records, `8 N` for
+/// I/Q.
+#[derive(Clone, Debug)]
+pub struct Pipeline<R: Record, const N: usize> {
+    plan: Plan,
+    spectrum: Spectrum<R, N>,
+    ramps: Ramps,
+}
+
+impl<R: Record, const N: usize> Pipeline<R, N> {
+    /// A pipeline that follows `plan`.
+    pub const fn new(plan: Plan) -> Self {
+        Self { plan, spectrum: Spectrum::new(), ramps: Ramps::new() }
+    }
+
+    /// Measures one block.
+    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        let statistics = Statistics::of::<R>(samples, self.plan.codes);
+        self.spectrum.transform(samples, self.plan.codes);
+        let tone = match peak::find(&self.spectrum, self.plan.band) {
+            Some(peak) => self.tone(&stamp, &statistics, &peak),
+            None => Tone::default(),
+        };
+        Measurement { stamp, clipped: statistics.clipped, tone, result: self.solve(&stamp, tone) }
+    }
+
+    fn tone(&self, stamp: &Stamp, statistics: &Statistics, peak: &Peak) -> Tone {
+        let around = [-1, 0, 1].map(|offset| self.spectrum.bin(peak.bin + offset));
+        let offset = match self.plan.method {
+            Method::Rife => rife::rife_integer(around),
+            Method::ZRife => rife::z_rife_integer(around),
+        };
+        let half = if R::IQ { 1.0 } else { 0.5 };
+        let noise = peak.floor as f32 / (peak.floor_bins.max(1) as f32) / N as f32;
+        let amplitude2 = peak.power[1] as f32 / (half * N as f32 * half * N as f32);
+        let snr = amplitude2 * half / noise;
+        let unit = libm::ldexpf(1.0, self.spectrum.exponent());
+        Tone {
+            frequency: Frequency::of_fixed(peak.bin, offset, N),
+            sigma: 1.28 * bound_bins::<R>(N, snr) / N as f32,
+            snr,
+            amplitude: libm::sqrtf(amplitude2) * unit,
+            verdict: if stamp.gap {
+                Verdict::Gap
+            } else if statistics.clipped > N as u32 / 100 {
+                Verdict::Clipped
+            } else if !R::IQ && (peak.bin < 2 || peak.bin > N as i32 / 2 - 2) {
+                Verdict::NearEdge
+            } else {
+                Verdict::Good
+            },
+        }
+    }
+
+    fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
+        match self.plan.solver {
+            Solver::None => Outcome::None,
+            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),
+            Solver::Chirp(Shape::Sawtooth, ref scales) => {
+                Outcome::Target(chirp::sawtooth(&tone, scales))
+            }
+            Solver::Chirp(Shape::Triangle, ref scales) => match self
+                .ramps
+                .push(stamp, tone, TRIANGLE)
+            {
+                Some([up, _, down]) => Outcome::Target(chirp::triangle(&[up, down], R::IQ, scales)),
+                None => Outcome::None,
+            },
+            Solver::Chirp(Shape::Trapezoid, ref scales) => {
+                match self.ramps.push(stamp, tone, TRAPEZOID) {
+                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, R::IQ, scales)),
+                    None => Outcome::None,
+                }
+            }
+        }
+    }
+}
+
+/// The segments of a chirp, as a set of bits `1 << segment`.
+const TRAPEZOID: u8 = 1 << Segment::Up as u8 | 1 << Segment::Flat as u8 | 1 << Segment::Down as u8;
+const TRIANGLE: u8 = 1 << Segment::Up as u8 | 1 << Segment::Down as u8;
+
+/// Collects the tones of one chirp. A block that does not follow the last one starts anew, so a
+/// target never mixes two chirps.
+#[derive(Clone, Debug)]
+struct Ramps {
+    tones: [Tone; 3],
+    held: u8,
+    last: u32,
+}
+
+impl Ramps {
+    const fn new() -> Self {
+        Self {
+            tones: [Tone {
+                frequency: Frequency(fixed::types::I0F32::ZERO),
+                sigma: 0.0,
+                snr: 0.0,
+                amplitude: 0.0,
+                verdict: Verdict::NoSignal,
+            }; 3],
+            held: 0,
+            last: 0,
+        }
+    }
+
+    /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.
+    fn push(&mut self, stamp: &Stamp, tone: Tone, wanted: u8) -> Option<[Tone; 3]> {
+        let follows = stamp.sequence == self.last.wrapping_add(1);
+        if stamp.segment == Segment::Up || !follows {
+            self.held = 0;
+        }
+        self.last = stamp.sequence;
+        let index = match stamp.segment {
+            Segment::Continuous => return None,
+            Segment::Up => 0,
+            Segment::Flat => 1,
+            Segment::Down => 2,
+        };
+        if let Some(slot) = self.tones.get_mut(index) {
+            *slot = tone;
+            self.held |= 1 << stamp.segment as u8;
+        }
+        let complete = stamp.segment == Segment::Down && self.held == wanted;
+        complete.then_some(self.tones)
+    }
+}

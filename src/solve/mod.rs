@@ -1,0 +1,4 @@
+//! From tones to range and velocity.
+
+pub mod chirp;
+pub mod doppler;

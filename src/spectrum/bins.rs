@@ -1,0 +1,105 @@
+//! The few bins around a peak that an estimator sees. Record kind and window are part of the type,
+//! so an estimator derived for one cannot be given the other.
+
+use super::Spectrum;
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
+use core::marker::PhantomData;
+use num_complex::Complex;
+
+/// The largest reach: bins on each side of the peak.
+pub const REACH: usize = 16;
+const WIDTH: usize = 2 * REACH + 1;
+
+/// No window: the bins of the plain transform.
+#[derive(Clone, Copy, Debug)]
+pub struct Rectangular;
+
+/// Hann's window (periodic form, `sin^2(pi n / N)`).
+#[derive(Clone, Copy, Debug)]
+pub struct Hann;
+
+/// Bins `peak - REACH ..= peak + REACH` of a record of `n` samples, in ADC codes.
+///
+/// Every bin has a value: I/Q spectra wrap round, real ones are mirrored at DC and Nyquist.
+/// Values are unscaled: a tone of amplitude A has a line of A n (I/Q) or A n / 2 (real).
+#[derive(Clone, Debug)]
+pub struct Bins<T, R, W> {
+    n: usize,
+    peak: i32,
+    cells: [Complex<T>; WIDTH],
+    kind: PhantomData<(R, W)>,
+}
+
+impl<T: Scalar, R: Record, W> Bins<T, R, W> {
+    /// The number of samples in the record.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// The number of samples as a float.
+    pub fn length(&self) -> T {
+        T::of_i32(self.n as i32)
+    }
+
+    /// The index of the peak bin.
+    pub fn peak(&self) -> i32 {
+        self.peak
+    }
+
+    /// The bin `offset` away from the peak; zero beyond [`REACH`].
+    pub fn at(&self, offset: i32) -> Complex<T> {
+        usize::try_from(offset + REACH as i32)
+            .ok()
+            .and_then(|index| self.cells.get(index))
+            .copied()
+            .unwrap_or(Complex::new(T::zero(), T::zero()))
+    }
+
+    /// The peak's left neighbour, the peak and its right neighbour.
+    pub fn three(&self) -> [Complex<T>; 3] {
+        [self.at(-1), self.at(0), self.at(1)]
+    }
+}
+
+impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
+    /// Bins around `peak` from any source: `bin(k)` is called for `peak - REACH ..= peak + REACH`
+    /// folded into the record's own range (`0..n` for I/Q, `0..=n/2` for real records, where a
+    /// folded bin is conjugated).
+    pub fn gather(n: usize, peak: i32, bin: impl Fn(usize) -> Complex<T>) -> Self {
+        let n = n.max(1);
+        let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
+        for (cell, k) in cells.iter_mut().zip(peak - REACH as i32..) {
+            let k = k.rem_euclid(n as i32) as usize;
+            *cell = if !R::IQ && k > n / 2 { bin(n - k).conj() } else { bin(k) };
+        }
+        Self { n, peak, cells, kind: PhantomData }
+    }
+
+    /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
+    pub fn of<const N: usize>(spectrum: &Spectrum<R, N>, peak: i32) -> Self {
+        let unit = power_of_two::<T>(spectrum.exponent());
+        Self::gather(N, peak, |k| {
+            let x = spectrum.bin(k as i32);
+            Complex::new(T::of_i32(x.re) * unit, T::of_i32(x.im) * unit)
+        })
+    }
+
+    /// The same record's bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The
+    /// outermost bin on each side has no outer neighbour and is zero.
+    pub fn hann(&self) -> Bins<T, R, Hann> {
+        let (half, quarter) = (T::of(0.5), T::of(0.25));
+        let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
+        let inner = cells.iter_mut().skip(1);
+        for (cell, around) in inner.zip(self.cells.array_windows()) {
+            let &[left, centre, right] = around;
+            *cell = centre * half - (left + right) * quarter;
+        }
+        Bins { n: self.n, peak: self.peak, cells, kind: PhantomData }
+    }
+}
+
+/// 2^exponent, exactly, for exponents well inside the range of `T`.
+fn power_of_two<T: Scalar>(exponent: i32) -> T {
+    T::of(2.0).powi(exponent)
+}

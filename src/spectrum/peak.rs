@@ -1,0 +1,207 @@
+//! The strongest line, found in one pass over the power spectrum.
+//!
+//! Source: Ye et al. 2022, section 2.3 (three registers that hold a bin and its two neighbours while the
+//! spectrum streams by). Ours adds band limits, defined ties and edges, and the noise floor.
+
+/// Bins on each side of the peak that count as its skirt and not as noise.
+pub const SKIRT: i32 = 8;
+
+/// The bins a search may answer with, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Band {
+    /// The first bin.
+    pub low: i32,
+    /// The last bin.
+    pub high: i32,
+}
+
+impl Band {
+    /// The whole of a real record's spectrum but DC and Nyquist: bins 1..=N/2-1.
+    pub const fn real(n: usize) -> Self {
+        Band { low: 1, high: n as i32 / 2 - 1 }
+    }
+
+    /// The whole of an I/Q record's spectrum: bins 0..=N-1.
+    pub const fn iq(n: usize) -> Self {
+        Band { low: 0, high: n as i32 - 1 }
+    }
+
+    /// The number of bins.
+    pub const fn width(&self) -> u32 {
+        if self.high < self.low { 0 } else { (self.high - self.low) as u32 + 1 }
+    }
+}
+
+/// What the search found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Peak {
+    /// The strongest bin of the band; of equal ones the lowest.
+    pub bin: i32,
+    /// Its power, and before and after it the powers of its neighbours. A neighbour outside the
+    /// band is not seen and reads 0: take it from the spectrum.
+    pub power: [u64; 3],
+    /// The sum of the powers of the band's other bins, the peak's skirt left out.
+    pub floor: u64,
+    /// How many bins that sum holds.
+    pub floor_bins: u32,
+}
+
+/// The streaming detector: push the band's powers in ascending order, then [`Search::finish`].
+///
+/// State: three registers for the peak, a window of [`SKIRT`] powers for the floor. Cost per bin:
+/// one comparison, three additions.
+#[derive(Clone, Debug)]
+pub struct Search {
+    band: Band,
+    next: i32,
+    peak: i32,
+    registers: [u64; 3],
+    total: u64,
+    recent: [u64; SKIRT as usize],
+    recent_sum: u64,
+    skirt: u64,
+}
+
+impl Search {
+    /// A search of `band`.
+    pub const fn new(band: Band) -> Self {
+        Self {
+            band,
+            next: band.low,
+            peak: band.low,
+            registers: [0; 3],
+            total: 0,
+            recent: [0; SKIRT as usize],
+            recent_sum: 0,
+            skirt: 0,
+        }
+    }
+
+    /// Takes the power of the next bin. Powers of one record sum to less than 2^63 (Parseval's
+    /// theorem with the FFT's growth bound), so no sum overflows.
+    pub fn push(&mut self, power: u64) {
+        let bin = self.next;
+        self.next = self.next.wrapping_add(1);
+        let previous = self.newest(bin.wrapping_sub(1));
+        if bin == self.band.low || power > self.registers[1] {
+            self.peak = bin;
+            self.registers = [previous, power, 0];
+            self.skirt = self.recent_sum.wrapping_add(power);
+        } else {
+            let distance = bin.wrapping_sub(self.peak);
+            if distance == 1 {
+                self.registers[2] = power;
+            }
+            if distance <= SKIRT {
+                self.skirt = self.skirt.wrapping_add(power);
+            }
+        }
+        self.total = self.total.wrapping_add(power);
+        self.remember(bin, power);
+    }
+
+    fn slot(bin: i32) -> usize {
+        bin.rem_euclid(SKIRT) as usize
+    }
+
+    fn newest(&self, bin: i32) -> u64 {
+        self.recent.get(Self::slot(bin)).copied().unwrap_or(0)
+    }
+
+    fn remember(&mut self, bin: i32, power: u64) {
+        if let Some(oldest) = self.recent.get_mut(Self::slot(bin)) {
+            self.recent_sum = self.recent_sum.wrapping_sub(*oldest).wrapping_add(power);
+            *oldest = power;
+        }
+    }
+
+    /// The peak, or `None` when no bin was pushed or all had power 0.
+    pub fn finish(&self) -> Option<Peak> {
+        if self.registers[1] == 0 {
+            return None;
+        }
+        let last = self.next.wrapping_sub(1);
+        let skirt = Band {
+            low: self.band.low.max(self.peak.wrapping_sub(SKIRT)),
+            high: last.min(self.peak.wrapping_add(SKIRT)),
+        };
+        let seen = Band { low: self.band.low, high: last };
+        Some(Peak {
+            bin: self.peak,
+            power: self.registers,
+            floor: self.total.wrapping_sub(self.skirt),
+            floor_bins: seen.width().saturating_sub(skirt.width()),
+        })
+    }
+}
+
+/// Searches `band` of a spectrum.
+pub fn find<R: crate::acquire::sample::Record, const N: usize>(
+    spectrum: &super::Spectrum<R, N>,
+    band: Band,
+) -> Option<Peak> {
+    let mut search = Search::new(band);
+    for k in band.low..=band.high {
+        search.push(spectrum.power(k));
+    }
+    search.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn search(band: Band, powers: &[u64]) -> Option<Peak> {
+        let mut search = Search::new(band);
+        powers.iter().for_each(|&p| search.push(p));
+        search.finish()
+    }
+
+    #[test]
+    fn registers_hold_the_peak_and_its_neighbours() {
+        let peak = search(Band { low: 3, high: 7 }, &[1, 5, 9, 4, 2]).unwrap();
+        assert_eq!((peak.bin, peak.power), (5, [5, 9, 4]));
+        assert_eq!((peak.floor, peak.floor_bins), (0, 0));
+    }
+
+    #[test]
+    fn the_lowest_of_equal_bins_wins() {
+        assert_eq!(search(Band { low: 1, high: 4 }, &[2, 7, 7, 7]).unwrap().bin, 2);
+    }
+
+    #[test]
+    fn edges_read_zero_outside_the_band() {
+        let first = search(Band { low: 1, high: 3 }, &[9, 2, 1]).unwrap();
+        assert_eq!((first.bin, first.power), (1, [0, 9, 2]));
+        let last = search(Band { low: 1, high: 3 }, &[1, 2, 9]).unwrap();
+        assert_eq!((last.bin, last.power), (3, [2, 9, 0]));
+    }
+
+    #[test]
+    fn an_empty_or_silent_band_has_no_peak() {
+        assert_eq!(search(Band { low: 1, high: 0 }, &[]), None);
+        assert_eq!(search(Band { low: 1, high: 3 }, &[0; 3]), None);
+    }
+
+    #[test]
+    fn the_floor_leaves_the_skirt_out_wherever_the_peak_is() {
+        for width in 1..60usize {
+            for at in 0..width {
+                let mut powers = std::vec![1u64; width];
+                for (k, p) in powers.iter_mut().enumerate() {
+                    // Rising towards the peak, so that the candidate moves at every push.
+                    *p = 1000 - at.abs_diff(k) as u64;
+                }
+                let band = Band { low: 5, high: 5 + width as i32 - 1 };
+                let peak = search(band, &powers).unwrap();
+                let outside = |k: &usize| at.abs_diff(*k) > SKIRT as usize;
+                let expected: u64 = (0..width).filter(outside).map(|k| powers[k]).sum();
+                assert_eq!(peak.bin, 5 + at as i32);
+                assert_eq!(peak.floor, expected, "width {width}, peak at {at}");
+                assert_eq!(peak.floor_bins as usize, (0..width).filter(outside).count());
+            }
+        }
+    }
+}
