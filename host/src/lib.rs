@@ -1,1 +1,2 @@
 //! Host tools.
+pub mod scenario;

@@ -1,0 +1,182 @@
+//! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
+
+use picket::acquire::sample::Real;
+use picket::config::{Config, Plan, Solver};
+use picket::estimate::frequency::Frequency;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::solve::chirp::{self, Ambiguity, Scales};
+use picket_host::scenario::{self, Row};
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const N: usize = 1024;
+
+fn scales() -> Scales {
+    let Ok(Plan { solver: Solver::Chirp(_, scales), .. }) = scenario::lidar().validate::<Real>(N)
+    else {
+        panic!("the lidar's configuration is valid");
+    };
+    scales
+}
+
+fn tone(cycles: f64, sigma: f32) -> Tone {
+    Tone {
+        frequency: Frequency::of_bins(0, cycles, 1).unwrap(),
+        sigma,
+        verdict: Verdict::Good,
+        ..Tone::default()
+    }
+}
+
+/// The three tones of a row: magnitudes where the samples are real.
+fn tones(row: &Row, signed: bool, sigmas: [f32; 3]) -> [Tone; 3] {
+    let beats = scenario::lidar_beats(row, &scales());
+    std::array::from_fn(|i| {
+        let beat = beats[i].1;
+        tone(if signed { beat } else { beat.abs() }, sigmas[i])
+    })
+}
+
+fn close(got: fixed::types::I32F32, truth: f64) -> bool {
+    (got.to_num::<f64>() - truth).abs() <= 1e-6 * truth.abs()
+}
+
+#[test]
+fn every_row_of_both_signs_is_exact_without_noise() {
+    let rows = scenario::table3();
+    assert_eq!(rows.len(), 28);
+    for row in rows {
+        for signed in [false, true] {
+            let target = chirp::trapezoid(&tones(&row, signed, [1e-6; 3]), signed, &scales());
+            assert!(close(target.range, row.range_m), "{row:?}: {target:?}");
+            assert!(close(target.velocity, row.velocity_mps), "{row:?}: {target:?}");
+            assert_eq!(target.verdict, Verdict::Good);
+        }
+    }
+}
+
+#[test]
+fn a_triangle_reports_the_exchange() {
+    for row in scenario::table3() {
+        let [up, _, down] = tones(&row, false, [1e-6; 3]);
+        let target = chirp::triangle(&[up, down], false, &scales());
+        let Ambiguity::Exchange { range, velocity } = target.ambiguity else {
+            panic!("real beats of a triangle are ambiguous");
+        };
+        let first = close(target.range, row.range_m) && close(target.velocity, row.velocity_mps);
+        let second = close(range, row.range_m) && close(velocity, row.velocity_mps);
+        assert!(first || second, "{row:?}: {target:?}");
+        let [up, _, down] = tones(&row, true, [1e-6; 3]);
+        let target = chirp::triangle(&[up, down], true, &scales());
+        assert_eq!(target.ambiguity, Ambiguity::None);
+        assert!(close(target.range, row.range_m) && close(target.velocity, row.velocity_mps));
+    }
+}
+
+#[test]
+fn a_sawtooth_reports_the_coupling() {
+    let target = chirp::sawtooth(&tone(0.1, 1e-5), &scales());
+    assert_eq!(target.ambiguity, Ambiguity::Coupled);
+    assert!(close(target.range, 0.1 * scales().range.fixed.to_num::<f64>()));
+    assert_eq!(target.sigma_velocity, f32::INFINITY);
+}
+
+#[test]
+fn beats_of_two_targets_are_unresolved() {
+    let row = Row { range_m: 50.0, velocity_mps: 10.0 };
+    let mut beats = tones(&row, false, [1e-5; 3]);
+    beats[1] = tone(0.33, 1e-5);
+    assert_eq!(chirp::trapezoid(&beats, false, &scales()).verdict, Verdict::Unresolved);
+    beats[1].verdict = Verdict::Weak;
+    assert_eq!(chirp::trapezoid(&beats, false, &scales()).verdict, Verdict::Weak);
+}
+
+/// The textbook way: normal equations for each sign pattern, least weighted residual. Returns (fR, fD).
+fn normal_equations(magnitudes: [f64; 3], sigmas: [f32; 3]) -> (f64, f64) {
+    let w = sigmas.map(|s| 1.0 / f64::from(s).powi(2));
+    let patterns = [[1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]];
+    let solve = |signs: &[f64; 3]| {
+        let y: [f64; 3] = std::array::from_fn(|i| signs[i] * magnitudes[i]);
+        let (m11, m12, m22) = (w[0] + w[2], w[2] - w[0], w[0] + w[1] + w[2]);
+        let (r1, r2) = (w[0] * y[0] + w[2] * y[2], -w[0] * y[0] + w[1] * y[1] + w[2] * y[2]);
+        let det = m11 * m22 - m12 * m12;
+        let (range, doppler) = ((r1 * m22 - r2 * m12) / det, (m11 * r2 - m12 * r1) / det);
+        let residual = w[0] * (y[0] - range + doppler).powi(2)
+            + w[1] * (y[1] - doppler).powi(2)
+            + w[2] * (y[2] - range - doppler).powi(2);
+        (if range < 0.0 { f64::INFINITY } else { residual }, range, doppler)
+    };
+    let (_, range, doppler) =
+        patterns.iter().map(solve).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    (range, doppler)
+}
+
+proptest! {
+    #[test]
+    fn equals_weighted_least_squares(
+        range in 0.01f64..0.3,
+        doppler in -0.2f64..0.2,
+        errors in prop::array::uniform3(-3e-5f64..3e-5),
+        sigmas in prop::array::uniform3(1e-6f32..1e-4),
+    ) {
+        let beats = [range - doppler, doppler, range + doppler];
+        prop_assume!(beats.iter().all(|b| b.abs() > 2e-3 && b.abs() < 0.49));
+        let magnitudes: [f64; 3] = std::array::from_fn(|i| (beats[i] + errors[i]).abs());
+        let tones = std::array::from_fn(|i| tone(magnitudes[i], sigmas[i]));
+        let target = chirp::trapezoid(&tones, false, &scales());
+        let (want_range, want_doppler) = normal_equations(magnitudes, sigmas);
+        let got_range = target.range.to_num::<f64>() / scales().range.fixed.to_num::<f64>();
+        let got_doppler = target.velocity.to_num::<f64>() / scales().velocity.fixed.to_num::<f64>();
+        // Two steps of the frequency's type, and f32's share of the correction.
+        prop_assert!((got_range - want_range).abs() < 1e-9, "{got_range} {want_range}");
+        prop_assert!((got_doppler - want_doppler).abs() < 1e-9, "{got_doppler} {want_doppler}");
+    }
+}
+
+#[test]
+fn sigmas_explain_the_errors() {
+    println!("seed 11");
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let row = Row { range_m: 50.0, velocity_mps: 10.0 };
+    for sigmas in [[3e-5f32; 3], [1e-5, 4e-5, 2e-5]] {
+        let trials = 20_000;
+        let (mut range, mut velocity) = (0.0, 0.0);
+        for _ in 0..trials {
+            let mut beats = tones(&row, false, sigmas);
+            for (beat, sigma) in beats.iter_mut().zip(sigmas) {
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                *beat = tone(beat.frequency.cycles() + noise * f64::from(sigma), sigma);
+            }
+            let target = chirp::trapezoid(&beats, false, &scales());
+            let square = |got: fixed::types::I32F32, truth: f64, sigma: f32| {
+                ((got.to_num::<f64>() - truth) / f64::from(sigma)).powi(2)
+            };
+            range += square(target.range, row.range_m, target.sigma_range);
+            velocity += square(target.velocity, row.velocity_mps, target.sigma_velocity);
+        }
+        // Mean of 20,000 squares of a unit normal: 1 +- 0.01.
+        for mean in [range, velocity].map(|sum| sum / f64::from(trials)) {
+            assert!((mean - 1.0).abs() < 0.04, "{sigmas:?}: {mean}");
+        }
+    }
+}
+
+#[test]
+fn configuration_errors_are_found() {
+    use picket::config::{ConfigError, Scene};
+    let good = scenario::lidar();
+    let check = |config: Config| config.validate::<Real>(N).err();
+    assert_eq!(check(good), None);
+    assert_eq!(check(Config { rate_hz: 0.0, ..good }), Some(ConfigError::Rate));
+    assert_eq!(check(Config { rate_hz: f64::NAN, ..good }), Some(ConfigError::Rate));
+    assert_eq!(check(Config { band_hz: Some((1e6, 1e6)), ..good }), Some(ConfigError::Band));
+    assert_eq!(check(Config { band_hz: Some((0.0, 126e6)), ..good }), Some(ConfigError::Band));
+    assert_eq!(check(Config { band_hz: Some((1.0, 2.0)), ..good }), Some(ConfigError::Band));
+    assert_eq!(check(Config { rate_hz: 90e6, ..good }), Some(ConfigError::Ramp));
+    let still = Scene::Doppler { wavelength_m: 1e-6, angle_rad: std::f64::consts::FRAC_PI_2 };
+    assert_eq!(check(Config { scene: still, ..good }), Some(ConfigError::Scene));
+    let wide = Scene::Doppler { wavelength_m: 1e6, angle_rad: 0.0 };
+    assert_eq!(check(Config { scene: wide, ..good }), Some(ConfigError::Scale));
+}
