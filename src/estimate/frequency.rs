@@ -28,8 +28,9 @@ impl Frequency {
 
     /// The same with an offset in fixed point (Q30, in bins).
     pub fn of_fixed(peak: i32, offset: I2F30, n: usize) -> Self {
+        // From 2^-30 bin to 2^-32 cycles: times 4 / n, rounded to nearest.
         let shift = n.max(1).trailing_zeros();
-        let steps = (i64::from(offset.to_bits()) << 2 >> (shift.saturating_sub(1))) + 1 >> 1;
+        let steps = ((i64::from(offset.to_bits()) << 3) >> shift).wrapping_add(1) >> 1;
         Self::of_steps(peak, steps, n)
     }
 

@@ -34,7 +34,7 @@ impl Scale {
 /// A frequency in steps of 2^-32 cycles per sample times a scale, rounded down to 2^-32 units.
 /// Saturates; sums of two frequencies are allowed.
 pub(crate) fn metres(steps: i64, scale: I32F32) -> I32F32 {
-    let product = i128::from(steps) * i128::from(scale.to_bits()) >> 32;
+    let product = (i128::from(steps) * i128::from(scale.to_bits())) >> 32;
     I32F32::from_bits(product.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64)
 }
 

@@ -66,6 +66,8 @@ const SPLITS_1024: [Packed; 256] = quarter();
 const SPLITS_2048: [Packed; 512] = quarter();
 const SPLITS_4096: [Packed; 1024] = quarter();
 
+// Const functions cannot use `get_mut`; an index out of range would be a compile error.
+#[allow(clippy::indexing_slicing)]
 const fn triples<const Q: usize>() -> [Triple; Q] {
     let mut table = [[0; 3]; Q];
     let mut i = 0;
@@ -81,6 +83,7 @@ const fn triples<const Q: usize>() -> [Triple; Q] {
     table
 }
 
+#[allow(clippy::indexing_slicing)]
 const fn quarter<const Q: usize>() -> [Packed; Q] {
     let mut table = [0; Q];
     let mut k = 0;
