@@ -131,6 +131,9 @@ impl Config {
         if !positive(self.rate_hz) {
             return Err(ConfigError::Rate);
         }
+        if !self.method.fits::<R>() {
+            return Err(ConfigError::Method);
+        }
         Ok(Plan {
             codes: self.codes,
             band: self.band::<R>(n)?,

@@ -4,8 +4,6 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
 use crate::estimate::frequency::Frequency;
-use crate::estimate::method::Method;
-use crate::estimate::rife;
 use crate::estimate::tone::{Tone, Verdict};
 use crate::estimate::uncertainty::bound_bins;
 use crate::solve::chirp::{self, Shape, Target};
@@ -60,18 +58,22 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         let statistics = Statistics::of::<R>(samples, self.plan.codes);
         self.spectrum.transform(samples, self.plan.codes);
         let tone = match peak::find(&self.spectrum, self.plan.band) {
-            Some(peak) => self.tone(&stamp, &statistics, &peak),
+            Some(peak) => self.tone(&stamp, samples, &statistics, &peak),
             None => Tone::default(),
         };
         Measurement { stamp, clipped: statistics.clipped, tone, result: self.solve(&stamp, tone) }
     }
 
-    fn tone(&self, stamp: &Stamp, statistics: &Statistics, peak: &Peak) -> Tone {
-        let around = [-1, 0, 1].map(|offset| self.spectrum.bin(peak.bin + offset));
-        let offset = match self.plan.method {
-            Method::Rife => rife::rife_integer(around),
-            Method::ZRife => rife::z_rife_integer(around),
-        };
+    fn tone(
+        &self,
+        stamp: &Stamp,
+        samples: &[R::Sample; N],
+        statistics: &Statistics,
+        peak: &Peak,
+    ) -> Tone {
+        let method = self.plan.method;
+        // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
+        let offset = method.offset_target(&self.spectrum, samples, peak.bin).unwrap_or_default();
         let half = if R::IQ { 1.0 } else { 0.5 };
         let noise = peak.floor as f32 / (peak.floor_bins.max(1) as f32) / N as f32;
         let amplitude2 = peak.power[1] as f32 / (half * N as f32 * half * N as f32);
@@ -79,7 +81,7 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         let unit = libm::ldexpf(1.0, self.spectrum.exponent());
         Tone {
             frequency: Frequency::of_fixed(peak.bin, offset, N),
-            sigma: 1.28 * bound_bins::<R>(N, snr) / N as f32,
+            sigma: method.efficiency() * bound_bins::<R>(N, snr) / N as f32,
             snr,
             amplitude: libm::sqrtf(amplitude2) * unit,
             verdict: if stamp.gap {

@@ -60,6 +60,13 @@ impl<T: Scalar, R: Record, W> Bins<T, R, W> {
     pub fn three(&self) -> [Complex<T>; 3] {
         [self.at(-1), self.at(0), self.at(1)]
     }
+
+    /// The same bins as those of a record of kind `K`; `None` where `R` is another kind. For code
+    /// that is generic over the kind and picks an estimator at run time.
+    pub fn as_kind<K: Record>(&self) -> Option<Bins<T, K, W>> {
+        let Self { n, peak, cells, .. } = *self;
+        (R::IQ == K::IQ).then_some(Bins { n, peak, cells, kind: PhantomData })
+    }
 }
 
 impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
