@@ -62,7 +62,7 @@ pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
     let lag = length * (two * snr - T::of(5.0) + root) / below;
     // Near 0.5 the quotient is 0/0; eq 9 gives its limit.
     let near = (snr - T::of(0.5)).abs() < T::of(1e-9).max(T::epsilon());
-    let lag = if near || !(lag < most) { most } else { lag };
+    let lag = if near { most } else { lag.min(most) };
     lag.round().to_usize().unwrap_or(1).max(1).min(n.saturating_sub(1).max(1))
 }
 
