@@ -1,2 +1,3 @@
 //! Host tools.
+pub mod reference;
 pub mod scenario;

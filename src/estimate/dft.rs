@@ -15,7 +15,7 @@ const STRIDE: usize = 16;
 
 /// The transform of a record at bin `peak + offset`, `sum x[n] exp(-j 2 pi (peak + offset) n / N)`.
 ///
-/// Horner's rule within [`STRIDE`] samples, then a phasor from the sine and cosine. The peak's
+/// Horner's rule within 16 samples, then a phasor from the sine and cosine. The peak's
 /// share of the phase is reduced in integers, so it is as exact at bin 4000 as at bin 1. Cost: 4 N
 /// multiplications and N/16 sines and cosines.
 pub fn at<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
