@@ -178,26 +178,38 @@ pub fn ml_real(samples: &[f64]) -> f64 {
 fn gauss_newton(samples: &[f64], f: f64) -> f64 {
     let n = samples.len() as f64;
     let middle = 0.5 * (n - 1.0);
-    let points: Vec<(f64, f64, f64, f64)> = samples
+    // [time from the middle, cosine, sine, sample]
+    let points: Vec<[f64; 4]> = samples
         .iter()
         .enumerate()
         .map(|(k, &x)| {
             let t = k as f64 - middle;
             let phasor = f64::unit(f * t / n);
-            (t, phasor.re, phasor.im, x)
+            [t, phasor.re, phasor.im, x]
         })
         .collect();
-    let sum = |term: &dyn Fn(&(f64, f64, f64, f64)) -> f64| points.iter().map(term).sum::<f64>();
-    let (cc, ss, cs) = (sum(&|p| p.1 * p.1), sum(&|p| p.2 * p.2), sum(&|p| p.1 * p.2));
+    let cosine = |p: &[f64; 4]| p[1];
+    let sine = |p: &[f64; 4]| p[2];
+    let sample = |p: &[f64; 4]| p[3];
+    let (cc, ss) = (dot(&points, cosine, cosine), dot(&points, sine, sine));
+    let cs = dot(&points, cosine, sine);
     let determinant = cc * ss - cs * cs;
     let solve = |c: f64, s: f64| [(c * ss - s * cs) / determinant, (s * cc - c * cs) / determinant];
-    let [a, b] = solve(sum(&|p| p.3 * p.1), sum(&|p| p.3 * p.2));
-    let derivative = |p: &(f64, f64, f64, f64)| TAU / n * p.0 * (b * p.1 - a * p.2);
-    let (dc, ds) = (sum(&|p| derivative(p) * p.1), sum(&|p| derivative(p) * p.2));
+    let [a, b] = solve(dot(&points, sample, cosine), dot(&points, sample, sine));
+    let derivative = |p: &[f64; 4]| TAU / n * p[0] * (b * p[1] - a * p[2]);
+    let residual = |p: &[f64; 4]| p[3] - a * p[1] - b * p[2];
+    let (dc, ds) = (dot(&points, derivative, cosine), dot(&points, derivative, sine));
     let [u, v] = solve(dc, ds);
-    let own = sum(&|p| derivative(p) * derivative(p)) - u * dc - v * ds;
-    let residual = sum(&|p| derivative(p) * (p.3 - a * p.1 - b * p.2));
-    if own > 0.0 { residual / own } else { 0.0 }
+    let own = dot(&points, derivative, derivative) - u * dc - v * ds;
+    if own > 0.0 { dot(&points, derivative, residual) / own } else { 0.0 }
+}
+
+fn dot(
+    points: &[[f64; 4]],
+    left: impl Fn(&[f64; 4]) -> f64,
+    right: impl Fn(&[f64; 4]) -> f64,
+) -> f64 {
+    points.iter().map(|p| left(p) * right(p)).sum()
 }
 
 /// The strongest of the points `from..to` of an FFT padded to `pad` times the record, in bins.
