@@ -1,0 +1,276 @@
+//! Every estimator against the reference's golden records, in three arithmetics.
+//!
+//! The records are integer ADC codes. `f64` must give the reference's answer within 1e-9 bin (the host's
+//! iterative references within 1e-6). `f32` and the target's arithmetic (integer FFT, then integers or
+//! `f32`) are measured by the Cramer-Rao bound. The bound's noise is the noise added and that of
+//! rounding to codes, 1/12 per part: so it has a value for noise-free records as well, where it is
+//! the error that a user of these codes must expect anyway. The target is held to the bound at 60 dB
+//! at most: at the 74 dB of a noise-free full-scale record the twiddle factors of the FFT, 16 bits
+//! wide, err more than the codes do.
+
+use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::estimate::autocorrelation::best_lag;
+use picket::estimate::frequency::Frequency;
+use picket::estimate::method::Method;
+use picket::estimate::samples::Raw;
+use picket::estimate::snr;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::uncertainty::bound_bins;
+use picket::scalar::Scalar;
+use picket::solve::chirp::{self, Scale, Scales};
+use picket::spectrum::Spectrum;
+use picket::spectrum::bins::{Bins, Rectangular};
+use picket::spectrum::peak::{self, Band};
+use picket_host::reference::Reference;
+use rustfft::{FftPlanner, num_complex::Complex};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+#[derive(Deserialize)]
+struct Golden {
+    cases: Vec<Case>,
+    solver: Vec<Beats>,
+    m_opt: Vec<Lag>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    id: String,
+    kind: String,
+    #[serde(rename = "N")]
+    n: usize,
+    amp: f64,
+    snr_db: Option<f64>,
+    km: i32,
+    re: Vec<i16>,
+    im: Option<Vec<i16>>,
+    snr13_db: Option<f64>,
+    expect_bins: BTreeMap<String, Option<f64>>,
+}
+
+#[derive(Deserialize)]
+#[allow(non_snake_case)]
+struct Beats {
+    L_m: f64,
+    V_mps: f64,
+    f1_hz: f64,
+    f2_hz: f64,
+    f3_hz: f64,
+}
+
+#[derive(Deserialize)]
+struct Lag {
+    snr: f64,
+    #[serde(rename = "N")]
+    n: usize,
+    m: usize,
+}
+
+/// The reference's names, and ours.
+const NAMES: &[(&str, &str)] = &[
+    ("rife", "rife"),
+    ("zrife", "z-rife"),
+    ("aprife", "a-p-rife"),
+    ("irife", "i-rife"),
+    ("dtrife", "dual-threshold-rife"),
+    ("quinn1", "quinn1"),
+    ("quinn2", "quinn2"),
+    ("jacobsen", "jacobsen"),
+    ("candan13", "candan"),
+    ("macleod", "macleod"),
+    ("parab_log", "parabolic"),
+    ("am2", "aboutanios-mulgrew"),
+    ("haqse", "haqse"),
+    ("aa_n3", "autocorrelation"),
+    ("iaa", "improved-autocorrelation"),
+    ("fesa", "fesa"),
+    ("fesa_2n3", "fesa-corrected"),
+    ("hann_grandke", "grandke"),
+];
+
+/// The references of the host; on real records the reference's likelihood is called nlls.
+const REFERENCES: &[(&str, &str)] =
+    &[("kay", "kay"), ("fitz", "fitz"), ("ml", "ml"), ("nlls", "ml")];
+
+fn golden() -> Option<Golden> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/reference/golden.json");
+    let Ok(text) = std::fs::read_to_string(path) else {
+        println!("skipped: no {path}");
+        return None;
+    };
+    Some(serde_json::from_str(&text).unwrap())
+}
+
+/// The samples of a case as records of kind `R`.
+fn samples<R: Record, const N: usize>(
+    case: &Case,
+    sample: impl Fn(i16, i16) -> R::Sample,
+) -> [R::Sample; N] {
+    std::array::from_fn(|n| sample(case.re[n], case.im.as_ref().map_or(0, |im| im[n])))
+}
+
+/// The offset in one kind of float on the bins of an exact transform.
+fn float<T: Scalar, R: Record>(
+    method: Method,
+    spectrum: &[Complex<f64>],
+    samples: &[R::Sample],
+    peak: i32,
+) -> f64 {
+    let narrow = |x: Complex<f64>| Complex::new(T::of(x.re), T::of(x.im));
+    let bins = Bins::<T, R, Rectangular>::gather(samples.len(), peak, |k| narrow(spectrum[k]));
+    let power = |k: i32| T::of(spectrum[k as usize].norm_sqr());
+    method.offset(&bins, &Raw::<R>(samples), power).unwrap().wide()
+}
+
+/// Sums of squared errors, and the worst, in bounds.
+#[derive(Default)]
+struct Errors {
+    squares: f64,
+    count: f64,
+    worst: f64,
+}
+
+impl Errors {
+    fn push(&mut self, error: f64) {
+        self.squares += error * error;
+        self.count += 1.0;
+        self.worst = self.worst.max(error.abs());
+    }
+
+    fn rms(&self) -> f64 {
+        (self.squares / self.count).sqrt()
+    }
+}
+
+#[derive(Default)]
+struct Table {
+    double: f64,
+    single: Errors,
+    target: Errors,
+}
+
+fn wrap(error: f64, n: usize) -> f64 {
+    let n = n as f64;
+    (error + n / 2.0).rem_euclid(n) - n / 2.0
+}
+
+fn check<R: Record, const N: usize>(
+    case: &Case,
+    samples: &[R::Sample; N],
+    tables: &mut BTreeMap<(bool, &str), Table>,
+) {
+    let mut exact: Vec<Complex<f64>> = samples
+        .iter()
+        .map(|&s| R::parts(s))
+        .map(|[i, q]| Complex::new(i.into(), q.into()))
+        .collect();
+    FftPlanner::new().plan_fft_forward(N).process(&mut exact);
+    let mut integer = Spectrum::<R, N>::new();
+    integer.transform(samples, Codes::Signed12);
+    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+    assert_eq!(peak::find(&integer, band).unwrap().bin, case.km, "{}: peak", case.id);
+    if let Some(db) = case.snr13_db {
+        let ratio = snr::parseval(N, case.km, |k| exact[k as usize].norm_sqr());
+        assert!((10.0 * ratio.log10() - db).abs() < 1e-6, "{}: Parseval's ratio", case.id);
+    }
+    // Rounding adds 1/12 to the power of each part: amp^2 / (2/12) and (amp^2 / 2) / (1/12) alike.
+    let rounding = 1.0 / (6.0 * case.amp * case.amp);
+    let noise = rounding + case.snr_db.map_or(0.0, |db| 10f64.powf(-db / 10.0));
+    let [bound, target_bound] =
+        [noise, noise.max(1e-6)].map(|noise| f64::from(bound_bins::<R>(N, (1.0 / noise) as f32)));
+    for &(theirs, name) in NAMES {
+        let Some(&Some(expected)) = case.expect_bins.get(theirs) else {
+            continue;
+        };
+        let method = Method::from_name(name).unwrap();
+        let table = tables.entry((R::IQ, name)).or_default();
+        let error = |offset: f64| wrap(f64::from(case.km) + offset - expected, N);
+        let double = error(float::<f64, R>(method, &exact, samples, case.km));
+        table.double = table.double.max(double.abs());
+        table.single.push(error(float::<f32, R>(method, &exact, samples, case.km)) / bound);
+        let target = method.offset_target(&integer, samples, case.km).unwrap();
+        table.target.push(error(target.to_num()) / target_bound);
+    }
+    for &(theirs, name) in REFERENCES {
+        let Some(&Some(expected)) = case.expect_bins.get(theirs) else {
+            continue;
+        };
+        let found = Reference::from_name(name).unwrap().codes::<R>(samples).unwrap();
+        let error = wrap(found - expected, N);
+        assert!(error.abs() < 1e-6, "{} {name}: {error:e} bin", case.id);
+    }
+}
+
+#[test]
+fn every_estimator_on_every_record() {
+    let Some(golden) = golden() else { return };
+    let mut tables = BTreeMap::new();
+    for case in &golden.cases {
+        match (case.kind.as_str(), case.n) {
+            ("r", 64) => check::<Real, 64>(case, &samples::<Real, 64>(case, |i, _| i), &mut tables),
+            ("r", 256) => {
+                check::<Real, 256>(case, &samples::<Real, 256>(case, |i, _| i), &mut tables)
+            }
+            ("c", 64) => {
+                check::<Iq, 64>(case, &samples::<Iq, 64>(case, |i, q| [i, q]), &mut tables)
+            }
+            ("c", 256) => {
+                check::<Iq, 256>(case, &samples::<Iq, 256>(case, |i, q| [i, q]), &mut tables)
+            }
+            (kind, n) => panic!("{}: no such record: {kind} {n}", case.id),
+        }
+    }
+    println!("method                   iq     f64 bin  f32 worst  target rms  worst (in bounds)");
+    for ((iq, name), t) in &tables {
+        println!(
+            "{name:24} {iq:5} {:9.1e} {:9.4} {:9.3} {:9.3}",
+            t.double,
+            t.single.worst,
+            t.target.rms(),
+            t.target.worst
+        );
+    }
+    for ((iq, name), t) in &tables {
+        assert_eq!(t.target.count, 30.0, "{name}, iq {iq}: records");
+        assert!(t.double < 1e-9, "{name}, iq {iq}: {:e} bin in f64", t.double);
+        assert!(t.single.worst < 0.05, "{name}, iq {iq}: {} bounds in f32", t.single.worst);
+        assert!(t.target.worst < 0.4, "{name}, iq {iq}: {} bounds on the target", t.target.worst);
+        assert!(t.target.rms() < 0.1, "{name}, iq {iq}: {} bounds rms", t.target.rms());
+    }
+    for &(_, name) in NAMES {
+        assert!(tables.keys().any(|&(_, seen)| seen == name), "no record tries {name}");
+    }
+}
+
+#[test]
+fn the_best_lag_is_eq_9() {
+    let Some(golden) = golden() else { return };
+    for lag in &golden.m_opt {
+        assert_eq!(best_lag(lag.snr, lag.n), lag.m, "snr {}, n {}", lag.snr, lag.n);
+        assert_eq!(best_lag(lag.snr as f32, lag.n), lag.m, "snr {}, n {} in f32", lag.snr, lag.n);
+    }
+}
+
+/// The waveform of Table 3: 1550 nm, 1 GHz in 10 us, 250 MS/s.
+#[test]
+fn the_solver_on_every_vector() {
+    let Some(golden) = golden() else { return };
+    let rate = 250e6;
+    let scales = Scales {
+        range: Scale::new(rate * 299_792_458.0 * 10e-6 / (2.0 * 1e9)).unwrap(),
+        velocity: Scale::new(rate * 1550e-9 / 2.0).unwrap(),
+    };
+    for beats in &golden.solver {
+        let tones = [beats.f1_hz, beats.f2_hz, beats.f3_hz].map(|hz| Tone {
+            frequency: Frequency::of_bins(0, hz / rate, 1).unwrap(),
+            sigma: 1e-6,
+            snr: 1.0,
+            amplitude: 1.0,
+            verdict: Verdict::Good,
+        });
+        let target = chirp::trapezoid(&tones, false, &scales);
+        let (range, velocity) = (target.range.to_num::<f64>(), target.velocity.to_num::<f64>());
+        assert!((range / beats.L_m - 1.0).abs() < 1e-6, "{range} m, not {}", beats.L_m);
+        assert!((velocity / beats.V_mps - 1.0).abs() < 1e-6, "{velocity} m/s, not {}", beats.V_mps);
+    }
+}
