@@ -4,11 +4,14 @@
 //! positive towards higher frequency, usually in -0.5..=0.5.
 
 pub mod autocorrelation;
+pub mod detection;
 pub mod dft;
 pub mod frequency;
 pub mod hann;
 pub mod interpolate;
+pub mod least_squares;
 pub mod method;
+pub mod noise;
 pub mod quinn;
 pub mod rife;
 pub mod samples;

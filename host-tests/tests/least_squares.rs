@@ -1,0 +1,246 @@
+//! Least squares over FFT bins: against the golden vectors, its bias, and the Cramer-Rao bound in the
+//! target's arithmetic.
+
+mod signal;
+
+use num_complex::Complex;
+use picket::acquire::sample::{Iq, Real, Record};
+use picket::estimate::least_squares::{Course, fit, least_squares, least_squares_real};
+use picket::estimate::noise::{self, NOISE_BINS};
+use picket::estimate::uncertainty::sigma_bins;
+use picket::spectrum::Spectrum;
+use picket::spectrum::peak::{self, Band};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use picket::spectrum::bins::{Bins, Rectangular};
+use rustfft::FftPlanner;
+use signal::*;
+use std::f64::consts::TAU;
+
+fn exact(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let mut x = samples.to_vec();
+    FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
+    x
+}
+
+fn bins<R: Record>(x: &[Complex<f64>], peak: i32) -> Bins<f64, R, Rectangular> {
+    Bins::gather(x.len(), peak, |k| x[k])
+}
+
+fn single<R: Record>(x: &[Complex<f64>], peak: i32) -> Bins<f32, R, Rectangular> {
+    Bins::gather(x.len(), peak, |k| Complex::new(x[k].re as f32, x[k].im as f32))
+}
+
+/// A noise-free real tone.
+fn pure(n: usize, f: f64, phase: f64) -> Vec<Complex<f64>> {
+    (0..n)
+        .map(|i| Complex::new((TAU * f * i as f64 / n as f64 + phase).cos(), 0.0))
+        .collect()
+}
+
+/// numerics.md 6.4: no bias without noise, anywhere between 1.5 bins from DC and from Nyquist.
+#[test]
+fn real_fit_is_exact() {
+    let mut worst = [0.0f64; 2];
+    for n in [64usize, 256, 1024, 4096] {
+        for f in [1.5, 1.51, 1.9, 2.3, 3.0, 5.5, 17.49, n as f64 / 4.0 + 0.2, n as f64 / 2.0 - 1.5] {
+            for phase in [0.0, 0.4, 1.2, 2.0, 2.9] {
+                let x = exact(&pure(n, f, phase));
+                let peak = (1..n / 2).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm()));
+                let peak = peak.unwrap() as i32;
+                let d = fit::<f64, Real, 8>(&bins(&x, peak), Course::Usual).unwrap();
+                let error = (f64::from(peak) + d.offset - f).abs();
+                worst[0] = worst[0].max(error);
+                let amplitude = d.tone::<Real>(n);
+                assert!((amplitude - Complex::from_polar(1.0, phase)).norm() < 1e-5, "{n} {f} {phase}: {amplitude}");
+                if n >= 1024 {
+                    let d = least_squares_real::<f32, 8>(&single(&x, peak));
+                    let error = (f64::from(peak) + f64::from(d) - f).abs();
+                    worst[1] = worst[1].max(error);
+                }
+            }
+        }
+    }
+    println!("largest bias: f64 {:.2e} bin, f32 {:.2e} bin", worst[0], worst[1]);
+    assert!(worst[0] < 1e-6 && worst[1] < 5e-6);
+}
+
+#[test]
+fn iq_fit_is_exact() {
+    let mut worst = [0.0f64; 2];
+    for n in [64usize, 1024, 4096] {
+        for f in [0.0, 0.3, 7.5, 20.0, 33.1, n as f64 - 0.8] {
+            let x: Vec<_> = (0..n)
+                .map(|i| Complex::from_polar(1.0, TAU * f * i as f64 / n as f64 + 0.7))
+                .collect();
+            let x = exact(&x);
+            let peak = (0..n).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm())).unwrap() as i32;
+            let d = fit::<f64, Iq, 16>(&bins(&x, peak), Course::Usual).unwrap();
+            worst[0] = worst[0].max((f64::from(peak) + d.offset - f).abs());
+            let amplitude = d.tone::<Iq>(n);
+            assert!((amplitude - Complex::from_polar(1.0, 0.7)).norm() < 1e-6, "{n} {f}: {amplitude} {d:?}");
+            let d = least_squares::<f32, 16>(&single(&x, peak));
+            worst[1] = worst[1].max((f64::from(peak) + f64::from(d) - f).abs());
+        }
+    }
+    println!("largest bias: f64 {:.2e} bin, f32 {:.2e} bin", worst[0], worst[1]);
+    assert!(worst[0] < 1e-9 && worst[1] < 5e-6);
+}
+
+#[derive(serde::Deserialize)]
+struct Golden {
+    cases: Vec<Case>,
+}
+
+#[derive(serde::Deserialize)]
+struct Case {
+    id: String,
+    kind: String,
+    #[serde(rename = "N")]
+    n: usize,
+    amp: f64,
+    snr_db: Option<f64>,
+    f_true: f64,
+    phase: f64,
+    km: i32,
+    re: Vec<i16>,
+    im: Option<Vec<i16>>,
+    expect_bins: std::collections::HashMap<String, Option<f64>>,
+}
+
+/// The reference starts from Candan's offset, without the image.
+fn candan(x: &[Complex<f64>], peak: i32) -> f64 {
+    let n = x.len() as f64;
+    let e = TAU / 2.0 / n;
+    let z = |i: i32| x[(peak + i).rem_euclid(x.len() as i32) as usize] * Complex::cis(-e * f64::from(i));
+    let j = ((z(-1) - z(1)) / (z(0) * 2.0 * e.cos() - z(-1) - z(1))).re;
+    (e.tan() * j).atan() / e
+}
+
+/// numerics.md 6.6: from the reference's start by the reference's number of steps, the reference's
+/// result; from the own start, and in the target's arithmetic, within a small share of the bound.
+#[test]
+fn golden_vectors() {
+    let Ok(text) = std::fs::read_to_string(shared("reference/golden.json")) else {
+        println!("skipped: no ../shared/reference/golden.json");
+        return;
+    };
+    let golden: Golden = serde_json::from_str(&text).unwrap();
+    for case in &golden.cases {
+        if case.kind == "c" {
+            golden_case::<Iq>(case, "lsi");
+        } else {
+            golden_case::<Real>(case, "rlsi");
+        }
+    }
+}
+
+fn golden_case<R: Kind>(case: &Case, name: &str) {
+    let zeros = vec![0; case.n];
+    let im = case.im.as_ref().unwrap_or(&zeros);
+    let samples: Vec<_> = case.re.iter().zip(im).map(|(&re, &im)| Complex::new(re.into(), im.into())).collect();
+    let x = exact(&samples);
+    let circle = |a: f64| (a + 0.5 * case.n as f64).rem_euclid(case.n as f64) - 0.5 * case.n as f64;
+    let off = |d: f64, steps: &str| {
+        let expected = case.expect_bins[&format!("{name}{steps}")].unwrap();
+        circle(f64::from(case.km) + d - expected).abs()
+    };
+    let bins64 = bins::<R>(&x, case.km);
+    let start = candan(&x, case.km);
+    let course = Course::From(start, 2);
+    let error = off(fit::<f64, R, 16>(&bins64, course).unwrap().offset, "16_2");
+    assert!(error < 1e-9, "{} K16: {error:e}", case.id);
+    let error = off(fit::<f64, R, 8>(&bins64, course).unwrap().offset, "8_2");
+    assert!(error < 1e-9, "{} K8: {error:e}", case.id);
+    if !R::IQ {
+        let error = off(fit::<f64, R, 16>(&bins64, Course::From(start, 3)).unwrap().offset, "16_3");
+        assert!(error < 1e-9, "{} K16, 3 steps: {error:e}", case.id);
+    }
+    // Rounding is noise too; and the arithmetic of the target is asked for no more than 60 dB.
+    let rounding = (1.0f64 / 12.0).sqrt();
+    let sigma = sigma(case.amp, case.snr_db.unwrap_or(60.0)).max(rounding);
+    let line = Line { bins: case.f_true, amplitude: case.amp, phase: case.phase };
+    let bound = R::bound(case.n, line, sigma);
+    let bins32 = single::<R>(&x, case.km);
+    let course = Course::From(start as f32, 2);
+    let error = off(fit::<f32, R, 16>(&bins32, course).unwrap().offset.into(), "16_2");
+    assert!(error < 0.05 * bound, "{} f32: {:.3} bound", case.id, error / bound);
+    let target = match case.n {
+        64 => target_offset::<R, 64>(case),
+        _ => target_offset::<R, 256>(case),
+    };
+    let error = off(target, "16_2");
+    println!("{} {:?} {:.3}", case.id, case.snr_db, error / bound);
+    assert!(error < 0.4 * bound, "{} target: {:.3} bound", case.id, error / bound);
+}
+
+fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
+    let zeros = vec![0; N];
+    let im = case.im.as_ref().unwrap_or(&zeros);
+    let parts: Vec<[i16; 2]> = case.re.iter().zip(im).map(|(&re, &im)| [re, im]).collect();
+    let samples: [R::Sample; N] = std::array::from_fn(|n| R::sample(parts[n]));
+    let mut spectrum = Spectrum::<R, N>::new();
+    spectrum.transform(&samples, CODES);
+    fit::<f32, R, 16>(&Bins::of(&spectrum, case.km), Course::Usual).unwrap().offset.into()
+}
+
+/// What a trial in the target's arithmetic gives, errors in bins.
+struct Outcome {
+    error: f64,
+    bound: f64,
+    sigma: f64,
+    snr_db: f64,
+}
+
+fn trial<R: Kind, const N: usize, const K: usize>(rng: &mut ChaCha8Rng, snr_db: f64) -> Outcome {
+    let amplitude = amplitude(snr_db);
+    let sigma = sigma(amplitude, snr_db);
+    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+    let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
+    let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
+    let samples = R::record::<N>(rng, &[line], sigma);
+    let mut spectrum = Spectrum::<R, N>::new();
+    spectrum.transform(&samples, CODES);
+    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+    let peak = peak::find(&spectrum, band).unwrap();
+    let fit = fit::<f32, R, K>(&Bins::of(&spectrum, peak.bin), Course::Usual).unwrap();
+    let noise = noise::power::<f32, R, N, NOISE_BINS>(&spectrum, peak.bin, &fit);
+    let snr = noise::ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), noise);
+    let error = f64::from(peak.bin) + f64::from(fit.offset) - bins;
+    let error = if R::IQ { (error + N as f64 / 2.0).rem_euclid(N as f64) - N as f64 / 2.0 } else { error };
+    Outcome {
+        error,
+        bound: R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt())),
+        sigma: sigma_bins(&fit, N, noise).into(),
+        snr_db: 10.0 * f64::from(snr).log10(),
+    }
+}
+
+fn bar<R: Kind, const N: usize, const K: usize>(low_db: f64, most: f64) {
+    for snr_db in [low_db, low_db + 5.0, 20.0, 40.0, 60.0] {
+        let seed = (4000.0 + snr_db * 10.0) as u64;
+        let seen = trials(seed, 4000, |rng| trial::<R, N, K>(rng, snr_db));
+        let errors: Vec<_> = seen.iter().map(|o| (o.error, o.bound)).collect();
+        let Ratio { rms, error, outliers } = ratio(&errors);
+        let normal: Vec<_> = seen.iter().map(|o| (o.error, o.sigma)).collect();
+        let trust = ratio(&normal);
+        let mean = seen.iter().map(|o| o.snr_db).sum::<f64>() / seen.len() as f64;
+        let sd = (seen.iter().map(|o| (o.snr_db - mean).powi(2)).sum::<f64>() / seen.len() as f64).sqrt();
+        println!("I/Q {} N {N} K {K} {snr_db} dB seed {seed}: {rms:.3} +- {error:.3} x bound, outliers {outliers:.4}, (e/s)^2 {:.3}, SNR {:+.2} sd {sd:.2}",
+            R::IQ, trust.rms.powi(2), mean - snr_db);
+        let _ = most;
+    }
+}
+
+#[test]
+fn bars() {
+    bar::<Real, 256, 16>(-2.6, 1.035);
+    bar::<Real, 1024, 16>(-8.4, 1.035);
+    bar::<Real, 4096, 16>(-14.2, 1.035);
+    bar::<Real, 256, 8>(-2.6, 1.05);
+    bar::<Real, 1024, 8>(-8.4, 1.05);
+    bar::<Real, 4096, 8>(-14.2, 1.05);
+    bar::<Iq, 256, 16>(-5.6, 1.035);
+    bar::<Iq, 1024, 16>(-11.3, 1.035);
+    bar::<Iq, 4096, 16>(-17.1, 1.035);
+}

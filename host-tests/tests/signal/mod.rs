@@ -1,0 +1,158 @@
+//! Records of tones in noise as a converter delivers them, and how to measure errors on many of them.
+#![allow(dead_code)]
+
+use picket::acquire::sample::{Codes, Iq, Real, Record};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// A generator of its own for every trial, so that the order of the threads does not matter.
+pub fn rng(seed: u64, trial: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trial);
+    rng
+}
+
+/// A tone: frequency in bins, amplitude in codes, phase in radians.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    pub bins: f64,
+    pub amplitude: f64,
+    pub phase: f64,
+}
+
+pub fn db(x: f64) -> f64 {
+    10f64.powf(x / 10.0)
+}
+
+/// The standard deviation of the noise in each part, for an SNR in dB.
+pub fn sigma(amplitude: f64, snr_db: f64) -> f64 {
+    amplitude * (0.5 / db(snr_db)).sqrt()
+}
+
+pub fn quantise(x: f64) -> i16 {
+    x.round().clamp(-2048.0, 2047.0) as i16
+}
+
+fn analogue<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) -> [[f64; 2]; N] {
+    std::array::from_fn(|n| {
+        let mut x = [0.0; 2].map(|_: f64| sigma * rng.sample::<f64, _>(StandardNormal));
+        for line in lines {
+            let (sin, cos) = (TAU * line.bins * n as f64 / N as f64 + line.phase).sin_cos();
+            x[0] += line.amplitude * cos;
+            x[1] += line.amplitude * sin;
+        }
+        x
+    })
+}
+
+pub const CODES: Codes = Codes::Signed12;
+
+/// The largest amplitude at which four deviations of the noise do not clip.
+pub fn amplitude(snr_db: f64) -> f64 {
+    2040.0 / (1.0 + 4.0 * sigma(1.0, snr_db))
+}
+
+/// Runs `trial` so many times, in parallel and reproducibly, keeping what it returns.
+pub fn trials<T: Send>(
+    seed: u64,
+    count: u64,
+    trial: impl Fn(&mut ChaCha8Rng) -> T + Sync,
+) -> Vec<T> {
+    (0..count).into_par_iter().map(|index| trial(&mut rng(seed, index))).collect()
+}
+
+/// The root mean square of errors divided by their own bounds, its standard error, and the share left
+/// out as outliers.
+#[derive(Clone, Copy, Debug)]
+pub struct Ratio {
+    pub rms: f64,
+    pub error: f64,
+    pub outliers: f64,
+}
+
+/// `errors`: (error in bins, bound in bins).
+pub fn ratio(errors: &[(f64, f64)]) -> Ratio {
+    let kept: Vec<f64> =
+        errors.iter().filter(|e| e.0.abs() <= 1.5).map(|e| (e.0 / e.1).powi(2)).collect();
+    let n = kept.len() as f64;
+    let mean = kept.iter().sum::<f64>() / n;
+    let variance = kept.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n;
+    Ratio {
+        rms: mean.sqrt(),
+        error: (variance / n).sqrt() / (2.0 * mean.sqrt()),
+        outliers: 1.0 - n / errors.len() as f64,
+    }
+}
+
+/// The exact Cramer-Rao bound of a real tone's frequency in bins, amplitude and phase unknown, DC
+/// unknown too (bin 0 is not read): near DC and Nyquist it depends on the phase.
+pub fn bound_real(n: usize, line: Line, sigma: f64) -> f64 {
+    // Columns: d/df, d/d(A cos), d/d(A sin), DC.
+    let mut g = [[0.0f64; 4]; 4];
+    for i in 0..n {
+        let t = TAU * i as f64 / n as f64;
+        let (sin, cos) = (t * line.bins).sin_cos();
+        let derivative = -line.amplitude * t * (t * line.bins + line.phase).sin();
+        let row = [derivative, cos, sin, 1.0];
+        for a in 0..4 {
+            for b in 0..4 {
+                g[a][b] += row[a] * row[b];
+            }
+        }
+    }
+    // Eliminate the nuisance parameters, last first; what is left of g[0][0] is the information.
+    for p in (1..4).rev() {
+        for a in 0..p {
+            for b in 0..p {
+                g[a][b] -= g[a][p] * g[p][b] / g[p][p];
+            }
+        }
+    }
+    sigma / g[0][0].sqrt()
+}
+
+/// The exact bound of a complex tone's frequency in bins; `sigma` of each part.
+pub fn bound_iq(n: usize, amplitude: f64, sigma: f64) -> f64 {
+    let n2 = (n * n) as f64;
+    // Noise power 2 sigma^2 over both parts.
+    (6.0 / (TAU * TAU) * n2 / (n as f64 * (n2 - 1.0)) * 2.0).sqrt() * sigma / amplitude
+}
+
+/// What the two kinds of record need from a test.
+pub trait Kind: Record {
+    /// A sample of its parts.
+    fn sample(parts: [i16; 2]) -> Self::Sample;
+    /// The exact bound, see [`bound_real`] and [`bound_iq`].
+    fn bound(n: usize, line: Line, sigma: f64) -> f64;
+    /// Samples of `lines` in noise of `sigma` in each part.
+    fn record<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) -> [Self::Sample; N] {
+        analogue::<N>(rng, lines, sigma).map(|parts| Self::sample(parts.map(quantise)))
+    }
+}
+
+impl Kind for Real {
+    fn sample(parts: [i16; 2]) -> i16 {
+        parts[0]
+    }
+    fn bound(n: usize, line: Line, sigma: f64) -> f64 {
+        bound_real(n, line, sigma)
+    }
+}
+
+impl Kind for Iq {
+    fn sample(parts: [i16; 2]) -> [i16; 2] {
+        parts
+    }
+    fn bound(n: usize, line: Line, sigma: f64) -> f64 {
+        bound_iq(n, line.amplitude, sigma)
+    }
+}
+
+/// A file of the reference material, which lies beside the repository or where `PICKET_SHARED` says.
+pub fn shared(name: &str) -> std::path::PathBuf {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared");
+    std::path::Path::new(&std::env::var("PICKET_SHARED").unwrap_or(beside.into())).join(name)
+}

@@ -1,0 +1,175 @@
+//! The fit of a complex tone.
+//!
+//! With `e = pi / N` (km the peak bin, i the distance from it, d the unknown offset) let
+//! `u_i = tan(e i) / e` and `p = tan(e d) / e`. Every bin of a complex tone is exactly
+//!
+//! ```text
+//! X = c h (1 + j e u)      h = p / (p - u)      h' = dh/dp = (1 - h) / (p - u)
+//! ```
+//!
+//! c the complex unknown. With `Y = X (1 - j e u)` and `m = 1 + e^2 u^2` the normal equations need
+//!
+//! ```text
+//! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
+//! ```
+//!
+//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
+
+use super::series::{circle, cosine, line_shape, sinc};
+use super::{Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, limit};
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
+use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use heapless::Vec;
+use num_complex::Complex;
+
+/// A bin beside the peak.
+#[derive(Clone, Copy)]
+struct Side<T> {
+    u: T,
+    m: T,
+    y: Complex<T>,
+}
+
+struct Problem<T> {
+    e: T,
+    centre: Complex<T>,
+    sides: Vec<Side<T>, { 2 * REACH }>,
+}
+
+/// One evaluation of the normal equations at an offset.
+struct Step<T> {
+    /// How far to move, in units of p.
+    forward: T,
+    information: T,
+    /// c at this p, and after the move.
+    here: Complex<T>,
+    there: Complex<T>,
+}
+
+pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
+    bins: &Bins<T, R, Rectangular>,
+    course: Course<T>,
+) -> Option<Fit<T>> {
+    if bins.at(0).norm_sqr() <= T::zero() {
+        return None;
+    }
+    let problem = Problem::new::<R, K>(bins);
+    let (start, steps, settled) = match course {
+        Course::Usual => (problem.start(), 2, T::of(SETTLED)),
+        Course::From(start, steps) => (start, steps, T::zero()),
+    };
+    let mut d = limit(start, START_LIMIT);
+    let (mut p, mut speed) = problem.tangent(d);
+    let mut step = problem.step(p);
+    let (mut c, mut information) = (step.here, step.information * speed * speed);
+    for taken in 0..steps {
+        if taken > 0 {
+            step = problem.step(p);
+        }
+        let forward = limit(step.forward / speed, STEP_LIMIT);
+        let next = limit(d + forward, OFFSET_LIMIT);
+        let moved = next - d;
+        information = step.information * speed * speed;
+        d = next;
+        (p, speed) = problem.tangent(d);
+        c = step.there;
+        if moved.abs() <= settled {
+            break;
+        }
+    }
+    Some(problem.finish(d, c, information))
+}
+
+impl<T: Scalar> Problem<T> {
+    fn new<R: Record, const K: usize>(bins: &Bins<T, R, Rectangular>) -> Self {
+        let n = bins.n() as i32;
+        let e = T::of(core::f64::consts::PI) / T::of_i32(n);
+        let mut sides = Vec::new();
+        for i in distances::<K>() {
+            let turn = circle::<T>(i, n.saturating_mul(2));
+            let tangent = turn.im / turn.re;
+            for (k, lean) in [(-i, -tangent), (i, tangent)] {
+                let x = bins.at(k);
+                let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
+                // The vector holds every distance up to the reach.
+                let _ = sides.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+            }
+        }
+        Self { e, centre: bins.at(0), sides }
+    }
+
+    /// Sine and cosine of `e d`.
+    fn turn(&self, d: T) -> (T, T) {
+        let x = self.e * d;
+        (x * sinc(x * x), cosine(x * x))
+    }
+
+    /// p of an offset d, and dp/dd.
+    fn tangent(&self, d: T) -> (T, T) {
+        let (sin, cos) = self.turn(d);
+        let tangent = sin / cos;
+        (tangent / self.e, T::one() + tangent * tangent)
+    }
+
+    /// The offset from the peak and its two neighbours, exact without noise: with `Z = X exp(-j e i)`,
+    /// `sin(2 e d) = sin(2 e) Re{(Z_- - Z_+) / (2 cos(e) X_0 - Z_- - Z_+)}`.
+    ///
+    /// That is Candan's estimator (2013) with the half-sample rotation; his arc tangent in place of this
+    /// arc sine is off by a third-order term.
+    fn start(&self) -> T {
+        let [left, right] = match self.sides.as_slice() {
+            [left, right, ..] => [left, right],
+            _ => return T::zero(),
+        };
+        // Y is Z / cos e. So is the peak's term, which leaves 2 X_0; and sin(2 e) = 2 tan e / m.
+        let z = (left.y - right.y) / (self.centre + self.centre - left.y - right.y);
+        let two = T::of(2.0);
+        let sine = limit(z.re, START_LIMIT) * two * self.e * right.u / right.m;
+        let z = sine * sine;
+        let series = T::of(1.0 / 6.0) + z * (T::of(3.0 / 40.0) + z * T::of(15.0 / 336.0));
+        sine * (T::one() + z * series) / (two * self.e)
+    }
+
+    /// The sums at p, and what follows from them.
+    fn step(&self, p: T) -> Step<T> {
+        let zero = T::zero();
+        // The peak itself: h = 1, h' = 0.
+        let (mut aa, mut bb, mut dd) = (T::one(), zero, zero);
+        let (mut pp, mut qq) = (self.centre, Complex::new(zero, zero));
+        for side in &self.sides {
+            let r = T::one() / (p - side.u);
+            let h = p * r;
+            let slope = (T::one() - h) * r;
+            let (mh, ms) = (side.m * h, side.m * slope);
+            aa = aa + mh * h;
+            bb = bb + mh * slope;
+            dd = dd + ms * slope;
+            pp = pp + side.y * h;
+            qq = qq + side.y * slope;
+        }
+        let (above, below) = (qq * aa - pp * bb, pp * dd - qq * bb);
+        let here = pp / aa;
+        Step {
+            forward: (above * below.conj()).re / below.norm_sqr(),
+            information: here.norm_sqr() * (dd - bb * bb / aa),
+            here,
+            there: below / (aa * dd - bb * bb),
+        }
+    }
+
+    /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`,
+    /// and the noise estimate's `c` and `1 - exp(j 2 e d)`.
+    fn finish(&self, d: T, c: Complex<T>, information: T) -> Fit<T> {
+        let (sin, cos) = self.turn(d);
+        let x = self.e * d;
+        let two = T::of(2.0);
+        Fit {
+            offset: d,
+            line: c * (sinc(x * x) / line_shape(d)),
+            information,
+            numerators: [c, Complex::new(two * sin * sin, -(two * sin * cos))],
+            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+        }
+    }
+}

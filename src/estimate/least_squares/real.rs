@@ -1,0 +1,227 @@
+//! The fit of a real tone, image included.
+//!
+//! With `e = 2 pi / N`, `C = cos e km`, `S = sin e km` (km the peak bin, i the distance from it, d the
+//! unknown offset) let
+//!
+//! ```text
+//! c = e C / S              u_i = sin(e i) / e + c (1 - cos e i) / e^2        (about i)
+//!                          p   = sin(e d) / e + c (1 - cos e d) / e^2        (about d)
+//! ```
+//!
+//! that is, `u` and `p` are the differences of the cosines of frequencies, divided by `-e S`. Then
+//! every bin of a real tone, its image included, is exactly
+//!
+//! ```text
+//! Re X = (a - b e u) h      Im X = b s h      h = p / (p - u)      s = sin(e (km + i)) / S
+//! ```
+//!
+//! with two real unknowns a, b, and h' = dh/dp = (1 - h) / (p - u). No sine depends on the
+//! unknown, all numbers are near 1, and because `u h = p (h - 1)` every weighted sum the normal
+//! equations need follows from eight:
+//!
+//! ```text
+//! A = sum h^2    s1 = sum h'    B = sum h h'    D = sum h'^2
+//! r1 = sum h Re  r2 = sum h V   q1 = sum h' Re  q2 = sum h' V      V = s Im - e u Re
+//! ```
+//!
+//! Only bins 1..=N/2-1 enter, so a DC offset has no effect.
+
+use super::series::{circle, cosine, line_shape, sinc};
+use super::{
+    Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, limit,
+};
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
+use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use heapless::Vec;
+use num_complex::Complex;
+
+/// A bin beside the peak.
+#[derive(Clone, Copy)]
+struct Side<T> {
+    u: T,
+    re: T,
+    v: T,
+}
+
+/// The bins in the form of the module's equations.
+struct Problem<T> {
+    e: T,
+    c: T,
+    centre: Complex<T>,
+    sides: Vec<Side<T>, { 2 * REACH }>,
+}
+
+/// One evaluation of the normal equations at an offset.
+struct Step<T> {
+    /// How far to move, in units of p.
+    forward: T,
+    information: T,
+    line: Complex<T>,
+    /// By how much `line` changes for each unit that p moves.
+    slope: Complex<T>,
+}
+
+pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
+    bins: &Bins<T, R, Rectangular>,
+    course: Course<T>,
+) -> Option<Fit<T>> {
+    let (peak, last) = (bins.peak(), bins.n() as i32 / 2 - 1);
+    if peak < 1 || peak > last || bins.at(0).norm_sqr() <= T::zero() {
+        return None;
+    }
+    let problem = Problem::new::<R, K>(bins);
+    let edge = peak < 3 || peak > last - 2;
+    let (start, steps, settled) = match course {
+        Course::Usual => (problem.start::<R>(bins), if edge { 3 } else { 2 }, T::of(SETTLED)),
+        Course::From(start, steps) => (start, steps, T::zero()),
+    };
+    // The tone stays between DC and Nyquist.
+    let low = (T::of(EDGE_LIMIT) - T::of_i32(peak)).max(T::of(-OFFSET_LIMIT));
+    let high = (T::of_i32(last - peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
+    let mut d = limit(start, START_LIMIT).max(low).min(high);
+    let (mut p, mut speed) = problem.cosine_offset(d);
+    let mut step = problem.step(p);
+    for taken in 0..steps {
+        if taken > 0 {
+            step = problem.step(p);
+        }
+        let next = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+        let moved = next - d;
+        d = next;
+        let information = step.information * speed * speed;
+        let before = p;
+        (p, speed) = problem.cosine_offset(d);
+        step.line = step.line + step.slope * (p - before);
+        step.information = information;
+        if moved.abs() <= settled {
+            break;
+        }
+    }
+    if steps == 0 {
+        step.information = step.information * speed * speed;
+    }
+    Some(problem.finish(d, p, &step))
+}
+
+impl<T: Scalar> Problem<T> {
+    fn new<R: Record, const K: usize>(bins: &Bins<T, R, Rectangular>) -> Self {
+        let (n, peak) = (bins.n() as i32, bins.peak());
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let w = circle::<T>(peak, n);
+        let c = e * (w.re / w.im);
+        let mut sides = Vec::new();
+        for i in distances::<K>() {
+            // Half the angle: 1 - cos without cancellation.
+            let half = circle::<T>(i, n.saturating_mul(2));
+            let versine = T::of(2.0) * half.im * half.im;
+            let sine = T::of(2.0) * half.im * half.re;
+            let (near, bend) = (sine / e, c * (versine / (e * e)));
+            for (k, sign) in [(-i, -T::one()), (i, T::one())] {
+                if peak + k < 1 || peak + k > n / 2 - 1 {
+                    continue;
+                }
+                let u = sign * near + bend;
+                let s = T::one() - versine + sign * c * near;
+                let x = bins.at(k);
+                // The vector holds every distance up to the reach.
+                let _ = sides.push(Side { u, re: x.re, v: s * x.im - e * u * x.re });
+            }
+        }
+        Self { e, c, centre: bins.at(0), sides }
+    }
+
+    /// p of an offset d, and dp/dd.
+    fn cosine_offset(&self, d: T) -> (T, T) {
+        let half = self.e * d * T::of(0.5);
+        let z = half * half;
+        let (cos, sinc) = (cosine(z), sinc(z));
+        let bend = d * d * sinc * sinc * T::of(0.5);
+        let p = d * sinc * cos + self.c * bend;
+        (p, T::one() - T::of(2.0) * z * sinc * sinc + self.c * d * sinc * cos)
+    }
+
+    /// The offset from the peak and its two neighbours: `X (p - u) = p (a - b e u + j b s)` with
+    /// `a + j b` the peak itself, by linear least squares for p. Exact without noise.
+    fn start<R: Record>(&self, bins: &Bins<T, R, Rectangular>) -> T {
+        let Complex { re: a, im: b } = self.centre;
+        let (mut above, mut below) = (T::zero(), T::zero());
+        for (k, side) in [-1, 1].into_iter().zip(&self.sides) {
+            let x = bins.at(k);
+            let s = (side.v + self.e * side.u * x.re) / x.im;
+            let s = if s.is_finite() { s } else { T::one() };
+            let (re, im) = (x.re - a + self.e * side.u * b, x.im - s * b);
+            above = above + side.u * (x.re * re + x.im * im);
+            below = below + re * re + im * im;
+        }
+        let p = above / below;
+        // d of p: tan(e d / 2) = e p / (1 + sqrt(1 + 2 c p - e^2 p^2)), an angle below 0.05.
+        let p = limit(p, START_LIMIT);
+        let root = (T::one() + T::of(2.0) * self.c * p - self.e * self.e * p * p).max(T::zero());
+        let half = p / (T::one() + root.sqrt());
+        let tangent = self.e * half;
+        (half + half) * (T::one() - tangent * tangent * T::of(1.0 / 3.0))
+    }
+
+    /// The eight sums at p, and what follows from them.
+    fn step(&self, p: T) -> Step<T> {
+        let zero = T::zero();
+        let Complex { re, im } = self.centre;
+        // The peak itself: h = 1, h' = 0.
+        let (mut aa, mut s1, mut bb, mut dd) = (T::one(), zero, zero, zero);
+        let (mut r1, mut r2, mut q1, mut q2) = (re, im, zero, zero);
+        for side in &self.sides {
+            let r = T::one() / (p - side.u);
+            let h = p * r;
+            let slope = (T::one() - h) * r;
+            aa = aa + h * h;
+            s1 = s1 + slope;
+            bb = bb + h * slope;
+            dd = dd + slope * slope;
+            r1 = r1 + h * side.re;
+            r2 = r2 + h * side.v;
+            q1 = q1 + slope * side.re;
+            q2 = q2 + slope * side.v;
+        }
+        let (e, c2) = (self.e, self.c + self.c);
+        let (lean, rest) = (e * p, s1 - bb);
+        // Inner products of the basis (1, 0) h and (-e u, s) h.
+        let g12 = lean * p * s1;
+        let g22 = aa - c2 * p * p * s1;
+        let inverse = T::one() / (aa * g22 - g12 * g12);
+        let a = (g22 * r1 - g12 * r2) * inverse;
+        let b = (aa * r2 - g12 * r1) * inverse;
+        // Those of the model's derivative with the basis, with itself and with the data.
+        let b2 = lean * rest;
+        let d2 = e * (rest - p * dd);
+        let x1 = a * bb + b * b2;
+        let x2 = a * b2 + b * (bb - c2 * p * rest);
+        let own = a * a * dd + (a + a) * b * d2 + b * b * (dd - c2 * (rest - p * dd));
+        let slope =
+            Complex::new((g22 * x1 - g12 * x2) * inverse, (aa * x2 - g12 * x1) * inverse);
+        let information = own - (x1 * slope.re + x2 * slope.im);
+        Step {
+            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
+            information,
+            line: Complex::new(a, b),
+            slope: -slope,
+        }
+    }
+
+    /// The tone's amplitude `A N/2 exp(j (phase + pi d)) = p/d / sinc(pi d) ((a - e p b) / s + j b)`,
+    /// `s = sin(e f) / S`, and the noise estimate's `p (a - b C/S)` and `p b`.
+    fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
+        let Complex { re: a, im: b } = step.line;
+        let bent = self.e * p;
+        let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).sqrt();
+        let ratio = if d == T::zero() { T::one() } else { p / d };
+        let line = Complex::new((a - bent * b) / s, b) * (ratio / line_shape(d));
+        Fit {
+            offset: d,
+            line,
+            information: step.information,
+            numerators: [Complex::new(p * a, p * b), Complex::new(p, s)],
+            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+        }
+    }
+}
