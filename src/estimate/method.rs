@@ -2,7 +2,7 @@
 //! documentation all read this list; a new estimator is its file and a line here.
 
 use super::samples::{Raw, Samples, as_kind};
-use super::{autocorrelation, dft, hann, interpolate, quinn, rife, snr};
+use super::{autocorrelation, dft, hann, interpolate, least_squares, quinn, rife, snr};
 use crate::acquire::sample::{Iq, Record};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
@@ -276,6 +276,12 @@ methods! {
         "Grandke: the ratio of two magnitudes under Hann's window";
     18 CandanHann "candan-hann" "hann" Both Bins Hann 3.0 hann::candan_hann,
         "Candan's three complex bins under Hann's window";
+    19 LeastSquares "least-squares" "least_squares" Iq Bins Rectangular 1.01
+        least_squares::least_squares::<_, 16>,
+        "least squares over 33 bins, I/Q";
+    20 LeastSquaresReal "least-squares-real" "least_squares" Real Bins Rectangular 1.02
+        least_squares::least_squares_real::<_, 16>,
+        "least squares over 33 bins with the mirror image in the model, real samples";
 }
 
 impl Default for Method {

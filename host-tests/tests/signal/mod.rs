@@ -128,7 +128,11 @@ pub trait Kind: Record {
     /// The exact bound, see [`bound_real`] and [`bound_iq`].
     fn bound(n: usize, line: Line, sigma: f64) -> f64;
     /// Samples of `lines` in noise of `sigma` in each part.
-    fn record<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) -> [Self::Sample; N] {
+    fn record<const N: usize>(
+        rng: &mut ChaCha8Rng,
+        lines: &[Line],
+        sigma: f64,
+    ) -> [Self::Sample; N] {
         analogue::<N>(rng, lines, sigma).map(|parts| Self::sample(parts.map(quantise)))
     }
 }

@@ -197,8 +197,7 @@ impl<T: Scalar> Problem<T> {
         let x1 = a * bb + b * b2;
         let x2 = a * b2 + b * (bb - c2 * p * rest);
         let own = a * a * dd + (a + a) * b * d2 + b * b * (dd - c2 * (rest - p * dd));
-        let slope =
-            Complex::new((g22 * x1 - g12 * x2) * inverse, (aa * x2 - g12 * x1) * inverse);
+        let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (aa * x2 - g12 * x1) * inverse);
         let information = own - (x1 * slope.re + x2 * slope.im);
         Step {
             forward: (a * (q1 - x1) + b * (q2 - x2)) / information,

@@ -88,7 +88,7 @@ mod tests {
             for k in -n..n {
                 let turns = f64::from(k) / f64::from(n);
                 let exact = f64::unit(turns);
-                assert!((circle::<f64>(k, n) - exact).norm() < 1e-14, "{k}/{n}");
+                assert!((circle::<f64>(k, n) - exact).norm_sqr() < 1e-28, "{k}/{n}");
                 let single = circle::<f32>(k, n);
                 assert!((f64::from(single.re) - exact.re).abs() < 1.5e-7, "{k}/{n}");
                 assert!((f64::from(single.im) - exact.im).abs() < 1.5e-7, "{k}/{n}");
