@@ -1,3 +1,4 @@
 //! Host tools.
 pub mod reference;
 pub mod scenario;
+pub mod telemetry;

@@ -1,0 +1,207 @@
+//! Records over a bad line: what arrives is what was sent, what does not is counted.
+
+use fixed::types::{I0F32, I32F32};
+use picket::acquire::sample::{Segment, Stamp};
+use picket::estimate::frequency::Frequency;
+use picket::estimate::method::Method;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::{Measurement, Outcome};
+use picket::report::frame::{self, FrameError, Kind, Reader};
+use picket::report::record::{Health, Record, RecordError};
+use picket::report::{cobs, frame::PAYLOAD};
+use picket::solve::chirp::{Ambiguity, Target};
+use picket::solve::doppler::Velocity;
+use picket_host::telemetry::{Telemetry, TelemetryError};
+use proptest::prelude::*;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn fixed(rng: &mut impl Rng) -> I32F32 {
+    I32F32::from_bits(rng.random())
+}
+
+fn float(rng: &mut impl Rng) -> f32 {
+    match rng.random_range(0..8) {
+        0 => f32::INFINITY,
+        1 => 0.0,
+        _ => rng.random::<f32>() * 10f32.powi(rng.random_range(-20..20)),
+    }
+}
+
+fn record(sequence: u32, rng: &mut impl Rng) -> Record {
+    let verdict = |rng: &mut _| Verdict::ALL[Rng::next_u32(rng) as usize % Verdict::ALL.len()];
+    let result = match rng.random_range(0..5) {
+        0 => Outcome::None,
+        1 => Outcome::Velocity(Velocity {
+            velocity: fixed(rng),
+            sigma: float(rng),
+            verdict: verdict(rng),
+        }),
+        other => Outcome::Target(Target {
+            range: fixed(rng),
+            velocity: fixed(rng),
+            sigma_range: float(rng),
+            sigma_velocity: float(rng),
+            ambiguity: match other {
+                2 => Ambiguity::None,
+                3 => Ambiguity::Exchange { range: fixed(rng), velocity: fixed(rng) },
+                _ => Ambiguity::Coupled,
+            },
+            verdict: verdict(rng),
+        }),
+    };
+    Record {
+        measurement: Measurement {
+            stamp: Stamp {
+                sequence,
+                clock: rng.random(),
+                segment: Segment::from_u8(rng.random_range(0..4)).unwrap(),
+                gap: rng.random(),
+            },
+            clipped: rng.random(),
+            tone: Tone {
+                frequency: Frequency(I0F32::from_bits(rng.random())),
+                sigma: float(rng),
+                snr: float(rng),
+                amplitude: float(rng),
+                verdict: verdict(rng),
+            },
+            result,
+        },
+        method: Method::ALL[rng.random_range(0..Method::ALL.len())],
+        health: Health { lost: rng.random(), faults: rng.random() },
+    }
+}
+
+#[test]
+fn records_come_back_bit_for_bit() {
+    println!("seed 3");
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let records: Vec<Record> = (0..10_000).map(|sequence| record(sequence, &mut rng)).collect();
+    let bytes: Vec<u8> = records.iter().flat_map(|r| r.to_frame()).collect();
+    let mut telemetry = Telemetry::default();
+    assert_eq!(telemetry.read(&bytes), records);
+    assert_eq!((telemetry.records, telemetry.bad, telemetry.lost), (10_000, 0, 0));
+}
+
+#[test]
+fn a_float_without_a_value_keeps_its_bits() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut sent = record(0, &mut rng);
+    sent.measurement.tone.sigma = f32::from_bits(0x7fc0_1234);
+    let got = Record::of_bytes(&sent.to_bytes()).unwrap();
+    assert_eq!(got.measurement.tone.sigma.to_bits(), 0x7fc0_1234);
+}
+
+#[test]
+fn holes_and_restarts_in_the_sequence() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut telemetry = Telemetry::default();
+    for sequence in [7, 8, 11, 12, 0, 1, 3] {
+        telemetry.read(&record(sequence, &mut rng).to_frame());
+    }
+    assert_eq!((telemetry.records, telemetry.lost), (7, 3));
+}
+
+#[test]
+fn a_hundred_thousand_damaged_frames_and_none_accepted() {
+    println!("seed 6");
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let mut accepted = 0;
+    for sequence in 0..100_000u32 {
+        let sent = record(sequence, &mut rng);
+        let mut bytes = sent.to_frame().to_vec();
+        let last = bytes.len() - 1;
+        match rng.random_range(0..5) {
+            // Bits flipped, the closing zero among them.
+            0 => {
+                for _ in 0..rng.random_range(1..8) {
+                    let at = rng.random_range(0..=last);
+                    bytes[at] ^= 1 << rng.random_range(0..8);
+                }
+            }
+            // A burst.
+            1 => {
+                let from = rng.random_range(0..last);
+                let to = (from + rng.random_range(1..40)).min(last);
+                rng.fill_bytes(&mut bytes[from..to]);
+            }
+            // Bytes lost, doubled, put in.
+            2 => drop(bytes.remove(rng.random_range(0..last))),
+            3 => bytes.insert(rng.random_range(0..last), rng.random()),
+            _ => bytes.truncate(rng.random_range(1..last)),
+        }
+        bytes.push(0);
+        for got in Telemetry::default().read(&bytes) {
+            // Damage may hit nothing but the closing zero, or undo itself: then the record is whole.
+            accepted += u32::from(got.to_bytes() != sent.to_bytes());
+        }
+    }
+    assert_eq!(accepted, 0);
+}
+
+#[test]
+fn noise_between_frames_costs_no_frame() {
+    println!("seed 8");
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let mut telemetry = Telemetry::default();
+    let mut got = 0;
+    for sequence in 0..1000 {
+        let mut noise = vec![0u8; rng.random_range(0..600)];
+        rng.fill_bytes(&mut noise);
+        noise.push(0);
+        noise.extend(record(sequence, &mut rng).to_frame());
+        got += telemetry.read(&noise).len();
+    }
+    assert_eq!((got, telemetry.lost), (1000, 0));
+    assert!(telemetry.bad > 0);
+}
+
+#[test]
+fn errors_name_their_cause() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let sent = record(1, &mut rng);
+    let reply = |bytes: &[u8]| {
+        let mut telemetry = Telemetry::default();
+        bytes.iter().find_map(|&b| telemetry.push(b)).unwrap().unwrap_err()
+    };
+    let mut newer = sent.to_bytes();
+    newer[0] = 9;
+    let frame = frame::encode(Kind::Record, &newer).unwrap();
+    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Version(9)));
+    let frame = frame::encode(Kind::Record, &sent.to_bytes()[..40]).unwrap();
+    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Short));
+    let frame = frame::encode(Kind::End, &[]).unwrap();
+    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Kind(Kind::End)));
+    let mut damaged = sent.to_frame();
+    damaged[20] ^= 0x80;
+    assert!(matches!(reply(&damaged), TelemetryError::Frame(_)));
+    assert_eq!(reply(&[1, 0]), TelemetryError::Frame(FrameError::Truncated));
+    assert_eq!(
+        reply(&[&[7u8; 900][..], &[0]].concat()),
+        TelemetryError::Frame(FrameError::TooLong)
+    );
+}
+
+proptest! {
+    #[test]
+    fn stuffing_has_no_zero_and_comes_back(data in prop::collection::vec(any::<u8>(), 0..600)) {
+        let mut wire = heapless::Vec::<u8, 700>::new();
+        cobs::encode(&data, &mut wire).unwrap();
+        prop_assert!(!wire.contains(&0) && wire.len() <= cobs::encoded_len(data.len()));
+        let mut decoder = cobs::Decoder::default();
+        let back: Vec<u8> = wire.iter().filter_map(|&byte| decoder.push(byte)).collect();
+        prop_assert!(decoder.complete());
+        prop_assert_eq!(back, data);
+    }
+
+    #[test]
+    fn frames_come_back(payload in prop::collection::vec(any::<u8>(), 0..=PAYLOAD)) {
+        let mut reader = Reader::default();
+        let wire = frame::encode(Kind::Record, &payload).unwrap();
+        let read: Vec<_> = wire.iter().filter_map(|&byte| reader.push(byte)).collect();
+        prop_assert_eq!(read.len(), 1);
+        let frame = read[0].as_ref().unwrap();
+        prop_assert_eq!((frame.kind, &frame.payload[..]), (Kind::Record, &payload[..]));
+    }
+}

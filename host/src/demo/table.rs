@@ -1,0 +1,221 @@
+//! Truth beside measurement: the rows, their errors, and whether they lie inside the papers' bars.
+
+use crate::scenario::{Bars, Row};
+use comfy_table::{Cell, CellAlignment, Color, Table, presets};
+use picket::estimate::tone::Verdict;
+use serde::Serialize;
+use std::io::IsTerminal;
+
+/// What the firmware answered for a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// Metres; 0 for the turntable.
+    pub range_m: f64,
+    /// Metres per second.
+    pub velocity_mps: f64,
+    /// One standard deviation, metres.
+    pub sigma_range_m: f64,
+    /// One standard deviation, metres per second.
+    pub sigma_velocity_mps: f64,
+    /// May it be used?
+    pub verdict: Verdict,
+}
+
+/// A row and its answer, if a record of it arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Result {
+    /// The truth.
+    pub truth: Row,
+    /// The measurement.
+    pub answer: Option<Answer>,
+}
+
+impl Result {
+    /// Errors in metres and metres per second.
+    pub fn errors(&self) -> Option<(f64, f64)> {
+        let answer = self.answer?;
+        Some((answer.range_m - self.truth.range_m, answer.velocity_mps - self.truth.velocity_mps))
+    }
+
+    /// True where both errors are inside the bars. A row without an answer is outside.
+    pub fn inside(&self, bars: &Bars) -> bool {
+        self.errors().is_some_and(|(range, velocity)| {
+            range.abs() <= bars.range_m && velocity.abs() <= bars.velocity_mps
+        })
+    }
+}
+
+/// A table of results and what it must keep to.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// All rows, in order.
+    pub results: Vec<Result>,
+    /// The papers' accuracy.
+    pub bars: Bars,
+    /// The method's name.
+    pub method: String,
+}
+
+#[derive(Serialize)]
+struct JsonRow<'a> {
+    row: usize,
+    truth_range_m: f64,
+    truth_velocity_mps: f64,
+    range_m: Option<f64>,
+    velocity_mps: Option<f64>,
+    sigma_range_m: Option<f64>,
+    sigma_velocity_mps: Option<f64>,
+    verdict: &'static str,
+    inside: bool,
+    method: &'a str,
+}
+
+#[derive(Serialize)]
+struct JsonSummary<'a> {
+    summary: bool,
+    rows: usize,
+    inside: usize,
+    rms_range_m: f64,
+    worst_range_m: f64,
+    rms_velocity_mps: f64,
+    worst_velocity_mps: f64,
+    bar_range_m: f64,
+    bar_velocity_mps: f64,
+    method: &'a str,
+}
+
+impl Summary {
+    /// How many rows are inside the bars.
+    pub fn inside(&self) -> usize {
+        self.results.iter().filter(|result| result.inside(&self.bars)).count()
+    }
+
+    /// Root mean square and largest magnitude of an error over the rows that have an answer.
+    fn spread(&self, pick: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
+        let errors: Vec<f64> = self.results.iter().filter_map(Result::errors).map(pick).collect();
+        let square: f64 = errors.iter().map(|e| e * e).sum();
+        let worst = errors.iter().fold(0.0f64, |worst, e| worst.max(e.abs()));
+        ((square / errors.len().max(1) as f64).sqrt(), worst)
+    }
+
+    /// One object a line, the summary last.
+    pub fn json(&self) -> serde_json::Result<String> {
+        let mut lines = String::new();
+        for (index, result) in self.results.iter().enumerate() {
+            let answer = result.answer;
+            let row = JsonRow {
+                row: index + 1,
+                truth_range_m: result.truth.range_m,
+                truth_velocity_mps: result.truth.velocity_mps,
+                range_m: answer.map(|a| a.range_m),
+                velocity_mps: answer.map(|a| a.velocity_mps),
+                sigma_range_m: answer.map(|a| a.sigma_range_m),
+                sigma_velocity_mps: answer.map(|a| a.sigma_velocity_mps),
+                verdict: answer.map_or(Verdict::NoSignal, |a| a.verdict).name(),
+                inside: result.inside(&self.bars),
+                method: &self.method,
+            };
+            lines += &serde_json::to_string(&row)?;
+            lines.push('\n');
+        }
+        let (rms_range_m, worst_range_m) = self.spread(|e| e.0);
+        let (rms_velocity_mps, worst_velocity_mps) = self.spread(|e| e.1);
+        lines += &serde_json::to_string(&JsonSummary {
+            summary: true,
+            rows: self.results.len(),
+            inside: self.inside(),
+            rms_range_m,
+            worst_range_m,
+            rms_velocity_mps,
+            worst_velocity_mps,
+            bar_range_m: self.bars.range_m,
+            bar_velocity_mps: self.bars.velocity_mps,
+            method: &self.method,
+        })?;
+        lines.push('\n');
+        Ok(lines)
+    }
+
+    /// For people: a table of ranges in metres and speeds in km/h.
+    pub fn lidar_text(&self) -> String {
+        let head = ["row", "true L m", "true V km/h", "L m", "V km/h", "dL cm", "dV km/h", "verdict"];
+        let mut table = table(&head);
+        for (index, result) in self.results.iter().enumerate() {
+            let mut cells = vec![
+                (index + 1).to_string(),
+                format!("{:.0}", result.truth.range_m),
+                format!("{:+.0}", result.truth.velocity_mps * 3.6),
+            ];
+            match (result.answer, result.errors()) {
+                (Some(a), Some((range, velocity))) => cells.extend([
+                    format!("{:.3} ± {:.3}", a.range_m, a.sigma_range_m),
+                    format!("{:+.3} ± {:.3}", a.velocity_mps * 3.6, a.sigma_velocity_mps * 3.6),
+                    format!("{:+.2}", range * 100.0),
+                    format!("{:+.3}", velocity * 3.6),
+                    a.verdict.name().to_string(),
+                ]),
+                _ => cells.push("no record".to_string()),
+            }
+            self.add(&mut table, cells, result);
+        }
+        let (rms_range, worst_range) = self.spread(|e| e.0);
+        let (rms_velocity, worst_velocity) = self.spread(|e| e.1);
+        format!(
+            "{table}\n\n{}\n  range     rms {:.2} cm, worst {:.2} cm       (the paper: at most {:.0} cm)\n  \
+             velocity  rms {:.3} km/h, worst {:.3} km/h (the paper: at most {:.2} km/h)\n",
+            self.verdict_line(),
+            rms_range * 100.0,
+            worst_range * 100.0,
+            self.bars.range_m * 100.0,
+            rms_velocity * 3.6,
+            worst_velocity * 3.6,
+            self.bars.velocity_mps * 3.6,
+        )
+    }
+
+    /// For people: a table of speeds in mm/s.
+    pub fn turntable_text(&self) -> String {
+        let mut table = table(&["row", "true V mm/s", "V mm/s", "dV mm/s", "verdict"]);
+        for (index, result) in self.results.iter().enumerate() {
+            let truth = format!("{:+.3}", result.truth.velocity_mps * 1e3);
+            let mut cells = vec![(index + 1).to_string(), truth];
+            match (result.answer, result.errors()) {
+                (Some(a), Some((_, error))) => cells.extend([
+                    format!("{:+.3} ± {:.3}", a.velocity_mps * 1e3, a.sigma_velocity_mps * 1e3),
+                    format!("{:+.3}", error * 1e3),
+                    a.verdict.name().to_string(),
+                ]),
+                _ => cells.push("no record".to_string()),
+            }
+            self.add(&mut table, cells, result);
+        }
+        let (rms, worst) = self.spread(|e| e.1);
+        format!(
+            "{table}\n\n{}\n  velocity  rms {:.3} mm/s, worst {:.3} mm/s (the paper: below {:.0} mm/s)\n",
+            self.verdict_line(),
+            rms * 1e3,
+            worst * 1e3,
+            self.bars.velocity_mps * 1e3,
+        )
+    }
+
+    fn verdict_line(&self) -> String {
+        format!("{} of {} rows inside, by {}", self.inside(), self.results.len(), self.method)
+    }
+
+    fn add(&self, table: &mut Table, cells: Vec<String>, result: &Result) {
+        let outside = !result.inside(&self.bars) && std::io::stdout().is_terminal();
+        table.add_row(cells.into_iter().map(|text| {
+            let cell = Cell::new(text).set_alignment(CellAlignment::Right);
+            if outside { cell.fg(Color::Red) } else { cell }
+        }));
+    }
+}
+
+/// An empty table with right-aligned heads and few lines.
+pub fn table(heads: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(heads.iter().map(|h| Cell::new(h).set_alignment(CellAlignment::Right)));
+    table
+}

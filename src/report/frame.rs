@@ -1,0 +1,138 @@
+//! Frames: a kind, a payload and a CRC-32, stuffed by COBS and closed by a zero.
+//!
+//! ```text
+//! COBS( kind: u8 | payload: 0..=PAYLOAD bytes | CRC-32/ISO-HDLC of both, little-endian ) | 0x00
+//! ```
+//!
+//! A reader that joins in the middle, or meets noise, loses frames up to the next zero and no more.
+
+use super::cobs;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+
+/// The largest payload in bytes.
+pub const PAYLOAD: usize = 200;
+/// The largest frame before stuffing.
+const PLAIN: usize = 1 + PAYLOAD + 4;
+/// The largest frame on the wire.
+pub const WIRE: usize = cobs::encoded_len(PLAIN) + 1;
+
+/// The polynomial of Ethernet and zlib, without a table: a record has a hundred bytes.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// What a frame carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Kind {
+    /// A measurement ([`super::record::Record`]).
+    Record = 1,
+    /// The last frame of a run: the front end's counters.
+    End = 2,
+}
+
+impl Kind {
+    /// The kind with this number.
+    pub const fn from_u8(code: u8) -> Option<Self> {
+        match code {
+            1 => Some(Kind::Record),
+            2 => Some(Kind::End),
+            _ => None,
+        }
+    }
+}
+
+/// Why bytes between two zeros are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum FrameError {
+    /// They end within a group, or are too few for a kind and a checksum.
+    Truncated,
+    /// They are more than a frame can hold.
+    TooLong,
+    /// The checksum does not match.
+    Checksum,
+    /// The checksum matches but the kind is unknown: a newer device.
+    Kind(u8),
+}
+
+impl core::fmt::Display for FrameError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            FrameError::Truncated => f.write_str("a frame is cut off"),
+            FrameError::TooLong => f.write_str("a frame is too long"),
+            FrameError::Checksum => f.write_str("a frame's checksum does not match"),
+            FrameError::Kind(kind) => write!(f, "a frame is of unknown kind {kind}"),
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A frame that was read whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// What it carries.
+    pub kind: Kind,
+    /// The payload.
+    pub payload: Vec<u8, PLAIN>,
+}
+
+/// The bytes of a frame, closing zero included. A payload longer than [`PAYLOAD`] is refused.
+pub fn encode(kind: Kind, payload: &[u8]) -> Result<Vec<u8, WIRE>, cobs::Full> {
+    let mut plain = Vec::<u8, PLAIN>::new();
+    plain.push(kind as u8).map_err(|_| cobs::Full)?;
+    plain.extend_from_slice(payload).map_err(|_| cobs::Full)?;
+    let checksum = CRC.checksum(&plain);
+    plain.extend_from_slice(&checksum.to_le_bytes()).map_err(|_| cobs::Full)?;
+    let mut wire = Vec::new();
+    cobs::encode(&plain, &mut wire)?;
+    wire.push(0).map_err(|_| cobs::Full)?;
+    Ok(wire)
+}
+
+/// Finds frames in a stream of bytes.
+#[derive(Clone, Debug, Default)]
+pub struct Reader {
+    stuffing: cobs::Decoder,
+    plain: Vec<u8, PLAIN>,
+    begun: bool,
+    overlong: bool,
+}
+
+impl Reader {
+    /// Takes a byte; gives a frame, or why there is none, at each closing zero. Zeros in a row are idle.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
+        if byte != 0 {
+            self.begun = true;
+            if let Some(data) = self.stuffing.push(byte) {
+                self.overlong |= self.plain.push(data).is_err();
+            }
+            return None;
+        }
+        let frame = core::mem::take(self);
+        frame.begun.then(|| frame.finish())
+    }
+
+    fn finish(self) -> Result<Frame, FrameError> {
+        if self.overlong {
+            return Err(FrameError::TooLong);
+        }
+        if !self.stuffing.complete() {
+            return Err(FrameError::Truncated);
+        }
+        let Some((body, &checksum)) = self.plain.split_last_chunk::<4>() else {
+            return Err(FrameError::Truncated);
+        };
+        let Some((&kind, payload)) = body.split_first() else {
+            return Err(FrameError::Truncated);
+        };
+        if CRC.checksum(body) != u32::from_le_bytes(checksum) {
+            return Err(FrameError::Checksum);
+        }
+        let kind = Kind::from_u8(kind).ok_or(FrameError::Kind(kind))?;
+        let payload = Vec::from_slice(payload).map_err(|_| FrameError::TooLong)?;
+        Ok(Frame { kind, payload })
+    }
+}
