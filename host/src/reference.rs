@@ -109,13 +109,14 @@ pub fn fitz(samples: &[Complex64]) -> f64 {
     let n = samples.len();
     let peak = strongest(samples, 1, 0, n);
     let lags = n / 2;
-    let correlation = |lag: usize| -> Complex64 {
-        samples[lag..].iter().zip(samples).map(|(late, early)| late * early.conj()).sum()
-    };
+    // Padded to twice the length, the circular correlation is the linear one.
+    let mut correlation = padded(samples, 2);
+    correlation.iter_mut().for_each(|x| *x = Complex::new(x.norm_sqr(), 0.0));
+    FftPlanner::new().plan_fft_inverse(2 * n).process(&mut correlation);
     let sum: f64 = (1..=lags)
         .map(|lag| {
             let turns = (peak as usize * lag % n) as f64 / n as f64;
-            lag as f64 * f64::angle(correlation(lag) * f64::unit(-turns))
+            lag as f64 * f64::angle(correlation[lag] * f64::unit(-turns))
         })
         .sum();
     let (n, j) = (n as f64, lags as f64);
@@ -214,18 +215,18 @@ fn dot(
 
 /// The strongest of the points `from..to` of an FFT padded to `pad` times the record, in bins.
 fn strongest(samples: &[Complex64], pad: usize, from: usize, to: usize) -> f64 {
+    let spectrum = padded(samples, pad);
+    let powers = spectrum.iter().map(|x| x.norm_sqr()).enumerate().take(to).skip(from);
+    let best = powers.fold((from, -1.0), |best, point| if point.1 > best.1 { point } else { best });
+    best.0 as f64 / pad as f64
+}
+
+/// The transform of a record followed by zeros to `pad` times its length.
+fn padded(samples: &[Complex64], pad: usize) -> Vec<Complex64> {
     let mut x = samples.to_vec();
     x.resize(pad * samples.len(), Complex::new(0.0, 0.0));
     FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
-    let powers = x.iter().enumerate().take(to).skip(from);
-    let best =
-        powers.fold(
-            (from, -1.0),
-            |best, (k, x)| {
-                if x.norm_sqr() > best.1 { (k, x.norm_sqr()) } else { best }
-            },
-        );
-    best.0 as f64 / pad as f64
+    x
 }
 
 #[cfg(test)]

@@ -81,6 +81,9 @@ fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
         sum = sum
             + pairs.by_ref().take(64).fold(zero, |part, (late, early)| part + late * early.conj());
     }
+    if sum == zero {
+        return T::zero();
+    }
     let n = bins.n() as i64;
     let whole = i64::from(bins.peak()).wrapping_mul(lag as i64).checked_rem_euclid(n);
     let turns = T::of_i32(whole.unwrap_or(0) as i32) / bins.length();

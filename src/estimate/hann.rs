@@ -2,7 +2,27 @@
 //!
 //! A tone `d` bins above the peak shows, for large N, `X_i` in proportion to `1 / (u (1 - u^2))`, `u = d - i`. Offsets
 //! are in bins from the peak, positive upwards, -1..=1; 0 where there is no signal. The error has a
-//! term of order `1/N^2`. Hann's window costs noise: about 1.8 times the rectangular window's bound.
+//! term of order `1/N^4` (7e-10 bin at N = 256).
+//!
+//! A window is part of a bin's type. Estimators for the one do not take the other:
+//!
+//! ```compile_fail,E0308
+//! use picket::acquire::sample::Iq;
+//! use picket::estimate::rife::z_rife;
+//! use picket::spectrum::bins::{Bins, Hann};
+//! fn wrong(bins: &Bins<f32, Iq, Hann>) -> f32 {
+//!     z_rife(bins)
+//! }
+//! ```
+//!
+//! ```compile_fail,E0308
+//! use picket::acquire::sample::Real;
+//! use picket::estimate::hann::grandke;
+//! use picket::spectrum::bins::{Bins, Rectangular};
+//! fn wrong(bins: &Bins<f32, Real, Rectangular>) -> f32 {
+//!     grandke(bins)
+//! }
+//! ```
 
 use super::within;
 use crate::acquire::sample::Record;
@@ -13,7 +33,8 @@ use crate::spectrum::bins::{Bins, Hann};
 /// `r (2 a - 1) / (a + 1)`, `a = |X_r| / |X_0|`.
 ///
 /// Valid for a tone, real or complex, at least 3 bins from another line or its own image. Beyond the
-/// bins: 6 multiplications, 2 divisions, 2 roots, and Hann's window on three bins.
+/// bins: 6 multiplications, 2 divisions, 2 roots, and Hann's window on three bins. 1.81 to 1.89 times the
+/// (rectangular window's) bound.
 pub fn grandke<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
     let [left, centre, right] = bins.three().map(|x| x.norm_sqr().sqrt());
     let up = right > left;
@@ -27,7 +48,7 @@ pub fn grandke<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
 /// Jacobsen's form for this window. Candan 2015 gives the factor by which its quotient must be
 /// multiplied as a derivative computed from the window; for Hann's it is 2 exactly for large N, because
 /// `X±/X0 = -(1 ± d) / (2 -+ d)`. Beyond the bins: 5 multiplications, 1 division, no root, and Hann's
-/// window on three bins. Validity as [`grandke`].
+/// window on three bins. Validity as [`grandke`]. 2.10 to 2.18 times the (rectangular window's) bound.
 pub fn candan_hann<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
     let [left, centre, right] = bins.three();
     let below = centre + centre - left - right;

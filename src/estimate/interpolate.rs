@@ -11,8 +11,8 @@ use crate::spectrum::bins::{Bins, Rectangular};
 /// Jacobsen's estimator (Jacobsen and Kootsookos 2007, eq 3):
 /// `Re{(X- - X+) / (2 X0 - X- - X+)}`.
 ///
-/// Beyond the FFT: 4 multiplications, 1 division. 1.5 times the bound on complex tones; biased by up
-/// to about `offset / N^2`.
+/// Beyond the FFT: 4 multiplications, 1 division. 1.5 times the bound on complex tones; biased by
+/// `(pi^2/3) d (1 - d^2) / N^2` at offset `d`.
 pub fn jacobsen<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     within(ratio(bins), T::one())
 }

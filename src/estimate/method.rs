@@ -272,9 +272,9 @@ methods! {
     16 FesaCorrected "fesa-corrected" "autocorrelation" Iq Powers Rectangular 1.05
         autocorrelation::fesa_corrected,
         "FESA put right: lag 2N/3, the choice by comparing like with like";
-    17 Grandke "grandke" "hann" Both Bins Hann 3.0 hann::grandke,
+    17 Grandke "grandke" "hann" Both Bins Hann 1.81 hann::grandke,
         "Grandke: the ratio of two magnitudes under Hann's window";
-    18 CandanHann "candan-hann" "hann" Both Bins Hann 3.0 hann::candan_hann,
+    18 CandanHann "candan-hann" "hann" Both Bins Hann 2.13 hann::candan_hann,
         "Candan's three complex bins under Hann's window";
     19 LeastSquares "least-squares" "least_squares" Iq Bins Rectangular 1.01
         least_squares::least_squares::<_, 16>,
@@ -332,6 +332,6 @@ impl Method {
 
 impl core::fmt::Display for Method {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.name())
+        f.pad(self.name())
     }
 }

@@ -77,28 +77,90 @@ pub fn rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
     ratio_integer(left, centre, right, power(right) > power(left))
 }
 
-/// [`z_rife`] in integers throughout, as the target runs it.
+/// [`z_rife`] in integers throughout, as the target runs it. The two real parts of eqs 15 and 16 are compared
+/// as they stand: the folded form's difference has 33 bits, four products of 64 are exact.
 pub fn z_rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
     let [left, centre, right] = three;
-    // A difference has 33 bits: halve it, so that the sum of two products fits 64.
-    let part = |a: i32, b: i32, c: i32| ((i64::from(a) - i64::from(b)) >> 1) * i64::from(c);
-    let up =
-        part(left.re, right.re, centre.re).saturating_add(part(left.im, right.im, centre.im)) > 0;
-    ratio_integer(left, centre, right, up)
+    let part = |x: Complex<i32>| {
+        let product = |a: i32, b: i32| i64::from(a) * i64::from(b);
+        product(x.re, centre.re).saturating_add(product(x.im, centre.im))
+    };
+    ratio_integer(left, centre, right, part(left) > part(right))
 }
 
 /// Two integer square roots and one division. Weak bins are scaled up first, so that their roots
 /// are not rounded to whole counts.
 fn ratio_integer(left: Complex<i32>, centre: Complex<i32>, right: Complex<i32>, up: bool) -> I2F30 {
     let (near, far) = (power(centre), power(if up { right } else { left }));
+    if near | far == 0 {
+        return I2F30::ZERO;
+    }
     // An even number of leading zeros, so that the root scales by a whole power of two.
     let room = (near | far).leading_zeros() & !1;
     let (near, far) = ((near << room).isqrt(), (far << room).isqrt());
     let sum = near + far;
-    if sum == 0 {
-        return I2F30::ZERO;
-    }
-    let offset = ((far << 30) + sum / 2) / sum;
+    let offset = ((far << 30) + sum / 2).checked_div(sum).unwrap_or(0);
     let offset = I2F30::from_bits(offset as i32);
     if up { offset } else { -offset }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::sample::Iq;
+
+    /// A small generator (xorshift), seeded in the test.
+    fn noise(state: &mut u64) -> u64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        *state
+    }
+
+    /// Ye et al. 2022, eqs 15 and 16 as a textbook would compute them: the two real parts
+    /// `Re{X_- conj X_0}` and `Re{X_+ conj X_0}` apart, the larger one's opposite side is the direction.
+    fn textbook([left, centre, right]: [Complex<i32>; 3]) -> bool {
+        let part = |x: Complex<i32>| {
+            i128::from(x.re) * i128::from(centre.re) + i128::from(x.im) * i128::from(centre.im)
+        };
+        part(left) > part(right)
+    }
+
+    fn both_forms_agree(three: [Complex<i32>; 3]) {
+        let up = textbook(three);
+        let offset = z_rife_integer(three);
+        assert!(if up { offset >= 0 } else { offset <= 0 }, "{three:?}: {offset}");
+        let bins = Bins::<f64, Iq, Rectangular>::gather(64, 8, |k| {
+            let x = k.checked_sub(7).and_then(|i| three.get(i)).copied().unwrap_or_default();
+            Complex::new(x.re.into(), x.im.into())
+        });
+        let folded = z_rife(&bins);
+        assert!(if up { folded >= 0.0 } else { folded <= 0.0 }, "{three:?}: {folded}");
+        assert!((folded - offset.to_num::<f64>()).abs() < 2e-9, "{three:?}: {folded} {offset}");
+    }
+
+    #[test]
+    fn the_folded_direction_is_that_of_eqs_15_and_16() {
+        let mut state = 0x5EED_0003;
+        for _ in 0..200_000 {
+            // 24 bits: all products and sums are exact in f64 too.
+            let mut part = || (noise(&mut state) as i32) >> 8;
+            both_forms_agree(std::array::from_fn(|_| Complex::new(part(), part())));
+        }
+    }
+
+    #[test]
+    fn extreme_bins_do_not_overflow() {
+        let parts = [i32::MIN, i32::MAX, -1, 0, 1];
+        for a in parts {
+            for b in parts {
+                for c in parts {
+                    let three = [Complex::new(a, b), Complex::new(b, c), Complex::new(c, a)];
+                    for offset in [rife_integer(three), z_rife_integer(three)] {
+                        assert!(offset.abs() <= 1, "{three:?}: {offset}");
+                    }
+                }
+            }
+        }
+    }
 }
