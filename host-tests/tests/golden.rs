@@ -1,4 +1,4 @@
-//! Every estimator against the reference's golden records, in three arithmetics.
+//! Every estimator but least squares against the reference's golden records, in three arithmetics.
 //!
 //! The records are integer ADC codes. `f64` must give the reference's answer within 1e-9 bin (the host's
 //! iterative references within 1e-6). `f32` and the target's arithmetic (integer FFT, then integers or
@@ -66,7 +66,8 @@ struct Lag {
     m: usize,
 }
 
-/// The reference's names, and ours.
+/// The reference's names, and ours. Least squares, of which the reference takes a fixed number of steps, has a
+/// test of its own.
 const NAMES: &[(&str, &str)] = &[
     ("rife", "rife"),
     ("zrife", "z-rife"),

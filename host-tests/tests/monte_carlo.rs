@@ -216,11 +216,13 @@ const RATIOS: &[(&str, [f64; 7])] = &[
     ("improved-autocorrelation", [3.1, 1.9, 1.4, 1.10, 1.07, 1.05, 1.06]),
     ("fesa", [1.17, 1.17, 1.23, 1.09, 1.06, 1.04, 1.05]),
     ("fesa-corrected", [1.17, 1.17, 1.16, 1.07, 1.05, 1.05, 1.04]),
+    ("least-squares", [1.01, 1.03, 1.01, 1.00, 1.00, 0.99, 1.00]),
 ];
 
-/// The same for the host's references.
+/// The same for the host's references. Kay's 5.5 at 10 dB is not here: it comes of a phase step that wraps
+/// once in thousands of records, of which a run of this length may see none or several.
 const REFERENCES: &[(&str, [Option<f64>; 7])] = &[
-    ("kay", [None, None, None, Some(5.5), Some(1.00), Some(0.98), Some(0.99)]),
+    ("kay", [None, None, None, None, Some(1.00), Some(0.98), Some(0.99)]),
     ("fitz", [Some(1.03), Some(1.05), Some(1.01), Some(1.02), Some(1.02), Some(1.00), Some(1.01)]),
     ("ml", [Some(1.00), Some(1.02), Some(1.00), Some(0.99), Some(1.00), Some(0.98), Some(0.99)]),
 ];
