@@ -1,4 +1,5 @@
 //! Host tools.
+pub mod cli;
 pub mod reference;
 pub mod scenario;
 pub mod telemetry;
