@@ -1,1 +1,341 @@
-//! Ownership of the converter's two buffers.
+//! Ownership of the converter's buffers: which block may be read, and what was lost on the way.
+//!
+//! # Signal path
+//!
+//! ```text
+//!            slots with samples            blocks: slot + stamp
+//! converter -> DMA -> [`Filler`] (interrupt) -> queue -> [`Blocks`] (main loop) -> pipeline
+//!               ^                                              |
+//!               +------------ queue of empty slots <-----------+
+//! ```
+//!
+//! **Why ping-pong.** The converter never waits. While a block is being worked on, the next one must
+//! have a place to go, so there are at least two slots of `N` samples. The work on a block may take
+//! as long as the spare slots last; with one spare that is one block.
+//!
+//! **Who owns what.** A *slot* is a token for the memory of one block, made by the board
+//! ([`Dma::Slot`]). It is neither `Copy` nor `Clone` and is always in exactly one place: in the DMA
+//! controller's hands, in one of the two queues, or with the main loop. So nobody reads what is being
+//! written, and this file needs no `unsafe`.
+//!
+//! **Which interrupt.** The one at the end of a block: terminal count where software starts every
+//! block (PL081: a timer's interrupt starts it), transfer complete where the controller goes on by
+//! itself between two slots (STM32, double-buffer mode). It only exchanges slots and counts; about
+//! 150 instructions, whatever the block's size.
+//!
+//! **What each fault does.** Every block the converter filled moves the sequence and the sample
+//! clock on, also when it is lost; segments of a chirp are told by the count, so a loss does not
+//! shift them. After any loss the next delivered block is marked as a gap.
+//!
+//! | fault | seen by | consequence |
+//! |---|---|---|
+//! | main loop too slow | no empty slot | `overruns`: the block is dropped, its slot filled again |
+//! | interrupt doubled | no block completed | `spurious`: ignored, no gap |
+//! | interrupt lost | several blocks completed | `missed`: all but the last are dropped |
+//! | interrupt late | the slot is being filled again | `late`: the block is dropped |
+//! | DMA error, ADC overrun | the controller's flags | `broken`: what was filled since the last interrupt is dropped, the chain restarted |
+//!
+//! Delivered blocks and dropped ones add up to those filled: [`Counters::filled`].
+
+use super::sample::{Segment, Stamp};
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// What the controller did since it was last asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status {
+    /// Blocks whose last sample was stored: 1 for a punctual interrupt, 0 for a doubled one, more
+    /// where interrupts were lost.
+    ///
+    /// From a count of samples or timer periods the number is exact. From the flags of an STM32 it
+    /// is 0 without transfer complete, 1 with it if the current target has changed since the last
+    /// call, else 2.
+    pub completed: u32,
+    /// A transfer went wrong and the chain has stopped.
+    pub dma_error: bool,
+    /// The converter had a sample before the last one was fetched; the chain has stopped.
+    pub adc_overrun: bool,
+}
+
+/// A DMA controller that fills slots with the converter's samples.
+///
+/// The controller holds, from its construction on, as many slots as it needs: one where software
+/// starts every block, two where it goes on by itself. The methods are called from the interrupt.
+pub trait Dma {
+    /// The right to one block of memory. Neither `Copy` nor `Clone`; `&'static mut [i16; N]` will
+    /// do.
+    type Slot: Send;
+
+    /// What happened since the last call; clears the flags it reads.
+    fn status(&mut self) -> Status;
+
+    /// Gives the slot of the last completed block and takes `empty` to be filled in its place.
+    ///
+    /// # Errors
+    /// Gives `empty` back, with nothing changed, where the controller has already begun to fill the
+    /// completed slot again. It must look *after* having written the new address.
+    fn exchange(&mut self, empty: Self::Slot) -> Result<Self::Slot, Self::Slot>;
+
+    /// Clears the faults and starts again at a block's first sample, with the slots it holds.
+    ///
+    /// Gives how many block periods pass between the end of the last block counted in `completed`
+    /// and the first new sample, rounded up to whole blocks and at least 1, so that the sample clock
+    /// stays true.
+    fn restart(&mut self) -> u32;
+}
+
+/// How blocks follow each other in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// Sample periods from a block's first sample to the next block's: the block's length plus
+    /// the guard samples that are not kept.
+    pub period: u32,
+    /// The parts of the waveform, in their order; empty for a continuous wave.
+    pub segments: &'static [Segment],
+}
+
+impl Timing {
+    /// A continuous wave in blocks of `n` samples without a pause.
+    pub const fn continuous(n: u32) -> Self {
+        Self { period: n, segments: &[] }
+    }
+
+    /// The stamp of the block with this number, counted from 0 and never wrapping.
+    pub fn stamp(&self, number: u64, gap: bool) -> Stamp {
+        let phase = number.checked_rem(self.segments.len() as u64).unwrap_or(0);
+        Stamp {
+            sequence: number as u32,
+            clock: number.wrapping_mul(u64::from(self.period)),
+            segment: self.segments.get(phase as usize).copied().unwrap_or_default(),
+            gap,
+        }
+    }
+}
+
+/// What became of the blocks. All counts wrap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Counters {
+    /// Blocks delivered.
+    pub blocks: u32,
+    /// Blocks dropped because the main loop held every spare slot.
+    pub overruns: u32,
+    /// Blocks dropped because their interrupt was lost.
+    pub missed: u32,
+    /// Blocks dropped because their interrupt came when the slot was being filled again.
+    pub late: u32,
+    /// Blocks dropped for a DMA error or an ADC overrun, with those that passed during the restart.
+    pub broken: u32,
+    /// Interrupts without a new block.
+    pub spurious: u32,
+    /// Transfers that went wrong.
+    pub dma_errors: u32,
+    /// Times the converter overran.
+    pub adc_overruns: u32,
+}
+
+impl Counters {
+    /// Blocks dropped, for whatever reason.
+    pub fn lost(&self) -> u32 {
+        self.overruns.wrapping_add(self.missed).wrapping_add(self.late).wrapping_add(self.broken)
+    }
+
+    /// Blocks the converter filled: those delivered and those lost.
+    pub fn filled(&self) -> u32 {
+        self.blocks.wrapping_add(self.lost())
+    }
+}
+
+fn count(counter: &mut u32, more: u32) {
+    *counter = counter.wrapping_add(more);
+}
+
+/// A block of samples that belongs to its holder.
+#[derive(Debug)]
+pub struct Block<S> {
+    /// Where and when it was taken.
+    pub stamp: Stamp,
+    /// What became of the blocks up to this one.
+    pub counters: Counters,
+    /// The samples.
+    pub slot: S,
+}
+
+/// The two queues between interrupt and main loop, with room for `M - 1` spare slots each.
+#[derive(Debug)]
+pub struct FrontEnd<S, const M: usize> {
+    full: Queue<Block<S>, M>,
+    empty: Queue<S, M>,
+}
+
+impl<S, const M: usize> Default for FrontEnd<S, M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<S, const M: usize> FrontEnd<S, M> {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self { full: Queue::new(), empty: Queue::new() }
+    }
+
+    /// Parts the front end into its interrupt's half and its main loop's. `spares` are the slots
+    /// that `dma` does not hold: at least one, at most `M - 1`, checked at compile time.
+    pub fn split<D: Dma<Slot = S>, const SPARES: usize>(
+        &mut self,
+        dma: D,
+        timing: Timing,
+        spares: [S; SPARES],
+    ) -> (Filler<'_, D>, Blocks<'_, S>) {
+        const { assert!(0 < SPARES && SPARES < M, "M - 1 spare slots at most, at least one") };
+        let (full, blocks) = self.full.split();
+        let (mut release, empty) = self.empty.split();
+        for slot in spares {
+            // A slot that finds no room is given up; none does.
+            let _ = put(&mut release, slot);
+        }
+        let filler = Filler {
+            dma,
+            timing,
+            full,
+            empty,
+            spare: None,
+            number: 0,
+            gap: false,
+            counters: Counters::default(),
+        };
+        (filler, Blocks { full: blocks, empty: release })
+    }
+}
+
+/// The interrupt's half: exchanges full slots for empty ones and keeps count.
+#[derive(Debug)]
+pub struct Filler<'a, D: Dma> {
+    dma: D,
+    timing: Timing,
+    full: Producer<'a, Block<D::Slot>>,
+    empty: Consumer<'a, D::Slot>,
+    /// An empty slot that the controller gave back.
+    spare: Option<D::Slot>,
+    /// The number of the next block to be completed.
+    number: u64,
+    /// Something was lost since the last delivery.
+    gap: bool,
+    counters: Counters,
+}
+
+impl<D: Dma> Filler<'_, D> {
+    /// To be called from the block's interrupt, and from the interrupts of the faults.
+    pub fn interrupt(&mut self) {
+        let status = self.dma.status();
+        if status.dma_error || status.adc_overrun {
+            return self.recover(status);
+        }
+        match status.completed {
+            0 => count(&mut self.counters.spurious, 1),
+            completed => {
+                let missed = completed - 1;
+                count(&mut self.counters.missed, missed);
+                self.lose(missed);
+                self.deliver();
+            }
+        }
+    }
+
+    /// The controller, for what a board does beside (to start the next block).
+    pub fn dma(&mut self) -> &mut D {
+        &mut self.dma
+    }
+
+    /// What became of the blocks so far.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Whether a block completed before the fault is whole is not known: all are dropped.
+    fn recover(&mut self, status: Status) {
+        count(&mut self.counters.dma_errors, status.dma_error.into());
+        count(&mut self.counters.adc_overruns, status.adc_overrun.into());
+        let broken = status.completed.saturating_add(self.dma.restart());
+        count(&mut self.counters.broken, broken);
+        self.lose(broken);
+    }
+
+    fn deliver(&mut self) {
+        let Some(empty) = self.spare.take().or_else(|| take(&mut self.empty)) else {
+            count(&mut self.counters.overruns, 1);
+            return self.lose(1);
+        };
+        match self.dma.exchange(empty) {
+            Ok(slot) => self.hand_over(slot),
+            Err(empty) => {
+                self.spare = Some(empty);
+                count(&mut self.counters.late, 1);
+                self.lose(1);
+            }
+        }
+    }
+
+    fn hand_over(&mut self, slot: D::Slot) {
+        let stamp = self.timing.stamp(self.number, self.gap);
+        let mut counters = self.counters;
+        count(&mut counters.blocks, 1);
+        // There is room: the queue holds as many blocks as there are spare slots.
+        match put(&mut self.full, Block { stamp, counters, slot }) {
+            Ok(()) => {
+                self.counters = counters;
+                self.number = self.number.wrapping_add(1);
+                self.gap = false;
+            }
+            Err(block) => {
+                self.spare = Some(block.slot);
+                count(&mut self.counters.overruns, 1);
+                self.lose(1);
+            }
+        }
+    }
+
+    fn lose(&mut self, blocks: u32) {
+        self.number = self.number.wrapping_add(blocks.into());
+        self.gap |= blocks > 0;
+    }
+}
+
+/// The main loop's half: takes blocks and gives their slots back.
+#[derive(Debug)]
+pub struct Blocks<'a, S> {
+    full: Consumer<'a, Block<S>>,
+    empty: Producer<'a, S>,
+}
+
+impl<S> Blocks<'_, S> {
+    /// The oldest block, to be given back by [`Blocks::release`]; `None` if there is none yet.
+    pub fn receive(&mut self) -> Option<Block<S>> {
+        take(&mut self.full)
+    }
+
+    /// Gives a block's slot back to be filled.
+    pub fn release(&mut self, slot: S) {
+        // There is room: the queue holds every spare slot.
+        let _ = put(&mut self.empty, slot);
+    }
+
+    /// Lets `work` read the oldest block and gives its slot back; `None` if there is none yet.
+    pub fn process<T>(&mut self, work: impl FnOnce(&Stamp, &Counters, &S) -> T) -> Option<T> {
+        let Block { stamp, counters, slot } = self.receive()?;
+        let result = work(&stamp, &counters, &slot);
+        self.release(slot);
+        Some(result)
+    }
+}
+
+// heapless takes its indices modulo the queue's length, which the types do not show to be above 0
+// after `split`. The comparison shows it, so that no test for a division by 0 is left in the image.
+
+fn put<T>(queue: &mut Producer<'_, T>, item: T) -> Result<(), T> {
+    if queue.capacity() == usize::MAX { Err(item) } else { queue.enqueue(item) }
+}
+
+fn take<T>(queue: &mut Consumer<'_, T>) -> Option<T> {
+    if queue.capacity() == usize::MAX { None } else { queue.dequeue() }
+}
