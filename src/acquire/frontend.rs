@@ -209,7 +209,6 @@ impl<S, const M: usize> FrontEnd<S, M> {
 }
 
 /// The interrupt's half: exchanges full slots for empty ones and keeps count.
-#[derive(Debug)]
 pub struct Filler<'a, D: Dma> {
     dma: D,
     timing: Timing,
@@ -302,7 +301,6 @@ impl<D: Dma> Filler<'_, D> {
 }
 
 /// The main loop's half: takes blocks and gives their slots back.
-#[derive(Debug)]
 pub struct Blocks<'a, S> {
     full: Consumer<'a, Block<S>>,
     empty: Producer<'a, S>,
