@@ -1,0 +1,192 @@
+//! Seeded records of tones in noise, as a converter would deliver them.
+//!
+//! Signal-to-noise ratios follow one convention: `A^2 / (2 sigma^2)` for a real tone, `a^2 / E|z|^2` for a
+//! complex one, both per sample. A trial's noise depends on nothing but the seed and the trial's
+//! number, so the order in which threads take trials does not matter.
+
+use num_complex::Complex;
+use picket::acquire::sample::{Codes, Iq, Real, Record};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use std::f64::consts::TAU;
+
+/// A record kind whose samples can be made from codes.
+pub trait Kind: Record {
+    /// The sample with these parts; a real one ignores the second.
+    fn sample(parts: [i16; 2]) -> Self::Sample;
+    /// The name that flags and tables use.
+    const NAME: &'static str;
+}
+
+impl Kind for Real {
+    fn sample(parts: [i16; 2]) -> i16 {
+        parts[0]
+    }
+    const NAME: &'static str = "real";
+}
+
+impl Kind for Iq {
+    fn sample(parts: [i16; 2]) -> [i16; 2] {
+        parts
+    }
+    const NAME: &'static str = "complex";
+}
+
+/// What the converter makes of a voltage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// Rounded to codes and clipped at their rails.
+    Codes(Codes),
+    /// Neither rounded nor clipped.
+    Float,
+}
+
+impl Width {
+    /// The sample delivered for a value in codes.
+    pub fn convert(self, value: f64) -> f64 {
+        match self {
+            Width::Float => value,
+            Width::Codes(codes) => {
+                let (low, high) = codes.rails();
+                value.round().clamp(low.into(), high.into())
+            }
+        }
+    }
+}
+
+/// One spectral line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Cycles per record; negative for an I/Q line that turns backwards.
+    pub bins: f64,
+    /// Amplitude in codes.
+    pub amplitude: f64,
+    /// Phase at the first sample in radians, `None` for a new random one in each record.
+    pub phase: Option<f64>,
+}
+
+/// What a record holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signal {
+    /// The lines; the first one is what the signal-to-noise ratio refers to.
+    pub lines: Vec<Line>,
+    /// Signal-to-noise ratio of the first line in dB; infinite for no noise.
+    pub snr_db: f64,
+    /// Constant offset in codes, of the sample and its quadrature part.
+    pub dc: [f64; 2],
+    /// What the converter makes of it.
+    pub width: Width,
+}
+
+impl Signal {
+    /// A single tone of random phase, without offset, delivered in signed 12-bit codes.
+    pub fn tone(bins: f64, amplitude: f64, snr_db: f64) -> Self {
+        Signal {
+            lines: vec![Line { bins, amplitude, phase: None }],
+            snr_db,
+            dc: [0.0; 2],
+            width: Width::Codes(Codes::Signed12),
+        }
+    }
+
+    /// The standard deviation of the noise in each part of a sample, in codes.
+    pub fn sigma(&self) -> f64 {
+        let amplitude = self.lines.first().map_or(0.0, |line| line.amplitude);
+        amplitude / (2.0 * 10f64.powf(self.snr_db / 10.0)).sqrt()
+    }
+
+    /// A record as numbers, in codes; real records have no imaginary part.
+    pub fn record<R: Kind>(&self, n: usize, rng: &mut ChaCha8Rng) -> Vec<Complex<f64>> {
+        let mut record = vec![Complex::new(self.dc[0], if R::IQ { self.dc[1] } else { 0.0 }); n];
+        for line in &self.lines {
+            let phase = line.phase.unwrap_or_else(|| rng.random_range(0.0..TAU));
+            let step = TAU * line.bins / n as f64;
+            for (sample, index) in record.iter_mut().zip(0u32..) {
+                let (sin, cos) = (step * f64::from(index) + phase).sin_cos();
+                sample.re += line.amplitude * cos;
+                if R::IQ {
+                    sample.im += line.amplitude * sin;
+                }
+            }
+        }
+        let sigma = self.sigma();
+        for sample in &mut record {
+            sample.re =
+                self.width.convert(sample.re + sigma * rng.sample::<f64, _>(StandardNormal));
+            if R::IQ {
+                sample.im =
+                    self.width.convert(sample.im + sigma * rng.sample::<f64, _>(StandardNormal));
+            }
+        }
+        record
+    }
+
+    /// A record as the converter's codes.
+    pub fn codes<R: Kind>(&self, n: usize, rng: &mut ChaCha8Rng) -> Vec<R::Sample> {
+        codes::<R>(&self.record::<R>(n, rng))
+    }
+}
+
+/// Numbers rounded to codes; what does not fit 16 bits ends at the rails.
+pub fn codes<R: Kind>(record: &[Complex<f64>]) -> Vec<R::Sample> {
+    // `as` saturates.
+    record.iter().map(|x| R::sample([x.re.round() as i16, x.im.round() as i16])).collect()
+}
+
+/// The generator of trial `trial` under `seed`.
+pub fn generator(seed: u64, trial: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(trial);
+    rng
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn power(record: &[Complex<f64>]) -> f64 {
+        record.iter().map(|x| x.norm_sqr()).sum::<f64>() / record.len() as f64
+    }
+
+    #[test]
+    fn noise_has_the_power_that_the_ratio_says() {
+        // Seed 1; 2^18 samples put the power within 1 %.
+        let mut signal = Signal::tone(0.0, 100.0, 3.0);
+        signal.width = Width::Float;
+        let n = 1 << 18;
+        let noise_of = |mut record: Vec<Complex<f64>>, tone: Vec<Complex<f64>>| {
+            record.iter_mut().zip(tone).for_each(|(x, t)| *x -= t);
+            power(&record)
+        };
+        signal.lines[0] = Line { bins: 1234.5, amplitude: 100.0, phase: Some(0.4) };
+        let clean = Signal { snr_db: f64::INFINITY, ..signal.clone() };
+        let ratio = 10f64.powf(0.3);
+        let real = noise_of(
+            signal.record::<Real>(n, &mut generator(1, 0)),
+            clean.record::<Real>(n, &mut generator(1, 0)),
+        );
+        assert!((1e4 / (2.0 * real) / ratio - 1.0).abs() < 0.01, "{real}");
+        let iq = noise_of(
+            signal.record::<Iq>(n, &mut generator(1, 1)),
+            clean.record::<Iq>(n, &mut generator(1, 1)),
+        );
+        assert!((1e4 / iq / ratio - 1.0).abs() < 0.01, "{iq}");
+    }
+
+    #[test]
+    fn a_trial_depends_on_its_number_alone() {
+        let signal = Signal::tone(64.2, 1000.0, 0.0);
+        let records: Vec<_> =
+            [7, 3, 7].map(|t| signal.codes::<Iq>(64, &mut generator(5, t))).into();
+        assert_eq!(records[0], records[2]);
+        assert_ne!(records[0], records[1]);
+    }
+
+    #[test]
+    fn codes_end_at_the_rails() {
+        let record = Signal::tone(5.0, 4000.0, 60.0).codes::<Real>(64, &mut generator(1, 0));
+        assert_eq!(record.iter().max(), Some(&2047));
+        assert_eq!(record.iter().min(), Some(&-2048));
+    }
+}
