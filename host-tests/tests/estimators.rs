@@ -153,3 +153,53 @@ fn samples_end() {
     assert_eq!(Samples::<f32, Real>::from(samples, 1).count(), 1);
     assert_eq!(Samples::<f32, Real>::from(samples, 3).count(), 0);
 }
+
+/// RMSE in bins on exact real tones about a bin of N = 1024, over offsets and phases: the floor that the mirror
+/// image sets.
+fn image_floor(method: Method, peak: i32) -> f64 {
+    let (n, mut squares, mut count) = (1024usize, 0.0, 0.0);
+    let fft = FftPlanner::new().plan_fft_forward(n);
+    for step in -24..=24 {
+        let offset = f64::from(step) / 49.0;
+        for phase in 0..16 {
+            let start = f64::from(phase) / 16.0;
+            let turns = |k: usize| (f64::from(peak) + offset) * k as f64 / n as f64 + start;
+            let samples: Vec<f64> = (0..n).map(|k| f64::unit(turns(k).fract()).re).collect();
+            let mut spectrum: Vec<_> = samples.iter().map(|&x| Complex::new(x, 0.0)).collect();
+            fft.process(&mut spectrum);
+            let bins = Bins::<f64, Real, Rectangular>::gather(n, peak, |k| spectrum[k]);
+            let power = |k: i32| spectrum[k as usize].norm_sqr();
+            let error = method.offset(&bins, samples.as_slice(), power).unwrap() - offset;
+            squares += error * error;
+            count += 1.0;
+        }
+    }
+    (squares / count).sqrt()
+}
+
+/// The reference's floors at bins 5 and 256, which it gives to two digits and for a grid of offsets of its own:
+/// within a tenth. The methods under Hann's window and least squares are made for this: below a limit.
+#[test]
+fn real_tones_stop_at_the_image_floor() {
+    let floors = |method| [5, 256].map(|peak| image_floor(method, peak));
+    for (method, expected) in [
+        (Method::ZRife, [1.4e-2, 4e-4]),
+        (Method::Quinn2, [1.2e-2, 3.5e-4]),
+        (Method::Haqse, [1.6e-2, 4.7e-4]),
+        (Method::Candan, [1.9e-3, 1.7e-6]),
+    ] {
+        let found = floors(method);
+        println!("{method:20} {:.2e} {:.2e}", found[0], found[1]);
+        let close = |(found, expected): (f64, f64)| (found / expected - 1.0).abs() < 0.1;
+        assert!(found.into_iter().zip(expected).all(close), "{method}: not {expected:?}");
+    }
+    for (method, limits) in [
+        (Method::Grandke, [4e-4, 3e-11]),
+        (Method::CandanHann, [1e-4, 3e-11]),
+        (Method::LeastSquaresReal, [1e-12, 1e-12]),
+    ] {
+        let found = floors(method);
+        println!("{method:20} {:.2e} {:.2e}", found[0], found[1]);
+        assert!(found[0] < limits[0] && found[1] < limits[1], "{method}: not below {limits:?}");
+    }
+}

@@ -28,8 +28,7 @@ pub fn rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 ///
 /// The two angles of the paper fold into the sign of one real part,
 /// `Re{(X_- - X_+) conj X_0} > 0` for +1: no arc tangent, no unwrapping (the paper's eq 10 compares
-/// phase differences and is right only if they are wrapped). Offset and cost as [`rife`], plus 2
-/// multiplications. 1.25 to 1.36 times the bound on complex tones; on real samples it stops at an image
+/// phase differences and is right only if they are wrapped). Offset and cost as [`rife`]. 1.25 to 1.36 times the bound on complex tones; on real samples it stops at an image
 /// floor (1.4e-2 bin at bin 5, 4e-4 at bin 256 of 1024).
 pub fn z_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let [left, centre, right] = bins.three();
@@ -43,7 +42,7 @@ pub fn z_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// from the peak's.
 ///
 /// The wrapped angles are compared by their cosines, so no arc tangent is needed. Offset as [`rife`]. Beyond
-/// the FFT: 12 multiplications, 1 division, 2 roots. 1.25 to 1.40 times the bound on complex tones.
+/// the FFT: 12 multiplications, 2 divisions, 4 roots. 1.25 to 1.40 times the bound on complex tones.
 pub fn a_p_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let offset = rife(bins);
     if offset.abs() >= T::of(1.0 / 3.0) {
