@@ -20,8 +20,8 @@
 //!
 //! **Which interrupt.** The one at the end of a block: terminal count where software starts every
 //! block (PL081: a timer's interrupt starts it), transfer complete where the controller goes on by
-//! itself between two slots (STM32, double-buffer mode). It only exchanges slots and counts; about
-//! 150 instructions, whatever the block's size.
+//! itself between two slots (STM32, double-buffer mode). It only exchanges slots and counts:
+//! its cost does not depend on the block's size.
 //!
 //! **What each fault does.** Every block the converter filled moves the sequence and the sample
 //! clock on, also when it is lost; segments of a chirp are told by the count, so a loss does not
@@ -137,6 +137,11 @@ impl Counters {
     /// Blocks dropped, for whatever reason.
     pub fn lost(&self) -> u32 {
         self.overruns.wrapping_add(self.missed).wrapping_add(self.late).wrapping_add(self.broken)
+    }
+
+    /// Interrupts and transfers that were not as they should be.
+    pub fn faults(&self) -> u32 {
+        self.spurious.wrapping_add(self.dma_errors).wrapping_add(self.adc_overruns)
     }
 
     /// Blocks the converter filled: those delivered and those lost.
