@@ -1,6 +1,9 @@
 //! Everything a user sets, checked once: what follows cannot fail.
 
 use crate::acquire::sample::{Codes, Record};
+use crate::estimate::detection::{FALSE_ALARM, Threshold};
+use crate::estimate::least_squares::Reach;
+use crate::estimate::measure::Options;
 use crate::estimate::method::Method;
 use crate::solve::chirp::{Scale, Scales, Shape};
 use crate::spectrum::peak::Band;
@@ -43,8 +46,13 @@ pub struct Config {
     pub codes: Codes,
     /// The band searched, both ends included; `None` for all of it. I/Q bands may be negative.
     pub band_hz: Option<(f64, f64)>,
-    /// The method of estimation.
+    /// The method of estimation. Of the two forms of least squares the one for the kind of record is
+    /// taken, whichever is named.
     pub method: Method,
+    /// How many bins least squares reads.
+    pub reach: Reach,
+    /// The probability, for each block, that noise alone passes for a tone: above 0, at most 0.5.
+    pub false_alarm: f64,
     /// What the samples are of.
     pub scene: Scene,
 }
@@ -56,6 +64,8 @@ impl Default for Config {
             codes: Codes::Signed12,
             band_hz: None,
             method: Method::default(),
+            reach: Reach::default(),
+            false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
         }
     }
@@ -80,6 +90,8 @@ pub enum ConfigError {
     Scale,
     /// The method does not work on this kind of record.
     Method,
+    /// The probability of a false alarm is not above 0 and at most 0.5.
+    FalseAlarm,
 }
 
 impl core::fmt::Display for ConfigError {
@@ -94,6 +106,7 @@ impl core::fmt::Display for ConfigError {
             }
             ConfigError::Ramp => "a ramp must last at least as long as a record",
             ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
+            ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Method => "the method does not work on this kind of record",
         })
     }
@@ -119,8 +132,8 @@ pub struct Plan {
     pub codes: Codes,
     /// The bins searched.
     pub band: Band,
-    /// The method of estimation.
-    pub method: Method,
+    /// How a tone is measured.
+    pub options: Options,
     /// How tones become targets.
     pub solver: Solver,
 }
@@ -131,13 +144,19 @@ impl Config {
         if !positive(self.rate_hz) {
             return Err(ConfigError::Rate);
         }
-        if !self.method.fits::<R>() {
+        let method = self.method.of_kind::<R>();
+        if !method.fits::<R>() {
             return Err(ConfigError::Method);
         }
+        if !(self.false_alarm > 0.0 && self.false_alarm <= 0.5) {
+            return Err(ConfigError::FalseAlarm);
+        }
+        let band = self.band::<R>(n)?;
+        let threshold = Threshold::new(band.width(), self.false_alarm);
         Ok(Plan {
             codes: self.codes,
-            band: self.band::<R>(n)?,
-            method: self.method,
+            band,
+            options: Options { method, reach: self.reach, threshold },
             solver: self.solver(n)?,
         })
     }

@@ -4,12 +4,12 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
 use crate::estimate::frequency::Frequency;
+use crate::estimate::measure::measure;
 use crate::estimate::tone::{Tone, Verdict};
-use crate::estimate::uncertainty::bound_bins;
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::spectrum::Spectrum;
-use crate::spectrum::peak::{self, Peak};
+use crate::spectrum::peak;
 
 /// What one block showed, and the target if the block completed one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,42 +58,12 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         let statistics = Statistics::of::<R>(samples, self.plan.codes);
         self.spectrum.transform(samples, self.plan.codes);
         let tone = match peak::find(&self.spectrum, self.plan.band) {
-            Some(peak) => self.tone(&stamp, samples, &statistics, &peak),
+            Some(peak) => {
+                measure(&self.spectrum, samples, &peak, &statistics, &stamp, &self.plan.options)
+            }
             None => Tone::default(),
         };
         Measurement { stamp, clipped: statistics.clipped, tone, result: self.solve(&stamp, tone) }
-    }
-
-    fn tone(
-        &self,
-        stamp: &Stamp,
-        samples: &[R::Sample; N],
-        statistics: &Statistics,
-        peak: &Peak,
-    ) -> Tone {
-        let method = self.plan.method;
-        // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
-        let offset = method.offset_target(&self.spectrum, samples, peak.bin).unwrap_or_default();
-        let half = if R::IQ { 1.0 } else { 0.5 };
-        let noise = peak.floor as f32 / (peak.floor_bins.max(1) as f32) / N as f32;
-        let amplitude2 = peak.power[1] as f32 / (half * N as f32 * half * N as f32);
-        let snr = amplitude2 * half / noise;
-        let unit = libm::ldexpf(1.0, self.spectrum.exponent());
-        Tone {
-            frequency: Frequency::of_fixed(peak.bin, offset, N),
-            sigma: method.efficiency() * bound_bins::<R>(N, snr) / N as f32,
-            snr,
-            amplitude: libm::sqrtf(amplitude2) * unit,
-            verdict: if stamp.gap {
-                Verdict::Gap
-            } else if statistics.clipped > N as u32 / 100 {
-                Verdict::Clipped
-            } else if !R::IQ && (peak.bin < 2 || peak.bin > N as i32 / 2 - 2) {
-                Verdict::NearEdge
-            } else {
-                Verdict::Good
-            },
-        }
     }
 
     fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {

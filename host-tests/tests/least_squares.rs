@@ -5,7 +5,7 @@ mod signal;
 
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::least_squares::{Course, fit, least_squares, least_squares_real};
+use picket::estimate::least_squares::{Course, Reach, fit, least_squares, least_squares_real};
 use picket::estimate::noise::{self, NOISE_BINS};
 use picket::estimate::uncertainty::sigma_bins;
 use picket::spectrum::Spectrum;
@@ -47,7 +47,7 @@ fn real_fit_is_exact() {
                 let x = exact(&pure(n, f, phase));
                 let peak = (1..n / 2).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm()));
                 let peak = peak.unwrap() as i32;
-                let d = fit::<f64, Real, 8>(&bins(&x, peak), Course::Usual).unwrap();
+                let d = fit::<f64, Real>(&bins(&x, peak), Reach::Eight, Course::Usual).unwrap();
                 let error = (f64::from(peak) + d.offset - f).abs();
                 worst[0] = worst[0].max(error);
                 let amplitude = d.tone::<Real>(n);
@@ -77,7 +77,7 @@ fn iq_fit_is_exact() {
                 .collect();
             let x = exact(&x);
             let peak = (0..n).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm())).unwrap() as i32;
-            let d = fit::<f64, Iq, 16>(&bins(&x, peak), Course::Usual).unwrap();
+            let d = fit::<f64, Iq>(&bins(&x, peak), Reach::Sixteen, Course::Usual).unwrap();
             worst[0] = worst[0].max((f64::from(peak) + d.offset - f).abs());
             let amplitude = d.tone::<Iq>(n);
             assert!(
@@ -156,12 +156,15 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     let bins64 = bins::<R>(&x, case.km);
     let start = candan(&x, case.km);
     let course = Course::From(start, 2);
-    let error = off(fit::<f64, R, 16>(&bins64, course).unwrap().offset, "16_2");
+    let error = off(fit::<f64, R>(&bins64, Reach::Sixteen, course).unwrap().offset, "16_2");
     assert!(error < 1e-9, "{} K16: {error:e}", case.id);
-    let error = off(fit::<f64, R, 8>(&bins64, course).unwrap().offset, "8_2");
+    let error = off(fit::<f64, R>(&bins64, Reach::Eight, course).unwrap().offset, "8_2");
     assert!(error < 1e-9, "{} K8: {error:e}", case.id);
     if !R::IQ {
-        let error = off(fit::<f64, R, 16>(&bins64, Course::From(start, 3)).unwrap().offset, "16_3");
+        let error = off(
+            fit::<f64, R>(&bins64, Reach::Sixteen, Course::From(start, 3)).unwrap().offset,
+            "16_3",
+        );
         assert!(error < 1e-9, "{} K16, 3 steps: {error:e}", case.id);
     }
     // Rounding is noise too; and the arithmetic of the target is asked for no more than 60 dB.
@@ -171,7 +174,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     let bound = R::bound(case.n, line, sigma);
     let bins32 = single::<R>(&x, case.km);
     let course = Course::From(start as f32, 2);
-    let error = off(fit::<f32, R, 16>(&bins32, course).unwrap().offset.into(), "16_2");
+    let error = off(fit::<f32, R>(&bins32, Reach::Sixteen, course).unwrap().offset.into(), "16_2");
     assert!(error < 0.05 * bound, "{} f32: {:.3} bound", case.id, error / bound);
     let target = match case.n {
         64 => target_offset::<R, 64>(case),
@@ -189,7 +192,10 @@ fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
     let samples: [R::Sample; N] = std::array::from_fn(|n| R::sample(parts[n]));
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&samples, CODES);
-    fit::<f32, R, 16>(&Bins::of(&spectrum, case.km), Course::Usual).unwrap().offset.into()
+    fit::<f32, R>(&Bins::of(&spectrum, case.km), Reach::Sixteen, Course::Usual)
+        .unwrap()
+        .offset
+        .into()
 }
 
 /// What a trial in the target's arithmetic gives, errors in bins.
@@ -199,7 +205,7 @@ struct Outcome {
     sigma: f64,
 }
 
-fn trial<R: Kind, const N: usize, const K: usize>(rng: &mut ChaCha8Rng, snr_db: f64) -> Outcome {
+fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f64) -> Outcome {
     let amplitude = amplitude(snr_db);
     let sigma = sigma(amplitude, snr_db);
     let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
@@ -210,7 +216,7 @@ fn trial<R: Kind, const N: usize, const K: usize>(rng: &mut ChaCha8Rng, snr_db: 
     spectrum.transform(&samples, CODES);
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap();
-    let fit = fit::<f32, R, K>(&Bins::of(&spectrum, peak.bin), Course::Usual).unwrap();
+    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, Course::Usual).unwrap();
     let noise = noise::power::<f32, R, N, NOISE_BINS>(&spectrum, peak.bin, &fit);
     let error = f64::from(peak.bin) + f64::from(fit.offset) - bins;
     let error =
@@ -224,14 +230,14 @@ fn trial<R: Kind, const N: usize, const K: usize>(rng: &mut ChaCha8Rng, snr_db: 
 
 /// One cell of the table: prints its figures and gives the ratio to the bound, and the mean of
 /// (error/sigma)^2.
-fn cell<R: Kind, const N: usize, const K: usize>(snr_db: f64, count: u64) -> (Ratio, f64) {
+fn cell<R: Kind, const N: usize>(reach: Reach, snr_db: f64, count: u64) -> (Ratio, f64) {
     let seed = (4000.0 + snr_db * 10.0) as u64;
-    let seen = trials(seed, count, |rng| trial::<R, N, K>(rng, snr_db));
+    let seen = trials(seed, count, |rng| trial::<R, N>(rng, reach, snr_db));
     let to_bound = ratio(&seen.iter().map(|o| (o.error, o.bound)).collect::<Vec<_>>());
     let to_sigma = ratio(&seen.iter().map(|o| (o.error, o.sigma)).collect::<Vec<_>>()).rms.powi(2);
     let kind = if R::IQ { "I/Q" } else { "real" };
     println!(
-        "{kind} N {N} K {K} {snr_db:.1} dB, {count} trials, seed {seed}: {:.3} +- {:.3} x bound, \
+        "{kind} N {N}, {reach:?}, {snr_db:.1} dB, {count} trials, seed {seed}: {:.3} +- {:.3} x bound, \
          outliers {:.4}, (error/sigma)^2 {to_sigma:.3}",
         to_bound.rms, to_bound.error, to_bound.outliers
     );
@@ -242,10 +248,10 @@ fn cell<R: Kind, const N: usize, const K: usize>(snr_db: f64, count: u64) -> (Ra
 /// 10^4 is an outlier, to 60 dB: in the target's arithmetic on 12-bit samples, offset uniform, real
 /// peaks at bins 2..=N/2-2. The bound is the exact one for each trial's frequency and phase, as near
 /// DC and Nyquist the asymptotic one does not hold; rounding to codes counts as noise.
-fn bar<R: Kind, const N: usize, const K: usize>(threshold_db: f64, most: f64) {
+fn bar<R: Kind, const N: usize>(reach: Reach, threshold_db: f64, most: f64) {
     for snr_db in [threshold_db + 2.0, threshold_db + 8.0, 20.0, 40.0, 60.0] {
         let count = if N == 4096 { 3000 } else { 6000 };
-        let (to_bound, to_sigma) = cell::<R, N, K>(snr_db, count);
+        let (to_bound, to_sigma) = cell::<R, N>(reach, snr_db, count);
         assert!(to_bound.rms - 2.0 * to_bound.error <= most);
         assert!(to_bound.outliers <= 1e-3);
         assert!((0.88..=1.15).contains(&to_sigma));
@@ -254,20 +260,20 @@ fn bar<R: Kind, const N: usize, const K: usize>(threshold_db: f64, most: f64) {
 
 #[test]
 fn real_reaches_the_bound() {
-    bar::<Real, 256, 16>(-4.6, 1.035);
-    bar::<Real, 1024, 16>(-10.4, 1.035);
-    bar::<Real, 4096, 16>(-16.2, 1.035);
-    bar::<Real, 256, 8>(-4.6, 1.05);
-    bar::<Real, 1024, 8>(-10.4, 1.05);
-    bar::<Real, 4096, 8>(-16.2, 1.05);
+    bar::<Real, 256>(Reach::Sixteen, -4.6, 1.035);
+    bar::<Real, 1024>(Reach::Sixteen, -10.4, 1.035);
+    bar::<Real, 4096>(Reach::Sixteen, -16.2, 1.035);
+    bar::<Real, 256>(Reach::Eight, -4.6, 1.05);
+    bar::<Real, 1024>(Reach::Eight, -10.4, 1.05);
+    bar::<Real, 4096>(Reach::Eight, -16.2, 1.05);
 }
 
 #[test]
 fn iq_reaches_the_bound() {
-    bar::<Iq, 256, 16>(-7.6, 1.035);
-    bar::<Iq, 1024, 16>(-13.3, 1.035);
-    bar::<Iq, 4096, 16>(-19.1, 1.035);
-    bar::<Iq, 256, 8>(-7.6, 1.05);
-    bar::<Iq, 1024, 8>(-13.3, 1.05);
-    bar::<Iq, 4096, 8>(-19.1, 1.05);
+    bar::<Iq, 256>(Reach::Sixteen, -7.6, 1.035);
+    bar::<Iq, 1024>(Reach::Sixteen, -13.3, 1.035);
+    bar::<Iq, 4096>(Reach::Sixteen, -19.1, 1.035);
+    bar::<Iq, 256>(Reach::Eight, -7.6, 1.05);
+    bar::<Iq, 1024>(Reach::Eight, -13.3, 1.05);
+    bar::<Iq, 4096>(Reach::Eight, -19.1, 1.05);
 }

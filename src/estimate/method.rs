@@ -285,9 +285,9 @@ methods! {
 }
 
 impl Default for Method {
-    /// Z-Rife: right for both kinds of record, integer throughout.
+    /// Least squares, in the form for the kind of record (see [`Method::of_kind`]).
     fn default() -> Self {
-        Method::ZRife
+        Method::LeastSquares
     }
 }
 
@@ -300,6 +300,15 @@ impl Method {
     /// The method with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|method| method.name() == name)
+    }
+
+    /// The same method in the form for records of kind `R`: least squares has one for each kind.
+    pub const fn of_kind<R: Record>(self) -> Self {
+        match self {
+            Method::LeastSquares | Method::LeastSquaresReal if R::IQ => Method::LeastSquares,
+            Method::LeastSquares | Method::LeastSquaresReal => Method::LeastSquaresReal,
+            other => other,
+        }
     }
 
     /// Whether it is right for records of kind `R`.

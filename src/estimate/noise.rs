@@ -35,8 +35,7 @@ pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
     peak: i32,
     fit: &Fit<T>,
 ) -> T {
-    let bins = if R::IQ { N } else { N / 2 };
-    let stride = bins.div_ceil(BINS.max(1) + 1).next_power_of_two().max(1) as i32;
+    let stride = stride::<R, N, BINS>() as i32;
     let unit = T::of(2.0).powi(spectrum.exponent());
     let (residual, weight) = if R::IQ {
         iq(spectrum, peak, fit, stride, unit)
@@ -46,6 +45,21 @@ pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
     let n = T::of_i32(N as i32);
     let parts = if R::IQ { 2.0 } else { 1.0 };
     (residual / weight / n * unit * unit).max(T::of(ROUNDING * parts))
+}
+
+/// Every how manieth bin the estimate reads: a power of two.
+const fn stride<R: Record, const N: usize, const BINS: usize>() -> usize {
+    let (bins, wanted) = (if R::IQ { N } else { N / 2 }, BINS.saturating_add(1));
+    let mut stride = 1;
+    while bins > stride * wanted && stride < N {
+        stride *= 2;
+    }
+    stride
+}
+
+/// How many bins the estimate reads.
+pub const fn count<R: Record, const N: usize, const BINS: usize>() -> usize {
+    (if R::IQ { N } else { N / 2 }) / stride::<R, N, BINS>() - 1
 }
 
 /// The signal-to-noise ratio per sample, freed of the noise within the fitted amplitude; not negative.

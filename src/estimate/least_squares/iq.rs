@@ -47,14 +47,15 @@ struct Step<T> {
     there: Complex<T>,
 }
 
-pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
+pub(super) fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
+    reach: usize,
     course: Course<T>,
 ) -> Option<Fit<T>> {
     if bins.at(0).norm_sqr() <= T::zero() {
         return None;
     }
-    let problem = Problem::new::<R, K>(bins);
+    let problem = Problem::new(bins, reach);
     let (start, steps, settled) = match course {
         Course::Usual => (problem.start(), 2, T::of(SETTLED)),
         Course::From(start, steps) => (start, steps, T::zero()),
@@ -78,15 +79,15 @@ pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
             break;
         }
     }
-    Some(problem.finish(d, c, information))
+    Some(problem.finish(d, p, c, information))
 }
 
 impl<T: Scalar> Problem<T> {
-    fn new<R: Record, const K: usize>(bins: &Bins<T, R, Rectangular>) -> Self {
+    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
         let n = bins.n() as i32;
         let e = T::of(core::f64::consts::PI) / T::of_i32(n);
         let mut sides = Vec::new();
-        for i in distances::<K>() {
+        for i in distances(reach) {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
@@ -158,9 +159,19 @@ impl<T: Scalar> Problem<T> {
         }
     }
 
+    /// The power the model leaves: `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
+    fn residual(&self, p: T, c: Complex<T>) -> T {
+        let mut sum = (self.centre - c).norm_sqr();
+        for side in &self.sides {
+            let h = p / (p - side.u);
+            sum = sum + (side.y - c * (h * side.m)).norm_sqr() / side.m;
+        }
+        sum
+    }
+
     /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`,
     /// and the noise estimate's `c` and `1 - exp(j 2 e d)`.
-    fn finish(&self, d: T, c: Complex<T>, information: T) -> Fit<T> {
+    fn finish(&self, d: T, p: T, c: Complex<T>, information: T) -> Fit<T> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
         let two = T::of(2.0);
@@ -169,6 +180,7 @@ impl<T: Scalar> Problem<T> {
             line: c * (sinc(x * x) / line_shape(d)),
             information,
             numerators: [c, Complex::new(two * sin * sin, -(two * sin * cos))],
+            residual: self.residual(p, c),
             freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
         }
     }

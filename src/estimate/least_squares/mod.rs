@@ -58,8 +58,11 @@ pub struct Fit<T> {
     pub information: T,
     /// The numerators of the model's bins, see [`iq`] and [`real`]; for the noise estimate.
     pub(crate) numerators: [Complex<T>; 2],
-    /// Twice the number of complex bins that entered, less the fitted parameters.
-    pub(crate) freedom: u32,
+    /// The power that the model leaves in the fitted bins, in squared codes.
+    pub residual: T,
+    /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
+    /// times the noise power of a bin.
+    pub freedom: u32,
 }
 
 impl<T: Scalar> Fit<T> {
@@ -81,13 +84,36 @@ fn gain<T: Scalar, R: Record>(n: usize) -> T {
     T::of(if R::IQ { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
 }
 
-/// Fits a tone to `2 K + 1` bins (K up to 16) of either kind of record; `None` where nothing can be
-/// fitted: no signal, or the peak of a real record at DC or Nyquist.
-pub fn fit<T: Scalar, R: Record, const K: usize>(
+/// How many bins on each side of the peak a fit reads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Reach {
+    /// Four: 1.1 times the bound.
+    Four = 4,
+    /// Eight: 1.02 times the bound.
+    Eight = 8,
+    /// Sixteen: 1.01 times the bound.
+    #[default]
+    Sixteen = 16,
+}
+
+/// Fits a tone to `2 reach + 1` bins of either kind of record; `None` where nothing can be fitted: no
+/// signal, or the peak of a real record at DC or Nyquist.
+pub fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
+    reach: Reach,
     course: Course<T>,
 ) -> Option<Fit<T>> {
-    if R::IQ { iq::fit::<T, R, K>(bins, course) } else { real::fit::<T, R, K>(bins, course) }
+    fit_bins(bins, reach as usize, course)
+}
+
+fn fit_bins<T: Scalar, R: Record>(
+    bins: &Bins<T, R, Rectangular>,
+    reach: usize,
+    course: Course<T>,
+) -> Option<Fit<T>> {
+    if R::IQ { iq::fit(bins, reach, course) } else { real::fit(bins, reach, course) }
 }
 
 /// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 where there is no signal.
@@ -95,7 +121,7 @@ pub fn fit<T: Scalar, R: Record, const K: usize>(
 /// 1.00 to 1.03 times the Cramer-Rao bound (K = 16). Cost for K = 16 and two steps: about 1100
 /// multiplications and 70 divisions beyond the FFT.
 pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>) -> T {
-    iq::fit::<T, Iq, K>(bins, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
 }
 
 /// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 where there is no
@@ -104,12 +130,12 @@ pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>)
 /// 1.03 (K = 16) to 1.05 (K = 8) times the Cramer-Rao bound. Cost for K = 8 and two steps: about 700
 /// multiplications and 40 divisions beyond the FFT.
 pub fn least_squares_real<T: Scalar, const K: usize>(bins: &Bins<T, Real, Rectangular>) -> T {
-    real::fit::<T, Real, K>(bins, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
 }
 
-/// The distances 1..=K from the peak, at most [`REACH`].
-fn distances<const K: usize>() -> core::ops::RangeInclusive<i32> {
-    1..=K.min(REACH) as i32
+/// The distances 1..=reach from the peak, at most [`REACH`].
+fn distances(reach: usize) -> core::ops::RangeInclusive<i32> {
+    1..=reach.min(REACH) as i32
 }
 
 fn limit<T: Scalar>(x: T, bound: f64) -> T {

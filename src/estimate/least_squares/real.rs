@@ -40,7 +40,8 @@ use num_complex::Complex;
 #[derive(Clone, Copy)]
 struct Side<T> {
     u: T,
-    re: T,
+    s: T,
+    x: Complex<T>,
     v: T,
 }
 
@@ -62,18 +63,19 @@ struct Step<T> {
     slope: Complex<T>,
 }
 
-pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
+pub(super) fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
+    reach: usize,
     course: Course<T>,
 ) -> Option<Fit<T>> {
     let (peak, last) = (bins.peak(), bins.n() as i32 / 2 - 1);
     if peak < 1 || peak > last || bins.at(0).norm_sqr() <= T::zero() {
         return None;
     }
-    let problem = Problem::new::<R, K>(bins);
+    let problem = Problem::new(bins, reach);
     let edge = peak < 3 || peak > last - 2;
     let (start, steps, settled) = match course {
-        Course::Usual => (problem.start::<R>(bins), if edge { 3 } else { 2 }, T::of(SETTLED)),
+        Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
         Course::From(start, steps) => (start, steps, T::zero()),
     };
     // The tone stays between DC and Nyquist.
@@ -105,13 +107,13 @@ pub(super) fn fit<T: Scalar, R: Record, const K: usize>(
 }
 
 impl<T: Scalar> Problem<T> {
-    fn new<R: Record, const K: usize>(bins: &Bins<T, R, Rectangular>) -> Self {
+    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
         let (n, peak) = (bins.n() as i32, bins.peak());
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
         let w = circle::<T>(peak, n);
         let c = e * (w.re / w.im);
         let mut sides = Vec::new();
-        for i in distances::<K>() {
+        for i in distances(reach) {
             // Half the angle: 1 - cos without cancellation.
             let half = circle::<T>(i, n.saturating_mul(2));
             let versine = T::of(2.0) * half.im * half.im;
@@ -125,7 +127,7 @@ impl<T: Scalar> Problem<T> {
                 let s = T::one() - versine + sign * c * near;
                 let x = bins.at(k);
                 // The vector holds every distance up to the reach.
-                let _ = sides.push(Side { u, re: x.re, v: s * x.im - e * u * x.re });
+                let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
             }
         }
         Self { e, c, centre: bins.at(0), sides }
@@ -143,14 +145,12 @@ impl<T: Scalar> Problem<T> {
 
     /// The offset from the peak and its two neighbours: `X (p - u) = p (a - b e u + j b s)` with
     /// `a + j b` the peak itself, by linear least squares for p. Exact without noise.
-    fn start<R: Record>(&self, bins: &Bins<T, R, Rectangular>) -> T {
+    fn start(&self) -> T {
         let Complex { re: a, im: b } = self.centre;
         let (mut above, mut below) = (T::zero(), T::zero());
-        for (k, side) in [-1, 1].into_iter().zip(&self.sides) {
-            let x = bins.at(k);
-            let s = (side.v + self.e * side.u * x.re) / x.im;
-            let s = if s.is_finite() { s } else { T::one() };
-            let (re, im) = (x.re - a + self.e * side.u * b, x.im - s * b);
+        for side in self.sides.iter().take(2) {
+            let x = side.x;
+            let (re, im) = (x.re - a + self.e * side.u * b, x.im - side.s * b);
             above = above + side.u * (x.re * re + x.im * im);
             below = below + re * re + im * im;
         }
@@ -178,9 +178,9 @@ impl<T: Scalar> Problem<T> {
             s1 = s1 + slope;
             bb = bb + h * slope;
             dd = dd + slope * slope;
-            r1 = r1 + h * side.re;
+            r1 = r1 + h * side.x.re;
             r2 = r2 + h * side.v;
-            q1 = q1 + slope * side.re;
+            q1 = q1 + slope * side.x.re;
             q2 = q2 + slope * side.v;
         }
         let (e, c2) = (self.e, self.c + self.c);
@@ -207,6 +207,17 @@ impl<T: Scalar> Problem<T> {
         }
     }
 
+    /// The power the model leaves.
+    fn residual(&self, p: T, line: Complex<T>) -> T {
+        let mut sum = (self.centre - line).norm_sqr();
+        for side in &self.sides {
+            let h = p / (p - side.u);
+            let model = Complex::new(line.re - line.im * self.e * side.u, line.im * side.s);
+            sum = sum + (side.x - model * h).norm_sqr();
+        }
+        sum
+    }
+
     /// The tone's amplitude `A N/2 exp(j (phase + pi d)) = p/d / sinc(pi d) ((a - e p b) / s + j b)`,
     /// `s = sin(e f) / S`, and the noise estimate's `p (a - b C/S)` and `p b`.
     fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
@@ -220,6 +231,7 @@ impl<T: Scalar> Problem<T> {
             line,
             information: step.information,
             numerators: [Complex::new(p * a, p * b), Complex::new(p, s)],
+            residual: self.residual(p, step.line),
             freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
         }
     }

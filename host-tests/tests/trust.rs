@@ -1,0 +1,287 @@
+//! Whether the numbers that come with a frequency can be trusted: noise, sigma, detection, clipping and
+//! verdicts. Records go through the whole pipeline, in the target's arithmetic.
+
+mod signal;
+
+use picket::acquire::sample::{Iq, Real, Stamp};
+use picket::config::Config;
+use picket::estimate::detection::Threshold;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::Pipeline;
+use picket::spectrum::peak::{Band, Search};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::Exp1;
+use rayon::prelude::*;
+use signal::*;
+use std::f64::consts::TAU;
+
+fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
+    let plan = Config::default().validate::<R>(N).unwrap();
+    Pipeline::<R, N>::new(plan).block(Stamp::default(), samples).tone
+}
+
+/// The error of a tone in bins, round the circle for I/Q.
+fn error<R: Kind, const N: usize>(tone: &Tone, bins: f64) -> f64 {
+    let (error, n) = (tone.frequency.bins(N) - bins, N as f64);
+    if R::IQ { (error + n / 2.0).rem_euclid(n) - n / 2.0 } else { error }
+}
+
+/// A line anywhere, real ones with the peak at bins 2..=N/2-2.
+fn anywhere<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, amplitude: f64) -> Line {
+    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+    let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
+    Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
+}
+
+fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    values.clone().sum::<f64>() / values.count() as f64
+}
+
+/// trust.md 1 (noise) and 2 (sigma). Rounding to codes is noise too: a twelfth of a squared code.
+fn noise_and_sigma<R: Kind, const N: usize>(sigma_codes: Option<f64>, snr_db: f64) {
+    let amplitude = sigma_codes.map_or(amplitude(snr_db), |s| s * (2.0 * db(snr_db)).sqrt());
+    let noise = sigma(amplitude, snr_db);
+    let seed = (5000.0 + snr_db * 10.0) as u64;
+    let seen = trials(seed, 3000, |rng| {
+        let line = anywhere::<R, N>(rng, amplitude);
+        let tone = measure::<R, N>(&R::record::<N>(rng, &[line], noise));
+        let truth = 10.0 * (amplitude.powi(2) / 2.0 / (noise.powi(2) + 1.0 / 12.0)).log10();
+        (
+            f64::from(tone.snr_db()) - truth,
+            error::<R, N>(&tone, line.bins),
+            f64::from(tone.sigma) * N as f64,
+        )
+    });
+    let count = seen.len() as f64;
+    let bias = mean(seen.iter().map(|t| t.0));
+    let variance = mean(seen.iter().map(|t| (t.0 - bias).powi(2)));
+    let within = mean(seen.iter().map(|t| f64::from(t.0.abs() <= 1.0)));
+    let good = seen.iter().filter(|t| t.1.abs() <= 1.5);
+    let square = mean(good.clone().map(|t| (t.1 / t.2).powi(2)));
+    let covered = mean(good.map(|t| f64::from(t.1.abs() <= 1.96 * t.2)));
+    let kind = if R::IQ { "I/Q" } else { "real" };
+    println!(
+        "{kind} N {N} {snr_db:.1} dB, noise {noise:.1} codes, seed {seed}: SNR {bias:+.3} dB, sd {:.2}, \
+         within 1 dB {within:.3}; (error/sigma)^2 {square:.3}, 95 % covers {covered:.3}",
+        variance.sqrt()
+    );
+    let bins = 255.min(if R::IQ { N } else { N / 2 } - 1) as f64;
+    let allowed = 1.2 * (75.4 / (N as f64 * db(snr_db)) + 37.0 / bins);
+    assert!(bias.abs() - 2.0 * (variance / count).sqrt() <= 0.15);
+    assert!(variance * (1.0 - 2.0 * (2.0 / count).sqrt()) <= allowed, "{variance} {allowed}");
+    assert!(
+        N < 1024
+            || snr_db < 10.0
+            || within + 2.0 * (within * (1.0 - within) / count).sqrt() >= 0.98
+    );
+    assert!((0.88..=1.15).contains(&square));
+    let spread = 2.0 * (0.95 * 0.05 / count).sqrt();
+    assert!((0.937 - spread..=0.960 + spread).contains(&covered));
+}
+
+#[test]
+fn noise_and_sigma_are_right() {
+    for snr_db in [10.0, 30.0, 60.0] {
+        noise_and_sigma::<Real, 256>(None, snr_db);
+        noise_and_sigma::<Real, 1024>(None, snr_db);
+        noise_and_sigma::<Real, 4096>(None, snr_db);
+        noise_and_sigma::<Iq, 256>(None, snr_db);
+        noise_and_sigma::<Iq, 1024>(None, snr_db);
+        noise_and_sigma::<Iq, 4096>(None, snr_db);
+    }
+    // From 2 dB above the threshold.
+    noise_and_sigma::<Real, 256>(None, -2.6);
+    noise_and_sigma::<Real, 1024>(None, -8.4);
+    noise_and_sigma::<Real, 4096>(None, -14.2);
+    noise_and_sigma::<Iq, 256>(None, -5.6);
+    noise_and_sigma::<Iq, 1024>(None, -11.3);
+    noise_and_sigma::<Iq, 4096>(None, -17.1);
+    // Noise below a code.
+    noise_and_sigma::<Real, 1024>(Some(0.3), 60.0);
+    noise_and_sigma::<Real, 1024>(Some(0.3), 30.0);
+    noise_and_sigma::<Real, 1024>(Some(0.3), 10.0);
+}
+
+/// How often bins of noise pass for a tone, over the nominal probability, and its standard error.
+fn false_alarms<const N: usize>(pfa: f64, blocks: u64) -> (f64, f64) {
+    let (seed, band) = (77, Band::real(N));
+    let threshold = Threshold::new(band.width(), pfa);
+    let streams = 1000;
+    let alarms: u64 = (0..streams)
+        .into_par_iter()
+        .map(|stream| {
+            let mut rng = rng(seed, stream);
+            let alarm = |_: &u64| {
+                let mut search = Search::new(band);
+                for _ in 0..band.width() {
+                    search.push((rng.sample::<f64, _>(Exp1) * 1e9) as u64);
+                }
+                search.finish().is_some_and(|peak| threshold.detects(&peak))
+            };
+            (0..blocks / streams).filter(alarm).count() as u64
+        })
+        .sum();
+    let expected = pfa * blocks as f64;
+    let found = (alarms as f64 / expected, (alarms as f64).sqrt() / expected);
+    println!(
+        "N {N}, {blocks} blocks at {pfa:e}, seed {seed}: {:.3} +- {:.3} of nominal",
+        found.0, found.1
+    );
+    found
+}
+
+/// trust.md 3: powers of bins drawn directly.
+#[test]
+fn false_alarms_are_as_ordered() {
+    for (share, _) in [
+        false_alarms::<256>(1e-2, 1_000_000),
+        false_alarms::<1024>(1e-2, 1_000_000),
+        false_alarms::<256>(1e-3, 10_000_000),
+    ] {
+        assert!((0.9..=1.1).contains(&share));
+    }
+}
+
+/// The default thresholds of trust.md 3, and the probability of detection it states.
+#[test]
+fn thresholds_and_detection() {
+    for (n, expected) in [(256usize, 20.34f32), (1024, 20.46), (4096, 21.55)] {
+        let bins = Band::real(n).width();
+        let t = Threshold::new(bins, 1e-6).over(bins - 17);
+        println!("N {n}: T = {t:.2}");
+        assert!((t - expected).abs() < 0.06);
+    }
+    detected::<256>(-4.6);
+    detected::<1024>(-10.7);
+    detected::<4096>(-16.5);
+}
+
+fn detected<const N: usize>(snr_db: f64) {
+    let amplitude = amplitude(snr_db);
+    let seen = trials(9, 3000, |rng| {
+        let line = anywhere::<Real, N>(rng, amplitude);
+        measure::<Real, N>(&Real::record::<N>(rng, &[line], sigma(amplitude, snr_db))).verdict
+    });
+    let share = mean(seen.iter().map(|&v| f64::from(v < Verdict::Weak)));
+    println!("N {N} {snr_db} dB, seed 9: {share:.3} detected");
+    assert!((share - 0.9).abs() < 0.02, "{share}");
+}
+
+/// Noise alone, through converter and FFT: weak, but for the false alarms.
+#[test]
+fn noise_alone_is_weak() {
+    let config = Config { false_alarm: 1e-2, ..Config::default() };
+    let plan = config.validate::<Real>(256).unwrap();
+    let seen = trials(10, 200_000, |rng| {
+        let samples = Real::record::<256>(rng, &[], 30.0);
+        Pipeline::<Real, 256>::new(plan).block(Stamp::default(), &samples).tone.verdict
+    });
+    let alarms = seen.iter().filter(|&&v| v < Verdict::Weak).count() as f64 / 2000.0;
+    println!("seed 10: {alarms:.3} of nominal");
+    assert!((0.93..=1.07).contains(&alarms));
+}
+
+/// trust.md 4: a share of the samples beyond the rails, by amplitude and DC offset.
+fn clipping(share: f64, one_rail: bool, snr_db: f64, places: &[f64]) {
+    // cos exceeds the rail for `share` of the time (half of it at each, when there are two).
+    let edge = (std::f64::consts::PI * share / if one_rail { 1.0 } else { 2.0 }).cos();
+    let amplitude = if one_rail { 1900.0 } else { 2047.0 / edge };
+    let offset = if one_rail { 2047.0 - amplitude * edge } else { 0.0 };
+    let noise = sigma(amplitude, snr_db);
+    let seen = trials(12, 2000, |rng| {
+        let mut line = anywhere::<Real, 1024>(rng, amplitude);
+        if !places.is_empty() {
+            line.bins = places[rng.random_range(0..places.len())] + rng.random_range(-0.5..0.5);
+        }
+        let dc = Line { bins: 0.0, amplitude: offset, phase: 0.0 };
+        let tone = measure::<Real, 1024>(&Real::record::<1024>(rng, &[line, dc], noise));
+        (tone.verdict, error::<Real, 1024>(&tone, line.bins), f64::from(tone.sigma) * 1024.0)
+    });
+    let clipped = mean(seen.iter().map(|t| f64::from(t.0 >= Verdict::Clipped)));
+    let square = mean(seen.iter().map(|t| (t.1 / t.2).powi(2)));
+    let covered = mean(seen.iter().map(|t| f64::from(t.1.abs() <= 2.0 * t.2)));
+    let worst = seen.iter().map(|t| t.1.abs()).fold(0.0, f64::max);
+    println!(
+        "{:.0} % at {} rail(s), {snr_db} dB, near {places:?}, seed 12: flagged {clipped:.3}, largest error \
+         {worst:.1e} bin, (error/sigma)^2 {square:.3}, 2 sigma cover {covered:.3}",
+        share * 100.0,
+        if one_rail { 1 } else { 2 }
+    );
+    // A tone at a simple fraction of the rate has few phases, which may all miss the rails.
+    assert!(clipped >= 0.99);
+    assert!(square <= 1.15 && covered >= 0.94);
+}
+
+#[test]
+fn clipping_is_flagged_and_covered() {
+    for snr_db in [30.0, 60.0] {
+        for places in [&[][..], &[256.0, 255.0, 257.0, 341.0, 342.0, 340.0]] {
+            clipping(0.05, false, snr_db, places);
+            clipping(0.05, true, snr_db, places);
+            clipping(0.2, false, snr_db, places);
+            clipping(0.2, true, snr_db, places);
+        }
+    }
+}
+
+/// How often a single tone is taken for two, and two for one.
+#[test]
+fn two_tones_are_not_one() {
+    fn verdicts<R: Kind, const N: usize>(distance: Option<f64>, snr_db: f64) -> f64 {
+        let amplitude = amplitude(snr_db) / if distance.is_some() { 2.0 } else { 1.0 };
+        let seen = trials(13, if distance.is_some() { 500 } else { 5000 }, |rng| {
+            let line = anywhere::<R, N>(rng, amplitude);
+            let other = distance.map(|d| {
+                let bins = if line.bins + d < N as f64 / 2.0 - 2.0 {
+                    line.bins + d
+                } else {
+                    line.bins - d
+                };
+                Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
+            });
+            let lines: Vec<_> = [line].into_iter().chain(other).collect();
+            measure::<R, N>(&R::record::<N>(rng, &lines, sigma(amplitude, snr_db))).verdict
+        });
+        mean(seen.iter().map(|&v| f64::from(v == Verdict::Unresolved)))
+    }
+    for snr_db in [10.0, 30.0, 60.0] {
+        let one = [
+            verdicts::<Real, 64>(None, snr_db),
+            verdicts::<Real, 1024>(None, snr_db),
+            verdicts::<Iq, 64>(None, snr_db),
+            verdicts::<Iq, 1024>(None, snr_db),
+            verdicts::<Real, 4096>(None, snr_db),
+        ];
+        println!("{snr_db} dB, one tone, taken for two: {one:?}");
+        assert!(one.iter().all(|&share| share <= 1e-3));
+        for distance in [0.5, 1.0, 1.25, 1.5, 1.75, 3.0, 10.0] {
+            let two = [
+                verdicts::<Real, 1024>(Some(distance), snr_db),
+                verdicts::<Iq, 1024>(Some(distance), snr_db),
+            ];
+            println!("{snr_db} dB, equal tones {distance} bins apart: flagged {two:?}");
+            assert!(two.iter().all(|&share| share >= 0.99));
+        }
+    }
+}
+
+#[test]
+fn each_verdict_where_it_belongs() {
+    let mut rng = rng(14, 0);
+    let mut verdict = |bins: f64, amplitude: f64, gap: bool| {
+        let line = Line { bins, amplitude, phase: 0.4 };
+        let samples = Real::record::<1024>(&mut rng, &[line], 2.0);
+        let plan = Config::default().validate::<Real>(1024).unwrap();
+        let stamp = Stamp { gap, ..Stamp::default() };
+        Pipeline::<Real, 1024>::new(plan).block(stamp, &samples).tone.verdict
+    };
+    assert_eq!(verdict(100.3, 1000.0, false), Verdict::Good);
+    assert_eq!(verdict(1.2, 1000.0, false), Verdict::NearEdge);
+    assert_eq!(verdict(510.8, 1000.0, false), Verdict::NearEdge);
+    assert_eq!(verdict(100.3, 2300.0, false), Verdict::Clipped);
+    assert_eq!(verdict(100.3, 1000.0, true), Verdict::Gap);
+    assert_eq!(verdict(100.3, 0.05, false), Verdict::Weak);
+    assert_eq!(measure::<Real, 1024>(&[0; 1024]).verdict, Verdict::NoSignal);
+    assert_eq!(measure::<Real, 1024>(&[5; 1024]).verdict, Verdict::NoSignal);
+}

@@ -1,0 +1,106 @@
+//! From a spectrum and its peak to a tone with sigma and verdict.
+
+use super::detection::Threshold;
+use super::frequency::Frequency;
+use super::least_squares::{self, Course, Fit, Reach};
+use super::method::Method;
+use super::noise::{self, NOISE_BINS};
+use super::tone::{Tone, Verdict};
+use super::uncertainty::{self, bound_bins, sigma_bins};
+use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::spectrum::Spectrum;
+use crate::spectrum::bins::{Bins, Rectangular};
+use crate::spectrum::peak::Peak;
+
+/// What the measurement of a tone needs to know besides the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The method of estimation.
+    pub method: Method,
+    /// How many bins least squares reads.
+    pub reach: Reach,
+    /// How far a peak must stand out.
+    pub threshold: Threshold,
+}
+
+/// Measures the tone at `peak`.
+///
+/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
+/// the amplitude at that offset follows linearly from nine bins, and sigma is the Cramer-Rao bound of the
+/// estimated signal-to-noise ratio times the method's own efficiency, which says nothing of its bias on real
+/// samples. The noise estimate is the same for all.
+pub fn measure<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N>,
+    samples: &[R::Sample; N],
+    peak: &Peak,
+    statistics: &Statistics,
+    stamp: &Stamp,
+    options: &Options,
+) -> Tone {
+    let bins = Bins::<f32, R, Rectangular>::of(spectrum, peak.bin);
+    let method = options.method;
+    let own = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+    let fit = if own {
+        least_squares::fit(&bins, options.reach, Course::Usual)
+    } else {
+        // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
+        let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
+        least_squares::fit(&bins, Reach::Four, Course::From(offset.to_num(), 0))
+    };
+    let Some(fit) = fit else {
+        return Tone::default();
+    };
+    let Some(frequency) = Frequency::of_bins(peak.bin, fit.offset, N) else {
+        return Tone::default();
+    };
+    let noise = noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit);
+    let power = fit.amplitude_squared::<R>(N);
+    let snr = noise::ratio::<f32, R>(N, power, noise);
+    let excess = if own { excess::<R, N>(&fit, noise) } else { 1.0 };
+    let sigma = if own {
+        sigma_bins(&fit, N, noise * excess)
+    } else {
+        method.efficiency() * bound_bins::<R>(N, snr)
+    };
+    let clipped = statistics.clipped as f32 / N as f32;
+    let near = !R::IQ && near_edge::<N>(peak.bin, fit.offset);
+    let verdict = [
+        (near, Verdict::NearEdge),
+        (clipped > uncertainty::CLIPPED, Verdict::Clipped),
+        (excess > 1.0, Verdict::Unresolved),
+        (stamp.gap, Verdict::Gap),
+        (!options.threshold.detects(peak), Verdict::Weak),
+    ];
+    let verdict = verdict.iter().filter(|v| v.0).map(|v| v.1).max().unwrap_or(Verdict::Good);
+    Tone {
+        frequency,
+        sigma: uncertainty::widened(sigma, clipped) / N as f32,
+        snr,
+        amplitude: libm::sqrtf(power),
+        verdict,
+    }
+}
+
+/// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
+fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
+    let f = peak as f32 + offset;
+    f < 1.5 || f > (N / 2) as f32 - 1.5
+}
+
+/// How many times the noise power the fit leaves in its own bins, where that is more than one record
+/// in 10^6 shows by chance; else 1. Then the line is not a single tone: another is near, or its frequency
+/// moves.
+///
+/// The ratio of two estimates of the noise follows Fisher's distribution; its cube root is nearly
+/// normal (Wilson and Hilferty 1931). The integer FFT leaves a share of the line itself.
+fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
+    const DEVIATIONS: f32 = 5.0;
+    const TRANSFORM: f32 = 1e-9;
+    let freedom = fit.freedom.max(1) as f32;
+    let others = 2.0 * noise::count::<R, N, NOISE_BINS>() as f32;
+    let deviation = libm::sqrtf(2.0 / 9.0 * (1.0 / freedom + 1.0 / others));
+    let root = 1.0 + DEVIATIONS * deviation;
+    let expected = noise * N as f32 * 0.5 * freedom;
+    let ratio = (fit.residual - TRANSFORM * fit.line.norm_sqr()) / expected;
+    if ratio > root * root * root { ratio } else { 1.0 }
+}
