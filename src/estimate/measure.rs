@@ -82,7 +82,7 @@ pub fn measure<R: Record, const N: usize>(
 }
 
 /// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
-fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
+pub(super) fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
     let f = peak as f32 + offset;
     f < 1.5 || f > (N / 2) as f32 - 1.5
 }
@@ -93,7 +93,7 @@ fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
 ///
 /// The ratio of two estimates of the noise follows Fisher's distribution; its cube root is nearly
 /// normal (Wilson and Hilferty 1931). The integer FFT leaves a share of the line itself.
-fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
+pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f32 = 1e-9;
     let freedom = fit.freedom.max(1) as f32;

@@ -16,6 +16,7 @@ pub mod noise;
 pub mod quinn;
 pub mod rife;
 pub mod samples;
+pub mod several;
 pub mod snr;
 pub mod tone;
 pub mod uncertainty;

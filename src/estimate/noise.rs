@@ -26,7 +26,7 @@ use num_complex::Complex;
 pub const NOISE_BINS: usize = 255;
 
 /// The least noise a converter has: its own rounding, one twelfth of a squared code for each part.
-const ROUNDING: f64 = 1.0 / 12.0;
+pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 
 /// The noise power per sample (I/Q: of both parts together), in squared codes, from at most `BINS` bins.
 /// Not below the rounding of the converter. Cost: about 12 multiplications a bin.
@@ -82,8 +82,8 @@ fn iq<T: Scalar, R: Record, const N: usize>(
     unit: T,
 ) -> (T, T) {
     let n = N as i32;
-    let [c, z] = fit.numerators;
-    let constant = c * z * unit.recip();
+    let z = fit.lever;
+    let constant = fit.peak * z * unit.recip();
     // exp(j 2 pi (f - k) / N) = turn.
     let one = Complex::new(T::one(), T::zero());
     let start = (one - z) * circle::<T>(peak, n);
@@ -110,11 +110,11 @@ fn real<T: Scalar, R: Record, const N: usize>(
     unit: T,
 ) -> (T, T) {
     let n = N as i32;
-    let [tone, Complex { re: p, .. }] = fit.numerators;
+    let p = fit.lever.re;
     let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
     let Complex { re: cos, im: sin } = circle::<T>(peak, n);
     let cf = cos - sin * e * p;
-    let tone = tone * (e / unit);
+    let tone = fit.peak * (p * e / unit);
     let (still, turning) = (sin * tone.re - cos * tone.im, tone.im);
     let forward = circle::<T>(stride, n);
     let mut turn = forward;

@@ -87,31 +87,50 @@ pub fn ratio(errors: &[(f64, f64)]) -> Ratio {
     }
 }
 
-/// The exact Cramer-Rao bound of a real tone's frequency in bins, amplitude and phase unknown, DC
-/// unknown too (bin 0 is not read): near DC and Nyquist it depends on the phase.
+/// The exact Cramer-Rao bound of a real tone's frequency in bins, amplitude, phase and DC unknown
+/// (bin 0 is not read): near DC and Nyquist it depends on the phase.
 pub fn bound_real(n: usize, line: Line, sigma: f64) -> f64 {
-    // Columns: d/df, d/d(A cos), d/d(A sin), DC.
-    let mut g = [[0.0f64; 4]; 4];
+    bounds_real(n, &[line], sigma)[0]
+}
+
+/// The same for several tones, all unknown together.
+pub fn bounds_real(n: usize, lines: &[Line], sigma: f64) -> Vec<f64> {
+    // Parameters: every frequency, then every A cos, A sin, then DC.
+    let count = 3 * lines.len() + 1;
+    let mut g = vec![vec![0.0f64; count]; count];
+    let mut row = vec![1.0; count];
     for i in 0..n {
         let t = TAU * i as f64 / n as f64;
-        let (sin, cos) = (t * line.bins).sin_cos();
-        let derivative = -line.amplitude * t * (t * line.bins + line.phase).sin();
-        let row = [derivative, cos, sin, 1.0];
-        for a in 0..4 {
-            for b in 0..4 {
+        for (j, line) in lines.iter().enumerate() {
+            let (sin, cos) = (t * line.bins).sin_cos();
+            let (s, c) = line.phase.sin_cos();
+            row[j] = -line.amplitude * t * (sin * c + cos * s);
+            row[lines.len() + 2 * j] = cos;
+            row[lines.len() + 2 * j + 1] = sin;
+        }
+        for a in 0..count {
+            for b in 0..=a {
                 g[a][b] += row[a] * row[b];
             }
         }
     }
-    // Eliminate the nuisance parameters, last first; what is left of g[0][0] is the information.
-    for p in (1..4).rev() {
-        for a in 0..p {
-            for b in 0..p {
-                g[a][b] -= g[a][p] * g[p][b] / g[p][p];
+    for a in 0..count {
+        for b in a + 1..count {
+            g[a][b] = g[b][a];
+        }
+    }
+    // The inverse by Gauss and Jordan, in place; the matrix is positive definite.
+    for p in 0..count {
+        let pivot = std::mem::replace(&mut g[p][p], 1.0);
+        g[p].iter_mut().for_each(|x| *x /= pivot);
+        for a in (0..count).filter(|&a| a != p) {
+            let factor = std::mem::replace(&mut g[a][p], 0.0);
+            for b in 0..count {
+                g[a][b] -= factor * g[p][b];
             }
         }
     }
-    sigma / g[0][0].sqrt()
+    (0..lines.len()).map(|j| sigma * g[j][j].sqrt()).collect()
 }
 
 /// The exact bound of a complex tone's frequency in bins; `sigma` of each part.

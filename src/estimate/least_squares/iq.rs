@@ -169,8 +169,7 @@ impl<T: Scalar> Problem<T> {
         sum
     }
 
-    /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`,
-    /// and the noise estimate's `c` and `1 - exp(j 2 e d)`.
+    /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`.
     fn finish(&self, d: T, p: T, c: Complex<T>, information: T) -> Fit<T> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
@@ -179,7 +178,8 @@ impl<T: Scalar> Problem<T> {
             offset: d,
             line: c * (sinc(x * x) / line_shape(d)),
             information,
-            numerators: [c, Complex::new(two * sin * sin, -(two * sin * cos))],
+            peak: c,
+            lever: Complex::new(two * sin * sin, -(two * sin * cos)),
             residual: self.residual(p, c),
             freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
         }

@@ -14,9 +14,11 @@
 //! Besides the offset a [`Fit`] carries amplitude, phase and the information that gives sigma.
 
 pub mod iq;
+mod model;
 pub mod real;
 mod series;
 
+pub(crate) use model::Model;
 pub(crate) use series::circle;
 
 use crate::acquire::sample::{Iq, Real, Record};
@@ -56,8 +58,11 @@ pub struct Fit<T> {
     /// How well the bins pin the offset: the noise power of a bin divided by twice this is the variance of the
     /// offset in bins^2.
     pub information: T,
-    /// The numerators of the model's bins, see [`iq`] and [`real`]; for the noise estimate.
-    pub(crate) numerators: [Complex<T>; 2],
+    /// The model's value of the peak bin.
+    pub(crate) peak: Complex<T>,
+    /// How far the peak bin is from the tone, in the measure of the noise estimate: `p` of [`real`], or
+    /// `1 - exp(j 2 pi offset / N)` for I/Q.
+    pub(crate) lever: Complex<T>,
     /// The power that the model leaves in the fitted bins, in squared codes.
     pub residual: T,
     /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
@@ -108,7 +113,8 @@ pub fn fit<T: Scalar, R: Record>(
     fit_bins(bins, reach as usize, course)
 }
 
-fn fit_bins<T: Scalar, R: Record>(
+/// [`fit`] with any reach up to 16.
+pub(crate) fn fit_bins<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: usize,
     course: Course<T>,

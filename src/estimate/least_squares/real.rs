@@ -219,7 +219,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// The tone's amplitude `A N/2 exp(j (phase + pi d)) = p/d / sinc(pi d) ((a - e p b) / s + j b)`,
-    /// `s = sin(e f) / S`, and the noise estimate's `p (a - b C/S)` and `p b`.
+    /// `s = sin(e f) / S`.
     fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
         let Complex { re: a, im: b } = step.line;
         let bent = self.e * p;
@@ -230,7 +230,8 @@ impl<T: Scalar> Problem<T> {
             offset: d,
             line,
             information: step.information,
-            numerators: [Complex::new(p * a, p * b), Complex::new(p, s)],
+            peak: step.line,
+            lever: Complex::new(p, T::zero()),
             residual: self.residual(p, step.line),
             freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
         }

@@ -1,0 +1,53 @@
+//! A fitted tone's value in any bin, so that it can be taken away.
+
+use super::Fit;
+use super::series::{circle, cosine, sinc};
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
+use num_complex::Complex;
+
+/// A fitted tone, ready to be evaluated in bins of an `n`-point record.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Model<T> {
+    n: i32,
+    peak: i32,
+    value: Complex<T>,
+    lever: T,
+    /// Cosine and sine of `pi offset / n`.
+    turn: Complex<T>,
+    /// Sine of `2 pi peak / n`.
+    sine: T,
+}
+
+impl<T: Scalar> Model<T> {
+    /// The tone that `fit` found at bin `peak`.
+    pub(crate) fn new(fit: &Fit<T>, peak: i32, n: i32) -> Self {
+        let x = fit.offset * T::of(core::f64::consts::PI) / T::of_i32(n);
+        let turn = Complex::new(cosine(x * x), x * sinc(x * x));
+        let sine = circle::<T>(peak, n).im;
+        Self { n, peak, value: fit.peak, lever: fit.lever.re, turn, sine }
+    }
+
+    /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i)
+    /// exp(j pi i / n)` for I/Q, and for real records
+    /// `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
+    pub(crate) fn bin<R: Record>(&self, k: i32) -> Complex<T> {
+        let (n, i) = (self.n, k.wrapping_sub(self.peak));
+        if i.checked_rem(n).unwrap_or(0) == 0 {
+            return self.value;
+        }
+        let apart = circle::<T>(i, 2 * n);
+        let minus = self.turn.im * apart.re - self.turn.re * apart.im;
+        if R::IQ {
+            return self.value * apart * (self.turn.im / minus);
+        }
+        let across = circle::<T>(k.wrapping_add(self.peak), 2 * n);
+        let plus = self.turn.im * across.re + self.turn.re * across.im;
+        let Complex { re: a, im: b } = self.value;
+        let two = T::of(2.0);
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let re = a * self.sine - two * b * across.im * apart.im;
+        let im = b * circle::<T>(k, n).im;
+        Complex::new(re, im) * (e * self.lever / (two * plus * minus))
+    }
+}

@@ -1,0 +1,233 @@
+//! More than one tone in a record, by successive subtraction on the bins.
+//!
+//! The strongest tone is fitted to the few bins it dominates, and its model taken away from all bins. If
+//! what is left has a peak that passes the detection threshold, that is the next tone. Then every tone is
+//! fitted anew to bins from which all the others' models are subtracted, in [`SWEEPS`] sweeps. No memory beyond
+//! the tones themselves: models are evaluated where they are needed.
+//!
+//! What was tried: two tones. 2.5 bins or more apart, at any ratio up to 40 dB, both come out within 1.15
+//! times the bound of their joint estimation. At 2 bins three sweeps are just enough; at 1.75 bins and below
+//! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
+//! but were not measured.
+
+use super::frequency::Frequency;
+use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
+use super::measure::{Options, excess, near_edge};
+use super::noise::{self, NOISE_BINS};
+use super::tone::{Tone, Verdict};
+use super::uncertainty::{self, sigma_bins};
+use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::spectrum::Spectrum;
+use crate::spectrum::bins::{Bins, Rectangular};
+use crate::spectrum::peak::{Band, Peak, Search};
+use heapless::Vec;
+use num_complex::Complex;
+
+/// The most tones a record is searched for.
+pub const MOST: usize = 4;
+
+/// How often every tone is fitted anew after one was found.
+pub const SWEEPS: usize = 3;
+
+/// Tones nearer than this to one that was found are not looked for, in bins.
+const APART: i32 = 2;
+
+/// Tones that end up nearer than this are not told apart.
+const UNRESOLVED: f32 = 1.9;
+
+/// From this distance on, in bins, the first fit of a tone may use nine bins instead of three.
+const FAR: i32 = 8;
+
+/// A tone in the making.
+#[derive(Clone, Copy)]
+struct Found {
+    peak: i32,
+    fit: Fit<f32>,
+    model: Model<f32>,
+}
+
+/// A spectrum less the models of tones.
+struct Rest<'a, R: Record, const N: usize> {
+    spectrum: &'a Spectrum<R, N>,
+    unit: f32,
+    found: Vec<Found, MOST>,
+}
+
+/// The tones of `band`, at most `wanted` (and [`MOST`]) of them, strongest first as they were found.
+///
+/// Sigma, amplitude and signal-to-noise ratio of each as if the others were not there; the noise is what all
+/// models together leave. A first tone below the threshold is given as `Weak`; the others all
+/// passed it. Cost: each search for a further tone evaluates every model in every bin, about 100
+/// operations a bin and tone.
+pub fn several<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N>,
+    band: Band,
+    statistics: &Statistics,
+    stamp: &Stamp,
+    options: &Options,
+    wanted: usize,
+) -> Vec<Tone, MOST> {
+    let unit = libm::ldexpf(1.0, spectrum.exponent());
+    let mut rest = Rest { spectrum, unit, found: Vec::new() };
+    let mut detected = true;
+    for _ in 0..wanted.min(MOST) {
+        let Some(peak) = rest.search(band) else {
+            break;
+        };
+        detected = options.threshold.detects(&peak);
+        if !detected && !rest.found.is_empty() {
+            detected = true;
+            break;
+        }
+        if !rest.add(peak.bin) {
+            break;
+        }
+        if rest.found.len() > 1 {
+            for _ in 0..SWEEPS {
+                rest.sweep(options.reach);
+            }
+        }
+    }
+    if let [_] = rest.found.as_slice() {
+        rest.alone(options.reach);
+    }
+    rest.tones(statistics, stamp, detected)
+}
+
+impl<R: Record, const N: usize> Rest<'_, R, N> {
+    /// Bin `k` less every model but the one at `except`.
+    fn bin(&self, k: i32, except: Option<usize>) -> Complex<f32> {
+        let x = self.spectrum.bin(k);
+        let mut rest = Complex::new(x.re as f32, x.im as f32) * self.unit;
+        for (index, found) in self.found.iter().enumerate() {
+            if Some(index) != except {
+                rest -= found.model.bin::<R>(k);
+            }
+        }
+        rest
+    }
+
+    fn bins(&self, peak: i32, except: Option<usize>) -> Bins<f32, R, Rectangular> {
+        Bins::gather(N, peak, |k| self.bin(k as i32, except))
+    }
+
+    /// Bins from `k` to the nearest tone.
+    fn nearest(&self, k: i32) -> i32 {
+        let n = N as i32;
+        let apart = |found: &Found| {
+            let apart = (k - found.peak).abs();
+            if R::IQ { apart.min(n - apart) } else { apart }
+        };
+        self.found.iter().map(apart).min().unwrap_or(n)
+    }
+
+    /// The strongest bin of what is left, away from the tones that were found.
+    fn search(&self, band: Band) -> Option<Peak> {
+        let mut search = Search::new(band);
+        let mut hidden = 0;
+        for k in band.low..=band.high {
+            if self.nearest(k) < APART {
+                hidden += 1;
+                search.push(0);
+            } else {
+                // Stored units keep a weak bin's power above 1.
+                let x = self.bin(k, None) / self.unit;
+                search.push(x.norm_sqr() as u64);
+            }
+        }
+        let mut peak = search.finish()?;
+        peak.floor_bins = peak.floor_bins.saturating_sub(hidden);
+        Some(peak)
+    }
+
+    /// Takes up a new tone; false where there is none to fit.
+    fn add(&mut self, peak: i32) -> bool {
+        let reach = if self.nearest(peak) >= FAR && !self.found.is_empty() { 4 } else { 1 };
+        match fit_bins(&self.bins(peak, None), reach, Course::Usual) {
+            Some(fit) => {
+                let model = Model::new(&fit, peak, N as i32);
+                self.found.push(Found { peak, fit, model }).is_ok()
+            }
+            None => false,
+        }
+    }
+
+    /// Fits every tone once to what the others leave.
+    fn sweep(&mut self, reach: Reach) {
+        for index in 0..self.found.len() {
+            let Some(&old) = self.found.get(index) else {
+                return;
+            };
+            // A tone that has moved to another bin is centred there.
+            let moved = if old.fit.offset.abs() > 0.6 { old.fit.offset.signum() as i32 } else { 0 };
+            let peak = old.peak + moved;
+            let start = old.fit.offset - moved as f32;
+            let bins = self.bins(peak, Some(index));
+            if let Some(fit) = fit_bins(&bins, reach as usize, Course::From(start, 1)) {
+                let model = Model::new(&fit, peak, N as i32);
+                if let Some(found) = self.found.get_mut(index) {
+                    *found = Found { peak, fit, model };
+                }
+            }
+        }
+    }
+
+    /// A single tone, fitted to all its bins.
+    fn alone(&mut self, reach: Reach) {
+        let Some(&Found { peak, .. }) = self.found.first() else {
+            return;
+        };
+        if let Some(fit) = fit_bins(&self.bins(peak, Some(0)), reach as usize, Course::Usual) {
+            let model = Model::new(&fit, peak, N as i32);
+            self.found.clear();
+            // There is room for four.
+            let _ = self.found.push(Found { peak, fit, model });
+        }
+    }
+
+    /// Whether another tone ended up too near to this one.
+    fn crowded(&self, one: &Found) -> bool {
+        let apart = |other: &Found| {
+            let apart = (other.peak - one.peak) as f32 + other.fit.offset - one.fit.offset;
+            let n = N as f32;
+            if R::IQ { apart.abs().min(n - apart.abs()) } else { apart.abs() }
+        };
+        self.found.iter().filter(|other| apart(other) < UNRESOLVED).count() > 1
+    }
+
+    /// The noise power per sample: what the models leave in bins all over the spectrum.
+    fn noise(&self) -> f32 {
+        let count = noise::count::<R, N, NOISE_BINS>() as i32;
+        let stride = (if R::IQ { N } else { N / 2 }) as i32 / (count + 1);
+        let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k * stride, None).norm_sqr());
+        let parts = if R::IQ { 2.0 } else { 1.0 };
+        (sum / (count as f32 * N as f32)).max(noise::ROUNDING as f32 * parts)
+    }
+
+    fn tones(&self, statistics: &Statistics, stamp: &Stamp, detected: bool) -> Vec<Tone, MOST> {
+        let noise = self.noise();
+        let clipped = statistics.clipped as f32 / N as f32;
+        let tone = |found: &Found| {
+            let Found { peak, fit, .. } = found;
+            let excess = excess::<R, N>(fit, noise);
+            let power = fit.amplitude_squared::<R>(N);
+            let sigma = sigma_bins(fit, N, noise * excess);
+            let verdict = [
+                (!R::IQ && near_edge::<N>(*peak, fit.offset), Verdict::NearEdge),
+                (clipped > uncertainty::CLIPPED, Verdict::Clipped),
+                (excess > 1.0 || self.crowded(found), Verdict::Unresolved),
+                (stamp.gap, Verdict::Gap),
+                (!detected, Verdict::Weak),
+            ];
+            let verdict = verdict.iter().filter(|v| v.0).map(|v| v.1).max();
+            Some(Tone {
+                frequency: Frequency::of_bins(*peak, fit.offset, N)?,
+                sigma: uncertainty::widened(sigma, clipped) / N as f32,
+                snr: noise::ratio::<f32, R>(N, power, noise),
+                amplitude: libm::sqrtf(power),
+                verdict: verdict.unwrap_or(Verdict::Good),
+            })
+        };
+        self.found.iter().filter_map(tone).collect()
+    }
+}
