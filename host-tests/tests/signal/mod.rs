@@ -108,26 +108,18 @@ pub fn bounds_real(n: usize, lines: &[Line], sigma: f64) -> Vec<f64> {
             row[lines.len() + 2 * j] = cos;
             row[lines.len() + 2 * j + 1] = sin;
         }
-        for a in 0..count {
-            for b in 0..=a {
-                g[a][b] += row[a] * row[b];
-            }
-        }
-    }
-    for a in 0..count {
-        for b in a + 1..count {
-            g[a][b] = g[b][a];
+        for (line, a) in g.iter_mut().zip(&row) {
+            line.iter_mut().zip(&row).for_each(|(cell, b)| *cell += a * b);
         }
     }
     // The inverse by Gauss and Jordan, in place; the matrix is positive definite.
     for p in 0..count {
         let pivot = std::mem::replace(&mut g[p][p], 1.0);
         g[p].iter_mut().for_each(|x| *x /= pivot);
+        let row = g[p].clone();
         for a in (0..count).filter(|&a| a != p) {
             let factor = std::mem::replace(&mut g[a][p], 0.0);
-            for b in 0..count {
-                g[a][b] -= factor * g[p][b];
-            }
+            g[a].iter_mut().zip(&row).for_each(|(cell, x)| *cell -= factor * x);
         }
     }
     (0..lines.len()).map(|j| sigma * g[j][j].sqrt()).collect()
