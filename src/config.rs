@@ -3,7 +3,7 @@
 use crate::acquire::sample::{Codes, Record};
 use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
-use crate::estimate::measure::Options;
+use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
 use crate::solve::chirp::{Scale, Scales, Shape};
 use crate::spectrum::peak::Band;
@@ -51,6 +51,8 @@ pub struct Config {
     pub method: Method,
     /// How many bins least squares reads.
     pub reach: Reach,
+    /// The arithmetic of least squares.
+    pub arithmetic: Arithmetic,
     /// The probability, for each block, that noise alone passes for a tone: above 0, at most 0.5.
     pub false_alarm: f64,
     /// What the samples are of.
@@ -65,6 +67,7 @@ impl Default for Config {
             band_hz: None,
             method: Method::default(),
             reach: Reach::default(),
+            arithmetic: Arithmetic::default(),
             false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
         }
@@ -156,7 +159,7 @@ impl Config {
         Ok(Plan {
             codes: self.codes,
             band,
-            options: Options { method, reach: self.reach, threshold },
+            options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },
             solver: self.solver(n)?,
         })
     }

@@ -5,8 +5,11 @@ mod signal;
 
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::least_squares::{Course, Reach, fit, least_squares, least_squares_real};
+use picket::estimate::least_squares::{
+    Course, Reach, fit, fixed, least_squares, least_squares_real,
+};
 use picket::estimate::noise::{self, NOISE_BINS};
+use picket::estimate::noise_fixed;
 use picket::estimate::uncertainty::sigma_bins;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
@@ -258,6 +261,41 @@ fn bar<R: Kind, const N: usize>(reach: Reach, threshold_db: f64, most: f64) {
     }
 }
 
+/// numerics.md 6.1 and 6.2: the lidar paper's table 2 (250 MS/s, 15.625 MHz, 1024 samples, -10 dB), 15
+/// points across one bin, RMSE in hertz.
+#[test]
+fn table_2_of_the_lidar_paper() {
+    fn rmse<R: Kind>(reach: Reach) -> (f64, f64) {
+        let (amplitude, per_bin) = (amplitude(-10.0), 250e6 / 1024.0);
+        let squares: Vec<_> = (0..15)
+            .flat_map(|point| {
+                let bins = 64.0 + f64::from(point) / 15.0 - 0.5;
+                trials(100 + point as u64, 2000, |rng| {
+                    let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
+                    let samples = R::record::<1024>(rng, &[line], sigma(amplitude, -10.0));
+                    let mut spectrum = Spectrum::<R, 1024>::new();
+                    spectrum.transform(&samples, CODES);
+                    let band = if R::IQ { Band::iq(1024) } else { Band::real(1024) };
+                    let peak = peak::find(&spectrum, band).unwrap().bin;
+                    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, Course::Usual);
+                    f64::from(peak) + f64::from(fit.unwrap().offset) - bins
+                })
+            })
+            .collect();
+        let kept: Vec<_> = squares.iter().filter(|e| e.abs() <= 1.5).collect();
+        let rms = (kept.iter().map(|e| *e * *e).sum::<f64>() / kept.len() as f64).sqrt();
+        (rms * per_bin, 1.0 - kept.len() as f64 / squares.len() as f64)
+    }
+    for (name, (hertz, outliers), most) in [
+        ("real, eight", rmse::<Real>(Reach::Eight), 14300.0),
+        ("real, sixteen", rmse::<Real>(Reach::Sixteen), 14150.0),
+        ("I/Q, sixteen", rmse::<Iq>(Reach::Sixteen), 9850.0),
+    ] {
+        println!("{name}, seeds 100..=114: {hertz:.0} Hz, outliers {outliers:.5}");
+        assert!(hertz <= most && outliers <= 1e-3);
+    }
+}
+
 #[test]
 fn real_reaches_the_bound() {
     bar::<Real, 256>(Reach::Sixteen, -4.6, 1.035);
@@ -276,4 +314,60 @@ fn iq_reaches_the_bound() {
     bar::<Iq, 256>(Reach::Eight, -7.6, 1.05);
     bar::<Iq, 1024>(Reach::Eight, -13.3, 1.05);
     bar::<Iq, 4096>(Reach::Eight, -19.1, 1.05);
+}
+
+/// The sums in integers against those in `f32`, on the same bins: offset in bounds, rms and worst, and
+/// the largest relative differences of sigma and noise.
+fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
+    let seen = trials(17, 1000, |rng| {
+        let amplitude = amplitude(snr_db);
+        let sigma = sigma(amplitude, snr_db);
+        let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+        let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
+        let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
+        let samples = R::record::<N>(rng, &[line], sigma);
+        let mut spectrum = Spectrum::<R, N>::new();
+        spectrum.transform(&samples, CODES);
+        let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+        let peak = peak::find(&spectrum, band).unwrap().bin;
+        let float = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, Course::Usual).unwrap();
+        let fixed = fixed::fit(&spectrum, peak, reach, Course::Usual).unwrap();
+        let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
+        let noise = [
+            noise::power::<f32, R, N, NOISE_BINS>(&spectrum, peak, &float),
+            noise_fixed::power::<R, N, NOISE_BINS>(&spectrum, peak, &fixed),
+        ];
+        let away = |a: f32, b: f32| f64::from(a / b - 1.0).abs();
+        (
+            f64::from(fixed.offset - float.offset) / bound,
+            away(fixed.information, float.information),
+            away(fixed.residual, float.residual),
+            away(noise[1], noise[0]),
+        )
+    });
+    let rms = (seen.iter().map(|d| d.0 * d.0).sum::<f64>() / seen.len() as f64).sqrt();
+    let worst = seen.iter().fold([0.0f64; 4], |w, d| {
+        [w[0].max(d.0.abs()), w[1].max(d.1), w[2].max(d.2), w[3].max(d.3)]
+    });
+    let kind = if R::IQ { "I/Q" } else { "real" };
+    println!(
+        "{kind} N {N}, {reach:?}, {snr_db} dB, seed 17: fixed from float {rms:.4} x bound rms, {:.4} worst; \
+         information {:.1e}, residual {:.1e}, noise {:.1e}",
+        worst[0], worst[1], worst[2], worst[3]
+    );
+    assert!(rms < 0.03 && worst[0] < 0.1);
+    assert!(worst[1] < 1e-4 && worst[2] < 5e-3 && worst[3] < 1e-3);
+}
+
+#[test]
+fn fixed_sums_equal_float() {
+    for snr_db in [5.0, 30.0, 60.0] {
+        fixed_against_float::<Real, 64>(Reach::Sixteen, snr_db);
+        fixed_against_float::<Real, 1024>(Reach::Eight, snr_db);
+        fixed_against_float::<Real, 1024>(Reach::Sixteen, snr_db);
+        fixed_against_float::<Real, 4096>(Reach::Sixteen, snr_db);
+        fixed_against_float::<Iq, 64>(Reach::Sixteen, snr_db);
+        fixed_against_float::<Iq, 1024>(Reach::Four, snr_db);
+        fixed_against_float::<Iq, 4096>(Reach::Sixteen, snr_db);
+    }
 }

@@ -7,6 +7,7 @@ use picket::acquire::sample::{Codes, Iq, Real, Stamp, Statistics};
 use picket::config::Config;
 use picket::estimate::detection::Threshold;
 use picket::estimate::least_squares::Reach;
+use picket::estimate::measure::Arithmetic;
 use picket::estimate::several::several;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::Pipeline;
@@ -270,11 +271,17 @@ fn two_tones_are_not_one() {
 
 #[test]
 fn each_verdict_where_it_belongs() {
+    each_verdict(Arithmetic::Float);
+    each_verdict(Arithmetic::Fixed);
+}
+
+fn each_verdict(arithmetic: Arithmetic) {
     let mut rng = rng(14, 0);
+    let config = Config { arithmetic, ..Config::default() };
     let mut verdict = |bins: f64, amplitude: f64, gap: bool| {
         let line = Line { bins, amplitude, phase: 0.4 };
         let samples = Real::record::<1024>(&mut rng, &[line], 2.0);
-        let plan = Config::default().validate::<Real>(1024).unwrap();
+        let plan = config.validate::<Real>(1024).unwrap();
         let stamp = Stamp { gap, ..Stamp::default() };
         Pipeline::<Real, 1024>::new(plan).block(stamp, &samples).tone.verdict
     };

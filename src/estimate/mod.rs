@@ -13,6 +13,7 @@ pub mod least_squares;
 pub mod measure;
 pub mod method;
 pub mod noise;
+pub mod noise_fixed;
 pub mod quinn;
 pub mod rife;
 pub mod samples;

@@ -48,7 +48,7 @@ pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
 }
 
 /// Every how manieth bin the estimate reads: a power of two.
-const fn stride<R: Record, const N: usize, const BINS: usize>() -> usize {
+pub(crate) const fn stride<R: Record, const N: usize, const BINS: usize>() -> usize {
     let (bins, wanted) = (if R::IQ { N } else { N / 2 }, BINS.saturating_add(1));
     let mut stride = 1;
     while bins > stride * wanted && stride < N {

@@ -25,17 +25,41 @@ use num_complex::Complex;
 
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
-struct Side<T> {
-    u: T,
-    m: T,
-    y: Complex<T>,
+pub(super) struct Side<T> {
+    pub u: T,
+    pub m: T,
+    pub y: Complex<T>,
 }
 
-struct Problem<T> {
-    e: T,
-    centre: Complex<T>,
-    sides: Vec<Side<T>, { 2 * REACH }>,
+/// The sums over the bins beside the peak.
+pub(super) struct Sums<T> {
+    pub aa: T,
+    pub bb: T,
+    pub dd: T,
+    pub pp: Complex<T>,
+    pub qq: Complex<T>,
 }
+
+/// The bins beside the peak, in whatever arithmetic.
+pub(super) trait Sides<T> {
+    /// The sums at p.
+    fn sums(&self, p: T) -> Sums<T>;
+    /// The power that the model c leaves.
+    fn residual(&self, p: T, c: Complex<T>) -> T;
+    /// How many bins there are.
+    fn count(&self) -> usize;
+}
+
+/// The bins in the form of the module's equations.
+pub(super) struct Problem<T, S> {
+    pub e: T,
+    pub centre: Complex<T>,
+    /// The peak's neighbours.
+    pub near: Vec<Side<T>, 2>,
+    pub sides: S,
+}
+
+struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
@@ -55,49 +79,37 @@ pub(super) fn fit<T: Scalar, R: Record>(
     if bins.at(0).norm_sqr() <= T::zero() {
         return None;
     }
-    let problem = Problem::new(bins, reach);
-    let (start, steps, settled) = match course {
-        Course::Usual => (problem.start(), 2, T::of(SETTLED)),
-        Course::From(start, steps) => (start, steps, T::zero()),
-    };
-    let mut d = limit(start, START_LIMIT);
-    let (mut p, mut speed) = problem.tangent(d);
-    let mut step = problem.step(p);
-    let (mut c, mut information) = (step.here, step.information * speed * speed);
-    for taken in 0..steps {
-        if taken > 0 {
-            step = problem.step(p);
-        }
-        let forward = limit(step.forward / speed, STEP_LIMIT);
-        let next = limit(d + forward, OFFSET_LIMIT);
-        let moved = next - d;
-        information = step.information * speed * speed;
-        d = next;
-        (p, speed) = problem.tangent(d);
-        c = step.there;
-        if moved.abs() <= settled {
-            break;
-        }
-    }
-    Some(problem.finish(d, p, c, information))
+    Some(Problem::new(bins, reach).fit(course))
 }
 
-impl<T: Scalar> Problem<T> {
-    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
-        let n = bins.n() as i32;
-        let e = T::of(core::f64::consts::PI) / T::of_i32(n);
-        let mut sides = Vec::new();
-        for i in distances(reach) {
-            let turn = circle::<T>(i, n.saturating_mul(2));
-            let tangent = turn.im / turn.re;
-            for (k, lean) in [(-i, -tangent), (i, tangent)] {
-                let x = bins.at(k);
-                let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
-                // The vector holds every distance up to the reach.
-                let _ = sides.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+impl<T: Scalar, S: Sides<T>> Problem<T, S> {
+    /// Gauss and Newton's steps.
+    pub fn fit(&self, course: Course<T>) -> Fit<T> {
+        let problem = self;
+        let (start, steps, settled) = match course {
+            Course::Usual => (problem.start(), 2, T::of(SETTLED)),
+            Course::From(start, steps) => (start, steps, T::zero()),
+        };
+        let mut d = limit(start, START_LIMIT);
+        let (mut p, mut speed) = problem.tangent(d);
+        let mut step = problem.step(p);
+        let (mut c, mut information) = (step.here, step.information * speed * speed);
+        for taken in 0..steps {
+            if taken > 0 {
+                step = problem.step(p);
+            }
+            let forward = limit(step.forward / speed, STEP_LIMIT);
+            let next = limit(d + forward, OFFSET_LIMIT);
+            let moved = next - d;
+            information = step.information * speed * speed;
+            d = next;
+            (p, speed) = problem.tangent(d);
+            c = step.there;
+            if moved.abs() <= settled {
+                break;
             }
         }
-        Self { e, centre: bins.at(0), sides }
+        problem.finish(d, p, c, information)
     }
 
     /// Sine and cosine of `e d`.
@@ -119,8 +131,8 @@ impl<T: Scalar> Problem<T> {
     /// That is Candan's estimator (2013) with the half-sample rotation; his arc tangent in place of this
     /// arc sine is off by a third-order term.
     fn start(&self) -> T {
-        let [left, right] = match self.sides.as_slice() {
-            [left, right, ..] => [left, right],
+        let [left, right] = match self.near.as_slice() {
+            [left, right] => [left, right],
             _ => return T::zero(),
         };
         // Y is Z / cos e. So is the peak's term, which leaves 2 X_0; and sin(2 e) = 2 tan e / m.
@@ -134,21 +146,9 @@ impl<T: Scalar> Problem<T> {
 
     /// The sums at p, and what follows from them.
     fn step(&self, p: T) -> Step<T> {
-        let zero = T::zero();
+        let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
-        let (mut aa, mut bb, mut dd) = (T::one(), zero, zero);
-        let (mut pp, mut qq) = (self.centre, Complex::new(zero, zero));
-        for side in &self.sides {
-            let r = T::one() / (p - side.u);
-            let h = p * r;
-            let slope = (T::one() - h) * r;
-            let (mh, ms) = (side.m * h, side.m * slope);
-            aa = aa + mh * h;
-            bb = bb + mh * slope;
-            dd = dd + ms * slope;
-            pp = pp + side.y * h;
-            qq = qq + side.y * slope;
-        }
+        let (aa, pp) = (aa + T::one(), pp + self.centre);
         let (above, below) = (qq * aa - pp * bb, pp * dd - qq * bb);
         let here = pp / aa;
         Step {
@@ -157,16 +157,6 @@ impl<T: Scalar> Problem<T> {
             here,
             there: below / (aa * dd - bb * bb),
         }
-    }
-
-    /// The power the model leaves: `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
-    fn residual(&self, p: T, c: Complex<T>) -> T {
-        let mut sum = (self.centre - c).norm_sqr();
-        for side in &self.sides {
-            let h = p / (p - side.u);
-            sum = sum + (side.y - c * (h * side.m)).norm_sqr() / side.m;
-        }
-        sum
     }
 
     /// The tone's amplitude `A N exp(j (phase + pi d (1 - 1/N))) = c sin(e d) / (e d) / sinc(pi d)`.
@@ -180,8 +170,60 @@ impl<T: Scalar> Problem<T> {
             information,
             peak: c,
             lever: Complex::new(two * sin * sin, -(two * sin * cos)),
-            residual: self.residual(p, c),
-            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+            residual: (self.centre - c).norm_sqr() + self.sides.residual(p, c),
+            freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
         }
+    }
+}
+
+impl<T: Scalar> Problem<T, Floats<T>> {
+    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
+        let n = bins.n() as i32;
+        let e = T::of(core::f64::consts::PI) / T::of_i32(n);
+        let mut sides = Vec::new();
+        for i in distances(reach) {
+            let turn = circle::<T>(i, n.saturating_mul(2));
+            let tangent = turn.im / turn.re;
+            for (k, lean) in [(-i, -tangent), (i, tangent)] {
+                let x = bins.at(k);
+                let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
+                // The vector holds every distance up to the reach.
+                let _ = sides.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+            }
+        }
+        let near = sides.iter().take(2).copied().collect();
+        Self { e, centre: bins.at(0), near, sides: Floats(sides) }
+    }
+}
+
+impl<T: Scalar> Sides<T> for Floats<T> {
+    fn sums(&self, p: T) -> Sums<T> {
+        let (zero, none) = (T::zero(), Complex::new(T::zero(), T::zero()));
+        let mut sums = Sums { aa: zero, bb: zero, dd: zero, pp: none, qq: none };
+        for side in &self.0 {
+            let r = T::one() / (p - side.u);
+            let h = p * r;
+            let slope = (T::one() - h) * r;
+            let (mh, ms) = (side.m * h, side.m * slope);
+            sums.aa = sums.aa + mh * h;
+            sums.bb = sums.bb + mh * slope;
+            sums.dd = sums.dd + ms * slope;
+            sums.pp = sums.pp + side.y * h;
+            sums.qq = sums.qq + side.y * slope;
+        }
+        sums
+    }
+
+    /// `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
+    fn residual(&self, p: T, c: Complex<T>) -> T {
+        let left = |side: &Side<T>| {
+            let h = p / (p - side.u);
+            (side.y - c * (h * side.m)).norm_sqr() / side.m
+        };
+        self.0.iter().fold(T::zero(), |sum, side| sum + left(side))
+    }
+
+    fn count(&self) -> usize {
+        self.0.len()
     }
 }

@@ -13,6 +13,7 @@
 //!
 //! Besides the offset a [`Fit`] carries amplitude, phase and the information that gives sigma.
 
+pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;

@@ -38,18 +38,49 @@ use num_complex::Complex;
 
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
-struct Side<T> {
-    u: T,
-    s: T,
-    x: Complex<T>,
-    v: T,
+pub(super) struct Side<T> {
+    pub u: T,
+    pub s: T,
+    pub x: Complex<T>,
+    pub v: T,
+}
+
+/// The eight sums over the bins beside the peak.
+pub(super) struct Sums<T> {
+    pub aa: T,
+    pub s1: T,
+    pub bb: T,
+    pub dd: T,
+    pub r1: T,
+    pub r2: T,
+    pub q1: T,
+    pub q2: T,
+}
+
+/// The bins beside the peak, in whatever arithmetic.
+pub(super) trait Sides<T> {
+    /// The sums at p.
+    fn sums(&self, p: T) -> Sums<T>;
+    /// The power that the model `a + j b` leaves.
+    fn residual(&self, p: T, line: Complex<T>) -> T;
+    /// How many bins there are.
+    fn count(&self) -> usize;
 }
 
 /// The bins in the form of the module's equations.
-struct Problem<T> {
+pub(super) struct Problem<T, S> {
+    pub peak: i32,
+    pub last: i32,
+    pub e: T,
+    pub c: T,
+    pub centre: Complex<T>,
+    /// The peak's neighbours.
+    pub near: Vec<Side<T>, 2>,
+    pub sides: S,
+}
+
+struct Floats<T> {
     e: T,
-    c: T,
-    centre: Complex<T>,
     sides: Vec<Side<T>, { 2 * REACH }>,
 }
 
@@ -72,65 +103,44 @@ pub(super) fn fit<T: Scalar, R: Record>(
     if peak < 1 || peak > last || bins.at(0).norm_sqr() <= T::zero() {
         return None;
     }
-    let problem = Problem::new(bins, reach);
-    let edge = peak < 3 || peak > last - 2;
-    let (start, steps, settled) = match course {
-        Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
-        Course::From(start, steps) => (start, steps, T::zero()),
-    };
-    // The tone stays between DC and Nyquist.
-    let low = (T::of(EDGE_LIMIT) - T::of_i32(peak)).max(T::of(-OFFSET_LIMIT));
-    let high = (T::of_i32(last - peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
-    let mut d = limit(start, START_LIMIT).max(low).min(high);
-    let (mut p, mut speed) = problem.cosine_offset(d);
-    let mut step = problem.step(p);
-    for taken in 0..steps {
-        if taken > 0 {
-            step = problem.step(p);
-        }
-        let next = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
-        let moved = next - d;
-        d = next;
-        let information = step.information * speed * speed;
-        let before = p;
-        (p, speed) = problem.cosine_offset(d);
-        step.line = step.line + step.slope * (p - before);
-        step.information = information;
-        if moved.abs() <= settled {
-            break;
-        }
-    }
-    if steps == 0 {
-        step.information = step.information * speed * speed;
-    }
-    Some(problem.finish(d, p, &step))
+    Some(Problem::new(bins, reach).fit(course))
 }
 
-impl<T: Scalar> Problem<T> {
-    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
-        let (n, peak) = (bins.n() as i32, bins.peak());
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
-        let w = circle::<T>(peak, n);
-        let c = e * (w.re / w.im);
-        let mut sides = Vec::new();
-        for i in distances(reach) {
-            // Half the angle: 1 - cos without cancellation.
-            let half = circle::<T>(i, n.saturating_mul(2));
-            let versine = T::of(2.0) * half.im * half.im;
-            let sine = T::of(2.0) * half.im * half.re;
-            let (near, bend) = (sine / e, c * (versine / (e * e)));
-            for (k, sign) in [(-i, -T::one()), (i, T::one())] {
-                if peak + k < 1 || peak + k > n / 2 - 1 {
-                    continue;
-                }
-                let u = sign * near + bend;
-                let s = T::one() - versine + sign * c * near;
-                let x = bins.at(k);
-                // The vector holds every distance up to the reach.
-                let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
+impl<T: Scalar, S: Sides<T>> Problem<T, S> {
+    /// Gauss and Newton's steps.
+    pub fn fit(&self, course: Course<T>) -> Fit<T> {
+        let (problem, peak, last) = (self, self.peak, self.last);
+        let edge = peak < 3 || peak > last - 2;
+        let (start, steps, settled) = match course {
+            Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
+            Course::From(start, steps) => (start, steps, T::zero()),
+        };
+        // The tone stays between DC and Nyquist.
+        let low = (T::of(EDGE_LIMIT) - T::of_i32(peak)).max(T::of(-OFFSET_LIMIT));
+        let high = (T::of_i32(last - peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
+        let mut d = limit(start, START_LIMIT).max(low).min(high);
+        let (mut p, mut speed) = problem.cosine_offset(d);
+        let mut step = problem.step(p);
+        for taken in 0..steps {
+            if taken > 0 {
+                step = problem.step(p);
+            }
+            let next = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+            let moved = next - d;
+            d = next;
+            let information = step.information * speed * speed;
+            let before = p;
+            (p, speed) = problem.cosine_offset(d);
+            step.line = step.line + step.slope * (p - before);
+            step.information = information;
+            if moved.abs() <= settled {
+                break;
             }
         }
-        Self { e, c, centre: bins.at(0), sides }
+        if steps == 0 {
+            step.information = step.information * speed * speed;
+        }
+        problem.finish(d, p, &step)
     }
 
     /// p of an offset d, and dp/dd.
@@ -148,7 +158,7 @@ impl<T: Scalar> Problem<T> {
     fn start(&self) -> T {
         let Complex { re: a, im: b } = self.centre;
         let (mut above, mut below) = (T::zero(), T::zero());
-        for side in self.sides.iter().take(2) {
+        for side in &self.near {
             let x = side.x;
             let (re, im) = (x.re - a + self.e * side.u * b, x.im - side.s * b);
             above = above + side.u * (x.re * re + x.im * im);
@@ -163,26 +173,11 @@ impl<T: Scalar> Problem<T> {
         (half + half) * (T::one() - tangent * tangent * T::of(1.0 / 3.0))
     }
 
-    /// The eight sums at p, and what follows from them.
+    /// The sums at p, and what follows from them.
     fn step(&self, p: T) -> Step<T> {
-        let zero = T::zero();
-        let Complex { re, im } = self.centre;
+        let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
-        let (mut aa, mut s1, mut bb, mut dd) = (T::one(), zero, zero, zero);
-        let (mut r1, mut r2, mut q1, mut q2) = (re, im, zero, zero);
-        for side in &self.sides {
-            let r = T::one() / (p - side.u);
-            let h = p * r;
-            let slope = (T::one() - h) * r;
-            aa = aa + h * h;
-            s1 = s1 + slope;
-            bb = bb + h * slope;
-            dd = dd + slope * slope;
-            r1 = r1 + h * side.x.re;
-            r2 = r2 + h * side.v;
-            q1 = q1 + slope * side.x.re;
-            q2 = q2 + slope * side.v;
-        }
+        let (aa, r1, r2) = (aa + T::one(), r1 + self.centre.re, r2 + self.centre.im);
         let (e, c2) = (self.e, self.c + self.c);
         let (lean, rest) = (e * p, s1 - bb);
         // Inner products of the basis (1, 0) h and (-e u, s) h.
@@ -207,17 +202,6 @@ impl<T: Scalar> Problem<T> {
         }
     }
 
-    /// The power the model leaves.
-    fn residual(&self, p: T, line: Complex<T>) -> T {
-        let mut sum = (self.centre - line).norm_sqr();
-        for side in &self.sides {
-            let h = p / (p - side.u);
-            let model = Complex::new(line.re - line.im * self.e * side.u, line.im * side.s);
-            sum = sum + (side.x - model * h).norm_sqr();
-        }
-        sum
-    }
-
     /// The tone's amplitude `A N/2 exp(j (phase + pi d)) = p/d / sinc(pi d) ((a - e p b) / s + j b)`,
     /// `s = sin(e f) / S`.
     fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
@@ -232,8 +216,73 @@ impl<T: Scalar> Problem<T> {
             information: step.information,
             peak: step.line,
             lever: Complex::new(p, T::zero()),
-            residual: self.residual(p, step.line),
-            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+            residual: (self.centre - step.line).norm_sqr() + self.sides.residual(p, step.line),
+            freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
         }
+    }
+}
+
+impl<T: Scalar> Problem<T, Floats<T>> {
+    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
+        let (n, peak) = (bins.n() as i32, bins.peak());
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let w = circle::<T>(peak, n);
+        let c = e * (w.re / w.im);
+        let mut sides = Vec::new();
+        for i in distances(reach) {
+            // Half the angle: 1 - cos without cancellation.
+            let half = circle::<T>(i, n.saturating_mul(2));
+            let versine = T::of(2.0) * half.im * half.im;
+            let sine = T::of(2.0) * half.im * half.re;
+            let (near, bend) = (sine / e, c * (versine / (e * e)));
+            for (k, sign) in [(-i, -T::one()), (i, T::one())] {
+                if peak + k < 1 || peak + k > n / 2 - 1 {
+                    continue;
+                }
+                let u = sign * near + bend;
+                let s = T::one() - versine + sign * c * near;
+                let x = bins.at(k);
+                // The vector holds every distance up to the reach.
+                let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
+            }
+        }
+        let near = sides.iter().take(2).copied().collect();
+        let sides = Floats { e, sides };
+        Self { peak, last: n / 2 - 1, e, c, centre: bins.at(0), near, sides }
+    }
+}
+
+impl<T: Scalar> Sides<T> for Floats<T> {
+    fn sums(&self, p: T) -> Sums<T> {
+        let zero = T::zero();
+        let mut sums =
+            Sums { aa: zero, s1: zero, bb: zero, dd: zero, r1: zero, r2: zero, q1: zero, q2: zero };
+        for side in &self.sides {
+            let r = T::one() / (p - side.u);
+            let h = p * r;
+            let slope = (T::one() - h) * r;
+            sums.aa = sums.aa + h * h;
+            sums.s1 = sums.s1 + slope;
+            sums.bb = sums.bb + h * slope;
+            sums.dd = sums.dd + slope * slope;
+            sums.r1 = sums.r1 + h * side.x.re;
+            sums.r2 = sums.r2 + h * side.v;
+            sums.q1 = sums.q1 + slope * side.x.re;
+            sums.q2 = sums.q2 + slope * side.v;
+        }
+        sums
+    }
+
+    fn residual(&self, p: T, line: Complex<T>) -> T {
+        let left = |side: &Side<T>| {
+            let h = p / (p - side.u);
+            let model = Complex::new(line.re - line.im * self.e * side.u, line.im * side.s);
+            (side.x - model * h).norm_sqr()
+        };
+        self.sides.iter().fold(T::zero(), |sum, side| sum + left(side))
+    }
+
+    fn count(&self) -> usize {
+        self.sides.len()
     }
 }
