@@ -19,8 +19,8 @@ fn turn(k: i32, n: i32) -> Turn {
 fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     let half = 1i64 << 29;
     [
-        held(product(a, c) - product(b, d) + half >> 30),
-        held(product(a, d) + product(b, c) + half >> 30),
+        held((product(a, c) - product(b, d) + half) >> 30),
+        held((product(a, d) + product(b, c) + half) >> 30),
     ]
 }
 
@@ -92,8 +92,8 @@ fn iq<R: Record, const N: usize>(
         let [re, im] = bin(spectrum, k);
         let weight = [(1i32 << 29).saturating_sub(angle[0] >> 1), -(angle[1] >> 1)];
         let left = [
-            (product(re, weight[0]) - product(im, weight[1]) >> 29) - i64::from(constant[0]),
-            (product(re, weight[1]) + product(im, weight[0]) >> 29) - i64::from(constant[1]),
+            ((product(re, weight[0]) - product(im, weight[1])) >> 29) - i64::from(constant[0]),
+            ((product(re, weight[1]) + product(im, weight[0])) >> 29) - i64::from(constant[1]),
         ];
         for left in left.map(held) {
             residual = residual.saturating_add(product(left, left));

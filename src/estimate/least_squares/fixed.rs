@@ -124,21 +124,22 @@ pub(crate) fn product(a: i32, b: i32) -> i64 {
     i64::from(a) * i64::from(b)
 }
 
+#[allow(clippy::manual_clamp)] // `clamp` checks its bounds
 pub(crate) fn held(x: i64) -> i32 {
-    x.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    x.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32
 }
 
 /// h in Q26 and h' in Q22, for p and u in Q23.
 fn shape(p: i32, u: i32) -> (i32, i32) {
     let difference = p.saturating_sub(u);
-    let size = difference.unsigned_abs().clamp(1, i32::MAX as u32);
+    let size = difference.unsigned_abs().max(1).min(i32::MAX as u32);
     // Normalised to 2^30..2^31, so that its upper half is neither zero nor above 2^16.
     let room = size.leading_zeros() - 1;
     let m = size << room;
     let rough = u64::from(u32::MAX.checked_div(m >> 15).unwrap_or(u32::MAX));
     // 1/m is about rough / 2^47; Newton: rough (2 - m rough / 2^47).
     let rest = (1u64 << 48).saturating_sub(u64::from(m) * rough) >> 17;
-    let inverse = (rough * rest >> 16) as i64;
+    let inverse = ((rough * rest) >> 16) as i64;
     // 1/m = inverse / 2^61 and 1/|p - u| = 2^(23 + room) / m: in Q26, inverse >> (12 - room).
     let inverse = if room <= 12 { inverse >> (12 - room) } else { inverse << (room - 12) };
     let inverse = held(if difference < 0 { -inverse } else { inverse });
