@@ -97,9 +97,10 @@ pub enum ConfigError {
     FalseAlarm,
 }
 
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
+impl ConfigError {
+    /// One line that says what to do.
+    pub const fn message(self) -> &'static str {
+        match self {
             ConfigError::Rate => "the sample rate must be a positive number of hertz",
             ConfigError::Band => {
                 "the band must lie between 0 and half the sample rate, low end first"
@@ -111,7 +112,13 @@ impl core::fmt::Display for ConfigError {
             ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Method => "the method does not work on this kind of record",
-        })
+        }
+    }
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.message())
     }
 }
 

@@ -18,6 +18,8 @@
 extern crate std;
 
 pub mod acquire;
+#[cfg(target_os = "none")]
+pub mod board;
 pub mod config;
 pub mod estimate;
 pub mod pipeline;

@@ -1,7 +1,9 @@
 //! Host tools.
 pub mod cli;
+pub mod emulator;
 pub mod recording;
 pub mod reference;
 pub mod scenario;
 pub mod simulate;
 pub mod telemetry;
+pub mod toolchain;

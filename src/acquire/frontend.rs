@@ -317,6 +317,11 @@ impl<S> Blocks<'_, S> {
         take(&mut self.full)
     }
 
+    /// True if a block waits to be received.
+    pub fn waiting(&self) -> bool {
+        self.full.ready()
+    }
+
     /// Gives a block's slot back to be filled.
     pub fn release(&mut self, slot: S) {
         // There is room: the queue holds every spare slot.

@@ -53,6 +53,8 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     type Cells<const N: usize>: Cells;
     /// True for I/Q records.
     const IQ: bool;
+    /// The sample with these parts; a real one has no quadrature value.
+    fn sample(parts: [i16; 2]) -> Self::Sample;
     /// The parts of a sample: its value and, for I/Q, its quadrature value (else 0).
     fn parts(sample: Self::Sample) -> [i16; 2];
     /// A whole record as the complex points the FFT transforms: I/Q pairs as they are, a real
@@ -72,6 +74,9 @@ impl Record for Real {
     type Sample = i16;
     type Cells<const N: usize> = [i32; N];
     const IQ: bool = false;
+    fn sample([value, _]: [i16; 2]) -> i16 {
+        value
+    }
     fn parts(sample: i16) -> [i16; 2] {
         [sample, 0]
     }
@@ -84,6 +89,9 @@ impl Record for Iq {
     type Sample = [i16; 2];
     type Cells<const N: usize> = [[i32; 2]; N];
     const IQ: bool = true;
+    fn sample(parts: [i16; 2]) -> [i16; 2] {
+        parts
+    }
     fn parts(sample: [i16; 2]) -> [i16; 2] {
         sample
     }

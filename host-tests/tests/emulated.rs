@@ -1,0 +1,243 @@
+//! The core under emulation: the same bits on every machine, and no block lost on the way.
+
+use picket::acquire::capture::{ForRecord, Header, for_record};
+use picket::acquire::sample::{Codes, Iq, Real, Record, Segment};
+use picket::config::{Config, Scene};
+use picket::estimate::method::Method;
+use picket::pipeline::Pipeline;
+use picket::report::frame::Reader;
+use picket::report::record::{Health, Record as Telemetry};
+use picket::solve::chirp::Shape;
+use picket_host::emulator::{Capture, Machine, Outcome, RunError};
+use picket_host::toolchain::{Firmware, Profile};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
+use std::time::Duration;
+
+const SEED: u64 = 20_220_222;
+const LIMIT: Duration = Duration::from_secs(300);
+
+fn image(bin: &str, machine: Machine) -> PathBuf {
+    let firmware =
+        Firmware { bin, target: machine.target(), features: &["mps2"], profile: Profile::Release };
+    firmware.build().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Random blocks: a tone anywhere, of any strength, in noise of any strength, over a DC offset; some
+/// clip, some hold nothing.
+fn blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED ^ u64::from(header.n) << 8 ^ u64::from(header.iq));
+    let (low, high) = header.config.codes.rails();
+    let middle = (f64::from(low) + f64::from(high)) / 2.0;
+    let full = f64::from(high) - middle;
+    (0..header.blocks)
+        .map(|_| {
+            let turns: f64 = rng.random_range(-0.5..0.5);
+            let phase: f64 = rng.random();
+            let amplitude = full * 10f64.powf(rng.random_range(-3.0..0.2));
+            let noise = full * 10f64.powf(rng.random_range(-4.0..0.0));
+            let offset = middle + full * rng.random_range(-0.1..0.1);
+            let nothing = rng.random_range(0..50) == 0;
+            std::array::from_fn(|n| {
+                let angle = std::f64::consts::TAU * (turns * n as f64 + phase);
+                let part = |value: f64, noise: f64| {
+                    let code = if nothing { offset } else { offset + amplitude * value + noise };
+                    code.round().clamp(low.into(), high.into()) as i16
+                };
+                let mut noise = || noise * rng.random_range(-1.0..1.0);
+                R::sample([part(angle.cos(), noise()), part(angle.sin(), noise())])
+            })
+        })
+        .collect()
+}
+
+/// Writes a capture of random blocks, and measures them here.
+struct Here(Header);
+
+impl ForRecord for Here {
+    type Output = (Capture, Vec<u8>);
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let Here(header) = self;
+        let mut capture = Capture::create(&header).unwrap();
+        let plan = header.config.validate::<R>(N).unwrap();
+        let mut pipeline = Pipeline::<R, N>::new(plan);
+        let mut telemetry = Vec::new();
+        for (sequence, samples) in blocks::<R, N>(&header).iter().enumerate() {
+            capture.push::<R>(samples).unwrap();
+            let stamp = header.timing().stamp(sequence as u64, false);
+            let measurement = pipeline.block(stamp, samples);
+            let (method, health) = (header.config.method, Health::default());
+            telemetry.extend(Telemetry { measurement, method, health }.to_frame());
+        }
+        (capture, telemetry)
+    }
+}
+
+fn here(header: &Header) -> (Capture, Vec<u8>) {
+    for_record(header.iq, header.n as usize, Here(*header)).unwrap()
+}
+
+fn there(capture: Capture, machine: Machine, bin: &str) -> Result<(Outcome, Vec<u8>), RunError> {
+    let mut telemetry = Vec::new();
+    let image = image(bin, machine);
+    let outcome = capture.run(machine, &image, LIMIT, |bytes| telemetry.extend(bytes))?;
+    Ok((outcome, telemetry))
+}
+
+fn records(telemetry: &[u8]) -> Vec<Telemetry> {
+    let mut reader = Reader::default();
+    let frames = telemetry.iter().filter_map(|&byte| reader.push(byte));
+    frames.map(|frame| Telemetry::of_frame(&frame.unwrap()).unwrap()).collect()
+}
+
+/// The first record that differs says more than two heaps of bytes.
+fn assert_same(here: &[u8], there: &[u8], what: &str) {
+    if here == there {
+        return;
+    }
+    let (here, there) = (records(here), records(there));
+    for (ours, theirs) in here.iter().zip(&there) {
+        // A NaN differs from itself: compare what is printed.
+        assert_eq!(format!("{ours:?}"), format!("{theirs:?}"), "{what}");
+    }
+    panic!("{what}: {} records here, {} there", here.len(), there.len());
+}
+
+const LIDAR: Scene = Scene::Chirp {
+    shape: Shape::Trapezoid,
+    wavelength_m: 1550e-9,
+    bandwidth_hz: 1e9,
+    duration_s: 17e-6,
+};
+
+fn config(method: Method, scene: Scene) -> Config {
+    Config { rate_hz: 250e6, method, scene, ..Config::default() }
+}
+
+/// 1,000 real blocks of 1024, and the other lengths and kinds; the methods take turns.
+fn headers() -> Vec<Header> {
+    let mut headers = vec![Header::of::<Real>(config(Method::ZRife, LIDAR), 1024, 1000)];
+    let fits = |iq: bool, method: &&Method| {
+        if iq { method.records().include::<Iq>() } else { method.records().include::<Real>() }
+    };
+    for iq in [false, true] {
+        let mut methods = Method::ALL.iter().filter(|method| fits(iq, method)).cycle();
+        for (n, rounds) in [(64, 4), (128, 3), (256, 3), (512, 3), (1024, 20), (2048, 3), (4096, 3)]
+        {
+            for _ in 0..rounds {
+                let method = *methods.next().unwrap();
+                let scene = Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.1 };
+                let mut config = config(method, if iq { scene } else { Scene::Tone });
+                if n % 3 == 1 {
+                    config.codes = Codes::Signed16;
+                }
+                let header = Header::of::<Real>(config, n, 6);
+                headers.push(Header { iq, ..header });
+            }
+        }
+    }
+    headers
+}
+
+fn same_bits_on(machine: Machine) {
+    println!("seed {SEED}");
+    let headers = headers();
+    for header in &headers {
+        let what =
+            format!("{machine:?}, {:?}, iq {}, n {}", header.config.method, header.iq, header.n);
+        let (capture, ours) = here(header);
+        let (outcome, theirs) =
+            there(capture, machine, "core_check").unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_eq!(records(&ours).len(), header.blocks as usize);
+        assert_same(&ours, &theirs, &what);
+        let ticks = outcome.figure("ticks").unwrap() as f64;
+        let instructions = ticks * machine.instructions_per_tick() / f64::from(header.blocks);
+        println!(
+            "{what}: {} blocks the same, {instructions:.0} instructions a block",
+            header.blocks
+        );
+    }
+}
+
+#[test]
+fn cortex_m3_gives_the_same_bits() {
+    same_bits_on(Machine::An385);
+}
+
+#[test]
+fn cortex_m4f_gives_the_same_bits() {
+    same_bits_on(Machine::An386);
+}
+
+#[test]
+fn cortex_m7_gives_the_same_bits() {
+    same_bits_on(Machine::An500);
+}
+
+#[test]
+fn cortex_m33_gives_the_same_bits() {
+    same_bits_on(Machine::An505);
+}
+
+#[test]
+fn the_front_end_delivers_every_block_in_order() {
+    println!("seed {SEED}");
+    // The last two are longer than one transfer of the controller, and than its memory of input.
+    for (iq, n, blocks) in
+        [(false, 64, 90), (false, 1024, 300), (true, 4096, 30), (false, 4096, 2500)]
+    {
+        let header = Header::of::<Real>(config(Method::ZRife, LIDAR), n, blocks);
+        let header = Header { iq, stride: n + 500, ..header };
+        let (capture, ours) = here(&header);
+        let (outcome, theirs) = there(capture, Machine::An505, "frontend_qemu").unwrap();
+        assert_same(&ours, &theirs, &format!("iq {iq}, n {n}"));
+        for (index, record) in records(&theirs).iter().enumerate() {
+            let stamp = record.measurement.stamp;
+            assert_eq!(stamp.sequence, index as u32);
+            assert_eq!(stamp.clock, index as u64 * u64::from(n + 500));
+            assert_eq!(stamp.segment, [Segment::Up, Segment::Flat, Segment::Down][index % 3]);
+            assert!(!stamp.gap);
+        }
+        for (name, value) in [("blocks", blocks), ("lost", 0), ("faults", 0)] {
+            assert_eq!(outcome.figure(name), Some(value.into()), "{name}");
+        }
+        // Each block took one interrupt of the timer and one of the controller; the timer's last finds
+        // the input used up, once for each time it was filled.
+        assert_eq!(outcome.figure("transfers"), Some(blocks.into()));
+        assert!(outcome.figure("conversions") > Some(blocks.into()));
+    }
+}
+
+#[test]
+fn a_converter_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
+    let header = Header::of::<Real>(config(Method::ZRife, Scene::Tone), 1024, 200);
+    let header = Header { period_us: 1000, ..header };
+    let (capture, _) = here(&header);
+    let (outcome, telemetry) = there(capture, Machine::An505, "frontend_qemu").unwrap();
+    let records = records(&telemetry);
+    let lost = outcome.figure("lost").unwrap();
+    assert!(lost > 0 && records.len() > 10, "{}", outcome.messages);
+    assert_eq!(records.len() as u64 + lost, 200);
+    for pair in records.windows(2) {
+        let [before, after] = [pair[0].measurement.stamp, pair[1].measurement.stamp];
+        let skipped = after.sequence - before.sequence - 1;
+        assert_eq!(after.gap, skipped > 0);
+        assert_eq!(pair[1].health.lost - pair[0].health.lost, skipped);
+    }
+}
+
+#[test]
+fn what_cannot_be_measured_stops_with_one_line() {
+    let fast = Config { rate_hz: -1.0, ..Config::default() };
+    let capture = Capture::create(&Header::of::<Real>(fast, 64, 1)).unwrap();
+    let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
+    assert_eq!(error, "the firmware says: the sample rate must be a positive number of hertz");
+    let capture = Capture::create(&Header::of::<Real>(Config::default(), 64, 1)).unwrap();
+    let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
+    assert_eq!(error, "the firmware says: the capture ends before its last block");
+    let capture = Capture::create(&Header::of::<Real>(Config::default(), 65, 1)).unwrap();
+    let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
+    assert_eq!(error, "the firmware says: a block must have 64, 128, ... 4096 samples");
+}

@@ -1,0 +1,64 @@
+//! The whole instrument on an emulated board: converter, DMA, interrupts, front end, pipeline, telemetry.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use picket::acquire::capture::{ForRecord, for_record};
+use picket::acquire::frontend::Counters;
+use picket::acquire::sample::Record;
+use picket::board::converter::{Acquisition, HANDLERS};
+use picket::board::halt::{Exit, exit};
+use picket::board::mps2::{Uart, figure};
+use picket::board::playback::{Playback, send};
+use picket::pipeline::Pipeline;
+use picket::report::record::Health;
+
+picket::vectors!(HANDLERS);
+
+#[entry]
+fn main() -> ! {
+    let playback = Playback::open();
+    let (iq, n) = (playback.header.iq, playback.header.n as usize);
+    for_record(iq, n, Instrument(playback));
+    exit(Exit::Done)
+}
+
+struct Instrument(Playback);
+
+impl ForRecord for Instrument {
+    type Output = ();
+
+    #[inline(never)]
+    fn run<R: Record, const N: usize>(self) {
+        let Instrument(mut playback) = self;
+        let method = playback.header.config.method;
+        let mut pipeline = Pipeline::<R, N>::new(playback.plan::<R>(N));
+        let Some(mut acquisition) = Acquisition::new(&playback.header) else {
+            exit(Exit::Stalled);
+        };
+        let (counters, interrupts) =
+            acquisition.play::<R, N>(&mut playback, |stamp, counters, samples| {
+                let measurement = pipeline.block(*stamp, samples);
+                let health = Health { lost: counters.lost(), faults: faults(counters) };
+                send(measurement, method, health);
+            });
+        for (name, value) in [
+            ("blocks", counters.blocks),
+            ("overruns", counters.overruns),
+            ("lost", counters.lost()),
+            ("faults", faults(&counters)),
+            ("conversions", interrupts.timer),
+            ("transfers", interrupts.dma),
+            ("pipeline_bytes", size_of::<Pipeline<R, N>>() as u32),
+        ] {
+            figure(Uart::ONE, name, value.into());
+        }
+        if counters.filled() != playback.header.blocks {
+            exit(Exit::Stalled);
+        }
+    }
+}
+
+fn faults(counters: &Counters) -> u32 {
+    counters.spurious.wrapping_add(counters.dma_errors).wrapping_add(counters.adc_overruns)
+}
