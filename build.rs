@@ -3,25 +3,32 @@
 use std::path::PathBuf;
 use std::{env, fs, io};
 
+/// Origin and length of program memory, origin and length of data memory.
+type Map = [u32; 4];
+
+/// QEMU mps2-an385, an386, an500: SSRAM 1 at 0 holds the program, SSRAM 2 and 3 the data.
+const AN386: Map = [0x0000_0000, 4 << 20, 0x2000_0000, 4 << 20];
+/// QEMU mps2-an505, secure side.
+const AN505: Map = [0x1000_0000, 4 << 20, 0x3800_0000, 4 << 20];
+
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rustc-check-cfg=cfg(an505)");
     if variable("CARGO_CFG_TARGET_OS") != "none" {
         return Ok(());
     }
-    let mps2 = env::var_os("CARGO_FEATURE_MPS2").is_some();
-    // In the root a memory.x would hide the chosen one: the linker looks there first.
-    let memory = match (mps2, variable("TARGET").starts_with("thumbv8m")) {
-        (false, _) => "memory/nucleo_f446re.x",
-        (true, false) => "memory/an386.x",
-        (true, true) => "memory/an505.x",
-    };
-    if memory == "memory/an505.x" {
-        println!("cargo:rustc-cfg=an505");
+    let an505 = variable("TARGET").starts_with("thumbv8m");
+    if env::var_os("CARGO_FEATURE_MPS2").is_some() {
+        if an505 {
+            println!("cargo:rustc-cfg=an505");
+        }
+        let names = ["_flash_origin", "_flash_length", "_ram_origin", "_ram_length"];
+        for (name, value) in names.iter().zip(if an505 { AN505 } else { AN386 }) {
+            println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
+        }
     }
-    println!("cargo:rerun-if-changed={memory}");
     let out = PathBuf::from(variable("OUT_DIR"));
-    fs::copy(memory, out.join("memory.x"))?;
     // The images name their interrupt handlers in the vector table itself.
     fs::write(out.join("device.x"), "")?;
     println!("cargo:rustc-link-search={}", out.display());

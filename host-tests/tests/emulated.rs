@@ -46,7 +46,7 @@ fn blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]> {
                     code.round().clamp(low.into(), high.into()) as i16
                 };
                 let mut noise = || noise * rng.random_range(-1.0..1.0);
-                R::sample([part(angle.cos(), noise()), part(angle.sin(), noise())])
+                R::of_parts([part(angle.cos(), noise()), part(angle.sin(), noise())])
             })
         })
         .collect()

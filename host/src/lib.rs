@@ -1,6 +1,8 @@
 //! Host tools.
 pub mod cli;
+pub mod demo;
 pub mod emulator;
+pub mod progress;
 pub mod recording;
 pub mod reference;
 pub mod scenario;

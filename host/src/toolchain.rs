@@ -208,6 +208,43 @@ impl Firmware<'_> {
     }
 }
 
+/// Lints the library and the images with these features for a target; warnings are errors.
+pub fn lint(target: Target, features: &[&str]) -> Result<(), ToolError> {
+    let route = route(target)?;
+    let directory = firmware_dir().join("lint").join(route.directory());
+    let mut command = cargo();
+    match &route {
+        Route::Installed => {
+            command.arg("clippy");
+        }
+        Route::Source { rustc, .. } => {
+            // Clippy must be of the compiler's own version: cargo's would be rustup's.
+            command.arg("check").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+            command.env("RUSTC_WORKSPACE_WRAPPER", clippy_driver(rustc)?);
+            command.env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__").arg("-Zbuild-std=core");
+        }
+    }
+    command.args(["--quiet", "--package", "picket", "--lib", "--bins"]);
+    command.args(["--features", &features.join(","), "--target", target.triple()]);
+    command.arg("--target-dir").arg(&directory);
+    if route == Route::Installed {
+        command.args(["--", "-D", "warnings"]);
+    }
+    let (ok, output) = capture(command, true)?;
+    let bin = format!("{} ({})", target.triple(), features.join(", "));
+    if ok { Ok(()) } else { Err(ToolError::Build { bin, output }) }
+}
+
+/// The lint driver that belongs to a compiler.
+fn clippy_driver(rustc: &Path) -> Result<PathBuf, ToolError> {
+    const PACKAGE: &str = "rust-web-clippy";
+    let driver = rustc.with_file_name("clippy-driver");
+    if !driver.exists() {
+        apt_install("the lint driver", &[PACKAGE])?;
+    }
+    if driver.exists() { Ok(driver) } else { Err(missing("the lint driver", &[PACKAGE], None)) }
+}
+
 /// The path of `qemu-system-arm`; installs it when that is allowed.
 pub fn qemu() -> Result<PathBuf, ToolError> {
     static FOUND: OnceLock<PathBuf> = OnceLock::new();

@@ -7,6 +7,7 @@
 use crate::acquire::frontend::Timing;
 use crate::acquire::sample::{Codes, Iq, Real, Record, Segment};
 use crate::config::{Config, Scene};
+use crate::estimate::least_squares::Reach;
 use crate::estimate::method::Method;
 use crate::solve::chirp::Shape;
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -161,6 +162,8 @@ impl Header {
         for number in [config.rate_hz, low, high].into_iter().chain(scales) {
             writer.put(number.to_le_bytes());
         }
+        writer.put(config.false_alarm.to_le_bytes());
+        writer.put([config.reach as u8]);
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -184,8 +187,8 @@ impl Header {
         }
         let [scene, shape, pattern, band] = reader.take();
         let [n, blocks, stride, period_us] = [(); 4].map(|()| u32::from_le_bytes(reader.take()));
-        let [rate_hz, low, high, wavelength_m, second, third] =
-            [(); 6].map(|()| f64::from_le_bytes(reader.take()));
+        let [rate_hz, low, high, wavelength_m, second, third, false_alarm] =
+            [(); 7].map(|()| f64::from_le_bytes(reader.take()));
         if !crate::spectrum::fft::twiddle::supported(n as usize) {
             return Err(HeaderError::Length);
         }
@@ -215,8 +218,14 @@ impl Header {
             _ => return Err(HeaderError::Field),
         };
         let method = Method::from_u8(method).ok_or(HeaderError::Field)?;
+        let reach = match reader.take() {
+            [4] => Reach::Four,
+            [8] => Reach::Eight,
+            [16] => Reach::Sixteen,
+            _ => return Err(HeaderError::Field),
+        };
         let band_hz = (band == 1).then_some((low, high));
-        let config = Config { rate_hz, codes, band_hz, method, scene };
+        let config = Config { rate_hz, codes, band_hz, method, reach, false_alarm, scene };
         Ok(Header { iq: iq == 1, n, blocks, stride, pattern, period_us, config })
     }
 }
@@ -227,11 +236,11 @@ pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
     if R::IQ {
         let pairs = bytes.as_chunks::<4>().0.iter();
         for (sample, &[a, b, c, d]) in samples.iter_mut().zip(pairs) {
-            *sample = R::sample([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])]);
+            *sample = R::of_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])]);
         }
     } else {
         for (sample, word) in samples.iter_mut().zip(words) {
-            *sample = R::sample([word, 0]);
+            *sample = R::of_parts([word, 0]);
         }
     }
 }

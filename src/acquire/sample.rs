@@ -54,7 +54,7 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     /// True for I/Q records.
     const IQ: bool;
     /// The sample with these parts; a real one has no quadrature value.
-    fn sample(parts: [i16; 2]) -> Self::Sample;
+    fn of_parts(parts: [i16; 2]) -> Self::Sample;
     /// The parts of a sample: its value and, for I/Q, its quadrature value (else 0).
     fn parts(sample: Self::Sample) -> [i16; 2];
     /// A whole record as the complex points the FFT transforms: I/Q pairs as they are, a real
@@ -74,7 +74,7 @@ impl Record for Real {
     type Sample = i16;
     type Cells<const N: usize> = [i32; N];
     const IQ: bool = false;
-    fn sample([value, _]: [i16; 2]) -> i16 {
+    fn of_parts([value, _]: [i16; 2]) -> i16 {
         value
     }
     fn parts(sample: i16) -> [i16; 2] {
@@ -89,7 +89,7 @@ impl Record for Iq {
     type Sample = [i16; 2];
     type Cells<const N: usize> = [[i32; 2]; N];
     const IQ: bool = true;
-    fn sample(parts: [i16; 2]) -> [i16; 2] {
+    fn of_parts(parts: [i16; 2]) -> [i16; 2] {
         parts
     }
     fn parts(sample: [i16; 2]) -> [i16; 2] {

@@ -4,7 +4,6 @@
 
 use cortex_m_rt::entry;
 use picket::acquire::capture::{ForRecord, for_record};
-use picket::acquire::frontend::Counters;
 use picket::acquire::sample::Record;
 use picket::board::converter::{Acquisition, HANDLERS};
 use picket::board::halt::{Exit, exit};
@@ -39,14 +38,14 @@ impl ForRecord for Instrument {
         let (counters, interrupts) =
             acquisition.play::<R, N>(&mut playback, |stamp, counters, samples| {
                 let measurement = pipeline.block(*stamp, samples);
-                let health = Health { lost: counters.lost(), faults: faults(counters) };
+                let health = Health { lost: counters.lost(), faults: counters.faults() };
                 send(measurement, method, health);
             });
         for (name, value) in [
             ("blocks", counters.blocks),
             ("overruns", counters.overruns),
             ("lost", counters.lost()),
-            ("faults", faults(&counters)),
+            ("faults", counters.faults()),
             ("conversions", interrupts.timer),
             ("transfers", interrupts.dma),
             ("pipeline_bytes", size_of::<Pipeline<R, N>>() as u32),
@@ -57,8 +56,4 @@ impl ForRecord for Instrument {
             exit(Exit::Stalled);
         }
     }
-}
-
-fn faults(counters: &Counters) -> u32 {
-    counters.spurious.wrapping_add(counters.dma_errors).wrapping_add(counters.adc_overruns)
 }

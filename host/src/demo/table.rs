@@ -138,7 +138,8 @@ impl Summary {
 
     /// For people: a table of ranges in metres and speeds in km/h.
     pub fn lidar_text(&self) -> String {
-        let head = ["row", "true L m", "true V km/h", "L m", "V km/h", "dL cm", "dV km/h", "verdict"];
+        let head =
+            ["row", "true L m", "true V km/h", "L m", "V km/h", "dL cm", "dV km/h", "verdict"];
         let mut table = table(&head);
         for (index, result) in self.results.iter().enumerate() {
             let mut cells = vec![
@@ -215,7 +216,7 @@ impl Summary {
 /// An empty table with right-aligned heads and few lines.
 pub fn table(heads: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(heads.iter().map(|h| Cell::new(h).set_alignment(CellAlignment::Right)));
     table
 }

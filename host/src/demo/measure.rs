@@ -1,0 +1,140 @@
+//! Feeds the firmware with targets and reads its answers.
+
+use super::options::Options;
+use super::table::{Answer, Result as Row, Summary};
+use super::{DemoError, said};
+use crate::emulator::{Capture, Machine, RunError};
+use crate::scenario::{self, Bars};
+use crate::simulate::{Kind, Signal, generator};
+use crate::telemetry::Telemetry;
+use crate::toolchain::{Firmware, Profile};
+use picket::acquire::capture::Header;
+use picket::acquire::sample::{Iq, Real};
+use picket::config::{Config, Solver};
+use picket::estimate::method::Method;
+use picket::pipeline::Outcome;
+use picket::report::record::Record;
+use std::time::Duration;
+
+/// Samples in a block.
+pub const N: usize = 1024;
+
+/// The amplitude that uses a 12-bit converter well: tone plus four sigmas of the noise reach the rail.
+fn amplitude(snr_db: f64) -> f64 {
+    2047.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma())
+}
+
+/// The lidar's rows.
+pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
+    let config = configured(scenario::lidar(), options);
+    let plan = config.validate::<Real>(N).map_err(said)?;
+    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+    let rows = scenario::table3();
+    let beats: Vec<f64> = rows
+        .iter()
+        .flat_map(|row| scenario::lidar_beats(row, &scales))
+        .map(|(_, cycles)| cycles)
+        .collect();
+    let records = measured::<Real>(config, &beats, options)?;
+    let answers = records.iter().filter_map(|record| match record.measurement.result {
+        Outcome::Target(target) => Some((
+            record.measurement.stamp.sequence as usize / 3,
+            Answer {
+                range_m: target.range.to_num(),
+                velocity_mps: target.velocity.to_num(),
+                sigma_range_m: target.sigma_range.into(),
+                sigma_velocity_mps: target.sigma_velocity.into(),
+                verdict: target.verdict,
+            },
+        )),
+        _ => None,
+    });
+    Ok(summary(rows, answers, scenario::LIDAR_BARS, plan.options.method))
+}
+
+/// The turntable's speeds.
+pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
+    let config = configured(scenario::turntable(), options);
+    let plan = config.validate::<Iq>(N).map_err(said)?;
+    let Solver::Doppler(scale) = plan.solver else { return Err(said("no velocity")) };
+    let rows = scenario::turntable_rows();
+    let per_cycle: f64 = scale.fixed.to_num();
+    let tones: Vec<f64> = rows.iter().map(|row| row.velocity_mps / per_cycle).collect();
+    let records = measured::<Iq>(config, &tones, options)?;
+    let answers = records.iter().filter_map(|record| match record.measurement.result {
+        Outcome::Velocity(velocity) => Some((
+            record.measurement.stamp.sequence as usize,
+            Answer {
+                range_m: 0.0,
+                velocity_mps: velocity.velocity.to_num(),
+                sigma_range_m: 0.0,
+                sigma_velocity_mps: velocity.sigma.into(),
+                verdict: velocity.verdict,
+            },
+        )),
+        _ => None,
+    });
+    Ok(summary(rows, answers, scenario::TURNTABLE_BARS, plan.options.method))
+}
+
+fn configured(config: Config, options: &Options) -> Config {
+    Config { method: options.method.unwrap_or(config.method), ..config }
+}
+
+/// One block of noisy samples for each tone (cycles per sample), through the firmware.
+fn measured<R: Kind>(
+    config: Config,
+    tones: &[f64],
+    options: &Options,
+) -> Result<Vec<Record>, DemoError> {
+    let header = Header::of::<R>(config, N as u32, tones.len() as u32);
+    let mut capture = Capture::create(&header).map_err(said)?;
+    for (trial, cycles) in (0..).zip(tones) {
+        // A real tone is the same at minus its frequency.
+        let bins = if R::IQ { *cycles } else { cycles.abs() } * N as f64;
+        let signal = Signal::tone(bins, amplitude(options.snr_db), options.snr_db);
+        let samples = signal.codes::<R>(N, &mut generator(options.seed, trial));
+        capture.push::<R>(&samples).map_err(said)?;
+    }
+    let mut records = Vec::new();
+    play(capture, |record| records.push(record)).map_err(said)?;
+    Ok(records)
+}
+
+/// Plays a capture to the firmware; `take` gets each record as it comes. Gives what was lost on the way.
+pub fn play(capture: Capture, mut take: impl FnMut(Record)) -> Result<Telemetry, RunError> {
+    let firmware = Firmware {
+        bin: "frontend_qemu",
+        target: BOARD.target(),
+        features: &["mps2"],
+        profile: Profile::Release,
+    };
+    let image = firmware.build()?;
+    let mut telemetry = Telemetry::default();
+    capture.run(BOARD, &image, LIMIT, |piece| {
+        telemetry.read(piece).into_iter().for_each(&mut take);
+    })?;
+    Ok(telemetry)
+}
+
+/// The board that has DMA.
+const BOARD: Machine = Machine::An505;
+
+/// No run takes longer.
+const LIMIT: Duration = Duration::from_secs(3600);
+
+fn summary(
+    truths: Vec<scenario::Row>,
+    answers: impl Iterator<Item = (usize, Answer)>,
+    bars: Bars,
+    method: Method,
+) -> Summary {
+    let mut results: Vec<Row> =
+        truths.into_iter().map(|truth| Row { truth, answer: None }).collect();
+    for (row, answer) in answers {
+        if let Some(result) = results.get_mut(row) {
+            result.answer = Some(answer);
+        }
+    }
+    Summary { results, bars, method: method.name().into() }
+}

@@ -1,0 +1,68 @@
+//! The main job without hardware: the firmware under emulation, fed with targets or a recording.
+
+pub mod measure;
+pub mod options;
+pub mod replay;
+pub mod table;
+
+use crate::scenario;
+use options::{Options, Scenario};
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// One line for a person who has to do something about it.
+#[derive(Debug)]
+pub struct DemoError(pub String);
+
+impl Display for DemoError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for DemoError {}
+
+/// Any error as its one line.
+pub fn said(error: impl Display) -> DemoError {
+    DemoError(error.to_string())
+}
+
+/// Does what the options say and prints it. Failure: a row is outside the bars.
+pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    if let Some(file) = &options.replay {
+        return replay::run(file, options);
+    }
+    let summary = match options.scenario {
+        Scenario::Table3 => measure::lidar(options)?,
+        Scenario::Turntable => measure::turntable(options)?,
+    };
+    if options.json {
+        print!("{}", summary.json().map_err(said)?);
+    } else {
+        println!("{}\n", heading(options));
+        print!(
+            "{}",
+            match options.scenario {
+                Scenario::Table3 => summary.lidar_text(),
+                Scenario::Turntable => summary.turntable_text(),
+            }
+        );
+    }
+    let all = summary.inside() == summary.results.len();
+    Ok(if all { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn heading(options: &Options) -> String {
+    let (snr, seed) = (options.snr_db, options.seed);
+    match options.scenario {
+        Scenario::Table3 => format!(
+            "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",
+            measure::N
+        ),
+        Scenario::Turntable => format!(
+            "Velocimeter of Yang et al. 2011: 1550 nm, rim of {} mm, I/Q at 10 MS/s, N = {}, {snr} dB, seed {seed}",
+            scenario::TURNTABLE_RADIUS_M * 1e3,
+            measure::N
+        ),
+    }
+}

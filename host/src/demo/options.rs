@@ -1,0 +1,84 @@
+//! What a user types after `cargo demo --`.
+
+use clap::{Parser, ValueEnum};
+use picket::estimate::method::Method;
+use std::path::PathBuf;
+
+/// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "cargo demo --", version)]
+pub struct Options {
+    /// What is in front of the sensor
+    #[arg(long, value_enum, default_value_t = Scenario::Table3)]
+    pub scenario: Scenario,
+
+    /// Signal-to-noise ratio per sample, dB
+    #[arg(long, default_value_t = -5.0, allow_negative_numbers = true, value_parser = finite)]
+    pub snr_db: f64,
+
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+
+    /// Method of estimation
+    #[arg(long, value_parser = method)]
+    pub method: Option<Method>,
+
+    /// Measure this recording (wav, or int16) instead
+    #[arg(long, value_name = "FILE")]
+    pub replay: Option<PathBuf>,
+
+    /// Sample rate of the recording, Hz (a wav file tells its own)
+    #[arg(long, value_name = "HZ", value_parser = finite, requires = "replay")]
+    pub rate: Option<f64>,
+
+    /// Samples in a block of the recording: 64, 128, ... 4096
+    #[arg(long, default_value_t = 1024, requires = "replay")]
+    pub n: usize,
+
+    /// Band searched in the recording, Hz
+    #[arg(long, value_name = "LO:HI", value_parser = band, requires = "replay")]
+    pub band: Option<(f64, f64)>,
+
+    /// Carrier of a Doppler radar, Hz: gives speeds
+    #[arg(long, value_name = "F", value_parser = finite, requires = "replay")]
+    pub carrier_hz: Option<f64>,
+
+    /// The recording holds I/Q pairs
+    #[arg(long, requires = "replay")]
+    pub iq: bool,
+
+    /// One JSON object a line
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A built-in scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Scenario {
+    /// Fourteen targets over the span of the lidar paper's Table 3, approaching and receding
+    Table3,
+    /// The Doppler paper's turntable, in both directions
+    Turntable,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("give a number".into()),
+    }
+}
+
+fn band(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || "give two frequencies in hertz, low end first: 300:2500".to_string();
+    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
+    let (low, high) = (low.parse().map_err(|_| wrong())?, high.parse().map_err(|_| wrong())?);
+    if low < high { Ok((low, high)) } else { Err(wrong()) }
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    Method::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = Method::ALL.iter().map(|m| m.name()).collect();
+        format!("choose one of {}", names.join(", "))
+    })
+}

@@ -1,0 +1,135 @@
+//! A recording through the firmware: a line for each block.
+
+use super::measure::play;
+use super::options::Options;
+use super::{DemoError, said};
+use crate::emulator::Capture;
+use crate::progress;
+use crate::recording::{self, Recording};
+use crate::simulate::Kind;
+use picket::acquire::capture::Header;
+use picket::acquire::sample::{Codes, Iq, Real};
+use picket::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket::pipeline::Outcome;
+use picket::report::record::Record;
+use picket::spectrum::fft::twiddle;
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A measured block in SI units.
+#[derive(Serialize)]
+struct Line {
+    block: u32,
+    /// The middle of the block.
+    time_s: f64,
+    frequency_hz: f64,
+    sigma_hz: f64,
+    snr_db: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed_mps: Option<f64>,
+    verdict: &'static str,
+}
+
+/// Replays `file` and prints a line for each block.
+pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
+    if !twiddle::supported(options.n) {
+        return Err(said(format!("N = {}: choose 64, 128, ... 4096", options.n)));
+    }
+    let read = recording::Options { rate_hz: options.rate, iq: options.iq, ..Default::default() };
+    let recording = Recording::open(file, read).map_err(said)?;
+    if options.iq { replay::<Iq>(recording, options) } else { replay::<Real>(recording, options) }
+}
+
+fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
+    let rate_hz = recording.rate_hz();
+    let config = config(rate_hz, options)?;
+    config.validate::<R>(options.n).map_err(said)?;
+    let length = recording.length().ok_or_else(|| said("replay reads wav and int16 files"))?;
+    let blocks = u32::try_from(length / options.n as u64).map_err(|_| said("too many blocks"))?;
+    let header = Header::of::<R>(config, options.n as u32, blocks);
+    let mut capture = Capture::create(&header).map_err(said)?;
+    let mut source = recording.blocks(options.n, options.n, 0);
+    while let Some((_, samples)) = source.next_block().map_err(said)? {
+        let codes: Vec<R::Sample> = samples.iter().map(|s| R::of_parts(s.code())).collect();
+        capture.push::<R>(&codes).map_err(said)?;
+    }
+    if !options.json {
+        println!("{}", heading(options));
+    }
+    let bar = progress::bar(blocks.into(), "blocks");
+    let mut arrived = 0;
+    let telemetry = play(capture, |record| {
+        let line = Line::of(&record, rate_hz, options);
+        arrived += 1;
+        bar.suspend(|| print_line(&line, options));
+        bar.inc(1);
+    })
+    .map_err(said)?;
+    bar.finish_and_clear();
+    if arrived != blocks || telemetry.lost + telemetry.bad > 0 {
+        return Err(said(format!("{arrived} of {blocks} blocks arrived")));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn config(rate_hz: f64, options: &Options) -> Result<Config, DemoError> {
+    let scene = match options.carrier_hz {
+        None => Scene::Tone,
+        Some(carrier) if carrier > 0.0 => {
+            Scene::Doppler { wavelength_m: SPEED_OF_LIGHT / carrier, angle_rad: 0.0 }
+        }
+        Some(carrier) => {
+            return Err(said(format!("--carrier-hz {carrier}: give a positive frequency")));
+        }
+    };
+    let defaults = Config::default();
+    Ok(Config {
+        rate_hz,
+        codes: Codes::Signed16,
+        band_hz: options.band,
+        scene,
+        method: options.method.unwrap_or(defaults.method),
+        ..defaults
+    })
+}
+
+fn heading(options: &Options) -> String {
+    let speed = if options.carrier_hz.is_some() { "  speed m/s" } else { "" };
+    format!("block  time s  frequency Hz     sigma Hz  SNR dB{speed}  verdict")
+}
+
+impl Line {
+    fn of(record: &Record, rate_hz: f64, options: &Options) -> Self {
+        let measurement = &record.measurement;
+        let tone = &measurement.tone;
+        let middle = measurement.stamp.clock as f64 + options.n as f64 / 2.0;
+        Line {
+            block: measurement.stamp.sequence,
+            time_s: middle / rate_hz,
+            frequency_hz: tone.frequency.hertz(rate_hz),
+            sigma_hz: f64::from(tone.sigma) * rate_hz,
+            snr_db: tone.snr_db().into(),
+            speed_mps: match measurement.result {
+                Outcome::Velocity(velocity) => Some(velocity.velocity.to_num()),
+                _ => None,
+            },
+            verdict: tone.verdict.name(),
+        }
+    }
+}
+
+fn print_line(line: &Line, options: &Options) {
+    if options.json {
+        match serde_json::to_string(line) {
+            Ok(text) => println!("{text}"),
+            Err(error) => eprintln!("error: {error}"),
+        }
+        return;
+    }
+    let speed = line.speed_mps.map_or(String::new(), |speed| format!("  {speed:9.4}"));
+    println!(
+        "{:5}  {:6.2}  {:12.4}  {:11.4}  {:6.1}{speed}  {}",
+        line.block, line.time_s, line.frequency_hz, line.sigma_hz, line.snr_db, line.verdict
+    );
+}
