@@ -8,6 +8,7 @@ use crate::acquire::frontend::Timing;
 use crate::acquire::sample::{Codes, Iq, Real, Record, Segment};
 use crate::config::{Config, Scene};
 use crate::estimate::least_squares::Reach;
+use crate::estimate::measure::Arithmetic;
 use crate::estimate::method::Method;
 use crate::solve::chirp::Shape;
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -163,7 +164,7 @@ impl Header {
             writer.put(number.to_le_bytes());
         }
         writer.put(config.false_alarm.to_le_bytes());
-        writer.put([config.reach as u8]);
+        writer.put([config.reach as u8, config.arithmetic as u8]);
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -218,14 +219,21 @@ impl Header {
             _ => return Err(HeaderError::Field),
         };
         let method = Method::from_u8(method).ok_or(HeaderError::Field)?;
-        let reach = match reader.take() {
-            [4] => Reach::Four,
-            [8] => Reach::Eight,
-            [16] => Reach::Sixteen,
+        let [reach, arithmetic] = reader.take();
+        let reach = match reach {
+            4 => Reach::Four,
+            8 => Reach::Eight,
+            16 => Reach::Sixteen,
+            _ => return Err(HeaderError::Field),
+        };
+        let arithmetic = match arithmetic {
+            0 => Arithmetic::Float,
+            1 => Arithmetic::Fixed,
             _ => return Err(HeaderError::Field),
         };
         let band_hz = (band == 1).then_some((low, high));
-        let config = Config { rate_hz, codes, band_hz, method, reach, false_alarm, scene };
+        let config =
+            Config { rate_hz, codes, band_hz, method, reach, arithmetic, false_alarm, scene };
         Ok(Header { iq: iq == 1, n, blocks, stride, pattern, period_us, config })
     }
 }
