@@ -81,42 +81,74 @@ pub fn measure<R: Record, const N: usize>(
     let Some(fit) = fit else {
         return Tone::default();
     };
-    let Some(frequency) = Frequency::of_bins(peak.bin, fit.offset, N) else {
-        return Tone::default();
-    };
     let noise = match options.arithmetic {
         Arithmetic::Float => noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
         Arithmetic::Fixed => noise_fixed::power::<R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
     };
-    let power = fit.amplitude_squared::<R>(N);
-    let snr = noise::ratio::<f32, R>(N, power, noise);
-    let excess = if own { excess::<R, N>(&fit, noise) } else { 1.0 };
-    let sigma = if own {
-        sigma_bins(&fit, N, noise * excess)
+    let mut seen = Seen {
+        noise,
+        excess: if own { excess::<R, N>(&fit, noise) } else { 1.0 },
+        clipped: statistics.clipped as f32 / N as f32,
+        unresolved: false,
+        gap: stamp.gap,
+        weak: !options.threshold.detects(peak),
+        sigma: 0.0,
+    };
+    seen.sigma = if own {
+        sigma_bins(&fit, N, noise * seen.excess)
     } else {
+        let snr = noise::ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), noise);
         method.efficiency() * bound_bins::<R>(N, snr)
     };
-    let clipped = statistics.clipped as f32 / N as f32;
-    let near = !R::IQ && near_edge::<N>(peak.bin, fit.offset);
-    let verdict = [
-        (near, Verdict::NearEdge),
-        (clipped > uncertainty::CLIPPED, Verdict::Clipped),
-        (excess > 1.0, Verdict::Unresolved),
-        (stamp.gap, Verdict::Gap),
-        (!options.threshold.detects(peak), Verdict::Weak),
-    ];
-    let verdict = verdict.iter().filter(|v| v.0).map(|v| v.1).max().unwrap_or(Verdict::Good);
-    Tone {
-        frequency,
-        sigma: uncertainty::widened(sigma, clipped) / N as f32,
-        snr,
-        amplitude: libm::sqrtf(power),
-        verdict,
+    seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
+}
+
+/// What is known of a tone besides its fit.
+pub(super) struct Seen {
+    /// Noise power per sample.
+    pub noise: f32,
+    /// See [`excess`].
+    pub excess: f32,
+    /// The share of the samples that touch a rail.
+    pub clipped: f32,
+    /// Another tone is too near.
+    pub unresolved: bool,
+    /// Samples are missing.
+    pub gap: bool,
+    /// The peak is below the threshold.
+    pub weak: bool,
+    /// Sigma in bins, clipping aside.
+    pub sigma: f32,
+}
+
+impl Seen {
+    /// The tone with its verdict; `None` where the offset is not a number.
+    pub(super) fn tone<R: Record, const N: usize>(
+        &self,
+        peak: i32,
+        fit: &Fit<f32>,
+    ) -> Option<Tone> {
+        let verdicts = [
+            (!R::IQ && near_edge::<N>(peak, fit.offset), Verdict::NearEdge),
+            (self.clipped > uncertainty::CLIPPED, Verdict::Clipped),
+            (self.excess > 1.0 || self.unresolved, Verdict::Unresolved),
+            (self.gap, Verdict::Gap),
+            (self.weak, Verdict::Weak),
+        ];
+        let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
+        let power = fit.amplitude_squared::<R>(N);
+        Some(Tone {
+            frequency: Frequency::of_bins(peak, fit.offset, N)?,
+            sigma: uncertainty::widened(self.sigma, self.clipped) / N as f32,
+            snr: noise::ratio::<f32, R>(N, power, self.noise),
+            amplitude: libm::sqrtf(power),
+            verdict: verdict.unwrap_or(Verdict::Good),
+        })
     }
 }
 
 /// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
-pub(super) fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
+fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
     let f = peak as f32 + offset;
     f < 1.5 || f > (N / 2) as f32 - 1.5
 }

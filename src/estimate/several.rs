@@ -10,12 +10,11 @@
 //! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
 //! but were not measured.
 
-use super::frequency::Frequency;
 use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
-use super::measure::{Options, excess, near_edge};
+use super::measure::{Options, Seen, excess};
 use super::noise::{self, NOISE_BINS};
-use super::tone::{Tone, Verdict};
-use super::uncertainty::{self, sigma_bins};
+use super::tone::Tone;
+use super::uncertainty::sigma_bins;
 use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
@@ -206,27 +205,18 @@ impl<R: Record, const N: usize> Rest<'_, R, N> {
 
     fn tones(&self, statistics: &Statistics, stamp: &Stamp, detected: bool) -> Vec<Tone, MOST> {
         let noise = self.noise();
-        let clipped = statistics.clipped as f32 / N as f32;
         let tone = |found: &Found| {
-            let Found { peak, fit, .. } = found;
-            let excess = excess::<R, N>(fit, noise);
-            let power = fit.amplitude_squared::<R>(N);
-            let sigma = sigma_bins(fit, N, noise * excess);
-            let verdict = [
-                (!R::IQ && near_edge::<N>(*peak, fit.offset), Verdict::NearEdge),
-                (clipped > uncertainty::CLIPPED, Verdict::Clipped),
-                (excess > 1.0 || self.crowded(found), Verdict::Unresolved),
-                (stamp.gap, Verdict::Gap),
-                (!detected, Verdict::Weak),
-            ];
-            let verdict = verdict.iter().filter(|v| v.0).map(|v| v.1).max();
-            Some(Tone {
-                frequency: Frequency::of_bins(*peak, fit.offset, N)?,
-                sigma: uncertainty::widened(sigma, clipped) / N as f32,
-                snr: noise::ratio::<f32, R>(N, power, noise),
-                amplitude: libm::sqrtf(power),
-                verdict: verdict.unwrap_or(Verdict::Good),
-            })
+            let excess = excess::<R, N>(&found.fit, noise);
+            let seen = Seen {
+                noise,
+                excess,
+                clipped: statistics.clipped as f32 / N as f32,
+                unresolved: self.crowded(found),
+                gap: stamp.gap,
+                weak: !detected,
+                sigma: sigma_bins(&found.fit, N, noise * excess),
+            };
+            seen.tone::<R, N>(found.peak, &found.fit)
         };
         self.found.iter().filter_map(tone).collect()
     }
