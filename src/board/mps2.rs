@@ -315,6 +315,8 @@ pub type Handler = unsafe extern "C" fn();
 pub type Handlers = [Handler; 64];
 
 /// The table with the handlers named, and for all other interrupts one that stops the image.
+// Const functions cannot use `get_mut`; an index out of range would be a compile error.
+#[allow(clippy::indexing_slicing)]
 pub const fn handlers(named: &[(usize, Handler)]) -> Handlers {
     let mut table: Handlers = [unexpected; 64];
     let mut index = 0;

@@ -29,7 +29,7 @@ pub struct Options {
     pub replay: Option<PathBuf>,
 
     /// Sample rate of the recording, Hz (a wav file tells its own)
-    #[arg(long, value_name = "HZ", value_parser = finite, requires = "replay")]
+    #[arg(long, value_name = "HZ", value_parser = finite, allow_negative_numbers = true, requires = "replay")]
     pub rate: Option<f64>,
 
     /// Samples in a block of the recording: 64, 128, ... 4096
@@ -37,7 +37,7 @@ pub struct Options {
     pub n: usize,
 
     /// Band searched in the recording, Hz
-    #[arg(long, value_name = "LO:HI", value_parser = band, requires = "replay")]
+    #[arg(long, value_name = "LO:HI", value_parser = band, allow_hyphen_values = true, requires = "replay")]
     pub band: Option<(f64, f64)>,
 
     /// Carrier of a Doppler radar, Hz: gives speeds

@@ -1,0 +1,194 @@
+//! `cargo demo` as a user runs it: the emulated firmware measures targets and recordings.
+
+use serde_json::Value;
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn demo(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_demo")).args(arguments).output().unwrap()
+}
+
+/// The JSON lines of a run that must succeed.
+fn lines(arguments: &[&str]) -> Vec<Value> {
+    let output = demo(arguments);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {errors}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn number(line: &Value, key: &str) -> f64 {
+    line[key].as_f64().unwrap_or_else(|| panic!("{key} in {line}"))
+}
+
+#[test]
+fn every_lidar_row_is_inside_the_papers_bars() {
+    let lines = lines(&["--json"]);
+    let (summary, rows) = lines.split_last().unwrap();
+    assert_eq!((rows.len(), number(summary, "inside")), (28, 28.0));
+    assert_eq!(summary["summary"], Value::Bool(true));
+    for row in rows {
+        let error = number(row, "range_m") - number(row, "truth_range_m");
+        // Thirty rows: five sigmas are not seen by chance.
+        assert!(error.abs() < 5.0 * number(row, "sigma_range_m"), "{row}");
+        let error = number(row, "velocity_mps") - number(row, "truth_velocity_mps");
+        assert!(error.abs() < 5.0 * number(row, "sigma_velocity_mps"), "{row}");
+        assert_eq!(row["verdict"], "good", "{row}");
+    }
+}
+
+#[test]
+fn a_seed_gives_the_same_numbers_again_and_another_seed_others() {
+    let first = demo(&["--json", "--seed", "5"]).stdout;
+    assert_eq!(first, demo(&["--json", "--seed", "5"]).stdout);
+    assert_ne!(first, demo(&["--json", "--seed", "6"]).stdout);
+}
+
+#[test]
+fn the_turntable_is_inside_two_millimetres_a_second() {
+    for snr in ["-12", "-5", "0"] {
+        let lines = lines(&["--scenario", "turntable", "--snr-db", snr, "--json"]);
+        let (summary, rows) = lines.split_last().unwrap();
+        println!("{snr} dB: {summary}");
+        assert_eq!(number(summary, "inside"), rows.len() as f64);
+    }
+}
+
+#[test]
+fn least_squares_beats_z_rife_in_the_same_noise() {
+    let total = |method: &str| -> f64 {
+        let square = |seed: u32| {
+            let seed = seed.to_string();
+            let lines = lines(&["--snr-db", "-8", "--seed", &seed, "--method", method, "--json"]);
+            number(lines.last().unwrap(), "rms_range_m").powi(2)
+        };
+        (1..=8).map(square).sum()
+    };
+    let (ours, theirs) = (total("least-squares-real"), total("z-rife"));
+    let ratio = (ours / theirs).sqrt();
+    println!("range error of least squares over that of Z-Rife, seeds 1 to 8: {ratio:.3}");
+    // 224 rows: the ratio of two correlated spreads is known to about 0.04.
+    assert!(ratio < 0.9, "{ratio}");
+}
+
+#[test]
+fn a_row_outside_the_bars_is_a_failure() {
+    let output = demo(&["--snr-db", "-25"]);
+    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn a_recording_is_measured_block_by_block() {
+    let file = tempfile::Builder::new().suffix(".wav").tempfile().unwrap();
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: 48_000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut writer = hound::WavWriter::create(file.path(), spec).unwrap();
+    for n in 0..10 * 1024 + 100 {
+        let angle = TAU * 1234.567 / 48e3 * f64::from(n);
+        writer.write_sample((9000.0 * angle.sin()).round() as i16).unwrap();
+    }
+    writer.finalize().unwrap();
+    let path = file.path().to_str().unwrap();
+    let lines = lines(&["--replay", path, "--carrier-hz", "24e9", "--json"]);
+    assert_eq!(lines.len(), 10);
+    for (index, line) in lines.iter().enumerate() {
+        assert_eq!(number(line, "block"), index as f64);
+        let error = number(line, "frequency_hz") - 1234.567;
+        assert!(error.abs() < 5.0 * number(line, "sigma_hz") + 1e-4, "{line}");
+        let speed = 1234.567 * 299_792_458.0 / 24e9 / 2.0;
+        assert!((number(line, "speed_mps") - speed).abs() < 1e-5, "{line}");
+        assert_eq!(line["verdict"], "good");
+    }
+}
+
+/// Frequency by first sample, of the car in front of the radar.
+fn track(path: &Path) -> HashMap<u64, f64> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    reader
+        .deserialize()
+        .map(|row: csv::Result<(u64, f64, f64, f64, f64)>| row.unwrap())
+        .map(|row| (row.0, row.2))
+        .collect()
+}
+
+#[test]
+fn the_car_follows_its_reference_track() {
+    let data = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"));
+    let file = data.join("cw24_car_moto_towards_i16_48000.bin");
+    if !file.exists() {
+        println!("skipped: the recording of a car is not beside the repository");
+        return;
+    }
+    let lines = lines(&[
+        "--replay",
+        file.to_str().unwrap(),
+        "--rate",
+        "48000",
+        "--n",
+        "4096",
+        "--band",
+        "300:2500",
+        "--carrier-hz",
+        "24e9",
+        "--json",
+    ]);
+    assert_eq!(lines.len(), 252);
+    let track = track(&data.join("cw24_car_moto_towards_ref_track.csv"));
+    let mut compared = 0;
+    for line in &lines {
+        let start = number(line, "block") as u64 * 4096;
+        let steady =
+            |other: u64| track.get(&other).is_some_and(|f| (f - track[&start]).abs() < 10.0);
+        let time = number(line, "time_s");
+        if (9.0..11.6).contains(&time) && steady(start - 2048) && steady(start + 2048) {
+            let error = number(line, "frequency_hz") - track[&start];
+            assert!(error.abs() < 5.0, "{line}: {error}");
+            compared += 1;
+        }
+    }
+    println!("{compared} blocks compared");
+    assert!(compared >= 15, "{compared}");
+}
+
+#[test]
+fn bad_input_is_one_line_that_says_what_to_do() {
+    let odd = tempfile::Builder::new().suffix(".bin").tempfile().unwrap();
+    std::fs::write(odd.path(), [0; 1001]).unwrap();
+    let odd = odd.path().to_str().unwrap();
+    let even = tempfile::Builder::new().suffix(".bin").tempfile().unwrap();
+    std::fs::write(even.path(), [0; 4096]).unwrap();
+    let even = even.path().to_str().unwrap();
+    let cases: &[(&[&str], &str)] = &[
+        (&["--wrong"], "--wrong"),
+        (&["--scenario", "moon"], "table3"),
+        (&["--snr-db", "loud"], "number"),
+        (&["--method", "guess"], "z-rife"),
+        (&["--method", "fesa"], "kind of record"),
+        (&["--rate", "48000"], "--replay"),
+        (&["--replay", "no-such-file.bin", "--rate", "48000"], "no such file"),
+        (&["--replay", even], "--rate"),
+        (&["--replay", odd, "--rate", "48000"], "whole number"),
+        (&["--replay", even, "--rate", "0"], "positive"),
+        (&["--replay", even, "--rate", "-5"], "positive"),
+        (&["--replay", even, "--rate", "48000", "--n", "1000"], "64, 128"),
+        (&["--replay", even, "--rate", "48000", "--n", "4096"], "fewer than one record"),
+        (&["--replay", even, "--rate", "48000", "--band", "300"], "300:2500"),
+        (&["--replay", even, "--rate", "48000", "--band", "300:24001"], "half the sample rate"),
+        (&["--replay", even, "--rate", "48000", "--band", "-5:300"], "half the sample rate"),
+        (&["--replay", even, "--rate", "48000", "--carrier-hz", "0"], "positive"),
+    ];
+    for (arguments, hint) in cases {
+        let output = demo(arguments);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert_eq!(errors.trim_end().lines().count(), 1, "{arguments:?}: {errors}");
+        assert!(errors.contains(hint), "{arguments:?}: {errors}");
+    }
+}
