@@ -3,6 +3,7 @@
 use clap::Parser;
 use clap::error::ErrorKind;
 use std::fmt::Display;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Parses the options and runs `command`. A wrong option or an error is one line on stderr and exit code 2.
@@ -34,4 +35,11 @@ fn one_line(message: &str) -> String {
     let told = told.split("\n\nFor more").next().unwrap_or(told);
     let words: Vec<&str> = told.split_whitespace().collect();
     words.join(" ") + " (--help lists all)"
+}
+
+/// Prints a line on stdout. When the reader has gone (`| head`), the program ends quietly.
+pub fn print_line(line: &str) {
+    if writeln!(std::io::stdout().lock(), "{line}").is_err() {
+        std::process::exit(0);
+    }
 }

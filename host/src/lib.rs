@@ -1,11 +1,14 @@
 //! Host tools.
+pub mod arithmetic;
 pub mod cli;
 pub mod demo;
 pub mod emulator;
+pub mod estimator;
 pub mod progress;
 pub mod recording;
 pub mod reference;
 pub mod scenario;
 pub mod simulate;
+pub mod sweep;
 pub mod telemetry;
 pub mod toolchain;

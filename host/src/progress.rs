@@ -8,3 +8,10 @@ pub fn bar(total: u64, unit: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template(&template).unwrap_or(ProgressStyle::default_bar());
     ProgressBar::new(total).with_style(style)
 }
+
+/// A count on stderr, where the total is not known beforehand; invisible where stderr is no terminal.
+pub fn count(unit: &'static str) -> ProgressBar {
+    let template = format!("{{human_pos}} {unit}, {{elapsed}}");
+    let style = ProgressStyle::with_template(&template).unwrap_or(ProgressStyle::default_bar());
+    ProgressBar::no_length().with_style(style)
+}

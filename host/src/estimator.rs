@@ -1,0 +1,136 @@
+//! Every method a user can name: the core's registry and the host's references.
+
+use crate::reference::Reference;
+use picket::acquire::sample::Record;
+use picket::estimate::least_squares::{Course, Reach, fit};
+use picket::estimate::method::{About, Method, Records, Unfit};
+use picket::estimate::samples::Samples;
+use picket::scalar::Scalar;
+use picket::spectrum::bins::{Bins, Rectangular};
+use rustfft::num_complex::Complex;
+
+/// A method of the core, with the reach of least squares, or one of the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimator {
+    /// One of the core's.
+    Core {
+        /// Which.
+        method: Method,
+        /// For least squares: how many bins it reads.
+        reach: Reach,
+    },
+    /// One of the host's.
+    Host(Reference),
+}
+
+/// The reach that `--k` names: bins on each side of the peak.
+pub fn reach(k: usize) -> Result<Reach, String> {
+    [Reach::Four, Reach::Eight, Reach::Sixteen]
+        .into_iter()
+        .find(|&reach| reach as usize == k)
+        .ok_or_else(|| format!("--k {k}: choose 4, 8 or 16"))
+}
+
+/// The methods of a list of names separated by commas.
+pub fn parse(names: &str, reach: Reach) -> Result<Vec<Estimator>, String> {
+    names.split(',').map(|name| Estimator::from_name(name.trim(), reach)).collect()
+}
+
+/// Every method, as a list for `--help`.
+pub fn help() -> String {
+    let methods = Method::ALL.iter().map(|method| method.about());
+    let references = Reference::ALL.iter().map(|reference| reference.about());
+    let lines = methods.chain(references).map(|about| {
+        let records = match about.records {
+            Records::Real => " (real samples only)",
+            Records::Iq => " (I/Q only)",
+            Records::Both => "",
+        };
+        format!("  {:<25}{}{records}\n", about.name, about.doc)
+    });
+    "Methods:\n".to_owned() + &lines.collect::<String>()
+}
+
+impl Estimator {
+    /// The method with this name.
+    pub fn from_name(name: &str, reach: Reach) -> Result<Self, String> {
+        Method::from_name(name)
+            .map(|method| Estimator::Core { method, reach })
+            .or_else(|| Reference::from_name(name).map(Estimator::Host))
+            .ok_or_else(|| format!("no method \"{name}\": --help lists them"))
+    }
+
+    /// The best for a kind of record: least squares.
+    pub fn best(iq: bool, reach: Reach) -> Self {
+        let method = if iq { Method::LeastSquares } else { Method::LeastSquaresReal };
+        Estimator::Core { method, reach }
+    }
+
+    /// What there is to know of it.
+    pub const fn about(self) -> About {
+        match self {
+            Estimator::Core { method, .. } => method.about(),
+            Estimator::Host(reference) => reference.about(),
+        }
+    }
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        self.about().name
+    }
+
+    /// An error, in one line, if it is not right for records of kind `R`.
+    pub fn check<R: Record>(self) -> Result<(), String> {
+        if self.about().records.include::<R>() {
+            return Ok(());
+        }
+        let name = self.name();
+        Err(match (R::IQ, self) {
+            (true, _) => format!("{name} works on real records only: use least-squares"),
+            (false, Estimator::Core { method: Method::LeastSquares, .. }) => {
+                format!("{name} works on I/Q records only: use least-squares-real")
+            }
+            (false, _) => {
+                format!("{name} works on I/Q records only: use least-squares-real or z-rife")
+            }
+        })
+    }
+
+    /// The offset from the peak bin by a method of the core. `powers` of all N bins.
+    pub fn offset<T: Scalar, R: Record>(
+        method: Method,
+        reach: Reach,
+        bins: &Bins<T, R, Rectangular>,
+        samples: &[Complex<T>],
+        powers: &[T],
+    ) -> Result<T, Unfit> {
+        if let Some(offset) = reached(method, reach, bins) {
+            return offset;
+        }
+        method.offset(bins, &Values(samples), |k| {
+            powers.get(k as usize).copied().unwrap_or(T::zero())
+        })
+    }
+}
+
+/// Least squares with another reach than the registry's; `None` for every other method.
+pub fn reached<T: Scalar, R: Record>(
+    method: Method,
+    reach: Reach,
+    bins: &Bins<T, R, Rectangular>,
+) -> Option<Result<T, Unfit>> {
+    let own = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+    (own && reach != Reach::default()).then(|| {
+        let found = fit(bins, reach, Course::Usual).map_or(T::zero(), |fit| fit.offset);
+        if method.fits::<R>() { Ok(found) } else { Err(Unfit) }
+    })
+}
+
+/// Samples of either kind as complex numbers.
+struct Values<'a, T>(&'a [Complex<T>]);
+
+impl<T: Scalar, R: Record> Samples<T, R> for Values<'_, T> {
+    fn from(&self, start: usize) -> impl Iterator<Item = Complex<T>> {
+        self.0.get(start..).unwrap_or_default().iter().copied()
+    }
+}
