@@ -208,8 +208,8 @@ impl Firmware<'_> {
     }
 }
 
-/// Lints the library and the images with these features for a target; warnings are errors.
-pub fn lint(target: Target, features: &[&str]) -> Result<(), ToolError> {
+/// Lints the library and these images with these features for a target; warnings are errors.
+pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), ToolError> {
     let route = route(target)?;
     let directory = firmware_dir().join("lint").join(route.directory());
     let mut command = cargo();
@@ -224,7 +224,10 @@ pub fn lint(target: Target, features: &[&str]) -> Result<(), ToolError> {
             command.env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__").arg("-Zbuild-std=core");
         }
     }
-    command.args(["--quiet", "--package", "picket", "--lib", "--bins"]);
+    command.args(["--quiet", "--package", "picket", "--lib"]);
+    for image in images {
+        command.args(["--bin", image]);
+    }
     command.args(["--features", &features.join(","), "--target", target.triple()]);
     command.arg("--target-dir").arg(&directory);
     if route == Route::Installed {
