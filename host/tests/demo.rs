@@ -192,3 +192,13 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         assert!(errors.contains(hint), "{arguments:?}: {errors}");
     }
 }
+
+#[test]
+fn the_readme_shows_what_the_demo_prints() {
+    let readme = include_str!("../../README.md");
+    let (_, shown) = readme.split_once("$ cargo demo\n").unwrap();
+    let (shown, _) = shown.split_once("\n```").unwrap();
+    let printed = String::from_utf8(demo(&[]).stdout).unwrap();
+    let trimmed: Vec<&str> = printed.trim_end().lines().map(str::trim_end).collect();
+    assert_eq!(shown, trimmed.join("\n"));
+}

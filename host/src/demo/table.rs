@@ -1,7 +1,7 @@
 //! Truth beside measurement: the rows, their errors, and whether they lie inside the papers' bars.
 
 use crate::scenario::{Bars, Row};
-use comfy_table::{Cell, CellAlignment, Color, Table, presets};
+use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
 use picket::estimate::tone::Verdict;
 use serde::Serialize;
 use std::io::IsTerminal;
@@ -216,7 +216,8 @@ impl Summary {
 /// An empty table with right-aligned heads and few lines.
 pub fn table(heads: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let rule = LineStyle::none().fill('─').junction('─');
+    table.load_style(TableStyle::new().header_separator(rule));
     table.set_header(heads.iter().map(|h| Cell::new(h).set_alignment(CellAlignment::Right)));
     table
 }
