@@ -45,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// Instructions in one tick of its timers under [`ICOUNT`].
+    /// Instructions in one tick of its timers under the instruction clock of 64 ns each.
     pub const fn instructions_per_tick(self) -> f64 {
         match self {
             Machine::An385 | Machine::An386 | Machine::An500 => 40.0 / 64.0,
@@ -65,7 +65,7 @@ pub struct Outcome {
     pub code: i32,
     /// What it wrote to its second serial port: an error, or figures as `name=value` lines.
     pub messages: String,
-    /// What it logged (defmt frames, see [`decode_log`]).
+    /// What it logged, as defmt frames.
     pub log: Vec<u8>,
 }
 
