@@ -1,0 +1,49 @@
+//! No image can panic: its panic handler calls a function that does not exist, so that it links only
+//! if the optimiser has found no way to a panic.
+
+use picket_host::toolchain::{Firmware, Profile, Target, ToolError};
+
+const PROOF: &str = "prove-panic-free";
+/// The function that does not exist.
+const SYMBOL: &str = "picket_can_panic";
+
+fn link(bin: &str, target: Target, profile: Profile, features: &[&str]) -> Result<(), ToolError> {
+    Firmware { bin, target, features, profile }.build_quietly().map(drop)
+}
+
+fn assert_proved(bin: &str, target: Target) {
+    for profile in [Profile::Release, Profile::Size] {
+        if let Err(error) = link(bin, target, profile, &["mps2", PROOF]) {
+            panic!("{bin} for {target:?}, {profile:?}: {error}\n{error:?}");
+        }
+        println!("{bin} for {target:?}, {profile:?}: no panic can be reached");
+    }
+}
+
+#[test]
+fn the_core_cannot_panic_on_cortex_m3() {
+    assert_proved("core_check", Target::M3);
+}
+
+#[test]
+fn the_core_cannot_panic_on_cortex_m4f() {
+    assert_proved("core_check", Target::M4f);
+}
+
+#[test]
+fn the_instrument_cannot_panic_on_cortex_m33() {
+    assert_proved("frontend_qemu", Target::M33);
+}
+
+/// The proof can fail: a panic that can be reached, though only by a capture of a million blocks, is
+/// found.
+#[test]
+fn a_deliberate_panic_is_found() {
+    let features = ["mps2", PROOF, "deliberate-panic"];
+    match link("core_check", Target::M4f, Profile::Release, &features) {
+        Err(ToolError::Build { output, .. }) => assert!(output.contains(SYMBOL), "{output}"),
+        other => panic!("the image must not link: {other:?}"),
+    }
+    link("core_check", Target::M4f, Profile::Release, &["mps2", "deliberate-panic"])
+        .unwrap_or_else(|error| panic!("without the proof it must link: {error}"));
+}
