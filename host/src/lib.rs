@@ -1,4 +1,5 @@
 //! Host tools.
+pub mod analyze;
 pub mod arithmetic;
 pub mod cli;
 pub mod demo;

@@ -1,0 +1,338 @@
+//! Methods on a recording, block by block, in constant memory.
+
+use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
+use crate::cli::print_line;
+use crate::estimator::Estimator;
+use crate::recording::{self, Format, Recording, Records, Sample};
+use crate::with_kind;
+use picket::acquire::sample::Codes;
+use picket::config::Config;
+use picket::estimate::least_squares::Reach;
+use rustfft::num_complex::Complex;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// How answers are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Aligned columns for people.
+    Text,
+    /// A header line, then values.
+    Csv,
+    /// One JSON object a line, a summary at the end.
+    Json,
+}
+
+/// What is done with a recording.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    /// How the file is read.
+    pub read: recording::Options,
+    /// Samples in a block; for JSON records, `None` takes each as it is.
+    pub n: Option<usize>,
+    /// From one block's start to the next; `None` for the block's length.
+    pub hop: Option<usize>,
+    /// Samples left out at the start (of each JSON record).
+    pub skip: u64,
+    /// The band searched in hertz.
+    pub band_hz: Option<(f64, f64)>,
+    /// The methods; `None` for the best of the record's kind.
+    pub estimators: Option<Vec<Estimator>>,
+    /// The reach of least squares.
+    pub reach: Reach,
+    /// The width of the codes.
+    pub codes: Codes,
+    /// The arithmetic.
+    pub arithmetic: Arithmetic,
+    /// How answers are printed.
+    pub style: Style,
+}
+
+/// The block length of recordings where none is given.
+pub const BLOCK: usize = 1024;
+
+/// The answer of one method for one block. The keys are those of the JSON lines.
+#[derive(Clone, Debug, Serialize)]
+pub struct Answer {
+    /// The JSON record's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<serde_json::Value>,
+    /// The block's number.
+    pub block: u64,
+    /// The time of the block's middle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// The method.
+    pub method: &'static str,
+    /// The frequency in cycles per block, 0..N for I/Q.
+    pub bins: Option<f64>,
+    /// The frequency; negative ones exist for I/Q. `None` without a rate.
+    pub frequency_hz: Option<f64>,
+    /// One standard deviation of it.
+    pub sigma_hz: Option<f64>,
+    /// The same in bins.
+    pub sigma_bins: Option<f64>,
+    /// Signal-to-noise ratio per sample.
+    pub snr_db: Option<f64>,
+    /// Whether it may be used.
+    pub verdict: &'static str,
+}
+
+/// The engine for one kind and length of record, and the methods that suit it.
+struct Station {
+    engine: Box<dyn Engine>,
+    estimators: Vec<Estimator>,
+}
+
+/// Runs an analysis.
+pub struct Analyst<'a> {
+    analysis: &'a Analysis,
+    stations: BTreeMap<(bool, usize), Station>,
+    rate_hz: Option<f64>,
+    /// Blocks answered.
+    blocks: u64,
+    /// What takes the answers.
+    sink: Box<dyn FnMut(Answer) + 'a>,
+}
+
+/// What an analysis covered.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Summary {
+    /// Always true: it tells this line from the others.
+    pub summary: bool,
+    /// Blocks answered.
+    pub blocks: u64,
+}
+
+/// Analyses `file` and gives every answer to `sink`, in order. `progress` hears of every block's length.
+pub fn run(
+    file: &Path,
+    analysis: &Analysis,
+    sink: impl FnMut(Answer),
+    progress: impl FnMut(u64),
+) -> Result<Summary, String> {
+    let format = analysis.read.format.or_else(|| Format::guess(file));
+    let mut analyst = Analyst {
+        analysis,
+        stations: BTreeMap::new(),
+        rate_hz: analysis.read.rate_hz,
+        blocks: 0,
+        sink: Box::new(sink),
+    };
+    if format == Some(Format::Json) {
+        analyst.records(file, progress)?;
+    } else {
+        analyst.stream(file, progress)?;
+    }
+    Ok(Summary { summary: true, blocks: analyst.blocks })
+}
+
+impl Analyst<'_> {
+    fn stream(&mut self, file: &Path, mut progress: impl FnMut(u64)) -> Result<(), String> {
+        let recording = Recording::open(file, self.analysis.read).map_err(text)?;
+        let n = self.analysis.n.unwrap_or(BLOCK);
+        let hop = self.analysis.hop.unwrap_or(n);
+        let iq = recording.iq();
+        self.rate_hz = Some(recording.rate_hz());
+        self.station(iq, n)?;
+        let mut blocks = recording.blocks(n, hop, self.analysis.skip);
+        while let Some((start, samples)) = blocks.next_block().map_err(text)? {
+            self.block(None, iq, self.blocks, start, samples)?;
+            self.blocks += 1;
+            progress(hop as u64);
+        }
+        Ok(())
+    }
+
+    fn records(&mut self, file: &Path, mut progress: impl FnMut(u64)) -> Result<(), String> {
+        if let Some(rate) = self.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
+            return Err(recording::RecordingError::Rate(rate).to_string());
+        }
+        let mut records = Records::open(file, self.analysis.read).map_err(text)?;
+        while let Some(record) = records.next().transpose().map_err(text)? {
+            let at = |error: String| format!("{}, record {}: {error}", file.display(), record.id);
+            let skip = self.analysis.skip as usize;
+            let samples = record.samples.get(skip..).unwrap_or_default();
+            let n = self.analysis.n.unwrap_or(samples.len());
+            if n > samples.len() || samples.is_empty() {
+                return Err(at(format!("{} samples are fewer than {n}", samples.len())));
+            }
+            let hop = self.analysis.hop.unwrap_or(n);
+            for (block, window) in samples.windows(n).step_by(hop).enumerate() {
+                let start = (skip + block * hop) as u64;
+                let id = Some(record.id.clone());
+                self.block(id, record.iq, block as u64, start, window).map_err(at)?;
+                self.blocks += 1;
+            }
+            progress(samples.len() as u64);
+        }
+        if self.blocks == 0 {
+            return Err(recording::RecordingError::Empty(file.into()).to_string());
+        }
+        Ok(())
+    }
+
+    /// The engine for records of a kind and length, made at first need.
+    fn station(&mut self, iq: bool, n: usize) -> Result<&mut Station, String> {
+        use std::collections::btree_map::Entry;
+        match self.stations.entry((iq, n)) {
+            Entry::Occupied(entry) => Ok(entry.into_mut()),
+            Entry::Vacant(entry) => {
+                Ok(entry.insert(Station::new(self.analysis, self.rate_hz, iq, n)?))
+            }
+        }
+    }
+
+    fn block(
+        &mut self,
+        id: Option<serde_json::Value>,
+        iq: bool,
+        block: u64,
+        start: u64,
+        samples: &[Sample],
+    ) -> Result<(), String> {
+        let n = samples.len();
+        let rate = self.rate_hz;
+        let arithmetic = self.analysis.arithmetic;
+        let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
+        if arithmetic.integer() {
+            fits(samples, self.analysis.codes)?;
+        }
+        let station = self.station(iq, n)?;
+        let answers = station.engine.measure(&values, &station.estimators, false);
+        let named: Vec<_> =
+            station.estimators.iter().map(|estimator| estimator.name()).zip(answers).collect();
+        for (method, estimate) in named {
+            let Estimate { bins, sigma_bins, snr_db, verdict } = estimate;
+            let number = |x: f64| x.is_finite().then_some(x);
+            let hertz = |bins: f64| rate.and_then(|rate| number(bins * rate / n as f64));
+            let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
+            (self.sink)(Answer {
+                id: id.clone(),
+                block,
+                time_s: rate.map(|rate| (start as f64 + n as f64 / 2.0) / rate),
+                method,
+                bins: number(bins),
+                frequency_hz: hertz(signed),
+                sigma_hz: hertz(sigma_bins),
+                sigma_bins: number(sigma_bins),
+                snr_db: number(snr_db),
+                verdict: verdict.name(),
+            });
+        }
+        Ok(())
+    }
+}
+
+impl Station {
+    fn new(analysis: &Analysis, rate_hz: Option<f64>, iq: bool, n: usize) -> Result<Self, String> {
+        let best = || vec![Estimator::best(iq, analysis.reach)];
+        let estimators = analysis.estimators.clone().unwrap_or_else(best);
+        with_kind!(iq, R => {
+            for estimator in &estimators {
+                estimator.check::<R>()?;
+                analysis.arithmetic.check(*estimator)?;
+                if analysis.band_hz.is_some() && matches!(estimator, Estimator::Host(_)) {
+                    return Err(format!(
+                        "{} searches the whole spectrum: leave --band out",
+                        estimator.name()
+                    ));
+                }
+            }
+            let rate = match (rate_hz, analysis.band_hz) {
+                (Some(rate), _) => rate,
+                (None, None) => 1.0,
+                (None, Some(_)) => return Err("--band is in hertz: add --rate HZ".into()),
+            };
+            let config = Config {
+                rate_hz: rate,
+                codes: analysis.codes,
+                band_hz: analysis.band_hz,
+                ..Config::default()
+            };
+            // The length is checked first: the plan takes any.
+            let whole = Config { band_hz: None, ..config };
+            engine::<R>(analysis.arithmetic, n, whole.validate::<R>(n).map_err(text)?)?;
+            let plan = config.validate::<R>(n).map_err(text)?;
+            Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
+        })
+    }
+}
+
+/// The integer FFT has no room for codes beyond the rails.
+fn fits(samples: &[Sample], codes: Codes) -> Result<(), String> {
+    let (low, high) = codes.rails();
+    let beyond = |part: i16| part < low || part > high;
+    let value = |sample: &Sample| sample.value.re.abs().max(sample.value.im.abs());
+    if samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
+        return Err(format!("samples exceed {low}..{high}: add --bits 16, or --scale"));
+    }
+    let largest = samples.iter().map(value).fold(0.0, f64::max);
+    if largest > 0.0 && largest < 1.5 {
+        return Err("samples are too small for integers: add --scale CODES".into());
+    }
+    Ok(())
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// Prints an answer.
+pub fn print(answer: &Answer, style: Style) {
+    match style {
+        Style::Json => print_line(&serde_json::to_string(answer).unwrap_or_default()),
+        Style::Csv => {
+            let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
+            print_line(&format!(
+                "{},{},{},{},{},{},{},{},{}",
+                answer.id.as_ref().map_or(String::new(), plain),
+                answer.block,
+                number(answer.time_s),
+                answer.method,
+                number(answer.bins),
+                number(answer.frequency_hz),
+                number(answer.sigma_hz),
+                number(answer.snr_db),
+                answer.verdict
+            ));
+        }
+        Style::Text => {
+            let number = |x: Option<f64>, digits: usize| {
+                x.map_or("-".to_owned(), |x| format!("{x:.digits$}"))
+            };
+            let place = answer.id.as_ref().map_or(answer.block.to_string(), plain);
+            print_line(&format!(
+                "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}  {:<10} {}",
+                number(answer.time_s, 4),
+                number(answer.bins, 6),
+                number(answer.frequency_hz, 6),
+                number(answer.sigma_hz, 6),
+                number(answer.snr_db, 1),
+                answer.verdict,
+                answer.method,
+            ));
+        }
+    }
+}
+
+/// Prints what stands above the answers.
+pub fn print_heading(style: Style) {
+    match style {
+        Style::Json => {}
+        Style::Csv => {
+            print_line("id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict")
+        }
+        Style::Text => print_line(&format!(
+            "{:>8} {:>11} {:>14} {:>16} {:>12} {:>7}  {:<10} {}",
+            "block", "time s", "bins", "frequency Hz", "sigma Hz", "SNR dB", "verdict", "method"
+        )),
+    }
+}
+
+/// A JSON value without its quotes; commas would split a csv line.
+fn plain(value: &serde_json::Value) -> String {
+    let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    text.replace([',', '\n'], " ")
+}

@@ -1,0 +1,132 @@
+//! `cargo analyze`: methods on a recording.
+
+use clap::Parser;
+use picket::acquire::sample::Codes;
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
+use picket_host::recording::{self, Format};
+use picket_host::{cli, estimator, progress};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measures the strongest tone in each block of a recording.
+#[derive(Parser)]
+#[command(version, after_help = estimator::help())]
+struct Options {
+    /// The recording: wav, headerless int16, csv, or JSON lines
+    file: PathBuf,
+    /// Format; else by the file's name
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// Samples per second; wav files know their own
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    rate: Option<f64>,
+    /// Samples in a block [default: 1024; JSON: the whole record]
+    #[arg(long)]
+    n: Option<usize>,
+    /// Samples from one block's start to the next [default: N]
+    #[arg(long)]
+    hop: Option<usize>,
+    /// Samples to leave out at the start
+    #[arg(long, default_value_t = 0)]
+    skip: u64,
+    /// Two channels, or pairs of integers, are I and Q
+    #[arg(long)]
+    iq: bool,
+    /// Band searched in hertz, both ends included
+    #[arg(long, value_name = "LO:HI", value_parser = band, allow_hyphen_values = true)]
+    band: Option<(f64, f64)>,
+    /// Methods, separated by commas (listed below) [default: least squares]
+    #[arg(long)]
+    method: Option<String>,
+    /// Bins on each side that least squares reads: 4, 8 or 16
+    #[arg(long, default_value_t = 16)]
+    k: usize,
+    /// Arithmetic
+    #[arg(long, value_enum, default_value = "f64")]
+    arith: Arithmetic,
+    /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
+    #[arg(long, default_value_t = 16)]
+    bits: u32,
+    /// Codes per unit of the file (float wav: per 1/32768 of full scale)
+    #[arg(long, default_value_t = 1.0)]
+    scale: f64,
+    /// Follow a tone from block to block
+    #[arg(long)]
+    track: bool,
+    /// One JSON object a line
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// Comma-separated values
+    #[arg(long)]
+    csv: bool,
+}
+
+fn band(text: &str) -> Result<(f64, f64), String> {
+    let ends =
+        text.split_once(':').and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
+    ends.ok_or_else(|| "give the band as LO:HI in hertz".into())
+}
+
+fn main() -> ExitCode {
+    cli::main(|options: Options| run(&options))
+}
+
+fn run(options: &Options) -> Result<ExitCode, String> {
+    if options.track {
+        return Err("--track is not available yet: leave it out".into());
+    }
+    if options.n == Some(0) || options.hop == Some(0) {
+        return Err("--n and --hop must be at least 1".into());
+    }
+    if !(options.scale.is_finite() && options.scale > 0.0) {
+        return Err("--scale must be a positive number".into());
+    }
+    let reach = estimator::reach(options.k)?;
+    let style = match (options.json, options.csv) {
+        (true, _) => Style::Json,
+        (_, true) => Style::Csv,
+        _ => Style::Text,
+    };
+    let analysis = Analysis {
+        read: recording::Options {
+            format: options.format,
+            rate_hz: options.rate,
+            iq: options.iq,
+            scale: options.scale,
+        },
+        n: options.n,
+        hop: options.hop,
+        skip: options.skip,
+        band_hz: options.band,
+        estimators: options
+            .method
+            .as_ref()
+            .map(|names| estimator::parse(names, reach))
+            .transpose()?,
+        reach,
+        codes: match options.bits {
+            12 => Codes::Signed12,
+            16 => Codes::Signed16,
+            bits => return Err(format!("--bits {bits}: choose 12 or 16")),
+        },
+        arithmetic: options.arith,
+        style,
+    };
+    let bar = progress::count("samples");
+    let mut first = true;
+    let sink = |answer| {
+        // Only now is it sure that there is something to print.
+        if std::mem::take(&mut first) {
+            analyze::print_heading(style);
+        }
+        bar.suspend(|| analyze::print(&answer, style));
+    };
+    let summary = analyze::run(&options.file, &analysis, sink, |samples| bar.inc(samples));
+    bar.finish_and_clear();
+    let summary = summary?;
+    if style == Style::Json {
+        cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
+    }
+    Ok(ExitCode::SUCCESS)
+}
