@@ -1,0 +1,205 @@
+//! Bad input through the real programs: one line on stderr that says what to do, exit code 2, nothing on stdout.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+const ANALYZE: &str = env!("CARGO_BIN_EXE_analyze");
+const SWEEP: &str = env!("CARGO_BIN_EXE_sweep");
+
+/// A file of this test's own.
+fn file(name: &str, bytes: &[u8]) -> String {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::write(&path, bytes).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn wav(name: &str, spec: hound::WavSpec, frames: usize) -> String {
+    let path = file(name, &[]);
+    let mut writer = hound::WavWriter::create(&path, spec).unwrap();
+    for index in 0..frames * usize::from(spec.channels) {
+        let x = (std::f64::consts::TAU * 0.1 * (index / usize::from(spec.channels)) as f64).cos();
+        match spec.sample_format {
+            hound::SampleFormat::Float => writer.write_sample((0.5 * x) as f32).unwrap(),
+            hound::SampleFormat::Int => {
+                let full = f64::from(1u32 << (spec.bits_per_sample - 1));
+                writer.write_sample((0.5 * full * x) as i32).unwrap();
+            }
+        }
+    }
+    writer.finalize().unwrap();
+    path
+}
+
+fn spec(channels: u16, bits: u16) -> hound::WavSpec {
+    let sample_format =
+        if bits == 33 { hound::SampleFormat::Float } else { hound::SampleFormat::Int };
+    hound::WavSpec { channels, sample_rate: 8000, bits_per_sample: bits.min(32), sample_format }
+}
+
+fn run(program: &str, arguments: &[&str]) -> Output {
+    Command::new(program).args(arguments).output().unwrap()
+}
+
+#[track_caller]
+fn refused(program: &str, arguments: &[&str], says: &str) {
+    let output = run(program, arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    assert!(message.starts_with("error: ") && message.contains(says), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty(), "{arguments:?} wrote {:?}", output.stdout);
+}
+
+#[track_caller]
+fn lines(program: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
+    let output = run(program, arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn files_that_cannot_be_read() {
+    let none = file("none.bin", &[]);
+    let odd = file("odd.bin", &[1, 2, 3]);
+    let short = file("short.bin", &[1, 0, 2, 0]);
+    let nameless = file("nameless", &[1, 0]);
+    refused(ANALYZE, &["no-such-file.wav"], "no such file");
+    refused(ANALYZE, &[&none, "--rate", "1000"], "holds no samples");
+    refused(ANALYZE, &[&odd, "--rate", "1000"], "3 bytes");
+    refused(ANALYZE, &[&short, "--rate", "1000"], "fewer than one record of 1024");
+    refused(ANALYZE, &[&short, "--rate", "1000", "--iq", "--skip", "5", "--n", "16"], "fewer");
+    refused(ANALYZE, &[&short], "--rate HZ");
+    refused(ANALYZE, &[&short, "--rate", "0"], "positive");
+    refused(ANALYZE, &[&short, "--rate", "-5"], "positive");
+    refused(ANALYZE, &[&short, "--rate", "nan"], "positive");
+    refused(ANALYZE, &[&nameless, "--rate", "1000"], "--format");
+    refused(ANALYZE, &[env!("CARGO_TARGET_TMPDIR"), "--format", "i16", "--rate", "8"], "directory");
+}
+
+#[test]
+fn wav_files_that_cannot_be_read() {
+    let whole = wav("whole.wav", spec(1, 16), 2000);
+    let bytes = fs::read(&whole).unwrap();
+    let cut = file("cut.wav", &bytes[..bytes.len() / 2]);
+    let head = file("head.wav", &bytes[..20]);
+    let text = file("text.wav", b"this is no wav file, it is text, and long enough for a header");
+    refused(ANALYZE, &[&cut], "truncated wav");
+    refused(ANALYZE, &[&head], "not a readable wav");
+    refused(ANALYZE, &[&text], "not a readable wav");
+    refused(ANALYZE, &[&whole, "--n", "4096"], "2000 samples are fewer");
+    refused(ANALYZE, &[&whole, "--iq"], "needs two channels, the file has 1");
+    refused(ANALYZE, &[&wav("stereo.wav", spec(2, 16), 2000)], "add --iq");
+    refused(ANALYZE, &[&wav("six.wav", spec(6, 16), 2000)], "6 channels");
+    refused(ANALYZE, &[&wav("empty.wav", spec(1, 16), 0)], "holds no samples");
+}
+
+#[test]
+fn text_files_that_cannot_be_read() {
+    let csv = |name, text: &str| file(name, text.as_bytes());
+    let rate = ["--rate", "1000", "--n", "16"];
+    let with = |path: &str, says| {
+        let arguments: Vec<&str> = [path].into_iter().chain(rate).collect();
+        refused(ANALYZE, &arguments, says);
+    };
+    with(&csv("nan.csv", "a\n1\n2\nNaN\n4\n"), "line 4: NaN is not a sample");
+    with(&csv("inf.csv", "1,2\n-inf,2\n"), "line 2: -inf is not a sample");
+    with(&csv("word.csv", "1\n2\nthree\n"), "line 3: \"three\" is not a number");
+    with(&csv("ragged.csv", "1,2\n3\n"), "line 2: 1 columns where the first line has 2");
+    with(&csv("three.csv", "1,2,3\n"), "3 channels");
+    with(&csv("header.csv", "i,q\n"), "holds no samples");
+    with(&csv("empty.csv", ""), "holds no samples");
+    let json = |name, text: &str| csv(name, text);
+    with(&json("kind.jsonl", r#"{"id": 1, "kind": "x", "re": [1]}"#), "line 1: kind \"x\"");
+    with(&json("not.jsonl", "{]"), "line 1: not a record");
+    with(
+        &json("uneven.jsonl", r#"{"kind": "c", "re": [1, 2], "im": [1]}"#),
+        "2 values of re but 1",
+    );
+    with(&json("few.jsonl", r#"{"kind": "r", "re": [1, 2]}"#), "2 samples are fewer than 16");
+}
+
+#[test]
+fn options_that_do_not_fit() {
+    let good = wav("good.wav", spec(1, 16), 4096);
+    refused(ANALYZE, &[&good, "--method", "fesa"], "fesa works on I/Q records only");
+    refused(ANALYZE, &[&good, "--method", "fase"], "no method \"fase\"");
+    refused(ANALYZE, &[&good, "--band", "5000:6000"], "band");
+    refused(ANALYZE, &[&good, "--band", "300"], "LO:HI");
+    refused(ANALYZE, &[&good, "--band", "100:200", "--method", "ml"], "leave --band out");
+    refused(ANALYZE, &[&good, "--n", "1000", "--arith", "target"], "N = 1000");
+    refused(ANALYZE, &[&good, "--n", "3"], "N = 3");
+    refused(ANALYZE, &[&good, "--n", "0"], "at least 1");
+    refused(ANALYZE, &[&good, "--k", "5"], "choose 4, 8 or 16");
+    refused(ANALYZE, &[&good, "--method", "ml", "--arith", "f32"], "needs --arith f64");
+    refused(ANALYZE, &[&good, "--arith", "target-fixed"], "rife or z-rife");
+    refused(ANALYZE, &[&good, "--arith", "target", "--bits", "12"], "exceed");
+    refused(ANALYZE, &[&good, "--track"], "not available yet");
+    refused(ANALYZE, &[&good, "--wrong"], "--wrong");
+    refused(ANALYZE, &[], "required");
+    refused(SWEEP, &["--method", "least-squares"], "least-squares works on I/Q records only");
+    refused(SWEEP, &["--snr-db", "loud"], "loud");
+    refused(SWEEP, &["--n", "1000", "--arith", "target"], "N = 1000");
+    refused(SWEEP, &["--trials", "0"], "at least one");
+    refused(SWEEP, &["--bits", "13"], "13");
+    refused(SWEEP, &["--bin", "600"], "--bin 600");
+}
+
+/// The same tone, 0.1 of the rate, in every format: the same answer and the same scale.
+#[test]
+fn every_format_is_read() {
+    for (name, bits, floor_db) in [
+        ("8.wav", 8, 30.0),
+        ("16.wav", 16, 70.0),
+        ("24.wav", 24, 70.0),
+        ("32.wav", 32, 70.0),
+        ("float.wav", 33, 70.0),
+    ] {
+        let path = wav(name, spec(1, bits), 1500);
+        for arithmetic in ["f64", "f32", "target"] {
+            let found = lines(ANALYZE, &[&path, "--arith", arithmetic, "--json"]);
+            assert_eq!(found.len(), 2, "{name}");
+            let frequency = found[0]["frequency_hz"].as_f64().unwrap();
+            assert!((frequency - 800.0).abs() < 0.05, "{name} {arithmetic}: {frequency}");
+            if arithmetic == "f64" {
+                assert!(found[0]["snr_db"].as_f64().unwrap() > floor_db, "{name}: {:?}", found[0]);
+            }
+            assert_eq!(found[1]["summary"], true);
+        }
+    }
+}
+
+#[test]
+fn iq_is_signed() {
+    let tone = |n: usize| {
+        let (sin, cos) = (-std::f64::consts::TAU * 0.2 * n as f64).sin_cos();
+        [cos, sin].map(|x| (1000.0 * x).round())
+    };
+    let text: String = (0..256).map(tone).map(|[i, q]| format!("{i},{q}\n")).collect();
+    let csv = file("backwards.csv", ("I,Q\n".to_owned() + &text).as_bytes());
+    let found = lines(ANALYZE, &[&csv, "--rate", "1000", "--n", "256", "--json"]);
+    assert!((found[0]["frequency_hz"].as_f64().unwrap() + 200.0).abs() < 1e-3, "{:?}", found[0]);
+    assert!((found[0]["bins"].as_f64().unwrap() - 0.8 * 256.0).abs() < 1e-3);
+    assert_eq!(found[0]["method"], "least-squares");
+    let parts: Vec<[f64; 2]> = (0..256).map(tone).collect();
+    let part = |index: usize| parts.iter().map(|x| x[index]).collect::<Vec<_>>();
+    let record = serde_json::json!({"id": "g", "kind": "c", "re": part(0), "im": part(1)});
+    let path = file("backwards.jsonl", record.to_string().as_bytes());
+    let found = lines(ANALYZE, &[&path, "--method", "z-rife,fesa", "--json"]);
+    assert_eq!(found.len(), 3);
+    assert!(found[..2].iter().all(|line| line["id"] == "g"));
+    assert!(found[..2].iter().all(|line| (line["bins"].as_f64().unwrap() - 204.8).abs() < 0.01));
+}
+
+#[test]
+fn sweeps_in_json() {
+    let flags = ["--method", "z-rife,rife", "--snr-db", "0,20", "--trials", "20", "--json"];
+    let rows = lines(SWEEP, &flags);
+    assert_eq!(rows.len(), 5);
+    for key in "method kind n snr_db arith trials outliers rmse_bins rmse_se_bins mean_abs_bins bias_bins bound_bins ratio".split(' ') {
+        assert!(!rows[0][key].is_null(), "{key}");
+    }
+    assert_eq!(rows[4]["summary"], true);
+}
