@@ -8,6 +8,24 @@
 //! ADC codes -> block -> integer FFT -> peak + floor -> a few bins -> estimator -> tone -> solver -> target -> record
 //!  acquire              spectrum                                     estimate             solve            report
 //! ```
+//! # Example
+//!
+//! ```
+//! use picket::acquire::sample::{Real, Stamp};
+//! use picket::config::Config;
+//! use picket::estimate::tone::Verdict;
+//! use picket::pipeline::Pipeline;
+//!
+//! let config = Config { rate_hz: 48_000.0, ..Config::default() };
+//! let mut pipeline = Pipeline::<Real, 1024>::new(config.validate::<Real>(1024)?);
+//! let turn = std::f64::consts::TAU * 1000.2 / 48_000.0;
+//! let samples = std::array::from_fn(|n| (1500.0 * (turn * n as f64).sin()).round() as i16);
+//! let tone = pipeline.block(Stamp::default(), &samples).tone;
+//! assert_eq!(tone.verdict, Verdict::Good);
+//! let error = tone.frequency.hertz(48_000.0) - 1000.2;
+//! assert!(error.abs() < 5.0 * f64::from(tone.sigma) * 48_000.0);
+//! # Ok::<(), picket::config::ConfigError>(())
+//! ```
 #![no_std]
 #![cfg_attr(
     not(test),
