@@ -187,6 +187,9 @@ impl Firmware<'_> {
         command.args(["build", "--package", "picket", "--bin", self.bin]);
         command.args(["--target", self.target.triple(), "--profile", self.profile.name()]);
         command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
+        if self.features.contains(&"log") {
+            command.env("DEFMT_LOG", "info");
+        }
         if let Route::Source { rustc, linker } = &route {
             let name = self.target.triple().to_uppercase().replace(['-', '.'], "_");
             command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");

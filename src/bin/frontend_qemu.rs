@@ -12,7 +12,18 @@ use picket::board::playback::{Playback, send};
 use picket::pipeline::Pipeline;
 use picket::report::record::Health;
 
+#[cfg(feature = "log")]
+use defmt_semihosting as _;
+
 picket::vectors!(HANDLERS);
+
+/// A log line, in images built with the feature `log`. Never in an interrupt.
+macro_rules! info {
+    ($($line:tt)*) => {
+        #[cfg(feature = "log")]
+        defmt::info!($($line)*);
+    };
+}
 
 #[entry]
 fn main() -> ! {
@@ -30,14 +41,19 @@ impl ForRecord for Instrument {
     #[inline(never)]
     fn run<R: Record, const N: usize>(self) {
         let Instrument(mut playback) = self;
-        let method = playback.header.config.method;
-        let mut pipeline = Pipeline::<R, N>::new(playback.plan::<R>(N));
+        let plan = playback.plan::<R>(N);
+        let method = plan.options.method;
+        info!("{} blocks of {} samples, bins {}, {}", playback.header.blocks, N, plan.band, method);
+        let mut pipeline = Pipeline::<R, N>::new(plan);
         let Some(mut acquisition) = Acquisition::new(&playback.header) else {
             exit(Exit::Stalled);
         };
         let (counters, interrupts) =
             acquisition.play::<R, N>(&mut playback, |stamp, counters, samples| {
                 let measurement = pipeline.block(*stamp, samples);
+                if stamp.gap {
+                    info!("a gap before block {}: {}", stamp.sequence, counters);
+                }
                 let health = Health { lost: counters.lost(), faults: counters.faults() };
                 send(measurement, method, health);
             });
@@ -52,6 +68,7 @@ impl ForRecord for Instrument {
         ] {
             figure(Uart::ONE, name, value.into());
         }
+        info!("end: {}", counters);
         if counters.filled() != playback.header.blocks {
             exit(Exit::Stalled);
         }

@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::table::{Answer, Result as Row, Summary};
 use super::{DemoError, said};
-use crate::emulator::{Capture, Machine, RunError};
+use crate::emulator::{self, Capture, Machine, RunError};
 use crate::scenario::{self, Bars};
 use crate::simulate::{Kind, Signal, generator};
 use crate::telemetry::Telemetry;
@@ -97,23 +97,29 @@ fn measured<R: Kind>(
         capture.push::<R>(&samples).map_err(said)?;
     }
     let mut records = Vec::new();
-    play(capture, |record| records.push(record)).map_err(said)?;
+    play(capture, options, |record| records.push(record)).map_err(said)?;
     Ok(records)
 }
 
 /// Plays a capture to the firmware; `take` gets each record as it comes. Gives what was lost on the way.
-pub fn play(capture: Capture, mut take: impl FnMut(Record)) -> Result<Telemetry, RunError> {
-    let firmware = Firmware {
-        bin: "frontend_qemu",
-        target: BOARD.target(),
-        features: &["mps2"],
-        profile: Profile::Release,
-    };
-    let image = firmware.build()?;
+pub fn play(
+    capture: Capture,
+    options: &Options,
+    mut take: impl FnMut(Record),
+) -> Result<Telemetry, RunError> {
+    let features: &[&str] = if options.log { &["mps2", "log"] } else { &["mps2"] };
+    let profile = Profile::Release;
+    let image = Firmware { bin: "frontend_qemu", target: BOARD.target(), features, profile };
+    let image = image.build()?;
     let mut telemetry = Telemetry::default();
-    capture.run(BOARD, &image, LIMIT, |piece| {
+    let outcome = capture.run(BOARD, &image, LIMIT, |piece| {
         telemetry.read(piece).into_iter().for_each(&mut take);
     })?;
+    if options.log {
+        for line in emulator::log_lines(&image, &outcome.log)? {
+            eprintln!("firmware: {line}");
+        }
+    }
     Ok(telemetry)
 }
 

@@ -48,6 +48,10 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
+    /// Show the firmware's log on stderr
+    #[arg(long)]
+    pub log: bool,
+
     /// One JSON object a line
     #[arg(long)]
     pub json: bool,

@@ -59,7 +59,7 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     }
     let bar = progress::bar(blocks.into(), "blocks");
     let mut arrived = 0;
-    let telemetry = play(capture, |record| {
+    let telemetry = play(capture, options, |record| {
         let line = Line::of(&record, rate_hz, options);
         arrived += 1;
         bar.suspend(|| print_line(&line, options));
