@@ -34,7 +34,8 @@ impl ForRecord for Check {
         // What the proof of freedom from panics must find.
         #[cfg(feature = "deliberate-panic")]
         assert!(header.blocks < 1_000_000, "a panic that can be reached");
-        let mut pipeline = Pipeline::<R, N>::new(playback.plan::<R>(N));
+        let plan = playback.plan::<R>(N);
+        let mut pipeline = Pipeline::<R, N>::new(plan);
         let mut bytes = [0; 4 * MAX_LENGTH];
         let mut samples = [R::Sample::default(); N];
         Timer::ONE.run_free();
@@ -49,7 +50,7 @@ impl ForRecord for Check {
             let measurement = pipeline.block(stamp, &samples);
             let end = Timer::ONE.elapsed();
             ticks = ticks.saturating_add(end.wrapping_sub(start).into());
-            send(measurement, header.config.method, Health::default());
+            send(measurement, plan.options.method, Health::default());
         }
         figure(Uart::ONE, "ticks", ticks);
         figure(Uart::ONE, "pipeline_bytes", size_of::<Pipeline<R, N>>() as u64);

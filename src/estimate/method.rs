@@ -181,6 +181,7 @@ macro_rules! methods {
             ///
             /// `bins` as the plain transform gives them, around the peak; `samples` the same record;
             /// `power(k)` is `|X[k]|^2` for `k` in `0..N`, in any unit. Methods use what they need.
+            #[inline(never)]
             pub fn offset<T, R, S, P>(
                 self,
                 bins: &Bins<T, R, Rectangular>,
@@ -330,7 +331,8 @@ impl Method {
             Method::ZRife => Ok(rife::z_rife_integer(three)),
             _ => {
                 let bins = Bins::<f32, R, Rectangular>::of(spectrum, peak);
-                let power = |k| spectrum.power(k) as f32;
+                // Not by the length's own type: one copy of the methods serves every length.
+                let power: &dyn Fn(i32) -> f32 = &|k| spectrum.power(k) as f32;
                 let offset = self.offset(&bins, &Raw::<R>(samples), power)?;
                 // A cast holds the value to the range of the type and takes NaN to 0.
                 Ok(I2F30::from_bits((offset * 1_073_741_824.0) as i32))
