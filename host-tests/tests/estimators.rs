@@ -7,7 +7,7 @@ use picket::scalar::Scalar;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket_host::reference::Reference;
-use rustfft::{FftPlanner, num_complex::Complex};
+use picket_transform::{Transform, num_complex::Complex};
 
 /// A method's largest error on an exact complex tone at N = 256, offsets up to 0.49, in bins: what its
 /// formula leaves out. In f32 there are 5e-7 more.
@@ -44,7 +44,7 @@ impl<T: Scalar> Tone<T> {
         let turns = |k: usize| (bins * k as f64 / n as f64 + phase).fract();
         let exact: Vec<_> = (0..n).map(|k| f64::unit(turns(k)) * amplitude).collect();
         let mut spectrum = exact.clone();
-        FftPlanner::new().plan_fft_forward(n).process(&mut spectrum);
+        f64::forward(n).process(&mut spectrum);
         let narrow = |x: &Complex<f64>| Complex::new(T::of(x.re), T::of(x.im));
         Self {
             samples: exact.iter().map(narrow).collect(),
@@ -158,7 +158,7 @@ fn samples_end() {
 /// image sets.
 fn image_floor(method: Method, peak: i32) -> f64 {
     let (n, mut squares, mut count) = (1024usize, 0.0, 0.0);
-    let fft = FftPlanner::new().plan_fft_forward(n);
+    let fft = f64::forward(n);
     for step in -24..=24 {
         let offset = f64::from(step) / 49.0;
         for phase in 0..16 {

@@ -2,9 +2,9 @@
 
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::spectrum::Spectrum;
+use picket_transform::{Transform, num_complex::Complex};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rustfft::{FftPlanner, num_complex::Complex};
 
 /// The exact transform of a record, in codes.
 fn exact<R: Record>(samples: &[R::Sample]) -> Vec<Complex<f64>> {
@@ -13,7 +13,7 @@ fn exact<R: Record>(samples: &[R::Sample]) -> Vec<Complex<f64>> {
         .map(|&s| R::parts(s))
         .map(|[i, q]| Complex::new(i.into(), q.into()))
         .collect();
-    FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
+    f64::forward(x.len()).process(&mut x);
     x
 }
 

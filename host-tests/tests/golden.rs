@@ -22,7 +22,7 @@ use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
 use picket_host::reference::Reference;
-use rustfft::{FftPlanner, num_complex::Complex};
+use picket_transform::{Transform, num_complex::Complex};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -165,7 +165,7 @@ fn check<R: Record, const N: usize>(
         .map(|&s| R::parts(s))
         .map(|[i, q]| Complex::new(i.into(), q.into()))
         .collect();
-    FftPlanner::new().plan_fft_forward(N).process(&mut exact);
+    f64::forward(N).process(&mut exact);
     let mut integer = Spectrum::<R, N>::new();
     integer.transform(samples, Codes::Signed12);
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };

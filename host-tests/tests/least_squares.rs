@@ -14,15 +14,15 @@ use picket::estimate::uncertainty::sigma_bins;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
+use picket_transform::Transform;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rustfft::FftPlanner;
 use signal::*;
 use std::f64::consts::TAU;
 
 fn exact(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let mut x = samples.to_vec();
-    FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
+    f64::forward(x.len()).process(&mut x);
     x
 }
 

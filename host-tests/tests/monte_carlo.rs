@@ -10,11 +10,11 @@ use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
 use picket_host::reference::Reference;
+use picket_transform::{Fft, Transform, num_complex::Complex};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rayon::prelude::*;
-use rustfft::{Fft, FftPlanner, num_complex::Complex};
 use std::sync::Arc;
 
 const N: usize = 1024;
@@ -153,7 +153,7 @@ fn target<R: Record>(
 fn table_2_of_the_lidar_paper() {
     const SEED: u64 = 0x7AB1_E002;
     const METHODS: &[Method] = &[Method::ZRife, Method::Rife];
-    let fft = FftPlanner::new().plan_fft_forward(N);
+    let fft = f64::forward(N);
     let hertz = 250e6 / N as f64;
     let point = |trial: usize| 64.0 - 0.5 + (trial % 15) as f64 / 14.0;
     // The weakest amplitude that keeps seven sigma of the noise inside 12 bits.
@@ -240,7 +240,7 @@ fn anywhere(random: &mut ChaCha8Rng) -> f64 {
 fn every_method_over_the_bound() {
     const SEED: u64 = 0x7AB1_E003;
     const TRIALS: usize = 2000;
-    let fft = FftPlanner::new().plan_fft_forward(N);
+    let fft = f64::forward(N);
     let methods: Vec<_> = Method::ALL.iter().copied().filter(|m| m.fits::<Iq>()).collect();
     println!("seed {SEED:#x}, {TRIALS} trials; RMSE / bound at {LEVELS:?} dB");
     let rows: Vec<Vec<Errors>> = LEVELS
@@ -297,7 +297,7 @@ fn every_method_over_the_bound() {
 fn fesa_and_its_correction() {
     const SEED: u64 = 0x7AB1_E005;
     const METHODS: &[Method] = &[Method::Fesa, Method::FesaCorrected];
-    let fft = FftPlanner::new().plan_fft_forward(N);
+    let fft = f64::forward(N);
     println!("seed {SEED:#x}");
     let levels = [-10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 40.0, 60.0];
     for (level, db) in levels.into_iter().enumerate() {

@@ -8,7 +8,7 @@ use crate::with_kind;
 use picket::acquire::sample::Codes;
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
-use rustfft::num_complex::Complex;
+use picket_transform::num_complex::Complex;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -17,8 +17,7 @@ use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::fft::twiddle::supported;
 use picket::spectrum::peak::{self, Band, Peak, Search};
 use picket::spectrum::{Spectrum, fft};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftNum, FftPlanner};
+use picket_transform::{Fft, Transform, num_complex::Complex};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -148,7 +147,7 @@ pub fn engine<R: Kind>(
 }
 
 /// An exact transform in floats.
-struct Floats<T: FftNum, R> {
+struct Floats<T: Transform, R> {
     n: usize,
     plan: Plan,
     fft: Arc<dyn Fft<T>>,
@@ -159,15 +158,15 @@ struct Floats<T: FftNum, R> {
     kind: PhantomData<R>,
 }
 
-impl<T: FftNum, R> Debug for Floats<T, R> {
+impl<T: Transform, R> Debug for Floats<T, R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Floats({}, {:?})", self.n, self.plan)
     }
 }
 
-impl<T: Scalar + FftNum, R: Record> Floats<T, R> {
+impl<T: Scalar + Transform, R: Record> Floats<T, R> {
     fn new(n: usize, plan: Plan) -> Self {
-        let fft = FftPlanner::new().plan_fft_forward(n);
+        let fft = T::forward(n);
         let scratch = vec![Complex::new(T::zero(), T::zero()); fft.get_inplace_scratch_len()];
         Floats {
             n,
@@ -282,7 +281,7 @@ fn within<R: Record>(bins: f64, n: usize) -> f64 {
     if R::IQ { bins.rem_euclid(n as f64) } else { bins }
 }
 
-impl<T: Scalar + FftNum, R: Kind> Engine for Floats<T, R> {
+impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
     fn frequencies(&mut self, record: &[Complex<f64>], estimators: &[Estimator]) -> Vec<f64> {
         self.transform(record);
         let Some((peak, _)) = self.peak() else {

@@ -7,7 +7,7 @@ use picket::estimate::method::{About, Method, Records, Unfit};
 use picket::estimate::samples::Samples;
 use picket::scalar::Scalar;
 use picket::spectrum::bins::{Bins, Rectangular};
-use rustfft::num_complex::Complex;
+use picket_transform::num_complex::Complex;
 
 /// A method of the core, with the reach of least squares, or one of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,7 @@
 use picket::acquire::sample::Record;
 use picket::estimate::method::{About, Needs, Records, Unfit, Window};
 use picket::scalar::Scalar;
-use rustfft::FftPlanner;
-use rustfft::num_complex::Complex;
+use picket_transform::{Transform, num_complex::Complex};
 use std::f64::consts::TAU;
 
 type Complex64 = Complex<f64>;
@@ -112,7 +111,7 @@ pub fn fitz(samples: &[Complex64]) -> f64 {
     // Padded to twice the length, the circular correlation is the linear one.
     let mut correlation = padded(samples, 2);
     correlation.iter_mut().for_each(|x| *x = Complex::new(x.norm_sqr(), 0.0));
-    FftPlanner::new().plan_fft_inverse(2 * n).process(&mut correlation);
+    f64::inverse(2 * n).process(&mut correlation);
     let sum: f64 = (1..=lags)
         .map(|lag| {
             let turns = (peak as usize * lag % n) as f64 / n as f64;
@@ -225,7 +224,7 @@ fn strongest(samples: &[Complex64], pad: usize, from: usize, to: usize) -> f64 {
 fn padded(samples: &[Complex64], pad: usize) -> Vec<Complex64> {
     let mut x = samples.to_vec();
     x.resize(pad * samples.len(), Complex::new(0.0, 0.0));
-    FftPlanner::new().plan_fft_forward(x.len()).process(&mut x);
+    f64::forward(x.len()).process(&mut x);
     x
 }
 
