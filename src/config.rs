@@ -5,7 +5,9 @@ use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
+use crate::estimate::several::MOST;
 use crate::solve::chirp::{Scale, Scales, Shape};
+use crate::solve::track::Tracking;
 use crate::spectrum::peak::Band;
 
 /// The speed of light in vacuum, m/s.
@@ -57,6 +59,29 @@ pub struct Config {
     pub false_alarm: f64,
     /// What the samples are of.
     pub scene: Scene,
+    /// How tones are followed, by a [`crate::tracker::Tracker`].
+    pub following: Following,
+}
+
+/// How tones are followed from block to block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Following {
+    /// The sigma of a target's acceleration over that of a measurement, per block squared: 0.03 for steady targets,
+    /// 0.1 for agile ones. Positive.
+    pub agility: f32,
+    /// The least sigma of the acceleration in bins per block squared, however well a target is measured: not
+    /// negative. A target accelerates by nature; a filter that does not know loses strong ones first.
+    pub acceleration_bins: f32,
+    /// The sigma of a new target's rate in bins per block. Positive.
+    pub rate_bins: f32,
+    /// The most tones that are followed at once, 1 to 4.
+    pub most: u8,
+}
+
+impl Default for Following {
+    fn default() -> Self {
+        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 1 }
+    }
 }
 
 impl Default for Config {
@@ -70,6 +95,7 @@ impl Default for Config {
             arithmetic: Arithmetic::default(),
             false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
+            following: Following::default(),
         }
     }
 }
@@ -95,6 +121,9 @@ pub enum ConfigError {
     Method,
     /// The probability of a false alarm is not above 0 and at most 0.5.
     FalseAlarm,
+    /// Agility and rate are not positive and finite, the acceleration is negative, or the tones followed
+    /// are not 1 to 4.
+    Following,
 }
 
 impl ConfigError {
@@ -111,6 +140,9 @@ impl ConfigError {
             ConfigError::Ramp => "a ramp must last at least as long as a record",
             ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
+            ConfigError::Following => {
+                "follow 1 to 4 tones, agility and rate above 0, acceleration not below 0"
+            }
             ConfigError::Method => "the method does not work on this kind of record",
         }
     }
@@ -146,6 +178,19 @@ pub struct Plan {
     pub options: Options,
     /// How tones become targets.
     pub solver: Solver,
+    /// How tones are followed.
+    pub tracking: Tracking,
+}
+
+impl Plan {
+    /// How many blocks a chirp has; 1 without.
+    pub const fn segments(&self) -> u32 {
+        match self.solver {
+            Solver::None | Solver::Doppler(_) | Solver::Chirp(Shape::Sawtooth, _) => 1,
+            Solver::Chirp(Shape::Triangle, _) => 2,
+            Solver::Chirp(Shape::Trapezoid, _) => 3,
+        }
+    }
 }
 
 impl Config {
@@ -168,6 +213,27 @@ impl Config {
             band,
             options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },
             solver: self.solver(n)?,
+            tracking: self.tracking(n)?,
+        })
+    }
+
+    fn tracking(&self, n: usize) -> Result<Tracking, ConfigError> {
+        let Following { agility, acceleration_bins, rate_bins, most } = self.following;
+        let above = |x: f32| positive(x.into());
+        let right = above(agility)
+            && above(rate_bins)
+            && acceleration_bins >= 0.0
+            && acceleration_bins.is_finite()
+            && (1..=MOST).contains(&usize::from(most));
+        if !right {
+            return Err(ConfigError::Following);
+        }
+        let bin = 1.0 / n.max(1) as f32;
+        Ok(Tracking {
+            agility,
+            acceleration: acceleration_bins * bin,
+            rate: rate_bins * bin,
+            most: usize::from(most),
         })
     }
 

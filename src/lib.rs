@@ -8,6 +8,8 @@
 //! ADC codes -> block -> integer FFT -> peak + floor -> a few bins -> estimator -> tone -> solver -> target -> record
 //!  acquire              spectrum                                     estimate             solve            report
 //! ```
+//! [`pipeline`] is this way for one block, [`tracker`] the same with a memory: tones followed from block to block.
+//!
 //! # Example
 //!
 //! ```
@@ -45,3 +47,4 @@ pub mod report;
 pub mod scalar;
 pub mod solve;
 pub mod spectrum;
+pub mod tracker;

@@ -3,13 +3,16 @@
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
+use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
-use crate::estimate::measure::measure;
+use crate::estimate::measure::{Options, measure};
+use crate::estimate::several::{MOST, several};
 use crate::estimate::tone::{Tone, Verdict};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::spectrum::Spectrum;
-use crate::spectrum::peak;
+use crate::spectrum::peak::{self, Peak};
+use heapless::Vec;
 
 /// What one block showed, and the target if the block completed one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,6 +67,38 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
             None => Tone::default(),
         };
         Measurement { stamp, clipped: statistics.clipped, tone, result: self.solve(&stamp, tone) }
+    }
+
+    /// What the pipeline follows.
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The spectrum of the last block.
+    pub const fn spectrum(&self) -> &Spectrum<R, N> {
+        &self.spectrum
+    }
+
+    /// The tone at another peak of the last block, by another threshold.
+    pub(crate) fn measure(
+        &self,
+        stamp: &Stamp,
+        samples: &[R::Sample; N],
+        clipped: u32,
+        peak: &Peak,
+        threshold: Threshold,
+    ) -> Tone {
+        let options = Options { threshold, ..self.plan.options };
+        let statistics = Statistics { clipped, ..Statistics::default() };
+        measure(&self.spectrum, samples, peak, &statistics, stamp, &options)
+    }
+
+    /// The strongest tones of the last block, at most `wanted`.
+    pub(crate) fn several(&self, measurement: &Measurement, wanted: usize) -> Vec<Tone, MOST> {
+        let Measurement { stamp, clipped, .. } = measurement;
+        let statistics = Statistics { clipped: *clipped, ..Statistics::default() };
+        let Plan { band, ref options, .. } = self.plan;
+        several(&self.spectrum, band, &statistics, stamp, options, wanted)
     }
 
     fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {

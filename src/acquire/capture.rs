@@ -6,7 +6,7 @@
 
 use crate::acquire::frontend::Timing;
 use crate::acquire::sample::{Codes, Iq, Real, Record, Segment};
-use crate::config::{Config, Scene};
+use crate::config::{Config, Following, Scene};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::Arithmetic;
 use crate::estimate::method::Method;
@@ -109,12 +109,12 @@ impl HeaderError {
 impl core::error::Error for HeaderError {}
 
 const MAGIC: [u8; 4] = *b"PKCP";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 impl Header {
     /// The size of a header.
-    pub const BYTES: usize = 96;
+    pub const BYTES: usize = 112;
 
     /// The header of records of kind `R` for this configuration: blocks of `n` samples that follow each
     /// other closely.
@@ -165,6 +165,11 @@ impl Header {
         }
         writer.put(config.false_alarm.to_le_bytes());
         writer.put([config.reach as u8, config.arithmetic as u8]);
+        let Following { agility, acceleration_bins, rate_bins, most } = config.following;
+        writer.put([most, 0]);
+        for number in [agility, acceleration_bins, rate_bins] {
+            writer.put(number.to_le_bytes());
+        }
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -231,9 +236,22 @@ impl Header {
             1 => Arithmetic::Fixed,
             _ => return Err(HeaderError::Field),
         };
+        let [most, _] = reader.take();
+        let [agility, acceleration_bins, rate_bins] =
+            [(); 3].map(|()| f32::from_le_bytes(reader.take()));
+        let following = Following { agility, acceleration_bins, rate_bins, most };
         let band_hz = (band == 1).then_some((low, high));
-        let config =
-            Config { rate_hz, codes, band_hz, method, reach, arithmetic, false_alarm, scene };
+        let config = Config {
+            rate_hz,
+            codes,
+            band_hz,
+            method,
+            reach,
+            arithmetic,
+            false_alarm,
+            scene,
+            following,
+        };
         Ok(Header { iq: iq == 1, n, blocks, stride, pattern, period_us, config })
     }
 }

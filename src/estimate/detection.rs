@@ -6,6 +6,9 @@ use crate::spectrum::peak::Peak;
 /// The probability, for each block, that noise alone passes for a tone.
 pub const FALSE_ALARM: f64 = 1e-6;
 
+/// The same for a place where a tone is known to be: it is lost rather late than early.
+pub const HOLD: f64 = 1e-2;
+
 /// The detection threshold of a band.
 ///
 /// The power of a bin of noise is exponentially distributed. Its ratio to the mean of `m` other

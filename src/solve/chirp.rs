@@ -135,17 +135,7 @@ const PATTERNS: [[i64; 3]; 4] = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [1, -1, -1]]
 /// Cost: four integer residuals, two divisions.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
     let beats = tones.each_ref().map(beat);
-    let patterns = if signed { &PATTERNS[..1] } else { &PATTERNS[..] };
-    let mut best: Option<(i64, [i64; 3])> = None;
-    for signs in patterns {
-        let y = [signs[0] * beats[0].steps, signs[1] * beats[1].steps, signs[2] * beats[2].steps];
-        let violation = y[2] - y[0] - 2 * y[1];
-        let first = best.is_none_or(|(least, _)| violation.abs() < least.abs());
-        if first && (y[0] + y[2] >= 0 || signed) {
-            best = Some((violation, y));
-        }
-    }
-    let (violation, y) = best.unwrap_or((0, beats.map(|b| b.steps)));
+    let (violation, y) = signs(&beats, signed);
     let [v1, v2, v3] = beats.map(|b| b.variance);
     let total = v1 + 4.0 * v2 + v3;
     let error = violation as f32;
@@ -165,6 +155,31 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
         ambiguity: Ambiguity::None,
         verdict: worst(tones, contradiction),
     }
+}
+
+/// The sign pattern that violates the condition least: the violation and the signed beats.
+fn signs(beats: &[Beat; 3], signed: bool) -> (i64, [i64; 3]) {
+    let patterns = if signed { &PATTERNS[..1] } else { &PATTERNS[..] };
+    let mut best: Option<(i64, [i64; 3])> = None;
+    for signs in patterns {
+        let y = [signs[0] * beats[0].steps, signs[1] * beats[1].steps, signs[2] * beats[2].steps];
+        let violation = y[2] - y[0] - 2 * y[1];
+        let first = best.is_none_or(|(least, _)| violation.abs() < least.abs());
+        if first && (y[0] + y[2] >= 0 || signed) {
+            best = Some((violation, y));
+        }
+    }
+    best.unwrap_or((0, beats.map(|b| b.steps)))
+}
+
+/// How much the three beats of a trapezoid contradict each other: 1 at five standard deviations, where
+/// [`trapezoid`] calls them unresolved; it grows with the square.
+pub fn contradiction(tones: &[Tone; 3], signed: bool) -> f32 {
+    let beats = tones.each_ref().map(beat);
+    let (violation, _) = signs(&beats, signed);
+    let [v1, v2, v3] = beats.map(|b| b.variance);
+    let cycles = violation as f32 / 4_294_967_296.0;
+    cycles * cycles / (CONTRADICTION * (v1 + 4.0 * v2 + v3))
 }
 
 /// Solves a triangle from its two tones (up, down).

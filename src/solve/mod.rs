@@ -2,3 +2,5 @@
 
 pub mod chirp;
 pub mod doppler;
+pub mod track;
+pub mod tracks;

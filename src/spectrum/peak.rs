@@ -149,6 +149,44 @@ pub fn find<R: crate::acquire::sample::Record, const N: usize>(
     search.finish()
 }
 
+/// Searches a part of a band, `gate`, with the noise floor of all of it.
+///
+/// The skirt of the band's strongest line does not count as floor, nor does the skirt of what is found. Away from
+/// that line its leakage does: D bins off a bin holds up to a quarter of the peak's power over D^2.
+pub fn within<R: crate::acquire::sample::Record, const N: usize>(
+    spectrum: &super::Spectrum<R, N>,
+    band: Band,
+    gate: Band,
+) -> Option<Peak> {
+    let whole = find(spectrum, band)?;
+    let mut bin = gate.low;
+    let mut most = 0;
+    for k in gate.low..=gate.high {
+        let power = spectrum.power(k);
+        if power > most {
+            (bin, most) = (k, power);
+        }
+    }
+    if most == 0 {
+        return None;
+    }
+    let (mut floor, mut floor_bins) = (whole.floor, whole.floor_bins);
+    let skirt = Band { low: bin.wrapping_sub(SKIRT), high: bin.wrapping_add(SKIRT) };
+    for k in skirt.low.max(band.low)..=skirt.high.min(band.high) {
+        if k.abs_diff(whole.bin) > SKIRT as u32 {
+            floor = floor.wrapping_sub(spectrum.power(k));
+            floor_bins = floor_bins.saturating_sub(1);
+        }
+    }
+    let apart = u64::from(bin.abs_diff(whole.bin));
+    if apart > SKIRT as u64 {
+        let leakage = whole.power[1] / (4 * apart * apart);
+        floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));
+    }
+    let neighbours = [bin.wrapping_sub(1), bin.wrapping_add(1)].map(|k| spectrum.power(k));
+    Some(Peak { bin, power: [neighbours[0], most, neighbours[1]], floor, floor_bins })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

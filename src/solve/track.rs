@@ -1,0 +1,333 @@
+//! A tone followed from block to block.
+//!
+//! A Kalman filter of two states, frequency and its rate, takes every measurement with the sigma the
+//! estimator gives, and white acceleration between blocks (Bar-Shalom, Li and Kirubarajan 2001, section 6.3). The
+//! frequency is kept in steps of 2^-32 cycle per sample, as exact as it was measured; the rate and the covariance
+//! in `f32`. With Lambda, the acceleration's sigma over the measurement's per block squared, it settles at
+//!
+//! | Lambda | gain of the frequency | of the rate | variance over a block's | settles in |
+//! |---|---|---|---|---|
+//! | 0.01 | 0.132 | 0.0093 | 0.13 | 23 blocks |
+//! | 0.03 | 0.217 | 0.027 | 0.22 | 14 |
+//! | 0.1 | 0.360 | 0.080 | 0.36 | 8 |
+//! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
+
+use crate::estimate::frequency::Frequency;
+use crate::estimate::tone::{Tone, Verdict};
+use fixed::types::I0F32;
+
+/// How tones are followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tracking {
+    /// Lambda: the sigma of a target's acceleration over that of a measurement, per block squared. 0.03 to
+    /// 0.1 is usual.
+    pub agility: f32,
+    /// The least sigma of the acceleration, in cycles per sample per block squared: what a target does however
+    /// well it is measured.
+    pub acceleration: f32,
+    /// The sigma of the rate of a target that was seen once, in cycles per sample per block.
+    pub rate: f32,
+    /// How many tones are followed at most, 1..=[`crate::estimate::several::MOST`].
+    pub most: usize,
+}
+
+/// How a track stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum State {
+    /// Seen once: two of three blocks make a track.
+    #[default]
+    Tentative = 0,
+    /// Confirmed.
+    Held = 1,
+    /// Missed in [`MISSES`] blocks in a row: it is given once in this state and then forgotten.
+    Lost = 2,
+}
+
+impl State {
+    /// The state with this number.
+    pub const fn from_u8(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(State::Tentative),
+            1 => Some(State::Held),
+            2 => Some(State::Lost),
+            _ => None,
+        }
+    }
+
+    /// "tentative", "held" or "lost".
+    pub const fn name(self) -> &'static str {
+        match self {
+            State::Tentative => "tentative",
+            State::Held => "held",
+            State::Lost => "lost",
+        }
+    }
+}
+
+/// So many misses in a row lose a track.
+pub const MISSES: u8 = 5;
+
+/// A tentative track is confirmed within so many blocks or not at all.
+const TRIAL: u32 = 2;
+
+/// Half the gate, in standard deviations of the innovation.
+pub const GATE: f32 = 4.0;
+
+/// No gate is wider than this to either side, in cycles per sample: a target that was missed often could
+/// be anywhere, and the search for new ones finds it.
+const WIDEST: f32 = 1.0 / 64.0;
+
+/// The rate and the covariance of frequency and rate, in cycles per sample and blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Motion {
+    rate: f32,
+    /// Variance of the frequency, covariance, variance of the rate.
+    covariance: [f32; 3],
+}
+
+impl Motion {
+    /// Lets `blocks` pass; gives how far the frequency moves.
+    fn predict(&mut self, blocks: f32, acceleration: f32) -> f32 {
+        let [x, xv, v] = self.covariance;
+        // A white acceleration held for a block (times the number of blocks, where some are missing).
+        let q = acceleration * acceleration * blocks;
+        self.covariance = [
+            x + blocks * (xv + xv) + blocks * blocks * (v + q * 0.25),
+            xv + blocks * (v + q * 0.5),
+            v + q,
+        ];
+        self.rate * blocks
+    }
+
+    /// Takes a measurement `innovation` away from the prediction; gives by how much the frequency moves.
+    fn update(&mut self, innovation: f32, variance: f32) -> f32 {
+        let [x, xv, v] = self.covariance;
+        let total = x + variance;
+        let (gain, rate_gain) = (x / total, xv / total);
+        self.rate += rate_gain * innovation;
+        // The variances after: what the measurement leaves of them. Neither falls below zero by rounding.
+        let rest = variance / total;
+        self.covariance = [x * rest, xv * rest, (v - rate_gain * xv).max(0.0)];
+        gain * innovation
+    }
+}
+
+/// A tone that is followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Track {
+    /// Counts the tracks since the start: a track keeps its number for life.
+    pub number: u32,
+    /// How it stands.
+    pub state: State,
+    /// Where the tone is: filtered, or predicted where it was missed. Its sigma is the filter's, its verdict
+    /// `Good` only where this block's measurement was.
+    pub tone: Tone,
+    /// Blocks since the first measurement.
+    pub age: u32,
+    /// Blocks since the last one.
+    pub misses: u8,
+    motion: Motion,
+    /// The last measurement's sigma.
+    measured: f32,
+}
+
+impl Track {
+    /// A track that begins with a measurement.
+    pub fn start(number: u32, tone: &Tone, tracking: &Tracking) -> Self {
+        let variance = square(tone.sigma);
+        let motion = Motion { rate: 0.0, covariance: [variance, 0.0, square(tracking.rate)] };
+        Self { number, tone: *tone, motion, measured: tone.sigma, ..Self::default() }
+    }
+
+    /// The rate in cycles per sample per block.
+    pub fn rate(&self) -> f32 {
+        self.motion.rate
+    }
+
+    /// Variance of the frequency, covariance, variance of the rate; in cycles per sample and blocks.
+    pub fn covariance(&self) -> [f32; 3] {
+        self.motion.covariance
+    }
+
+    /// Lets `blocks` blocks pass. After a gap the rate is as unknown as at the start: the clock may have moved.
+    pub fn predict(&mut self, blocks: u32, gap: bool, tracking: &Tracking) {
+        if gap {
+            let [x, _, _] = self.motion.covariance;
+            self.motion.covariance = [x, 0.0, square(tracking.rate)];
+        }
+        let acceleration = (tracking.agility * self.measured).max(tracking.acceleration);
+        let moved = self.motion.predict(blocks as f32, acceleration);
+        self.shift(moved);
+        self.age = self.age.saturating_add(blocks);
+    }
+
+    /// Half the gate for a measurement of this sigma, in cycles per sample.
+    pub fn gate(&self, sigma: f32) -> f32 {
+        let [variance, _, _] = self.motion.covariance;
+        (GATE * libm::sqrtf(variance + square(sigma))).min(WIDEST)
+    }
+
+    /// Half the gate for a measurement as good as the last one.
+    pub fn expected_gate(&self) -> f32 {
+        self.gate(self.measured)
+    }
+
+    /// How far a tone is from the prediction, in cycles per sample; on the circle, as I/Q tones are.
+    pub fn innovation(&self, tone: &Tone) -> f32 {
+        steps(tone.frequency.0.to_bits().wrapping_sub(self.tone.frequency.0.to_bits()))
+    }
+
+    /// How far, in halves of the gate; `None` outside it.
+    pub fn distance(&self, tone: &Tone) -> Option<f32> {
+        let distance = self.innovation(tone).abs() / self.gate(tone.sigma);
+        (distance <= 1.0).then_some(distance)
+    }
+
+    /// Takes this block's measurement.
+    pub fn update(&mut self, tone: &Tone) {
+        let moved = self.motion.update(self.innovation(tone), square(tone.sigma));
+        let Frequency(predicted) = self.tone.frequency;
+        self.tone = Tone { frequency: Frequency(predicted), ..*tone };
+        self.measured = tone.sigma;
+        self.shift(moved);
+        self.misses = 0;
+        // A tentative track lives for so few blocks that any second measurement confirms it.
+        if self.state == State::Tentative {
+            self.state = State::Held;
+        }
+    }
+
+    /// There was no measurement in this block.
+    pub fn miss(&mut self) {
+        self.misses = self.misses.saturating_add(1);
+        let given_up = match self.state {
+            State::Tentative => self.age >= TRIAL,
+            State::Held => self.misses >= MISSES,
+            State::Lost => true,
+        };
+        if given_up {
+            self.state = State::Lost;
+        }
+        self.tone.verdict = if given_up { Verdict::NoSignal } else { Verdict::Weak };
+    }
+
+    /// There was no measurement because another tone is too near to tell them apart: neither hit nor miss.
+    pub fn coast(&mut self) {
+        self.tone.verdict = Verdict::Unresolved;
+    }
+
+    fn shift(&mut self, cycles: f32) {
+        let bits = self.tone.frequency.0.to_bits();
+        // A cast saturates; frequencies lie on a circle.
+        let moved = libm::rintf(cycles * STEPS) as i32;
+        self.tone.frequency = Frequency(I0F32::from_bits(bits.wrapping_add(moved)));
+        let [variance, _, _] = self.motion.covariance;
+        self.tone.sigma = libm::sqrtf(variance);
+    }
+}
+
+const STEPS: f32 = 4_294_967_296.0;
+
+fn steps(bits: i32) -> f32 {
+    bits as f32 / STEPS
+}
+
+fn square(x: f32) -> f32 {
+    x * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRACKING: Tracking = Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1 };
+
+    fn tone(cycles: f64, sigma: f32) -> Tone {
+        let frequency = Frequency::of_bins(0, cycles, 1).unwrap();
+        Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, verdict: Verdict::Good }
+    }
+
+    /// The gains and the variance that the table in the module's text gives.
+    #[test]
+    fn the_filter_settles_where_the_tracking_index_says() {
+        for (agility, variance, alpha) in
+            [(0.01, 0.132, 0.132), (0.03, 0.217, 0.217), (0.1, 0.36, 0.36), (0.3, 0.537, 0.537)]
+        {
+            let tracking = Tracking { agility, ..TRACKING };
+            let mut track = Track::start(0, &tone(0.1, 1e-5), &tracking);
+            for _ in 0..400 {
+                track.predict(1, false, &tracking);
+                track.update(&tone(0.1, 1e-5));
+            }
+            let ratio = f64::from(track.covariance()[0]) / 1e-10;
+            assert!((ratio / variance - 1.0).abs() < 0.01, "{agility}: {ratio}");
+            // What a step of one sigma moves the answer by.
+            track.predict(1, false, &tracking);
+            let before = track.tone.frequency.cycles();
+            track.update(&tone(0.1 + 1e-5, 1e-5));
+            let moved = (track.tone.frequency.cycles() - before) / 1e-5;
+            assert!((moved / alpha - 1.0).abs() < 0.02, "{agility}: {moved}");
+        }
+    }
+
+    #[test]
+    fn a_steady_rate_is_followed_without_lag() {
+        let mut track = Track::start(0, &tone(0.1, 1e-6), &TRACKING);
+        let mut cycles = 0.1;
+        for _ in 0..100 {
+            cycles += 1e-4;
+            track.predict(1, false, &TRACKING);
+            track.update(&tone(cycles, 1e-6));
+        }
+        assert!((track.tone.frequency.cycles() - cycles).abs() < 1e-8);
+        assert!((track.rate() - 1e-4).abs() < 1e-8);
+        assert_eq!(track.state, State::Held);
+    }
+
+    #[test]
+    fn negative_frequencies_meet_on_the_circle() {
+        let mut track = Track::start(0, &tone(-0.4999, 1e-5), &TRACKING);
+        track.predict(1, false, &TRACKING);
+        assert!((track.innovation(&tone(0.4999, 1e-5)) + 2e-4).abs() < 1e-7);
+        track.update(&tone(0.4999, 1e-5));
+        assert!(track.tone.frequency.cycles().abs() > 0.4998);
+    }
+
+    #[test]
+    fn two_of_three_make_a_track_and_five_misses_end_it() {
+        let mut track = Track::start(7, &tone(0.2, 1e-5), &TRACKING);
+        let mut other = track;
+        track.predict(1, false, &TRACKING);
+        track.miss();
+        track.predict(1, false, &TRACKING);
+        track.update(&tone(0.2, 1e-5));
+        assert_eq!((track.state, track.number), (State::Held, 7));
+        for misses in 1..=MISSES {
+            track.predict(1, false, &TRACKING);
+            track.miss();
+            let expected = if misses < MISSES { State::Held } else { State::Lost };
+            assert_eq!(track.state, expected);
+            assert_ne!(track.tone.verdict, Verdict::Good);
+        }
+        for _ in 0..2 {
+            other.predict(1, false, &TRACKING);
+            other.miss();
+        }
+        assert_eq!(other.state, State::Lost);
+    }
+
+    #[test]
+    fn a_gap_forgets_the_rate_and_not_the_place() {
+        let mut track = Track::start(0, &tone(0.1, 1e-6), &TRACKING);
+        for _ in 0..50 {
+            track.predict(1, false, &TRACKING);
+            track.update(&tone(0.1, 1e-6));
+        }
+        let (place, gate) = (track.tone.frequency, track.expected_gate());
+        track.predict(3, true, &TRACKING);
+        assert_eq!(track.tone.frequency, place);
+        assert!(track.expected_gate() > 100.0 * gate);
+    }
+}

@@ -1,0 +1,209 @@
+//! All the tones that are followed: which measurement belongs to which track.
+
+use super::track::{State, Track, Tracking};
+use crate::acquire::sample::Stamp;
+use crate::estimate::several::MOST;
+use crate::estimate::tone::{Tone, Verdict};
+use heapless::Vec;
+
+/// Tracks at most: those that are held, and as many that were seen once.
+const SLOTS: usize = 2 * MOST;
+
+/// Nearer than this, in bins, two tones cannot be told apart (see [`crate::estimate::several`]).
+const APART: f32 = 2.0;
+
+/// A set of tracks, oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tracks {
+    tracks: Vec<Track, SLOTS>,
+    started: u32,
+    last: Option<u32>,
+}
+
+/// What a block offers to a set of tracks.
+pub struct Sight<'a, F> {
+    /// When and where the block was taken.
+    pub stamp: &'a Stamp,
+    /// How many blocks a set sees only one of: the segments of a chirp, or 1.
+    pub every: u32,
+    /// One bin in cycles per sample.
+    pub bin: f32,
+    /// The tones that stand out of the whole band.
+    pub tones: &'a [Tone],
+    /// Looks closer, where a track is expected: within so many cycles per sample to either side of its tone.
+    pub find: F,
+}
+
+impl Tracks {
+    /// No tracks.
+    pub const fn new() -> Self {
+        Self { tracks: Vec::new(), started: 0, last: None }
+    }
+
+    /// Every track, oldest first; those lost in this block among them.
+    pub fn all(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// The tracks that are held.
+    pub fn held(&self) -> impl Iterator<Item = &Track> {
+        self.tracks.iter().filter(|track| track.state == State::Held)
+    }
+
+    /// Takes a block.
+    ///
+    /// Every track moves on by its rate. Tones and tracks are then paired, nearest first in measures of the gate and
+    /// held tracks before tentative ones, so two that cross keep their tones as long as these are
+    /// two. Where fewer tones than tracks are left within two bins, the tracks there coast. A held track without a
+    /// tone looks for one in its gate with the lower threshold. What is left over begins new tracks.
+    pub fn step(
+        &mut self,
+        sight: Sight<impl FnMut(&Tone, f32) -> Option<Tone>>,
+        tracking: &Tracking,
+    ) {
+        let Sight { stamp, every, bin, tones, mut find } = sight;
+        let blocks = self.elapsed(stamp.sequence, every);
+        self.tracks.retain(|track| track.state != State::Lost);
+        self.tracks.iter_mut().for_each(|track| track.predict(blocks, stamp.gap, tracking));
+        let mut tones: Vec<Tone, MOST> =
+            tones.iter().filter(|tone| tone.verdict < Verdict::Weak).copied().take(MOST).collect();
+        let mut seen = [false; SLOTS];
+        self.merge(&mut tones, &mut seen, bin);
+        for state in [State::Held, State::Tentative] {
+            self.pair(&mut tones, &mut seen, state);
+        }
+        self.look(&mut seen, bin, &mut find);
+        for (track, seen) in self.tracks.iter_mut().zip(seen) {
+            if !seen {
+                track.miss();
+            }
+        }
+        self.crowd(tracking.most);
+        for tone in &tones {
+            // Beside a track that is held a new line is a part of its own, or of one that is not told apart from it.
+            if self.held().any(|track| track.innovation(tone).abs() < APART * bin) {
+                continue;
+            }
+            let track = Track::start(self.started, tone, tracking);
+            // Without a free slot the tone waits for the next block.
+            if self.tracks.push(track).is_ok() {
+                self.started = self.started.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Blocks of this set since the last one.
+    fn elapsed(&mut self, sequence: u32, every: u32) -> u32 {
+        let last = self.last.replace(sequence);
+        let blocks = last.map_or(1, |last| sequence.wrapping_sub(last) / every.max(1));
+        // A sequence that steps back, or stands, is a device that started anew.
+        if blocks > u32::MAX / 8 { 1 } else { blocks.max(1) }
+    }
+
+    /// Tracks that fewer tones than tracks are left for coast, and those tones are nobody's.
+    fn merge(&mut self, tones: &mut Vec<Tone, MOST>, seen: &mut [bool; SLOTS], bin: f32) {
+        let mut mixed = [false; MOST];
+        for (tone, mixed) in tones.iter().zip(&mut mixed) {
+            let near = |other: &Track| other.innovation(tone).abs() < APART * bin;
+            let tracks = self.held().filter(|track| near(track)).count();
+            let here = tones.iter().filter(|other| apart(tone, other) < APART * bin).count();
+            *mixed = tracks > here;
+        }
+        for (track, seen) in self.tracks.iter_mut().zip(seen) {
+            let mut mixture = tones.iter().zip(mixed).filter(|(_, mixed)| *mixed);
+            if mixture.any(|(tone, _)| track.innovation(tone).abs() < APART * bin) {
+                track.coast();
+                *seen = true;
+            }
+        }
+        let mut index = 0;
+        tones.retain(|_| {
+            let keep = mixed.get(index).is_none_or(|mixed| !mixed);
+            index += 1;
+            keep
+        });
+    }
+
+    /// Pairs tracks of one state with tones, nearest first.
+    fn pair(&mut self, tones: &mut Vec<Tone, MOST>, seen: &mut [bool; SLOTS], state: State) {
+        for _ in 0..MOST {
+            let mut best: Option<(f32, usize, usize)> = None;
+            for (index, track) in self.tracks.iter().enumerate() {
+                if track.state != state || seen.get(index).is_none_or(|seen| *seen) {
+                    continue;
+                }
+                for (number, tone) in tones.iter().enumerate() {
+                    let Some(distance) = track.distance(tone) else {
+                        continue;
+                    };
+                    if best.is_none_or(|(least, _, _)| distance < least) {
+                        best = Some((distance, index, number));
+                    }
+                }
+            }
+            let Some((_, index, number)) = best else {
+                return;
+            };
+            if let (Some(track), Some(tone)) = (self.tracks.get_mut(index), tones.get(number)) {
+                track.update(tone);
+            }
+            if let Some(seen) = seen.get_mut(index) {
+                *seen = true;
+            }
+            let mut at = 0;
+            tones.retain(|_| {
+                at += 1;
+                at != number + 1
+            });
+        }
+    }
+
+    /// Held tracks without a tone look where they expect it.
+    fn look(
+        &mut self,
+        seen: &mut [bool; SLOTS],
+        bin: f32,
+        find: &mut impl FnMut(&Tone, f32) -> Option<Tone>,
+    ) {
+        for index in 0..self.tracks.len() {
+            let Some(&track) = self.tracks.get(index) else {
+                return;
+            };
+            if track.state != State::Held || seen.get(index).is_none_or(|seen| *seen) {
+                continue;
+            }
+            let Some(tone) = find(&track.tone, track.expected_gate()) else {
+                continue;
+            };
+            if track.distance(&tone).is_none() {
+                continue;
+            }
+            // A tone that another track has taken is not found again.
+            let taken = self.tracks.iter().zip(&*seen).any(|(other, seen)| {
+                *seen && other.number != track.number && other.innovation(&tone).abs() < bin
+            });
+            if let Some(track) = self.tracks.get_mut(index) {
+                if taken { track.coast() } else { track.update(&tone) }
+            }
+            if let Some(seen) = seen.get_mut(index) {
+                *seen = true;
+            }
+        }
+    }
+
+    /// Gives up held tracks beyond `most`: the one missed most often, of equals the youngest.
+    fn crowd(&mut self, most: usize) {
+        for _ in 0..SLOTS {
+            if self.held().count() <= most.clamp(1, MOST) {
+                return;
+            }
+            let worst = self.held().map(|track| (track.misses, track.number)).max();
+            self.tracks.retain(|track| Some((track.misses, track.number)) != worst);
+        }
+    }
+}
+
+fn apart(one: &Tone, other: &Tone) -> f32 {
+    let steps = one.frequency.0.to_bits().wrapping_sub(other.frequency.0.to_bits());
+    (steps as f32 / 4_294_967_296.0).abs()
+}

@@ -1,0 +1,175 @@
+//! The pipeline with a memory: tones followed from block to block, and the targets they amount to.
+
+use crate::acquire::sample::{Record, Segment, Stamp};
+use crate::config::{Plan, Solver};
+use crate::estimate::detection::{HOLD, Threshold};
+use crate::estimate::several::MOST;
+use crate::estimate::tone::{Tone, Verdict};
+use crate::pipeline::{Measurement, Pipeline};
+use crate::solve::chirp::{self, Shape, Target};
+use crate::solve::doppler::{self, Velocity};
+use crate::solve::track::{Track, Tracking};
+use crate::solve::tracks::{Sight, Tracks};
+use crate::spectrum::peak::{self, Band};
+use heapless::Vec;
+
+/// ADC samples in, tracks out. A pipeline and about 2 KB: each of a chirp's segments has tracks of its own.
+#[derive(Clone, Debug)]
+pub struct Tracker<R: Record, const N: usize> {
+    pipeline: Pipeline<R, N>,
+    tracking: Tracking,
+    tracks: [Tracks; 3],
+}
+
+impl<R: Record, const N: usize> Tracker<R, N> {
+    /// A tracker that follows `plan`, by its [`Plan::tracking`].
+    pub const fn new(plan: Plan) -> Self {
+        let tracks = [const { Tracks::new() }; 3];
+        Self { pipeline: Pipeline::new(plan), tracking: plan.tracking, tracks }
+    }
+
+    /// Measures one block as [`Pipeline::block`] does and leads the tracks of its segment on.
+    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        let measurement = self.pipeline.block(stamp, samples);
+        let pipeline = &self.pipeline;
+        let plan = pipeline.plan();
+        let mut tones = Vec::<Tone, MOST>::new();
+        if self.tracking.most > 1 {
+            tones = pipeline.several(&measurement, self.tracking.most);
+        } else {
+            // There is room for one.
+            let _ = tones.push(measurement.tone);
+        }
+        let find = |tone: &Tone, gate: f32| {
+            let gate = bins::<R>(tone, gate, plan.band, N);
+            let peak = peak::within(pipeline.spectrum(), plan.band, gate)?;
+            let threshold = Threshold::new(gate.width(), HOLD);
+            Some(pipeline.measure(&stamp, samples, measurement.clipped, &peak, threshold))
+                .filter(|tone| tone.verdict < Verdict::Weak)
+        };
+        let every = plan.segments();
+        let sight = Sight { stamp: &stamp, every, bin: 1.0 / N as f32, tones: &tones, find };
+        if let Some(tracks) = self.tracks.get_mut(place(stamp.segment)) {
+            tracks.step(sight, &self.tracking);
+        }
+        measurement
+    }
+
+    /// The tracks of a segment (of all blocks, without chirps), oldest first.
+    pub fn tracks(&self, segment: Segment) -> &[Track] {
+        self.tracks.get(place(segment)).map_or(&[], Tracks::all)
+    }
+
+    /// The velocities of the tracks that are held, where the scene is a Doppler shift.
+    pub fn velocities(&self) -> Vec<Velocity, MOST> {
+        let Solver::Doppler(scale) = self.pipeline.plan().solver else {
+            return Vec::new();
+        };
+        let held = self.tracks.first().into_iter().flat_map(Tracks::held);
+        held.take(MOST).map(|track| doppler::velocity(&track.tone, scale)).collect()
+    }
+
+    /// The targets that the held tracks of a chirp's segments amount to, oldest first.
+    ///
+    /// Each rising beat takes the falling beat, and of a trapezoid the flat one, that contradict it least. A target
+    /// at rest has no flat beat: its line is at DC. Then the two ramps solve it as a triangle's.
+    pub fn targets(&self) -> Vec<Target, MOST> {
+        let mut targets = Vec::new();
+        let Solver::Chirp(shape, scales) = &self.pipeline.plan().solver else {
+            return targets;
+        };
+        let [up, flat, down] = &self.tracks;
+        let mut flats: Vec<Tone, MOST> = flat.held().take(MOST).map(|track| track.tone).collect();
+        let mut downs: Vec<Tone, MOST> = down.held().take(MOST).map(|track| track.tone).collect();
+        for rising in up.held().take(MOST).map(|track| track.tone) {
+            let target = match shape {
+                Shape::Sawtooth => Some(chirp::sawtooth(&rising, scales)),
+                Shape::Triangle => nearest(&rising, &mut downs)
+                    .map(|falling| chirp::triangle(&[rising, falling], R::IQ, scales)),
+                Shape::Trapezoid => match consistent::<R>(&rising, &mut flats, &mut downs) {
+                    Some(tones) => Some(chirp::trapezoid(&tones, R::IQ, scales)),
+                    None => resting(&rising, &mut downs, 1.0 / N as f32)
+                        .map(|falling| chirp::triangle(&[rising, falling], R::IQ, scales)),
+                },
+            };
+            if let Some(target) = target {
+                // As many targets as rising beats, at most four.
+                let _ = targets.push(target);
+            }
+        }
+        targets
+    }
+}
+
+/// The flat and the falling beat that contradict a rising one least, taken out of their lists; `None` where
+/// every pair does, by more than five standard deviations.
+fn consistent<R: Record>(
+    rising: &Tone,
+    flats: &mut Vec<Tone, MOST>,
+    downs: &mut Vec<Tone, MOST>,
+) -> Option<[Tone; 3]> {
+    let mut best: Option<(f32, usize, usize)> = None;
+    for (i, flat) in flats.iter().enumerate() {
+        for (j, falling) in downs.iter().enumerate() {
+            let contradiction = chirp::contradiction(&[*rising, *flat, *falling], R::IQ);
+            if contradiction <= 1.0 && best.is_none_or(|(least, _, _)| contradiction < least) {
+                best = Some((contradiction, i, j));
+            }
+        }
+    }
+    let (_, i, j) = best?;
+    let (flat, falling) = (flats.get(i).copied()?, downs.get(j).copied()?);
+    remove(flats, i);
+    remove(downs, j);
+    Some([*rising, flat, falling])
+}
+
+/// The falling beat of a target too slow for a flat one: less than three bins away.
+fn resting(rising: &Tone, downs: &mut Vec<Tone, MOST>, bin: f32) -> Option<Tone> {
+    let falling = nearest(rising, downs)?;
+    let steps = falling.frequency.0.to_bits().wrapping_sub(rising.frequency.0.to_bits());
+    ((steps as f32 / 4_294_967_296.0).abs() < 3.0 * bin).then_some(falling)
+}
+
+/// The beat nearest to a rising one, taken out of its list.
+fn nearest(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
+    let apart = |tone: &Tone| {
+        tone.frequency.0.to_bits().wrapping_sub(rising.frequency.0.to_bits()).unsigned_abs()
+    };
+    let (index, _) = downs.iter().enumerate().min_by_key(|(_, tone)| apart(tone))?;
+    let falling = downs.get(index).copied();
+    remove(downs, index);
+    falling
+}
+
+fn remove(tones: &mut Vec<Tone, MOST>, index: usize) {
+    let mut at = 0;
+    tones.retain(|_| {
+        at += 1;
+        at != index + 1
+    });
+}
+
+/// Which of the tracks a segment has.
+const fn place(segment: Segment) -> usize {
+    match segment {
+        Segment::Continuous | Segment::Up => 0,
+        Segment::Flat => 1,
+        Segment::Down => 2,
+    }
+}
+
+/// The bins within `gate` cycles per sample of a tone, inside the band.
+fn bins<R: Record>(tone: &Tone, gate: f32, band: Band, n: usize) -> Band {
+    let n = n as i32;
+    let place = tone.frequency.bins(n as usize) as f32;
+    let half = gate * n as f32;
+    // Casts saturate; a gate is some bins wide.
+    let (low, high) = (libm::floorf(place - half) as i32, libm::ceilf(place + half) as i32);
+    // I/Q bands may count negative frequencies from 0 down or from N.
+    let turn = if R::IQ && high < band.low { n } else { 0 };
+    Band {
+        low: low.saturating_add(turn).max(band.low),
+        high: high.saturating_add(turn).min(band.high),
+    }
+}
