@@ -5,6 +5,7 @@ pub mod cli;
 pub mod demo;
 pub mod emulator;
 pub mod estimator;
+pub mod follow;
 pub mod progress;
 pub mod recording;
 pub mod reference;

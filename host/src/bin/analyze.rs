@@ -2,8 +2,11 @@
 
 use clap::Parser;
 use picket::acquire::sample::Codes;
+use picket::config::Following;
+use picket::estimate::least_squares::Reach;
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
+use picket_host::follow::{self, Pursuit, Sighting};
 use picket_host::recording::{self, Format};
 use picket_host::{cli, estimator, progress};
 use std::path::PathBuf;
@@ -51,9 +54,15 @@ struct Options {
     /// Codes per unit of the file (float wav: per 1/32768 of full scale)
     #[arg(long, default_value_t = 1.0)]
     scale: f64,
-    /// Follow a tone from block to block
-    #[arg(long)]
+    /// Follow tones from block to block, as the firmware does
+    #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
+    /// The most tones followed at once, 1 to 4
+    #[arg(long, default_value_t = 1, requires = "track")]
+    most: u8,
+    /// The sigma of a target's acceleration, in bins per block squared, below which the filter does not go
+    #[arg(long, value_name = "BINS", default_value_t = 0.1, requires = "track")]
+    acceleration: f32,
     /// One JSON object a line
     #[arg(long, conflicts_with = "csv")]
     json: bool,
@@ -73,9 +82,6 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> Result<ExitCode, String> {
-    if options.track {
-        return Err("--track is not available yet: leave it out".into());
-    }
     if options.n == Some(0) || options.hop == Some(0) {
         return Err("--n and --hop must be at least 1".into());
     }
@@ -88,13 +94,22 @@ fn run(options: &Options) -> Result<ExitCode, String> {
         (_, true) => Style::Csv,
         _ => Style::Text,
     };
+    let read = recording::Options {
+        format: options.format,
+        rate_hz: options.rate,
+        iq: options.iq,
+        scale: options.scale,
+    };
+    let codes = match options.bits {
+        12 => Codes::Signed12,
+        16 => Codes::Signed16,
+        bits => return Err(format!("--bits {bits}: choose 12 or 16")),
+    };
+    if options.track {
+        return track(options, read, codes, reach, style);
+    }
     let analysis = Analysis {
-        read: recording::Options {
-            format: options.format,
-            rate_hz: options.rate,
-            iq: options.iq,
-            scale: options.scale,
-        },
+        read,
         n: options.n,
         hop: options.hop,
         skip: options.skip,
@@ -105,11 +120,7 @@ fn run(options: &Options) -> Result<ExitCode, String> {
             .map(|names| estimator::parse(names, reach))
             .transpose()?,
         reach,
-        codes: match options.bits {
-            12 => Codes::Signed12,
-            16 => Codes::Signed16,
-            bits => return Err(format!("--bits {bits}: choose 12 or 16")),
-        },
+        codes,
         arithmetic: options.arith,
         style,
     };
@@ -128,5 +139,41 @@ fn run(options: &Options) -> Result<ExitCode, String> {
     if style == Style::Json {
         cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn track(
+    options: &Options,
+    read: recording::Options,
+    codes: Codes,
+    reach: Reach,
+    style: Style,
+) -> Result<ExitCode, String> {
+    let n = options.n.unwrap_or(analyze::BLOCK);
+    let pursuit = Pursuit {
+        read,
+        n,
+        hop: options.hop.unwrap_or(n),
+        skip: options.skip,
+        band_hz: options.band,
+        codes,
+        reach,
+        following: Following {
+            acceleration_bins: options.acceleration,
+            most: options.most,
+            ..Following::default()
+        },
+    };
+    let bar = progress::count("samples");
+    let mut first = true;
+    let sink = |sighting: &Sighting| {
+        if std::mem::take(&mut first) {
+            follow::print_heading(style);
+        }
+        bar.suspend(|| follow::print(sighting, style));
+    };
+    let trails = follow::run(&options.file, &pursuit, sink, |samples| bar.inc(samples));
+    bar.finish_and_clear();
+    follow::print_trails(&trails?, style);
     Ok(ExitCode::SUCCESS)
 }

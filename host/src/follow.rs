@@ -1,0 +1,218 @@
+//! The core's tracker on a recording, as the firmware would run it.
+
+use crate::cli::print_line;
+use crate::recording::{self, Recording};
+use crate::simulate::{Kind, codes};
+use crate::{analyze::Style, with_kind};
+use picket::acquire::sample::{Codes, Segment, Stamp};
+use picket::config::{Config, Following};
+use picket::estimate::least_squares::Reach;
+use picket::solve::track::{State, Track};
+use picket::spectrum::fft::twiddle::supported;
+use picket::tracker::Tracker;
+use picket_transform::num_complex::Complex;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What is followed, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Pursuit {
+    /// How the file is read.
+    pub read: recording::Options,
+    /// Samples in a block.
+    pub n: usize,
+    /// From one block's start to the next.
+    pub hop: usize,
+    /// Samples left out at the start.
+    pub skip: u64,
+    /// The band searched in hertz.
+    pub band_hz: Option<(f64, f64)>,
+    /// The width of the codes.
+    pub codes: Codes,
+    /// The reach of least squares.
+    pub reach: Reach,
+    /// How tones are followed.
+    pub following: Following,
+}
+
+/// A track in a block. The keys are those of the JSON lines.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Sighting {
+    /// The block's number.
+    pub block: u64,
+    /// The time of the block's middle.
+    pub time_s: f64,
+    /// The track's number.
+    pub track: u32,
+    /// How it stands.
+    pub state: &'static str,
+    /// Its frequency, filtered.
+    pub frequency_hz: f64,
+    /// One standard deviation of it.
+    pub sigma_hz: f64,
+    /// Its rate.
+    pub rate_hz_per_s: f64,
+    /// Blocks since its first measurement.
+    pub age: u32,
+    /// Blocks since its last one.
+    pub misses: u8,
+    /// Whether this block's frequency may be used.
+    pub verdict: &'static str,
+}
+
+/// A track as a whole.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Trail {
+    /// Always true: it tells this line from the others.
+    pub summary: bool,
+    /// The track's number.
+    pub track: u32,
+    /// When it was first held.
+    pub from_s: f64,
+    /// When it was last seen.
+    pub to_s: f64,
+    /// Blocks in which it was seen.
+    pub blocks: u64,
+    /// The frequency when it was first held.
+    pub from_hz: f64,
+    /// The frequency when it was last seen.
+    pub to_hz: f64,
+}
+
+/// Follows the tones of `file`; `sink` has every held track of every block. Gives the tracks, in their order.
+pub fn run(
+    file: &Path,
+    pursuit: &Pursuit,
+    mut sink: impl FnMut(&Sighting),
+    progress: impl FnMut(u64),
+) -> Result<Vec<Trail>, String> {
+    let recording = Recording::open(file, pursuit.read).map_err(text)?;
+    if !supported(pursuit.n) {
+        return Err(format!("N = {}: --track takes 64, 128, ... 4096", pursuit.n));
+    }
+    let mut trails = BTreeMap::<u32, Trail>::new();
+    let mut sink = |sighting: &Sighting| {
+        if sighting.misses == 0 {
+            let Sighting { track, time_s, frequency_hz, .. } = *sighting;
+            let trail = trails.entry(track).or_insert(Trail {
+                summary: true,
+                track,
+                from_s: time_s,
+                to_s: time_s,
+                blocks: 0,
+                from_hz: frequency_hz,
+                to_hz: frequency_hz,
+            });
+            (trail.to_s, trail.to_hz, trail.blocks) = (time_s, frequency_hz, trail.blocks + 1);
+        }
+        sink(sighting);
+    };
+    with_kind!(recording.iq(), R => match pursuit.n {
+        64 => blocks::<R, 64>(recording, pursuit, &mut sink, progress),
+        128 => blocks::<R, 128>(recording, pursuit, &mut sink, progress),
+        256 => blocks::<R, 256>(recording, pursuit, &mut sink, progress),
+        512 => blocks::<R, 512>(recording, pursuit, &mut sink, progress),
+        1024 => blocks::<R, 1024>(recording, pursuit, &mut sink, progress),
+        2048 => blocks::<R, 2048>(recording, pursuit, &mut sink, progress),
+        _ => blocks::<R, 4096>(recording, pursuit, &mut sink, progress),
+    })?;
+    Ok(trails.into_values().collect())
+}
+
+fn blocks<R: Kind, const N: usize>(
+    recording: Recording,
+    pursuit: &Pursuit,
+    sink: &mut impl FnMut(&Sighting),
+    mut progress: impl FnMut(u64),
+) -> Result<(), String> {
+    let &Pursuit { hop, skip, band_hz, codes, reach, following, .. } = pursuit;
+    let rate_hz = recording.rate_hz();
+    let config = Config { rate_hz, codes, band_hz, reach, following, ..Config::default() };
+    let mut tracker = Box::new(Tracker::<R, N>::new(config.validate::<R>(N).map_err(text)?));
+    let mut blocks = recording.blocks(N, hop, skip);
+    let mut block = 0u32;
+    while let Some((start, samples)) = blocks.next_block().map_err(text)? {
+        let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
+        let stamp = Stamp { sequence: block, clock: start, ..Stamp::default() };
+        tracker.block(stamp, &record::<R, N>(&values));
+        let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
+        for track in tracker.tracks(Segment::Continuous) {
+            if track.state == State::Held {
+                sink(&sighting(track, block.into(), time_s, rate_hz, hop));
+            }
+        }
+        block = block.wrapping_add(1);
+        progress(hop as u64);
+    }
+    Ok(())
+}
+
+fn record<R: Kind, const N: usize>(values: &[Complex<f64>]) -> [R::Sample; N] {
+    let mut samples = codes::<R>(values).into_iter();
+    std::array::from_fn(|_| samples.next().unwrap_or_default())
+}
+
+fn sighting(track: &Track, block: u64, time_s: f64, rate_hz: f64, hop: usize) -> Sighting {
+    Sighting {
+        block,
+        time_s,
+        track: track.number,
+        state: track.state.name(),
+        frequency_hz: track.tone.frequency.hertz(rate_hz),
+        sigma_hz: f64::from(track.tone.sigma) * rate_hz,
+        rate_hz_per_s: f64::from(track.rate()) * rate_hz * rate_hz / hop as f64,
+        age: track.age,
+        misses: track.misses,
+        verdict: track.tone.verdict.name(),
+    }
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// Prints what stands above the sightings.
+pub fn print_heading(style: Style) {
+    match style {
+        Style::Json => {}
+        Style::Csv => print_line(
+            "block,time_s,track,state,frequency_hz,sigma_hz,rate_hz_per_s,age,misses,verdict",
+        ),
+        Style::Text => print_line(&format!(
+            "{:>8} {:>11} {:>6} {:>16} {:>12} {:>12} {:>7}  verdict",
+            "block", "time s", "track", "frequency Hz", "sigma Hz", "rate Hz/s", "misses"
+        )),
+    }
+}
+
+/// Prints a sighting.
+pub fn print(sighting: &Sighting, style: Style) {
+    let Sighting { block, time_s, track, frequency_hz, sigma_hz, rate_hz_per_s, .. } = sighting;
+    let Sighting { state, age, misses, verdict, .. } = sighting;
+    match style {
+        Style::Json => print_line(&serde_json::to_string(sighting).unwrap_or_default()),
+        Style::Csv => print_line(&format!(
+            "{block},{time_s},{track},{state},{frequency_hz},{sigma_hz},{rate_hz_per_s},{age},{misses},{verdict}"
+        )),
+        Style::Text => print_line(&format!(
+            "{block:>8} {time_s:>11.4} {track:>6} {frequency_hz:>16.4} {sigma_hz:>12.4} {rate_hz_per_s:>12.3} {misses:>7}  {verdict}"
+        )),
+    }
+}
+
+/// Prints the tracks.
+pub fn print_trails(trails: &[Trail], style: Style) {
+    for trail in trails {
+        match style {
+            Style::Json => print_line(&serde_json::to_string(trail).unwrap_or_default()),
+            Style::Csv => {}
+            Style::Text => {
+                let Trail { track, from_s, to_s, blocks, from_hz, to_hz, .. } = trail;
+                print_line(&format!(
+                    "track {track}: {from_s:.2} to {to_s:.2} s, {from_hz:.1} to {to_hz:.1} Hz, seen in {blocks} blocks"
+                ));
+            }
+        }
+    }
+}
