@@ -8,9 +8,12 @@
 //! at most: at the 74 dB of a noise-free full-scale record the twiddle factors of the FFT, 16 bits
 //! wide, err more than the codes do.
 
+mod vectors;
+
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::estimate::autocorrelation::best_lag;
 use picket::estimate::frequency::Frequency;
+use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
 use picket::estimate::samples::Raw;
 use picket::estimate::snr;
@@ -21,50 +24,14 @@ use picket::solve::chirp::{self, Scale, Scales};
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
+use picket_host::estimator::parse;
+use picket_host::recording;
 use picket_host::reference::Reference;
 use picket_transform::{Transform, num_complex::Complex};
-use serde::Deserialize;
 use std::collections::BTreeMap;
-
-#[derive(Deserialize)]
-struct Golden {
-    cases: Vec<Case>,
-    solver: Vec<Beats>,
-    m_opt: Vec<Lag>,
-}
-
-#[derive(Deserialize)]
-struct Case {
-    id: String,
-    kind: String,
-    #[serde(rename = "N")]
-    n: usize,
-    amp: f64,
-    snr_db: Option<f64>,
-    km: i32,
-    re: Vec<i16>,
-    im: Option<Vec<i16>>,
-    snr13_db: Option<f64>,
-    expect_bins: BTreeMap<String, Option<f64>>,
-}
-
-#[derive(Deserialize)]
-#[allow(non_snake_case)]
-struct Beats {
-    L_m: f64,
-    V_mps: f64,
-    f1_hz: f64,
-    f2_hz: f64,
-    f3_hz: f64,
-}
-
-#[derive(Deserialize)]
-struct Lag {
-    snr: f64,
-    #[serde(rename = "N")]
-    n: usize,
-    m: usize,
-}
+use vectors::{Case, golden};
 
 /// The reference's names, and ours. Least squares, of which the reference takes a fixed number of steps, has a
 /// test of its own.
@@ -92,23 +59,6 @@ const NAMES: &[(&str, &str)] = &[
 /// The references of the host; on real records the reference's likelihood is called nlls.
 const REFERENCES: &[(&str, &str)] =
     &[("kay", "kay"), ("fitz", "fitz"), ("ml", "ml"), ("nlls", "ml")];
-
-fn golden() -> Option<Golden> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/reference/golden.json");
-    let Ok(text) = std::fs::read_to_string(path) else {
-        println!("skipped: no {path}");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
-}
-
-/// The samples of a case as records of kind `R`.
-fn samples<R: Record, const N: usize>(
-    case: &Case,
-    sample: impl Fn(i16, i16) -> R::Sample,
-) -> [R::Sample; N] {
-    std::array::from_fn(|n| sample(case.re[n], case.im.as_ref().map_or(0, |im| im[n])))
-}
 
 /// The offset in one kind of float on the bins of an exact transform.
 fn float<T: Scalar, R: Record>(
@@ -155,6 +105,12 @@ fn wrap(error: f64, n: usize) -> f64 {
     (error + n / 2.0).rem_euclid(n) - n / 2.0
 }
 
+/// The noise of a case over its tone, both in power. Rounding adds 1/12 to the power of each part:
+/// `amp^2 / (2/12)` and `(amp^2 / 2) / (1/12)` alike.
+fn noise(case: &Case) -> f64 {
+    1.0 / (6.0 * case.amp * case.amp) + case.snr_db.map_or(0.0, |db| 10f64.powf(-db / 10.0))
+}
+
 fn check<R: Record, const N: usize>(
     case: &Case,
     samples: &[R::Sample; N],
@@ -174,9 +130,7 @@ fn check<R: Record, const N: usize>(
         let ratio = snr::parseval(N, case.km, |k| exact[k as usize].norm_sqr());
         assert!((10.0 * ratio.log10() - db).abs() < 1e-6, "{}: Parseval's ratio", case.id);
     }
-    // Rounding adds 1/12 to the power of each part: amp^2 / (2/12) and (amp^2 / 2) / (1/12) alike.
-    let rounding = 1.0 / (6.0 * case.amp * case.amp);
-    let noise = rounding + case.snr_db.map_or(0.0, |db| 10f64.powf(-db / 10.0));
+    let noise = noise(case);
     let [bound, target_bound] =
         [noise, noise.max(1e-6)].map(|noise| f64::from(bound_bins::<R>(N, (1.0 / noise) as f32)));
     for &(theirs, name) in NAMES {
@@ -208,16 +162,10 @@ fn every_estimator_on_every_record() {
     let mut tables = BTreeMap::new();
     for case in &golden.cases {
         match (case.kind.as_str(), case.n) {
-            ("r", 64) => check::<Real, 64>(case, &samples::<Real, 64>(case, |i, _| i), &mut tables),
-            ("r", 256) => {
-                check::<Real, 256>(case, &samples::<Real, 256>(case, |i, _| i), &mut tables)
-            }
-            ("c", 64) => {
-                check::<Iq, 64>(case, &samples::<Iq, 64>(case, |i, q| [i, q]), &mut tables)
-            }
-            ("c", 256) => {
-                check::<Iq, 256>(case, &samples::<Iq, 256>(case, |i, q| [i, q]), &mut tables)
-            }
+            ("r", 64) => check::<Real, 64>(case, &case.samples::<Real, 64>(), &mut tables),
+            ("r", 256) => check::<Real, 256>(case, &case.samples::<Real, 256>(), &mut tables),
+            ("c", 64) => check::<Iq, 64>(case, &case.samples::<Iq, 64>(), &mut tables),
+            ("c", 256) => check::<Iq, 256>(case, &case.samples::<Iq, 256>(), &mut tables),
             (kind, n) => panic!("{}: no such record: {kind} {n}", case.id),
         }
     }
@@ -240,6 +188,64 @@ fn every_estimator_on_every_record() {
     }
     for &(_, name) in NAMES {
         assert!(tables.keys().any(|&(_, seen)| seen == name), "no record tries {name}");
+    }
+}
+
+/// The same records through the analyser, as a user gives them: JSON lines. Least squares, which here takes its own
+/// start and as many steps as it needs, is within a twentieth of the bound of the reference's three (I/Q: two) steps.
+#[test]
+fn every_estimator_by_the_analyser() {
+    let Some(golden) = golden() else { return };
+    for iq in [false, true] {
+        let cases: Vec<&Case> = golden.cases.iter().filter(|case| case.iq() == iq).collect();
+        let line = |case: &&Case| {
+            let (id, kind, re, im) = (&case.id, &case.kind, &case.re, &case.im);
+            serde_json::json!({"id": id, "kind": kind, "re": re, "im": im}).to_string() + "\n"
+        };
+        let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{iq}.jsonl"));
+        std::fs::write(&file, cases.iter().map(line).collect::<String>()).unwrap();
+        let own =
+            if iq { [("lsi16_2", "least-squares")] } else { [("rlsi16_3", "least-squares-real")] };
+        let named = NAMES.iter().chain(REFERENCES).chain(&own);
+        let names: Vec<_> = named
+            .filter(|(theirs, _)| {
+                cases.iter().all(|case| case.expect_bins.get(*theirs).is_some_and(Option::is_some))
+            })
+            .collect();
+        let methods: Vec<&str> = names.iter().map(|(_, name)| *name).collect();
+        let analysis = Analysis {
+            read: recording::Options::default(),
+            n: None,
+            hop: None,
+            skip: 0,
+            band_hz: None,
+            estimators: Some(parse(&methods.join(","), Reach::Sixteen).unwrap()),
+            reach: Reach::Sixteen,
+            codes: Codes::Signed12,
+            arithmetic: Arithmetic::F64,
+            style: Style::Json,
+        };
+        let mut answers = Vec::new();
+        analyze::run(&file, &analysis, |answer| answers.push(answer), |_| ()).unwrap();
+        assert_eq!(answers.len(), cases.len() * names.len());
+        let expected = cases.iter().flat_map(|case| names.iter().map(move |name| (case, name)));
+        for (answer, (case, (theirs, name))) in answers.iter().zip(expected) {
+            assert_eq!(
+                (answer.id.as_ref().unwrap(), answer.method),
+                (&case.id.as_str().into(), *name)
+            );
+            let error = wrap(answer.bins.unwrap() - case.expect_bins[*theirs].unwrap(), case.n);
+            let snr = (1.0 / noise(case)) as f32;
+            let bound =
+                if iq { bound_bins::<Iq>(case.n, snr) } else { bound_bins::<Real>(case.n, snr) };
+            let allowed = match *name {
+                "kay" | "fitz" | "ml" => 1e-6,
+                "least-squares" | "least-squares-real" => 0.05 * f64::from(bound),
+                _ => 1e-9,
+            };
+            assert!(error.abs() < allowed, "{} {name}: {error:e} bin", case.id);
+        }
+        println!("iq {iq}: {} records by {}", cases.len(), methods.join(" "));
     }
 }
 

@@ -2,6 +2,7 @@
 //! target's arithmetic.
 
 mod signal;
+mod vectors;
 
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
@@ -19,6 +20,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use signal::*;
 use std::f64::consts::TAU;
+use vectors::{Case, golden};
 
 fn exact(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let mut x = samples.to_vec();
@@ -95,27 +97,6 @@ fn iq_fit_is_exact() {
     assert!(worst[0] < 1e-9 && worst[1] < 5e-6);
 }
 
-#[derive(serde::Deserialize)]
-struct Golden {
-    cases: Vec<Case>,
-}
-
-#[derive(serde::Deserialize)]
-struct Case {
-    id: String,
-    kind: String,
-    #[serde(rename = "N")]
-    n: usize,
-    amp: f64,
-    snr_db: Option<f64>,
-    f_true: f64,
-    phase: f64,
-    km: i32,
-    re: Vec<i16>,
-    im: Option<Vec<i16>>,
-    expect_bins: std::collections::HashMap<String, Option<f64>>,
-}
-
 /// The reference starts from Candan's offset, without the image.
 fn candan(x: &[Complex<f64>], peak: i32) -> f64 {
     let n = x.len() as f64;
@@ -131,13 +112,9 @@ fn candan(x: &[Complex<f64>], peak: i32) -> f64 {
 /// result; from the own start, and in the target's arithmetic, within a small share of the bound.
 #[test]
 fn golden_vectors() {
-    let Ok(text) = std::fs::read_to_string(shared("reference/golden.json")) else {
-        println!("skipped: no ../shared/reference/golden.json");
-        return;
-    };
-    let golden: Golden = serde_json::from_str(&text).unwrap();
+    let Some(golden) = golden() else { return };
     for case in &golden.cases {
-        if case.kind == "c" {
+        if case.iq() {
             golden_case::<Iq>(case, "lsi");
         } else {
             golden_case::<Real>(case, "rlsi");
@@ -146,10 +123,10 @@ fn golden_vectors() {
 }
 
 fn golden_case<R: Kind>(case: &Case, name: &str) {
-    let zeros = vec![0; case.n];
-    let im = case.im.as_ref().unwrap_or(&zeros);
-    let samples: Vec<_> =
-        case.re.iter().zip(im).map(|(&re, &im)| Complex::new(re.into(), im.into())).collect();
+    let samples: Vec<_> = (0..case.n)
+        .map(|n| case.parts(n))
+        .map(|[re, im]| Complex::new(re.into(), im.into()))
+        .collect();
     let x = exact(&samples);
     let circle = |a: f64| (a + 0.5 * case.n as f64).rem_euclid(case.n as f64) - 0.5 * case.n as f64;
     let off = |d: f64, steps: &str| {
@@ -189,12 +166,8 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
 }
 
 fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
-    let zeros = vec![0; N];
-    let im = case.im.as_ref().unwrap_or(&zeros);
-    let parts: Vec<[i16; 2]> = case.re.iter().zip(im).map(|(&re, &im)| [re, im]).collect();
-    let samples: [R::Sample; N] = std::array::from_fn(|n| R::sample(parts[n]));
     let mut spectrum = Spectrum::<R, N>::new();
-    spectrum.transform(&samples, CODES);
+    spectrum.transform(&case.samples::<R, N>(), CODES);
     fit::<f32, R>(&Bins::of(&spectrum, case.km), Reach::Sixteen, Course::Usual)
         .unwrap()
         .offset

@@ -12,14 +12,7 @@ use picket_host::recording::Options;
 use std::path::PathBuf;
 
 fn shared(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var("PICKET_SHARED")
-        .unwrap_or(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared").into());
-    let path = PathBuf::from(folder).join("data").join(name);
-    if !path.exists() {
-        println!("skipped: no {}", path.display());
-        return None;
-    }
-    Some(path)
+    host_tests::shared(&format!("data/{name}"))
 }
 
 fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {

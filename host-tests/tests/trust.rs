@@ -3,44 +3,17 @@
 
 mod signal;
 
-use picket::acquire::sample::{Codes, Iq, Real, Stamp, Statistics};
+use picket::acquire::sample::{Codes, Iq, Real, Stamp};
 use picket::config::Config;
 use picket::estimate::detection::Threshold;
-use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
-use picket::estimate::several::several;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
-use picket::spectrum::Spectrum;
 use picket::spectrum::peak::{Band, Search};
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use rand_distr::Exp1;
 use rayon::prelude::*;
 use signal::*;
-use std::f64::consts::TAU;
-
-fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
-    let plan = Config::default().validate::<R>(N).unwrap();
-    Pipeline::<R, N>::new(plan).block(Stamp::default(), samples).tone
-}
-
-/// The error of a tone in bins, round the circle for I/Q.
-fn error<R: Kind, const N: usize>(tone: &Tone, bins: f64) -> f64 {
-    let (error, n) = (tone.frequency.bins(N) - bins, N as f64);
-    if R::IQ { (error + n / 2.0).rem_euclid(n) - n / 2.0 } else { error }
-}
-
-/// A line anywhere, real ones with the peak at bins 2..=N/2-2.
-fn anywhere<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, amplitude: f64) -> Line {
-    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
-    let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
-    Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
-}
-
-fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    values.clone().sum::<f64>() / values.count() as f64
-}
 
 /// trust.md 1 (noise) and 2 (sigma). Rounding to codes is noise too: a twelfth of a squared code.
 fn noise_and_sigma<R: Kind, const N: usize>(sigma_codes: Option<f64>, snr_db: f64) {
@@ -229,46 +202,6 @@ fn clipping_is_flagged_and_covered() {
     }
 }
 
-/// How often a single tone is taken for two, and two for one.
-#[test]
-fn two_tones_are_not_one() {
-    fn verdicts<R: Kind, const N: usize>(distance: Option<f64>, snr_db: f64) -> f64 {
-        let amplitude = amplitude(snr_db) / if distance.is_some() { 2.0 } else { 1.0 };
-        let seen = trials(13, if distance.is_some() { 500 } else { 5000 }, |rng| {
-            let line = anywhere::<R, N>(rng, amplitude);
-            let other = distance.map(|d| {
-                let bins = if line.bins + d < N as f64 / 2.0 - 2.0 {
-                    line.bins + d
-                } else {
-                    line.bins - d
-                };
-                Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
-            });
-            let lines: Vec<_> = [line].into_iter().chain(other).collect();
-            measure::<R, N>(&R::record::<N>(rng, &lines, sigma(amplitude, snr_db))).verdict
-        });
-        mean(seen.iter().map(|&v| f64::from(v == Verdict::Unresolved)))
-    }
-    for snr_db in [10.0, 30.0, 60.0] {
-        let one = [
-            verdicts::<Real, 64>(None, snr_db),
-            verdicts::<Real, 1024>(None, snr_db),
-            verdicts::<Iq, 64>(None, snr_db),
-            verdicts::<Iq, 1024>(None, snr_db),
-        ];
-        println!("{snr_db} dB, one tone, taken for two: {one:?}");
-        assert!(one.iter().all(|&share| share <= 1e-3));
-        for distance in [0.5, 1.25, 1.75, 5.0] {
-            let two = [
-                verdicts::<Real, 1024>(Some(distance), snr_db),
-                verdicts::<Iq, 1024>(Some(distance), snr_db),
-            ];
-            println!("{snr_db} dB, equal tones {distance} bins apart: flagged {two:?}");
-            assert!(two.iter().all(|&share| share >= 0.99));
-        }
-    }
-}
-
 #[test]
 fn each_verdict_where_it_belongs() {
     each_verdict(Arithmetic::Float);
@@ -295,125 +228,12 @@ fn each_verdict(arithmetic: Arithmetic) {
     assert_eq!(measure::<Real, 1024>(&[5; 1024]).verdict, Verdict::NoSignal);
 }
 
-/// What two tones come out as.
-struct Pair {
-    /// RMSE over the joint bound.
-    rms: [f64; 2],
-    /// The mean of (error/sigma)^2.
-    trust: [f64; 2],
-    /// The share of records where both were found.
-    found: f64,
-    /// The share of these that is called unresolved.
-    flagged: f64,
-}
-
-/// trust.md 5: two real tones at a distance in bins, the second weaker by so many dB.
-fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
-    let amplitude = 1000.0 / (1.0 + 2.0 * sigma(1.0, snr_db));
-    let noise = sigma(amplitude, snr_db);
-    let config = Config { reach, ..Config::default() };
-    let plan = config.validate::<Real>(1024).unwrap();
-    let seen = trials(15, 600, |rng| {
-        let first = Line {
-            bins: rng.random_range(5.0..500.0 - distance),
-            amplitude,
-            phase: rng.random_range(0.0..TAU),
-        };
-        let second = Line {
-            bins: first.bins + distance,
-            amplitude: amplitude / db(weaker_db).sqrt(),
-            phase: rng.random_range(0.0..TAU),
-        };
-        let lines = [first, second];
-        let samples = Real::record::<1024>(rng, &lines, noise);
-        let mut spectrum = Spectrum::<Real, 1024>::new();
-        spectrum.transform(&samples, CODES);
-        let statistics = Statistics::of::<Real>(&samples, CODES);
-        let stamp = Stamp::default();
-        let tones = several(&spectrum, plan.band, &statistics, &stamp, &plan.options, 2);
-        let bounds = bounds_real(1024, &lines, noise.hypot((1.0f64 / 12.0).sqrt()));
-        let [a, b] = tones.as_slice() else {
-            return None;
-        };
-        let order = if a.frequency < b.frequency { [a, b] } else { [b, a] };
-        let one = |i: usize| {
-            let error = error::<Real, 1024>(order[i], lines[i].bins);
-            (error, bounds[i], f64::from(order[i].sigma) * 1024.0, order[i].verdict)
-        };
-        Some([one(0), one(1)])
-    });
-    let both: Vec<_> = seen.iter().flatten().collect();
-    let found = both.len() as f64 / seen.len() as f64;
-    let rms = [0, 1].map(|i| mean(both.iter().map(|t| (t[i].0 / t[i].1).powi(2))).sqrt());
-    let trust = [0, 1].map(|i| mean(both.iter().map(|t| (t[i].0 / t[i].2).powi(2))));
-    let flagged = mean(both.iter().map(|t| f64::from(t[0].3.max(t[1].3) == Verdict::Unresolved)));
-    println!(
-        "{reach:?}, D {distance}, {snr_db} dB, second {weaker_db} dB weaker, seed 15: {:.2} {:.2} x joint \
-         bound, (error/sigma)^2 {:.2} {:.2}, found {found:.3}, flagged {flagged:.3}",
-        rms[0], rms[1], trust[0], trust[1]
-    );
-    Pair { rms, trust, found, flagged }
-}
-
-/// The figures hold from 2.5 bins on. Below 1.9 bins the verdict says so; in between, and for the
-/// stronger tone up to 3 bins, sigma is up to a sixth too small, as it does not know of the other tone.
-#[test]
-fn two_tones_by_subtraction() {
-    use Reach::{Eight, Sixteen};
-    for (reach, distance, snr_db, weaker_db) in [
-        (Eight, 2.5, 30.0, 0.0),
-        (Eight, 3.0, 30.0, 0.0),
-        (Eight, 10.0, 30.0, 0.0),
-        (Eight, 3.0, 55.0, 10.0),
-        (Eight, 10.0, 55.0, 40.0),
-        (Sixteen, 2.5, 30.0, 0.0),
-        (Sixteen, 5.0, 30.0, 0.0),
-        (Sixteen, 5.0, 55.0, 20.0),
-        (Sixteen, 3.0, 55.0, 40.0),
-        (Sixteen, 100.0, 55.0, 40.0),
-    ] {
-        let seen = two_tones(reach, distance, snr_db, weaker_db);
-        assert!(seen.found >= 0.995 && seen.flagged <= 0.005);
-        // Two standard errors of the root of the mean of 600 squares.
-        assert!(seen.rms.iter().all(|rms| rms * (1.0 - 2.0 / 1200f64.sqrt()) <= 1.15));
-        assert!(seen.trust.iter().all(|square| (0.8..=1.45).contains(square)));
-    }
-    for distance in [1.0, 1.5, 1.75] {
-        assert!(two_tones(Sixteen, distance, 30.0, 0.0).flagged >= 0.99);
-    }
-}
-
-/// A single tone has no company.
-#[test]
-fn one_tone_is_one() {
-    for snr_db in [0.0, 30.0, 60.0] {
-        let amplitude = amplitude(snr_db);
-        let plan = Config::default().validate::<Real>(1024).unwrap();
-        let seen = trials(16, 1000, |rng| {
-            let line = anywhere::<Real, 1024>(rng, amplitude);
-            let samples = Real::record::<1024>(rng, &[line], sigma(amplitude, snr_db));
-            let mut spectrum = Spectrum::<Real, 1024>::new();
-            spectrum.transform(&samples, CODES);
-            let statistics = Statistics::of::<Real>(&samples, CODES);
-            let stamp = Stamp::default();
-            let tones = several(&spectrum, plan.band, &statistics, &stamp, &plan.options, 4);
-            assert!(error::<Real, 1024>(&tones[0], line.bins).abs() < 1.0);
-            tones.len()
-        });
-        let more = seen.iter().filter(|&&count| count > 1).count();
-        println!("{snr_db} dB, seed 16: more than one tone in {more} of 1000 records");
-        assert!(more <= 2);
-    }
-}
-
 /// A recording of a 1 kHz generator through a sound card, 44100 samples a second; its first 4 seconds are
 /// clean. About 7 % of the samples clip, so the frequency is given with the sigma of a clipped record.
 #[test]
 fn a_recorded_tone() {
-    let Ok(bytes) = std::fs::read(shared("data/tone_1kHz_pcm2900_i16_44100.bin")) else {
-        println!("skipped: no recording of a tone in ../shared/data");
-        return;
-    };
+    let Some(file) = host_tests::shared("data/tone_1kHz_pcm2900_i16_44100.bin") else { return };
+    let bytes = std::fs::read(file).unwrap();
     let samples: Vec<i16> = bytes.as_chunks().0.iter().map(|&b| i16::from_le_bytes(b)).collect();
     let config = Config { rate_hz: 44100.0, codes: Codes::Signed16, ..Config::default() };
     let plan = config.validate::<Real>(4096).unwrap();

@@ -66,6 +66,14 @@ impl Estimator {
         Estimator::Core { method, reach }
     }
 
+    /// True for the two forms of least squares, which tell sigma themselves.
+    pub const fn least_squares(self) -> bool {
+        matches!(
+            self,
+            Estimator::Core { method: Method::LeastSquares | Method::LeastSquaresReal, .. }
+        )
+    }
+
     /// What there is to know of it.
     pub const fn about(self) -> About {
         match self {

@@ -11,25 +11,17 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
-/// A record kind whose samples can be made from codes.
+/// A kind of record with a name.
 pub trait Kind: Record {
-    /// The sample with these parts; a real one ignores the second.
-    fn sample(parts: [i16; 2]) -> Self::Sample;
     /// The name that flags and tables use.
     const NAME: &'static str;
 }
 
 impl Kind for Real {
-    fn sample(parts: [i16; 2]) -> i16 {
-        parts[0]
-    }
     const NAME: &'static str = "real";
 }
 
 impl Kind for Iq {
-    fn sample(parts: [i16; 2]) -> [i16; 2] {
-        parts
-    }
     const NAME: &'static str = "complex";
 }
 
@@ -131,7 +123,7 @@ impl Signal {
 /// Numbers rounded to codes; what does not fit 16 bits ends at the rails.
 pub fn codes<R: Kind>(record: &[Complex<f64>]) -> Vec<R::Sample> {
     // `as` saturates.
-    record.iter().map(|x| R::sample([x.re.round() as i16, x.im.round() as i16])).collect()
+    record.iter().map(|x| R::of_parts([x.re.round() as i16, x.im.round() as i16])).collect()
 }
 
 /// The generator of trial `trial` under `seed`.

@@ -9,6 +9,7 @@ use super::noise_fixed;
 use super::tone::{Tone, Verdict};
 use super::uncertainty::{self, bound_bins, sigma_bins};
 use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
 use crate::spectrum::peak::Peak;
@@ -156,17 +157,22 @@ fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
 /// How many times the noise power the fit leaves in its own bins, where that is more than one record
 /// in 10^6 shows by chance; else 1. Then the line is not a single tone: another is near, or its frequency
 /// moves.
+pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
+    excess_over(fit, N, noise, noise::count::<R, N, NOISE_BINS>())
+}
+
+/// The same for a record of `n` samples whose noise power per sample comes from `noise_bins` bins.
 ///
 /// The ratio of two estimates of the noise follows Fisher's distribution; its cube root is nearly
 /// normal (Wilson and Hilferty 1931). The integer FFT leaves a share of the line itself.
-pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
+pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usize) -> T {
     const DEVIATIONS: f32 = 5.0;
-    const TRANSFORM: f32 = 1e-9;
+    const TRANSFORM: f64 = 1e-9;
     let freedom = fit.freedom.max(1) as f32;
-    let others = 2.0 * noise::count::<R, N, NOISE_BINS>() as f32;
+    let others = 2.0 * noise_bins as f32;
     let deviation = libm::sqrtf(2.0 / 9.0 * (1.0 / freedom + 1.0 / others));
     let root = 1.0 + DEVIATIONS * deviation;
-    let expected = noise * N as f32 * 0.5 * freedom;
-    let ratio = (fit.residual - TRANSFORM * fit.line.norm_sqr()) / expected;
-    if ratio > root * root * root { ratio } else { 1.0 }
+    let expected = noise * T::of_i32(n as i32) * T::of(0.5) * T::of(freedom.into());
+    let ratio = (fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr()) / expected;
+    if ratio > T::of((root * root * root).into()) { ratio } else { T::one() }
 }

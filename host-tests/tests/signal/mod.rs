@@ -1,7 +1,10 @@
 //! Records of tones in noise as a converter delivers them, and how to measure errors on many of them.
 #![allow(dead_code)]
 
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
+use picket::config::Config;
+use picket::estimate::tone::Tone;
+use picket::pipeline::Pipeline;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -134,8 +137,6 @@ pub fn bound_iq(n: usize, amplitude: f64, sigma: f64) -> f64 {
 
 /// What the two kinds of record need from a test.
 pub trait Kind: Record {
-    /// A sample of its parts.
-    fn sample(parts: [i16; 2]) -> Self::Sample;
     /// The exact bound, see [`bound_real`] and [`bound_iq`].
     fn bound(n: usize, line: Line, sigma: f64) -> f64;
     /// Samples of `lines` in noise of `sigma` in each part.
@@ -144,30 +145,41 @@ pub trait Kind: Record {
         lines: &[Line],
         sigma: f64,
     ) -> [Self::Sample; N] {
-        analogue::<N>(rng, lines, sigma).map(|parts| Self::sample(parts.map(quantise)))
+        analogue::<N>(rng, lines, sigma).map(|parts| Self::of_parts(parts.map(quantise)))
     }
 }
 
 impl Kind for Real {
-    fn sample(parts: [i16; 2]) -> i16 {
-        parts[0]
-    }
     fn bound(n: usize, line: Line, sigma: f64) -> f64 {
         bound_real(n, line, sigma)
     }
 }
 
 impl Kind for Iq {
-    fn sample(parts: [i16; 2]) -> [i16; 2] {
-        parts
-    }
     fn bound(n: usize, line: Line, sigma: f64) -> f64 {
         bound_iq(n, line.amplitude, sigma)
     }
 }
 
-/// A file of the reference material, which lies beside the repository or where `PICKET_SHARED` says.
-pub fn shared(name: &str) -> std::path::PathBuf {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared");
-    std::path::Path::new(&std::env::var("PICKET_SHARED").unwrap_or(beside.into())).join(name)
+/// The tone of a record by the whole pipeline, in its default configuration.
+pub fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
+    let plan = Config::default().validate::<R>(N).unwrap();
+    Pipeline::<R, N>::new(plan).block(Stamp::default(), samples).tone
+}
+
+/// The error of a tone in bins, round the circle for I/Q.
+pub fn error<R: Kind, const N: usize>(tone: &Tone, bins: f64) -> f64 {
+    let (error, n) = (tone.frequency.bins(N) - bins, N as f64);
+    if R::IQ { (error + n / 2.0).rem_euclid(n) - n / 2.0 } else { error }
+}
+
+/// A line anywhere, real ones with the peak at bins 2..=N/2-2.
+pub fn anywhere<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, amplitude: f64) -> Line {
+    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+    let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
+    Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
+}
+
+pub fn mean(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    values.clone().sum::<f64>() / values.count() as f64
 }

@@ -1,0 +1,205 @@
+//! Floats of either width on an exact transform.
+
+use super::{Engine, Estimate, within};
+use crate::estimator::Estimator;
+use crate::simulate::{Kind, codes};
+use picket::acquire::sample::{Record, Statistics};
+use picket::config::Plan;
+use picket::estimate::least_squares::{Course, Reach, fit};
+use picket::estimate::measure::excess_over;
+use picket::estimate::noise;
+use picket::estimate::tone::Verdict;
+use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
+use picket::scalar::Scalar;
+use picket::spectrum::bins::{Bins, Rectangular};
+use picket::spectrum::peak::{Band, Peak, Search};
+use picket_transform::{Fft, Transform, num_complex::Complex};
+use std::fmt::Debug;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+/// An engine for any number of samples.
+pub(super) struct Floats<T: Transform, R> {
+    n: usize,
+    plan: Plan,
+    fft: Arc<dyn Fft<T>>,
+    scratch: Vec<Complex<T>>,
+    samples: Vec<Complex<T>>,
+    spectrum: Vec<Complex<T>>,
+    powers: Vec<T>,
+    kind: PhantomData<R>,
+}
+
+impl<T: Transform, R> Debug for Floats<T, R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Floats({}, {:?})", self.n, self.plan)
+    }
+}
+
+impl<T: Scalar + Transform, R: Record> Floats<T, R> {
+    pub(super) fn new(n: usize, plan: Plan) -> Self {
+        let fft = T::forward(n);
+        let scratch = vec![Complex::new(T::zero(), T::zero()); fft.get_inplace_scratch_len()];
+        Floats {
+            n,
+            plan,
+            fft,
+            scratch,
+            samples: Vec::new(),
+            spectrum: Vec::new(),
+            powers: Vec::new(),
+            kind: PhantomData,
+        }
+    }
+
+    fn transform(&mut self, record: &[Complex<f64>]) {
+        self.samples.clear();
+        self.samples.extend(record.iter().map(|x| Complex::new(T::of(x.re), T::of(x.im))));
+        self.spectrum.clone_from(&self.samples);
+        self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
+        self.powers.clear();
+        self.powers.extend(self.spectrum.iter().map(|x| x.norm_sqr()));
+    }
+
+    /// The core's search, on powers scaled to the integers it takes.
+    fn peak(&self) -> Option<(Peak, f64)> {
+        let Band { low, high } = self.plan.band;
+        let power = |k: i32| self.powers[k.rem_euclid(self.n as i32) as usize].wide();
+        let most = (low..=high).map(power).fold(0.0, f64::max);
+        let unit = most / (1u64 << 40) as f64;
+        if !(unit > 0.0 && unit.is_finite()) {
+            return None;
+        }
+        let mut search = Search::new(self.plan.band);
+        (low..=high).for_each(|k| search.push((power(k) / unit) as u64));
+        search.finish().map(|peak| (peak, unit))
+    }
+
+    fn bins(&self, peak: i32) -> Bins<T, R, Rectangular> {
+        Bins::gather(self.n, peak, |k| self.spectrum[k])
+    }
+
+    fn frequency(
+        &self,
+        record: &[Complex<f64>],
+        estimator: Estimator,
+        peak: i32,
+        bins: &Bins<T, R, Rectangular>,
+    ) -> f64 {
+        let found = match estimator {
+            Estimator::Core { method, reach } => {
+                Estimator::offset(method, reach, bins, &self.samples, &self.powers)
+                    .map(|offset| f64::from(peak) + offset.wide())
+            }
+            Estimator::Host(reference) if R::IQ => reference.iq(record),
+            Estimator::Host(reference) => {
+                reference.real(&record.iter().map(|x| x.re).collect::<Vec<_>>())
+            }
+        };
+        found.map_or(f64::NAN, |f| within::<R>(f, self.n))
+    }
+
+    /// What is known of the tone besides its frequency. The fitted tone is taken out of the record;
+    /// what is left in the band is noise.
+    fn seen(&mut self, peak: &Peak, unit: f64) -> Seen {
+        let n = self.n as f64;
+        let bins = self.bins(peak.bin);
+        let Some(fit) = fit(&bins, Reach::Sixteen, Course::Usual) else {
+            let share = if R::IQ { n } else { n / 2.0 };
+            let amplitude2 = peak.power[1] as f64 * unit / (share * share);
+            let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
+            return Seen { snr: noise::ratio::<f64, R>(self.n, amplitude2, noise), fit: None };
+        };
+        let tone = fit.tone::<R>(self.n);
+        let tone = Complex::new(tone.re.wide(), tone.im.wide());
+        let cycles = (f64::from(peak.bin) + fit.offset.wide()) / n;
+        for (k, (rest, sample)) in self.spectrum.iter_mut().zip(&self.samples).enumerate() {
+            let at = tone * f64::unit((cycles * k as f64).fract());
+            *rest = Complex::new(
+                T::of(sample.re.wide() - at.re),
+                if R::IQ { T::of(sample.im.wide() - at.im) } else { T::zero() },
+            );
+        }
+        self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
+        let Band { low, high } = self.plan.band;
+        let dc_free = (low..=high).map(|k| k.rem_euclid(self.n as i32) as usize).filter(|&k| k > 0);
+        let (sum, count) = dc_free
+            .map(|k| self.spectrum[k].norm_sqr().wide())
+            .fold((0.0, 0.0), |(s, c), p| (s + p, c + 1.0));
+        // The fit took three parameters of two-part bins out of the noise.
+        let free = f64::max(count - 1.5, 1.0);
+        let noise = sum / free / n;
+        let excess = excess_over(&fit, self.n, T::of(noise), free as usize).wide();
+        let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
+        Seen {
+            snr: noise::ratio::<f64, R>(self.n, amplitude2, noise),
+            fit: Some((sigma_bins(&fit, self.n, T::of(noise * excess)).wide(), excess > 1.0)),
+        }
+    }
+}
+
+/// What is known of a tone besides its frequency.
+struct Seen {
+    /// Signal-to-noise ratio per sample.
+    snr: f64,
+    /// Of the least-squares fit: sigma in bins, and whether it leaves more than noise in its own bins.
+    fit: Option<(f64, bool)>,
+}
+
+impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
+    fn frequencies(&mut self, record: &[Complex<f64>], estimators: &[Estimator]) -> Vec<f64> {
+        self.transform(record);
+        let Some((peak, _)) = self.peak() else {
+            return vec![f64::NAN; estimators.len()];
+        };
+        let bins = self.bins(peak.bin);
+        estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect()
+    }
+
+    fn measure(
+        &mut self,
+        record: &[Complex<f64>],
+        estimators: &[Estimator],
+        gap: bool,
+    ) -> Vec<Estimate> {
+        self.transform(record);
+        let Some((peak, unit)) = self.peak() else {
+            return vec![Estimate::NOTHING; estimators.len()];
+        };
+        let bins = self.bins(peak.bin);
+        let found: Vec<f64> =
+            estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect();
+        let seen = self.seen(&peak, unit);
+        let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
+        let clipped = Statistics::of::<R>(&codes::<R>(record), self.plan.codes).clipped;
+        let clipped = clipped as f32 / self.n as f32;
+        let weak = !self.plan.options.threshold.detects(&peak);
+        let nyquist = self.n as f64 / 2.0;
+        let estimate = |(estimator, bins): (&Estimator, f64)| {
+            // As in the core, only least squares knows its own sigma and its residual.
+            let (sigma, unresolved) = seen
+                .fit
+                .filter(|_| estimator.least_squares())
+                .unwrap_or((f64::from(estimator.about().efficiency) * bound, false));
+            let verdicts = [
+                (!R::IQ && !(1.5..=nyquist - 1.5).contains(&bins), Verdict::NearEdge),
+                (clipped > CLIPPED, Verdict::Clipped),
+                (unresolved, Verdict::Unresolved),
+                (gap, Verdict::Gap),
+                (weak, Verdict::Weak),
+            ];
+            Estimate {
+                bins,
+                sigma_bins: sigma.hypot(widened(0.0, clipped).into()),
+                snr_db: 10.0 * seen.snr.log10(),
+                verdict: verdicts
+                    .iter()
+                    .filter(|v| v.0)
+                    .map(|v| v.1)
+                    .max()
+                    .unwrap_or(Verdict::Good),
+            }
+        };
+        estimators.iter().zip(found).map(estimate).collect()
+    }
+}

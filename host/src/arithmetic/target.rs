@@ -1,0 +1,91 @@
+//! The firmware's way: the core's spectrum and pipeline.
+
+use super::{Engine, Estimate, within};
+use crate::estimator::{Estimator, reached};
+use crate::simulate::{Kind, codes};
+use fixed::types::I2F30;
+use picket::acquire::sample::{Record, Stamp};
+use picket::config::Plan;
+use picket::estimate::least_squares::{Course, fixed as in_integers};
+use picket::estimate::measure::{Arithmetic, Options};
+use picket::pipeline::Pipeline;
+use picket::spectrum::bins::{Bins, Rectangular};
+use picket::spectrum::{Spectrum, peak};
+use picket_transform::num_complex::Complex;
+
+/// An engine for `N` samples, a length of the integer FFT.
+#[derive(Debug)]
+pub(super) struct Target<R: Record, const N: usize> {
+    plan: Plan,
+    spectrum: Box<Spectrum<R, N>>,
+    sequence: u32,
+}
+
+impl<R: Kind, const N: usize> Target<R, N> {
+    pub(super) fn new(plan: Plan) -> Self {
+        Target { plan, spectrum: Box::new(Spectrum::new()), sequence: 0 }
+    }
+
+    fn offset(&self, estimator: Estimator, samples: &[R::Sample; N], peak: i32) -> f64 {
+        let Estimator::Core { method, reach } = estimator else {
+            return f64::NAN;
+        };
+        let fixed = self.plan.options.arithmetic == Arithmetic::Fixed;
+        if fixed && estimator.least_squares() {
+            let fit = in_integers::fit(&self.spectrum, peak, reach, Course::Usual);
+            return fit.map_or(0.0, |fit| fit.offset.into());
+        }
+        let bins = Bins::<f32, R, Rectangular>::of(&self.spectrum, peak);
+        let offset = match reached(method, reach, &bins) {
+            Some(offset) => offset.map(I2F30::saturating_from_num),
+            None => method.offset_target(&self.spectrum, samples, peak),
+        };
+        offset.map_or(f64::NAN, |offset| offset.to_num())
+    }
+}
+
+/// The record as an array; what is missing reads zero.
+fn block<R: Kind, const N: usize>(record: &[Complex<f64>]) -> [R::Sample; N] {
+    let mut samples = codes::<R>(record).into_iter();
+    std::array::from_fn(|_| samples.next().unwrap_or_default())
+}
+
+impl<R: Kind, const N: usize> Engine for Target<R, N> {
+    fn frequencies(&mut self, record: &[Complex<f64>], estimators: &[Estimator]) -> Vec<f64> {
+        let samples = block::<R, N>(record);
+        self.spectrum.transform(&samples, self.plan.codes);
+        let Some(peak) = peak::find(&self.spectrum, self.plan.band) else {
+            return vec![f64::NAN; estimators.len()];
+        };
+        let frequency =
+            |&e| within::<R>(f64::from(peak.bin) + self.offset(e, &samples, peak.bin), N);
+        estimators.iter().map(frequency).collect()
+    }
+
+    fn measure(
+        &mut self,
+        record: &[Complex<f64>],
+        estimators: &[Estimator],
+        gap: bool,
+    ) -> Vec<Estimate> {
+        let samples = block::<R, N>(record);
+        let stamp = Stamp { sequence: self.sequence, gap, ..Stamp::default() };
+        self.sequence = self.sequence.wrapping_add(1);
+        let measure = |&estimator: &Estimator| {
+            let Estimator::Core { method, reach } = estimator else {
+                return Estimate::NOTHING;
+            };
+            let options = Options { method, reach, ..self.plan.options };
+            let plan = Plan { options, ..self.plan };
+            let mut pipeline = Box::new(Pipeline::<R, N>::new(plan));
+            let tone = pipeline.block(stamp, &samples).tone;
+            Estimate {
+                bins: within::<R>(tone.frequency.bins(N), N),
+                sigma_bins: f64::from(tone.sigma) * N as f64,
+                snr_db: f64::from(tone.snr_db()),
+                verdict: tone.verdict,
+            }
+        };
+        estimators.iter().map(measure).collect()
+    }
+}

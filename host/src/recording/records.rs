@@ -1,0 +1,100 @@
+//! JSON lines: records of their own.
+
+use super::{Options, RecordingError, Sample, open_file};
+use serde::Deserialize;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+/// A record of a JSON line.
+#[derive(Clone, Debug)]
+pub struct JsonRecord {
+    /// Its name, or its line's number.
+    pub id: serde_json::Value,
+    /// True for I/Q.
+    pub iq: bool,
+    /// The samples.
+    pub samples: Vec<Sample>,
+}
+
+#[derive(Deserialize)]
+struct JsonLine {
+    id: Option<serde_json::Value>,
+    kind: String,
+    re: Vec<f64>,
+    #[serde(default)]
+    im: Option<Vec<f64>>,
+}
+
+/// The records of a file of JSON lines, one at a time.
+pub struct Records {
+    path: PathBuf,
+    reader: BufReader<File>,
+    line: u64,
+    scale: f64,
+}
+
+impl Records {
+    /// Opens a file of JSON lines.
+    pub fn open(path: &Path, options: Options) -> Result<Self, RecordingError> {
+        let (file, _) = open_file(path)?;
+        Ok(Records {
+            path: path.into(),
+            reader: BufReader::new(file),
+            line: 0,
+            scale: options.scale,
+        })
+    }
+
+    fn parse(&self, text: &str) -> Result<JsonRecord, String> {
+        let line: JsonLine = serde_json::from_str(text).map_err(|error| {
+            let text = error.to_string();
+            // The position within the line follows "at": the line number is ours.
+            let end = text.find(" at line").unwrap_or(text.len());
+            format!("not a record {{\"id\", \"kind\", \"re\", \"im\"}}: {}", &text[..end])
+        })?;
+        let iq = match line.kind.as_str() {
+            "r" => false,
+            "c" => true,
+            other => return Err(format!("kind \"{other}\" must be \"r\" or \"c\"")),
+        };
+        let imaginary = line.im.unwrap_or_default();
+        if line.re.is_empty() {
+            return Err("the record holds no samples".into());
+        }
+        if iq && imaginary.len() != line.re.len() {
+            return Err(format!("{} values of re but {} of im", line.re.len(), imaginary.len()));
+        }
+        if !iq && imaginary.iter().any(|&x| x != 0.0) {
+            return Err("a real record (kind \"r\") has imaginary parts".into());
+        }
+        let im = imaginary.into_iter().chain(std::iter::repeat(0.0));
+        let samples = line
+            .re
+            .iter()
+            .zip(im)
+            .map(|(&re, im)| Sample::new(re * self.scale, im * self.scale))
+            .collect();
+        Ok(JsonRecord { id: line.id.unwrap_or_else(|| self.line.into()), iq, samples })
+    }
+}
+
+impl Iterator for Records {
+    type Item = Result<JsonRecord, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut text = String::new();
+            self.line += 1;
+            match self.reader.read_line(&mut text) {
+                Ok(0) => return None,
+                Ok(_) if text.trim().is_empty() => continue,
+                Ok(_) => {
+                    let wrong = |what| RecordingError::Line(self.path.clone(), self.line, what);
+                    return Some(self.parse(&text).map_err(wrong));
+                }
+                Err(error) => return Some(Err(RecordingError::Io(self.path.clone(), error))),
+            }
+        }
+    }
+}
