@@ -9,6 +9,7 @@ pub mod follow;
 pub mod progress;
 pub mod recording;
 pub mod reference;
+pub mod report;
 pub mod scenario;
 pub mod simulate;
 pub mod sweep;

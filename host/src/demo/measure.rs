@@ -4,6 +4,7 @@ use super::options::Options;
 use super::table::{Answer, Result as Row, Summary};
 use super::{DemoError, said};
 use crate::emulator::{self, Capture, Machine, RunError};
+use crate::progress;
 use crate::scenario::{self, Bars};
 use crate::simulate::{Kind, Signal, generator};
 use crate::telemetry::Telemetry;
@@ -12,7 +13,7 @@ use picket::acquire::capture::Header;
 use picket::acquire::sample::{Iq, Real};
 use picket::config::{Config, Solver};
 use picket::estimate::method::Method;
-use picket::pipeline::Outcome;
+use picket::pipeline::{Measurement, Outcome};
 use picket::report::record::Record;
 use std::time::Duration;
 
@@ -24,37 +25,60 @@ fn amplitude(snr_db: f64) -> f64 {
     2047.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma())
 }
 
-/// The lidar's rows.
+/// The lidar's rows, once for each seed.
 pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
-    let config = configured(scenario::lidar(), options);
-    let plan = config.validate::<Real>(N).map_err(said)?;
-    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
-    let rows = scenario::table3();
-    let beats: Vec<f64> = rows
-        .iter()
-        .flat_map(|row| scenario::lidar_beats(row, &scales))
-        .map(|(_, cycles)| cycles)
-        .collect();
-    let records = measured::<Real>(config, &beats, options)?;
-    let answers = records.iter().filter_map(|record| match record.measurement.result {
-        Outcome::Target(target) => Some((
-            record.measurement.stamp.sequence as usize / 3,
-            Answer {
-                range_m: target.range.to_num(),
-                velocity_mps: target.velocity.to_num(),
-                sigma_range_m: target.sigma_range.into(),
-                sigma_velocity_mps: target.sigma_velocity.into(),
-                verdict: target.verdict,
-            },
-        )),
-        _ => None,
-    });
-    Ok(summary(rows, answers, scenario::LIDAR_BARS, plan.options.method))
+    let lidar = Lidar::new(options.method)?;
+    let records = measured::<Real>(lidar.config, &lidar.beats, options)?;
+    Ok(lidar.summary(records.iter().map(|record| &record.measurement), options.seeds))
+}
+
+/// The lidar's task: what is set and what is in front of it.
+pub(super) struct Lidar {
+    pub config: Config,
+    method: Method,
+    rows: Vec<scenario::Row>,
+    /// Three for each row, in signed cycles per sample.
+    pub beats: Vec<f64>,
+}
+
+impl Lidar {
+    pub fn new(method: Option<Method>) -> Result<Self, DemoError> {
+        let config = configured(scenario::lidar(), method);
+        let plan = config.validate::<Real>(N).map_err(said)?;
+        let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+        let rows = scenario::table3();
+        let beats = rows.iter().flat_map(|row| scenario::lidar_beats(row, &scales));
+        let beats = beats.map(|(_, cycles)| cycles).collect();
+        Ok(Lidar { config, method: plan.options.method, rows, beats })
+    }
+
+    /// Truth beside measurement, for so many seeds one after the other.
+    pub fn summary<'a>(
+        self,
+        measurements: impl Iterator<Item = &'a Measurement>,
+        seeds: u64,
+    ) -> Summary {
+        let answers = measurements.filter_map(|measurement| match measurement.result {
+            Outcome::Target(target) => Some((
+                measurement.stamp.sequence as usize / 3,
+                Answer {
+                    range_m: target.range.to_num(),
+                    velocity_mps: target.velocity.to_num(),
+                    sigma_range_m: target.sigma_range.into(),
+                    sigma_velocity_mps: target.sigma_velocity.into(),
+                    verdict: target.verdict,
+                },
+            )),
+            _ => None,
+        });
+        let rows = (0..seeds).flat_map(|_| self.rows.iter().copied()).collect();
+        summary(rows, answers, scenario::LIDAR_BARS, self.method)
+    }
 }
 
 /// The turntable's speeds.
 pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
-    let config = configured(scenario::turntable(), options);
+    let config = configured(scenario::turntable(), options.method);
     let plan = config.validate::<Iq>(N).map_err(said)?;
     let Solver::Doppler(scale) = plan.solver else { return Err(said("no velocity")) };
     let rows = scenario::turntable_rows();
@@ -77,27 +101,40 @@ pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
     Ok(summary(rows, answers, scenario::TURNTABLE_BARS, plan.options.method))
 }
 
-fn configured(config: Config, options: &Options) -> Config {
-    Config { method: options.method.unwrap_or(config.method), ..config }
+fn configured(config: Config, method: Option<Method>) -> Config {
+    Config { method: method.unwrap_or(config.method), ..config }
 }
 
-/// One block of noisy samples for each tone (cycles per sample), through the firmware.
+/// The samples of a tone of so many cycles per sample; `trial` numbers the noise of a seed.
+pub(super) fn block<R: Kind>(cycles: f64, snr_db: f64, seed: u64, trial: u64) -> Vec<R::Sample> {
+    // A real tone is the same at minus its frequency.
+    let bins = if R::IQ { cycles } else { cycles.abs() } * N as f64;
+    Signal::tone(bins, amplitude(snr_db), snr_db).codes::<R>(N, &mut generator(seed, trial))
+}
+
+/// One block of noisy samples for each tone (cycles per sample) and seed, through the firmware.
 fn measured<R: Kind>(
     config: Config,
     tones: &[f64],
     options: &Options,
 ) -> Result<Vec<Record>, DemoError> {
-    let header = Header::of::<R>(config, N as u32, tones.len() as u32);
+    let blocks = tones.len() as u64 * options.seeds;
+    let header = Header::of::<R>(config, N as u32, blocks as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
-    for (trial, cycles) in (0..).zip(tones) {
-        // A real tone is the same at minus its frequency.
-        let bins = if R::IQ { *cycles } else { cycles.abs() } * N as f64;
-        let signal = Signal::tone(bins, amplitude(options.snr_db), options.snr_db);
-        let samples = signal.codes::<R>(N, &mut generator(options.seed, trial));
-        capture.push::<R>(&samples).map_err(said)?;
+    for seed in options.seed..options.seed.wrapping_add(options.seeds) {
+        for (trial, &cycles) in (0..).zip(tones) {
+            let samples = block::<R>(cycles, options.snr_db, seed, trial);
+            capture.push::<R>(&samples).map_err(said)?;
+        }
     }
+    let bar = progress::bar(blocks, "blocks");
     let mut records = Vec::new();
-    play(capture, options, |record| records.push(record)).map_err(said)?;
+    play(capture, options, |record| {
+        bar.inc(1);
+        records.push(record);
+    })
+    .map_err(said)?;
+    bar.finish_and_clear();
     Ok(records)
 }
 

@@ -3,6 +3,7 @@
 pub mod measure;
 pub mod options;
 pub mod replay;
+pub mod seeds;
 pub mod table;
 
 use crate::scenario;
@@ -31,6 +32,9 @@ pub fn said(error: impl Display) -> DemoError {
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     if let Some(file) = &options.replay {
         return replay::run(file, options);
+    }
+    if options.seeds > 1 {
+        return seeds::run(options);
     }
     let summary = match options.scenario {
         Scenario::Table3 => measure::lidar(options)?,

@@ -20,6 +20,14 @@ pub struct Options {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
 
+    /// Repeat with so many seeds, counted from --seed, and sum up (table3)
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "replay")]
+    pub seeds: u64,
+
+    /// With --seeds: another method on the same samples, to compare with
+    #[arg(long, value_parser = method, requires = "seeds")]
+    pub versus: Option<Method>,
+
     /// Method of estimation
     #[arg(long, value_parser = method)]
     pub method: Option<Method>,

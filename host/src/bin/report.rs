@@ -1,0 +1,57 @@
+//! `cargo report`: the figures of both papers and our own, computed anew.
+
+use clap::Parser;
+use picket_host::{cli, report};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Computes the figures and tables of both papers and Picket's own: one HTML page, and every picture as SVG and PNG.
+/// The exit code is 1 if a figure is outside its bar.
+#[derive(Parser)]
+#[command(name = "cargo report --", version)]
+struct Options {
+    /// Few trials: rough figures in seconds
+    #[arg(long)]
+    quick: bool,
+    /// Folder of the page and the pictures
+    #[arg(long, value_name = "DIR", default_value = "target/report")]
+    out: PathBuf,
+    /// Seed of the noise
+    #[arg(long, default_value_t = report::SEED)]
+    seed: u64,
+    /// Each figure and its bar, one JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    cli::main(|options: Options| run(&options))
+}
+
+fn run(options: &Options) -> Result<ExitCode, String> {
+    let checks = report::write(&options.out, options.quick, options.seed)?;
+    let held = checks.iter().filter(|check| check.holds).count();
+    let page = options.out.join("report.html");
+    if options.json {
+        for check in &checks {
+            cli::print_line(&serde_json::to_string(check).map_err(|error| error.to_string())?);
+        }
+        let summary = serde_json::json!({
+            "summary": true, "figures": checks.len(), "hold": held, "seed": options.seed, "page": page,
+        });
+        cli::print_line(&summary.to_string());
+    } else {
+        for check in checks.iter().filter(|check| !check.holds) {
+            let report::lab::Check { figure, measured, error, low, high, .. } = check;
+            cli::print_line(&format!(
+                "outside: {figure}: {measured:.4} ± {error:.4}, bar {low:.4} to {high:.4}"
+            ));
+        }
+        cli::print_line(&format!(
+            "{held} of {} figures within their bars: {}",
+            checks.len(),
+            page.display()
+        ));
+    }
+    Ok(if held == checks.len() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

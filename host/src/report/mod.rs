@@ -1,0 +1,58 @@
+//! `cargo report`: the figures and tables of both papers and our own, computed anew: one page, and every picture
+//! as a file.
+
+pub mod chart;
+pub mod count;
+pub mod lab;
+mod lidar;
+pub mod limits;
+mod page;
+mod velocimeter;
+
+use crate::progress;
+use lab::{Check, Lab, Section};
+use std::fs;
+use std::path::Path;
+
+/// The seed unless told otherwise.
+pub const SEED: u64 = 2026;
+
+/// A part: what makes it, and how many sweeps it runs.
+type Part = (fn(&Lab) -> Result<Section, String>, u64);
+
+/// The parts, in the order of the page.
+const PARTS: [Part; 13] = [
+    (limits::over_snr, limits::OVER_SNR),
+    (limits::ratios, limits::RATIOS),
+    (limits::image_floors, limits::IMAGE_FLOORS),
+    (limits::outliers, limits::OUTLIERS),
+    (limits::fixed_point, limits::FIXED_POINT),
+    (lidar::spectrum, 0),
+    (lidar::operations, 0),
+    (lidar::across_a_bin, lidar::ACROSS_A_BIN),
+    (lidar::targets, lidar::TARGETS),
+    (lidar::direction, lidar::DIRECTION),
+    (velocimeter::crossings, velocimeter::CROSSINGS),
+    (velocimeter::three_ratios, velocimeter::THREE_RATIOS),
+    (velocimeter::turntable, velocimeter::TURNTABLE),
+];
+
+/// Computes everything and writes `report.html` and each picture as SVG and PNG into `folder`. Gives what was checked.
+pub fn write(folder: &Path, quick: bool, seed: u64) -> Result<Vec<Check>, String> {
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let bar = progress::bar(PARTS.iter().map(|part| part.1).sum(), "sweeps");
+    let lab = Lab { quick, seed, bar };
+    let sections: Vec<Section> =
+        PARTS.iter().map(|(part, _)| part(&lab)).collect::<Result<_, _>>()?;
+    lab.bar.finish_and_clear();
+    let save = |name: String, text: String| {
+        let file = folder.join(name);
+        fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))
+    };
+    for chart in sections.iter().flat_map(|section| &section.charts) {
+        save(format!("{}.svg", chart.name), chart.svg()?)?;
+        chart.png(&folder.join(format!("{}.png", chart.name)))?;
+    }
+    save("report.html".into(), page::page(&sections, &lab)?)?;
+    Ok(sections.into_iter().flat_map(|section| section.checks).collect())
+}

@@ -1,0 +1,112 @@
+//! The page: everything in one file, for paper and for a dark screen.
+
+use super::chart::escape;
+use super::lab::{Check, Lab, Section, Table, digits};
+
+const HEAD: &str = r#"<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>Picket: the papers' figures, computed anew</title>
+<style>
+:root { color-scheme: light dark; --ink: #202020; --ground: #ffffff; --line: #c8c8c8; --faint: #606060; --bad: #b00020; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --ink: #e4e4e4; --ground: #15181c; --line: #444a52; --faint: #a0a6ad; --bad: #ff8080; }
+}
+body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 60rem;
+  margin: 2rem auto; padding: 0 1rem; }
+svg { width: 100%; height: auto; color: var(--ink); break-inside: avoid; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after: avoid; }
+.table { overflow-x: auto; margin: 1rem 0; }
+table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.25rem 0.7rem; text-align: right; border-bottom: 1px solid var(--line); }
+th:first-child, td:first-child { text-align: left; }
+th { vertical-align: bottom; }
+tr { break-inside: avoid; }
+details, .faint { color: var(--faint); font-size: 0.9rem; }
+.bad { color: var(--bad); font-weight: bold; }
+nav li { margin: 0.1rem 0; }
+@media print { body { margin: 0; max-width: none; font-size: 11pt; } nav { display: none; } }
+</style></head><body>
+"#;
+
+/// The page of these sections.
+pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
+    let checks: Vec<&Check> = sections.iter().flat_map(|section| &section.checks).collect();
+    let held = checks.iter().filter(|check| check.holds).count();
+    let mut page = HEAD.to_owned();
+    page += "<h1>The papers' figures, computed anew</h1>\n";
+    page += "<p>Ye et al. 2022 (<a href=\"https://doi.org/10.3788/IRLA20220222\">doi:10.3788/IRLA20220222</a>), the lidar \
+             paper, and Yang et al. 2011 (<a href=\"https://doi.org/10.3724/SP.J.1146.2010.01373\">\
+             doi:10.3724/SP.J.1146.2010.01373</a>), the Doppler paper, beside what Picket measures. Every number was \
+             computed by this run. ± is one standard error.</p>\n";
+    page += &format!(
+        "<p class=\"faint\">cargo report{} --seed {}, Picket {}: {held} of {} figures within their bars.</p>\n",
+        if lab.quick { " -- --quick" } else { " --" },
+        lab.seed,
+        env!("CARGO_PKG_VERSION"),
+        checks.len()
+    );
+    page += "<nav><ol>\n";
+    for (number, section) in (1..).zip(sections) {
+        page += &format!("<li><a href=\"#part{number}\">{}</a></li>\n", escape(section.title));
+    }
+    page += "</ol></nav>\n";
+    for (number, section) in (1..).zip(sections) {
+        page += &format!("<h2 id=\"part{number}\">{number}. {}</h2>\n", escape(section.title));
+        for paragraph in &section.text {
+            page += &format!("<p>{}</p>\n", escape(paragraph));
+        }
+        for chart in &section.charts {
+            page += &chart.inline_svg()?;
+        }
+        section.tables.iter().for_each(|table| page += &html(table));
+        page += &checked(&section.checks);
+    }
+    page += "</body></html>\n";
+    Ok(page)
+}
+
+fn html(table: &Table) -> String {
+    let cells = |row: &[String], tag: &str| {
+        let cells = row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
+        format!("<tr>{}</tr>\n", cells.collect::<String>())
+    };
+    let rows: String = table.rows.iter().map(|row| cells(row, "td")).collect();
+    format!(
+        "<div class=\"table\"><table><thead>{}</thead><tbody>\n{rows}</tbody></table></div>\n",
+        cells(&table.head, "th")
+    )
+}
+
+/// The bars: what failed is in the open, the rest on demand.
+fn checked(checks: &[Check]) -> String {
+    if checks.is_empty() {
+        return String::new();
+    }
+    let line = |check: &&Check| {
+        let class = if check.holds { "" } else { " class=\"bad\"" };
+        let bar = format!("{} to {}", digits(check.low), digits(check.high));
+        format!(
+            "<tr{class}><td>{}</td><td>{}</td><td>{}</td><td>{bar}</td></tr>\n",
+            escape(&check.figure),
+            digits(check.measured),
+            digits(check.error)
+        )
+    };
+    let list = |wanted: bool| -> String {
+        let rows: String =
+            checks.iter().filter(|check| check.holds == wanted).map(|c| line(&c)).collect();
+        let head = "<tr><th>figure</th><th>measured</th><th>standard error</th><th>bar</th></tr>";
+        if rows.is_empty() {
+            rows
+        } else {
+            format!("<div class=\"table\"><table>{head}{rows}</table></div>\n")
+        }
+    };
+    let held = checks.iter().filter(|check| check.holds).count();
+    format!(
+        "{}<details><summary>{held} of {} figures within their bars (and four standard errors)</summary>{}</details>\n",
+        list(false),
+        checks.len(),
+        list(true)
+    )
+}
