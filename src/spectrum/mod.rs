@@ -3,6 +3,7 @@
 pub mod bins;
 pub mod fft;
 pub mod peak;
+pub mod zoom;
 
 use crate::acquire::sample::{Cells as _, Codes, Record};
 use num_complex::Complex;

@@ -23,7 +23,7 @@ pub mod real;
 mod series;
 
 pub(crate) use model::Model;
-pub(crate) use series::circle;
+pub(crate) use series::{circle, cosine, line_shape, sinc};
 
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::scalar::Scalar;
