@@ -76,11 +76,14 @@ pub struct Following {
     pub rate_bins: f32,
     /// The most tones that are followed at once, 1 to 4.
     pub most: u8,
+    /// Locked tracking (see [`crate::estimate::locked`]): of so many blocks one is searched whole, the others only where
+    /// the tone is expected. 0 or 1: every block is searched. Where more than one tone is followed every block is, too.
+    pub refresh: u8,
 }
 
 impl Default for Following {
     fn default() -> Self {
-        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 1 }
+        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 1, refresh: 0 }
     }
 }
 
@@ -218,7 +221,7 @@ impl Config {
     }
 
     fn tracking(&self, n: usize) -> Result<Tracking, ConfigError> {
-        let Following { agility, acceleration_bins, rate_bins, most } = self.following;
+        let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
         let above = |x: f32| positive(x.into());
         let right = above(agility)
             && above(rate_bins)
@@ -234,6 +237,7 @@ impl Config {
             acceleration: acceleration_bins * bin,
             rate: rate_bins * bin,
             most: usize::from(most),
+            refresh,
         })
     }
 

@@ -101,7 +101,8 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         several(&self.spectrum, band, &statistics, stamp, options, wanted)
     }
 
-    fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
+    /// What a tone amounts to.
+    pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
         match self.plan.solver {
             Solver::None => Outcome::None,
             Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),

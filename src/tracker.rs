@@ -1,8 +1,9 @@
 //! The pipeline with a memory: tones followed from block to block, and the targets they amount to.
 
-use crate::acquire::sample::{Record, Segment, Stamp};
+use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
 use crate::estimate::detection::{HOLD, Threshold};
+use crate::estimate::lock::Lock;
 use crate::estimate::several::MOST;
 use crate::estimate::tone::{Tone, Verdict};
 use crate::pipeline::{Measurement, Pipeline};
@@ -19,17 +20,82 @@ pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
     tracking: Tracking,
     tracks: [Tracks; 3],
+    locks: [Option<Lock>; 3],
 }
 
 impl<R: Record, const N: usize> Tracker<R, N> {
     /// A tracker that follows `plan`, by its [`Plan::tracking`].
     pub const fn new(plan: Plan) -> Self {
         let tracks = [const { Tracks::new() }; 3];
-        Self { pipeline: Pipeline::new(plan), tracking: plan.tracking, tracks }
+        let locks = [const { None }; 3];
+        Self { pipeline: Pipeline::new(plan), tracking: plan.tracking, tracks, locks }
     }
 
-    /// Measures one block as [`Pipeline::block`] does and leads the tracks of its segment on.
+    /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
+    /// locked, where that is expected.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        let measurement = match self.locked(stamp, samples) {
+            Some(measurement) => measurement,
+            None => self.searched(stamp, samples),
+        };
+        let segment = place(stamp.segment);
+        let (Some(tracks), Some(lock)) = (self.tracks.get(segment), self.locks.get_mut(segment))
+        else {
+            return measurement;
+        };
+        let follow = self.tracking.refresh > 1 && self.tracking.most == 1;
+        let next = Stamp {
+            sequence: stamp.sequence.wrapping_add(self.pipeline.plan().segments()),
+            ..Stamp::default()
+        };
+        match tracks.expected(&next, self.pipeline.plan().segments()) {
+            Some((_, tone)) if follow => {
+                if lock.is_none() {
+                    *lock = Lock::on::<R>(tone, N);
+                }
+            }
+            _ => *lock = None,
+        }
+        measurement
+    }
+
+    /// Whether the last block of a segment was measured without a search.
+    pub fn is_locked(&self, segment: Segment) -> bool {
+        matches!(self.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
+    }
+
+    /// The short way, where it can be gone.
+    fn locked(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
+        let plan = self.pipeline.plan();
+        let every = plan.segments();
+        let segment = place(stamp.segment);
+        let lock = self.locks.get_mut(segment)?;
+        let tracks = self.tracks.get_mut(segment)?;
+        // A lock that has grown old, or does not see its tone, gives way to a search.
+        let mut held = lock.take()?;
+        if held.age.saturating_add(1) >= self.tracking.refresh {
+            return None;
+        }
+        let (expected, _) = tracks.expected(&stamp, every)?;
+        let clipped = Statistics::of::<R>(samples, plan.codes).clipped;
+        let tone = held.measure::<R, N>(samples, plan.codes, expected, clipped)?;
+        // Outside the gate it is another's.
+        tracks.would_take(&tone, &self.tracking).then_some(())?;
+        *lock = Some(held);
+        let sight = Sight {
+            stamp: &stamp,
+            every,
+            bin: 1.0 / N as f32,
+            tones: &[tone],
+            find: |_: &Tone, _| None,
+        };
+        tracks.step(sight, &self.tracking);
+        let result = self.pipeline.solve(&stamp, tone);
+        Some(Measurement { stamp, clipped, tone, result })
+    }
+
+    /// The whole way.
+    fn searched(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
         let measurement = self.pipeline.block(stamp, samples);
         let pipeline = &self.pipeline;
         let plan = pipeline.plan();

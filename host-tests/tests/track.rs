@@ -72,18 +72,20 @@ fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
     const N: usize = 256;
     const RUNS: u64 = 300;
     println!("seed {SEED:#x}, {RUNS} runs; Lambda, variance / block's, NEES");
-    for (agility, expected) in [(0.01, 0.13), (0.03, 0.22), (0.1, 0.36), (0.3, 0.54)] {
-        let runs: Vec<[f64; 4]> = (0..RUNS)
+    for (agility, expected, refresh) in
+        [(0.01, 0.13, 0), (0.03, 0.22, 16), (0.1, 0.36, 0), (0.3, 0.54, 16)]
+    {
+        let runs: Vec<[f64; 5]> = (0..RUNS)
             .into_par_iter()
             .map(|run| {
-                let following = Following { agility, ..Following::default() };
+                let following = Following { agility, refresh, ..Following::default() };
                 let mut feed = Feed::<N>::new(following, 10.0, SEED + (agility * 1e3) as u64, run);
                 let mut motion = generator(SEED + 1, run);
                 // The bound at 10 dB, times what least squares makes of it.
                 let sigma =
                     1.03 * (12.0 / (4.0 * std::f64::consts::PI.powi(2) * 256.0 * 10.0)).sqrt();
                 let (mut place, mut rate) = (60.0 + motion.random_range(-0.5..0.5), 0.0);
-                let mut sums = [0.0; 4];
+                let mut sums = [0.0; 5];
                 for block in 0..100 {
                     let push = f64::from(agility) * sigma * motion.sample::<f64, _>(StandardNormal);
                     place += rate + push / 2.0;
@@ -101,14 +103,19 @@ fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
                     sums[2] +=
                         (e * e * pr - 2.0 * e * v * pv + v * v * p) / (p * pr - pv * pv) / 2.0;
                     sums[3] += 1.0;
+                    sums[4] += f64::from(u8::from(feed.tracker.is_locked(Segment::Continuous)));
                 }
                 sums
             })
             .collect();
-        let [tracked, single, nees, count] =
-            runs.iter().fold([0.0; 4], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        let [tracked, single, nees, count, locked] =
+            runs.iter().fold([0.0; 5], |a, b| std::array::from_fn(|i| a[i] + b[i]));
         let (ratio, nees) = (tracked / single, nees / count);
-        println!("{agility}: {ratio:.3} (index {expected}), NEES {nees:.3}, {count} blocks");
+        let locked = locked / count;
+        println!(
+            "{agility}: {ratio:.3} (index {expected}), NEES {nees:.3}, {count} blocks, {locked:.2} locked"
+        );
+        assert!(refresh == 0 || locked > 0.85, "{locked} locked");
         assert!(count > 0.99 * 12.0 * RUNS as f64, "{count} blocks tracked");
         assert!((ratio / expected - 1.0).abs() < 0.1, "{agility}: {ratio}");
         assert!((0.88..1.15).contains(&nees), "{agility}: {nees}");
@@ -183,11 +190,14 @@ fn a_jump_is_followed_within_three_blocks() {
     const SEED: u64 = 0x7AC4_0004;
     println!("seed {SEED:#x}");
     for run in 0..50 {
-        let mut feed = Feed::<1024>::new(Following::default(), 10.0, SEED, run);
+        let refresh = if run % 2 == 0 { 0 } else { 16 };
+        let following = Following { refresh, ..Following::default() };
+        let mut feed = Feed::<1024>::new(following, 10.0, SEED, run);
         let place = 150.3 + run as f64;
         for _ in 0..20 {
             feed.block(&[place]);
         }
+        assert_eq!(feed.tracker.is_locked(Segment::Continuous), refresh > 0, "run {run}");
         let place = place + 20.0;
         for block in 1..=6 {
             feed.block(&[place]);

@@ -165,8 +165,8 @@ impl Header {
         }
         writer.put(config.false_alarm.to_le_bytes());
         writer.put([config.reach as u8, config.arithmetic as u8]);
-        let Following { agility, acceleration_bins, rate_bins, most } = config.following;
-        writer.put([most, 0]);
+        let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
+        writer.put([most, refresh]);
         for number in [agility, acceleration_bins, rate_bins] {
             writer.put(number.to_le_bytes());
         }
@@ -236,10 +236,10 @@ impl Header {
             1 => Arithmetic::Fixed,
             _ => return Err(HeaderError::Field),
         };
-        let [most, _] = reader.take();
+        let [most, refresh] = reader.take();
         let [agility, acceleration_bins, rate_bins] =
             [(); 3].map(|()| f32::from_le_bytes(reader.take()));
-        let following = Following { agility, acceleration_bins, rate_bins, most };
+        let following = Following { agility, acceleration_bins, rate_bins, most, refresh };
         let band_hz = (band == 1).then_some((low, high));
         let config = Config {
             rate_hz,

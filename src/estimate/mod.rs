@@ -10,6 +10,7 @@ pub mod frequency;
 pub mod hann;
 pub mod interpolate;
 pub mod least_squares;
+pub mod lock;
 pub mod locked;
 pub mod measure;
 pub mod method;

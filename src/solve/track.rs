@@ -29,6 +29,8 @@ pub struct Tracking {
     pub rate: f32,
     /// How many tones are followed at most, 1..=[`crate::estimate::several::MOST`].
     pub most: usize,
+    /// Of so many blocks one is searched whole while a track is held; 0 or 1: every block.
+    pub refresh: u8,
 }
 
 /// How a track stands.
@@ -242,7 +244,8 @@ fn square(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const TRACKING: Tracking = Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1 };
+    const TRACKING: Tracking =
+        Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1, refresh: 0 };
 
     fn tone(cycles: f64, sigma: f32) -> Tone {
         let frequency = Frequency::of_bins(0, cycles, 1).unwrap();

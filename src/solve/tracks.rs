@@ -50,6 +50,27 @@ impl Tracks {
         self.tracks.iter().filter(|track| track.state == State::Held)
     }
 
+    /// Where the only track is expected in the block after the last one, in cycles per sample, and its tone, if it was
+    /// seen well in the last.
+    pub fn expected(&self, stamp: &Stamp, every: u32) -> Option<(f32, &Tone)> {
+        let [track] = self.tracks.as_slice() else {
+            return None;
+        };
+        let next = self.last?.wrapping_add(every.max(1)) == stamp.sequence && !stamp.gap;
+        let well = track.state == State::Held && track.tone.verdict == Verdict::Good;
+        let place = track.tone.frequency.0.to_bits() as f32 / 4_294_967_296.0 + track.rate();
+        (next && well).then_some((place, &track.tone))
+    }
+
+    /// Whether the only track would take this tone of the next block as its own.
+    pub fn would_take(&self, tone: &Tone, tracking: &Tracking) -> bool {
+        let Some(mut track) = self.tracks.first().copied() else {
+            return false;
+        };
+        track.predict(1, false, tracking);
+        track.distance(tone).is_some()
+    }
+
     /// Takes a block.
     ///
     /// Every track moves on by its rate. Tones and tracks are then paired, nearest first in measures of the gate and

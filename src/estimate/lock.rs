@@ -1,0 +1,106 @@
+//! A tone that is followed without a search: the factors of its place and the noise it stands in.
+
+use super::detection::HOLD;
+use super::frequency::Frequency;
+use super::locked::{self, Found, Place};
+use super::tone::{Tone, Verdict};
+use super::uncertainty::{CLIPPED, widened};
+use super::{locked::noise, noise::ratio};
+use crate::acquire::sample::{Codes, Record};
+use crate::spectrum::zoom::Oscillator;
+
+/// How much of the noise estimate a block renews: its own has but some 23 numbers.
+const RENEWAL: f32 = 1.0 / 16.0;
+
+/// What a tone's power must exceed the noise power of a bin by: the largest of five bins of noise does so
+/// with the probability [`HOLD`].
+const STRENGTH: f32 = {
+    // -ln(0.01 / 5)
+    assert!(HOLD == 1e-2);
+    6.214_608
+};
+
+/// A block that leaves so many times the noise has something else in it: fewer than one in 10^6 do by chance.
+/// Five deviations of the cube root of 23 numbers' power (Wilson and Hilferty 1931).
+const EXCESS: f32 = 3.3;
+
+/// A tone so much weaker than a block before may be the leakage of one that has jumped away.
+const FADED: f32 = 0.25;
+
+/// A lock on a tone.
+#[derive(Clone, Debug)]
+pub struct Lock {
+    oscillator: Oscillator,
+    place: Place,
+    /// Noise power per sample.
+    noise: f32,
+    /// The square of the tone's amplitude in the last block.
+    power: f32,
+    /// Blocks since the last whole search.
+    pub age: u8,
+}
+
+impl Lock {
+    /// A lock on a tone that a whole search found; `None` where there is no place for one (see
+    /// [`locked::centre`]) or its noise is not known.
+    pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
+        let centre = locked::centre::<R>(bins(tone.frequency, n), n)?;
+        let share = if R::IQ { 1.0 } else { 0.5 };
+        let power = tone.amplitude * tone.amplitude;
+        let noise = share * power / tone.snr;
+        let known = noise > 0.0 && noise.is_finite();
+        known.then(|| Self {
+            oscillator: Oscillator::new(centre, n),
+            place: Place::new(centre, n),
+            noise,
+            power,
+            age: 0,
+        })
+    }
+
+    /// Measures a tone `expected` at this many cycles per sample; `None` where it is not seen well: then the block must be
+    /// searched whole. `clipped` samples touch a rail.
+    pub fn measure<R: Record, const N: usize>(
+        &mut self,
+        samples: &[R::Sample; N],
+        codes: Codes,
+        expected: f32,
+        clipped: u32,
+    ) -> Option<Tone> {
+        let bins = expected * N as f32;
+        if !self.place.reaches(bins) {
+            let centre = locked::centre::<R>(bins, N)?;
+            self.oscillator = Oscillator::new(centre, N);
+            self.place = Place::new(centre, N);
+        }
+        let zoom = self.oscillator.zoom::<R, N>(samples, codes);
+        let centre = self.oscillator.centre();
+        let found = self.place.fit::<R>(&zoom, bins - centre as f32)?;
+        let seen = noise::<R>(&found, N);
+        let strong = found.explained > STRENGTH * self.noise * N as f32;
+        let faded = found.amplitude_squared < FADED * self.power;
+        if !strong || faded || seen > EXCESS * self.noise || clipped as f32 > CLIPPED * N as f32 {
+            return None;
+        }
+        self.noise += RENEWAL * (seen - self.noise);
+        self.power = found.amplitude_squared;
+        self.age = self.age.saturating_add(1);
+        self.tone::<R>(&found, N, clipped)
+    }
+
+    fn tone<R: Record>(&self, found: &Found, n: usize, clipped: u32) -> Option<Tone> {
+        let length = n as f32;
+        let sigma = libm::sqrtf(length * self.noise / (found.information + found.information));
+        Some(Tone {
+            frequency: Frequency::of_bins(self.oscillator.centre(), found.offset, n)?,
+            sigma: widened(sigma, clipped as f32 / length) / length,
+            snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
+            amplitude: libm::sqrtf(found.amplitude_squared),
+            verdict: Verdict::Good,
+        })
+    }
+}
+
+fn bins(frequency: Frequency, n: usize) -> f32 {
+    frequency.0.to_bits() as f32 / 4_294_967_296.0 * n as f32
+}
