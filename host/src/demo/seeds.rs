@@ -168,10 +168,13 @@ pub fn text(spreads: &[Spread], options: &Options) -> String {
         ];
         rows.add_row(cells.map(|text| Cell::new(text).set_alignment(CellAlignment::Right)));
     }
+    let rows = rows.to_string();
+    let rows: Vec<&str> = rows.lines().map(str::trim_end).collect();
     let ratio = ratios(spreads).map_or(String::new(), |[range, velocity]| {
         format!("ratio of the rms errors: range {range:.3}, velocity {velocity:.3}\n")
     });
     format!(
-        "{head}\n\n{rows}\n\n{ratio}gross: off by more than 1.5 bins, left out of the rms; flagged: not called good, or within 5 sigma\n"
+        "{head}\n\n{}\n\n{ratio}gross: off by more than 1.5 bins, left out of the rms; flagged: not called good, or within 5 sigma\n",
+        rows.join("\n")
     )
 }

@@ -61,7 +61,7 @@ impl Axis {
     }
 }
 
-/// Plotters asks where values lie, in places from [`Axis::place`], and for the ticks.
+/// Plotters asks where values lie, in places from `Axis::place`, and for the ticks.
 impl Ranged for Axis {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;

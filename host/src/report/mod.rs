@@ -3,10 +3,14 @@
 
 pub mod chart;
 pub mod count;
+mod direction;
 pub mod lab;
 mod lidar;
-pub mod limits;
+mod limits;
+mod operations;
+pub mod over_snr;
 mod page;
+mod targets;
 mod velocimeter;
 
 use crate::progress;
@@ -22,16 +26,16 @@ type Part = (fn(&Lab) -> Result<Section, String>, u64);
 
 /// The parts, in the order of the page.
 const PARTS: [Part; 13] = [
-    (limits::over_snr, limits::OVER_SNR),
+    (over_snr::over_snr, over_snr::OVER_SNR),
     (limits::ratios, limits::RATIOS),
     (limits::image_floors, limits::IMAGE_FLOORS),
     (limits::outliers, limits::OUTLIERS),
     (limits::fixed_point, limits::FIXED_POINT),
     (lidar::spectrum, 0),
-    (lidar::operations, 0),
+    (operations::operations, 0),
     (lidar::across_a_bin, lidar::ACROSS_A_BIN),
-    (lidar::targets, lidar::TARGETS),
-    (lidar::direction, lidar::DIRECTION),
+    (targets::targets, targets::TARGETS),
+    (direction::direction, direction::DIRECTION),
     (velocimeter::crossings, velocimeter::CROSSINGS),
     (velocimeter::three_ratios, velocimeter::THREE_RATIOS),
     (velocimeter::turntable, velocimeter::TURNTABLE),

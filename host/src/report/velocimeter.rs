@@ -220,7 +220,7 @@ pub fn three_ratios(lab: &Lab) -> Result<Section, String> {
         text: vec![format!(
             "One ratio for each regime of FESA as printed: below -3.1 dB it always takes Quinn's estimator, up to 16.9 dB \
              Quinn's from offset 0.2 on, above from 0.4 on. Complex tones, N = 1024, {} records a point, the ratio estimated by \
-             eqs 11 to 13 with the bins further than N/4 from the peak as noise (eq 13 does not say which). The paper's choice \
+             eqs 11 to 13 with the bins further than N/4 from the peak as noise (eq 13 does not say which). At the lowest ratio both forms of FESA are Quinn's estimator: three curves are one. The paper's choice \
              of the three ratios, and its curves, were not at hand.",
             lab.trials(3000, 100)
         )],

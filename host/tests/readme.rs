@@ -1,0 +1,69 @@
+//! The README's figures come from commands: here they are made again.
+
+use clap::Parser;
+use indicatif::ProgressBar;
+use picket::acquire::sample::{Iq, Real};
+use picket::estimate::method::Method;
+use picket_host::demo::options::Options;
+use picket_host::demo::seeds::{Spread, on_host, text};
+use picket_host::report::SEED;
+use picket_host::report::lab::Lab;
+use picket_host::report::over_snr::{README_METHODS, readme_sweep};
+use serde_json::Value;
+
+const README: &str = include_str!("../../README.md");
+const PLOT: &str = include_str!("../../docs/over-snr.svg");
+
+/// The seeds at -10 dB, in the pipeline on this machine: the firmware's answers have the same bits.
+#[test]
+fn seeds_at_minus_ten_decibels() {
+    let command = "cargo demo -- --snr-db -10 --seeds 50 --versus z-rife";
+    let options = Options::parse_from(command.split_whitespace().skip(2));
+    let spread = |method| {
+        let summary = on_host(method, options.snr_db, options.seed, options.seeds).unwrap();
+        Spread::of(&summary, summary.results.len())
+    };
+    let spreads = [spread(Method::LeastSquaresReal), spread(options.versus.unwrap())];
+    let said = text(&spreads, &options);
+    println!("{said}{spreads:?}");
+    assert!(README.contains(&format!("$ {command}\n{said}")), "README does not say:\n{said}");
+    let [ours, theirs] = &spreads;
+    for ratio in
+        [ours.rms_range_m / theirs.rms_range_m, ours.rms_velocity_mps / theirs.rms_velocity_mps]
+    {
+        // At any offset alike it would be 1.03 over 1.39; 1400 targets leave 3 %.
+        assert!((0.66..0.80).contains(&ratio), "{ratio}");
+    }
+    assert!(ours.gross * 100 <= ours.targets, "{ours:?}");
+    // 1400 squares of a normal number: 4 % of spread.
+    assert!((0.85..1.15).contains(&ours.trust_range), "{ours:?}");
+}
+
+/// Points of the README's picture, from the same seed, are those drawn.
+#[test]
+fn points_of_the_plot() {
+    let start = PLOT.find("<metadata>").unwrap() + "<metadata>".len();
+    let values = &PLOT[start..PLOT.find("</metadata>").unwrap()];
+    let drawn: Value = serde_json::from_str(&values.replace("&quot;", "\"")).unwrap();
+    let lab = Lab { quick: false, seed: SEED, bar: ProgressBar::hidden() };
+    let at = |label: &str, snr_db: f64| {
+        let points = drawn[label].as_array().unwrap();
+        let point = points.iter().find(|point| point[0] == snr_db).unwrap();
+        point[1].as_f64().unwrap()
+    };
+    for snr_db in [0.0, 60.0] {
+        let real = lab.run::<Real>(&readme_sweep(&lab, README_METHODS).unwrap(), snr_db).unwrap();
+        let iq = lab.run::<Iq>(&readme_sweep(&lab, "fesa").unwrap(), snr_db).unwrap();
+        let names = ["ours: least squares", "Z-Rife", "Quinn, second", "HAQSE", "FESA, on I/Q"];
+        for (row, name) in real.iter().chain(&iq).zip(names) {
+            println!("{name} at {snr_db} dB: {:e}, drawn {:e}", row.rmse_bins, at(name, snr_db));
+            assert!((row.rmse_bins / at(name, snr_db) - 1.0).abs() < 1e-9, "{name}");
+        }
+        assert!((real[0].bound_bins / at("bound, real", snr_db) - 1.0).abs() < 1e-9);
+        if snr_db == 60.0 {
+            let [ours, z_rife] = [0, 1].map(|index: usize| real[index].ratio.unwrap());
+            let said = format!("Z-Rife ends at {z_rife:.0} times the bound, ours at {ours:.2}");
+            assert!(README.contains(&said), "README does not say: {said}");
+        }
+    }
+}
