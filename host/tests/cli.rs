@@ -137,7 +137,6 @@ fn options_that_do_not_fit() {
     let fixed = [&good, "--arith", "target-fixed", "--method", "candan"];
     refused(ANALYZE, &fixed, "use least squares, rife or z-rife");
     refused(ANALYZE, &[&good, "--arith", "target", "--bits", "12"], "exceed");
-    refused(ANALYZE, &[&good, "--track"], "not available yet");
     refused(ANALYZE, &[&good, "--wrong"], "--wrong");
     refused(ANALYZE, &[], "required");
     refused(SWEEP, &["--method", "least-squares"], "least-squares works on I/Q records only");

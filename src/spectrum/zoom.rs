@@ -228,7 +228,7 @@ mod tests {
         let zoom = Oscillator::new(16, 4096).zoom::<Real, 4096>(&samples, Codes::Signed16);
         // All of it in bin 0, within the largest part.
         assert!(zoom.bin(0).re.unsigned_abs() < 1 << 31);
-        assert!(f64::from(zoom.bin(0).norm_sqr_wide()).sqrt() * f64::from(zoom.unit()) > 8e7);
+        assert!(zoom.bin(0).norm_sqr_wide().sqrt() * f64::from(zoom.unit()) > 8e7);
     }
 
     trait Wide {
