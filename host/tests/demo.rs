@@ -202,3 +202,26 @@ fn the_readme_shows_what_the_demo_prints() {
     let trimmed: Vec<&str> = printed.trim_end().lines().map(str::trim_end).collect();
     assert_eq!(shown, trimmed.join("\n"));
 }
+
+/// Two seeds and two methods: what the firmware answers is what the pipeline answers on this machine, to the last bit.
+#[test]
+fn seeds_are_summed_up() {
+    use picket::estimate::method::Method;
+    use picket_host::demo::seeds::{Spread, on_host};
+    let lines =
+        lines(&["--snr-db", "-10", "--seed", "7", "--seeds", "2", "--versus", "z-rife", "--json"]);
+    assert_eq!(lines.len(), 3);
+    for (line, method) in lines.iter().zip([Method::LeastSquaresReal, Method::ZRife]) {
+        let summary = on_host(method, -10.0, 7, 2).unwrap();
+        let spread = Spread::of(&summary, summary.results.len());
+        assert_eq!(line, &serde_json::to_value(&spread).unwrap());
+        assert_eq!(spread.targets, 56);
+    }
+    let ratio = number(&lines[0], "rms_range_m") / number(&lines[1], "rms_range_m");
+    assert_eq!(number(&lines[2], "ratio_range"), ratio);
+    for arguments in [&["--seeds", "0"][..], &["--seeds", "3", "--scenario", "turntable"]] {
+        let output = demo(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+    }
+}

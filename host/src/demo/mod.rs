@@ -33,7 +33,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     if let Some(file) = &options.replay {
         return replay::run(file, options);
     }
-    if options.seeds > 1 {
+    if options.seeds > 1 || options.versus.is_some() {
         return seeds::run(options);
     }
     let summary = match options.scenario {

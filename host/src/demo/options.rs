@@ -24,8 +24,8 @@ pub struct Options {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "replay")]
     pub seeds: u64,
 
-    /// With --seeds: another method on the same samples, to compare with
-    #[arg(long, value_parser = method, requires = "seeds")]
+    /// Another method on the same samples, to compare with (table3)
+    #[arg(long, value_parser = method, conflicts_with = "replay")]
     pub versus: Option<Method>,
 
     /// Method of estimation
