@@ -41,6 +41,7 @@ pub mod acquire;
 #[cfg(target_os = "none")]
 pub mod board;
 pub mod config;
+pub mod control;
 pub mod estimate;
 pub mod pipeline;
 pub mod report;
