@@ -29,6 +29,18 @@ pub enum Kind {
     Record = 1,
     /// The last frame of a run: the front end's counters.
     End = 2,
+    /// A host's question ([`super::command::Request`]).
+    Command = 3,
+    /// Its answer.
+    Reply = 4,
+    /// Why it was not followed.
+    Refusal = 5,
+    /// What the device is ([`super::boot::Boot`]).
+    Boot = 6,
+    /// How it is ([`super::status::Status`]).
+    Status = 7,
+    /// Samples as they are ([`super::status::Raw`]).
+    Raw = 8,
 }
 
 impl Kind {
@@ -37,6 +49,12 @@ impl Kind {
         match code {
             1 => Some(Kind::Record),
             2 => Some(Kind::End),
+            3 => Some(Kind::Command),
+            4 => Some(Kind::Reply),
+            5 => Some(Kind::Refusal),
+            6 => Some(Kind::Boot),
+            7 => Some(Kind::Status),
+            8 => Some(Kind::Raw),
             _ => None,
         }
     }

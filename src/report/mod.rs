@@ -1,5 +1,8 @@
 //! What leaves the device: a measurement becomes a record, a record a frame, a frame bytes without zeros.
 
+pub mod boot;
 pub mod cobs;
+pub mod command;
 pub mod frame;
 pub mod record;
+pub mod status;

@@ -1,0 +1,204 @@
+//! Commands and answers over a bad line: what arrives is what was sent, and nothing else is followed.
+
+use picket::acquire::frontend::Counters;
+use picket::acquire::sample::Codes;
+use picket::config::{Config, Scene};
+use picket::control::clock::Source;
+use picket::control::settings::{Calibration, Drive, Settings, SettingsError};
+use picket::report::boot::{Boot, Causes, LastEnd};
+use picket::report::command::{Answer, Command, Refusal, Request};
+use picket::report::frame::{self, Frame, Kind, Reader};
+use picket::report::status::{Raw, Status};
+use picket::solve::chirp::Shape;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn settings(rng: &mut impl RngExt) -> Settings {
+    let scene = match rng.random_range(0..3) {
+        0 => Scene::Tone,
+        1 => Scene::Doppler { wavelength_m: rng.random(), angle_rad: rng.random() },
+        _ => Scene::Chirp {
+            shape: Shape::Triangle,
+            wavelength_m: rng.random(),
+            bandwidth_hz: rng.random(),
+            duration_s: rng.random(),
+        },
+    };
+    let config =
+        Config { rate_hz: rng.random(), codes: Codes::Unsigned12, scene, ..Config::default() };
+    let drive = match rng.random_range(0..4) {
+        0 => Drive::Off,
+        1 => Drive::Dac { low: rng.random(), high: rng.random() },
+        2 => Drive::Adf4159 {
+            reference_hz: rng.random(),
+            start_hz: rng.random(),
+            divider: rng.random(),
+        },
+        _ => Drive::External,
+    };
+    let calibration = Calibration { clock_ppm: rng.random(), ..Calibration::default() };
+    let (guard, report_every) = (rng.random(), rng.random());
+    Settings {
+        config,
+        iq: rng.random(),
+        guard,
+        drive,
+        report_every,
+        calibration,
+        ..Settings::default()
+    }
+}
+
+fn request(rng: &mut impl RngExt) -> Request {
+    let command = match rng.random_range(0..9) {
+        0 => Command::Identify,
+        1 => Command::Start,
+        2 => Command::Stop,
+        3 => Command::GetSettings,
+        4 => Command::SetSettings(settings(rng), 1 << rng.random_range(6..13)),
+        5 => Command::Save,
+        6 => Command::Capture(rng.random()),
+        7 => Command::Reset,
+        _ => Command::Reboot,
+    };
+    Request { tag: rng.random(), command }
+}
+
+fn frames(bytes: &[u8]) -> Vec<Frame> {
+    let mut reader = Reader::default();
+    bytes.iter().filter_map(|&byte| reader.push(byte)?.ok()).collect()
+}
+
+fn only(bytes: &[u8]) -> Frame {
+    let frames = frames(bytes);
+    let [frame] = &frames[..] else { panic!("{} frames", frames.len()) };
+    frame.clone()
+}
+
+#[test]
+fn requests_come_back_as_they_were() {
+    println!("seed 21");
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    for _ in 0..10_000 {
+        let sent = request(&mut rng);
+        assert_eq!(Request::of_frame(&only(&sent.to_frame())), Ok(sent));
+    }
+}
+
+#[test]
+fn answers_come_back_as_they_were() {
+    let answer = Answer { tag: 7, command: 5 };
+    let body = [9; 150];
+    assert_eq!(Answer::of_frame(&only(&answer.reply(&body))), Some((answer, Ok(&body[..]))));
+    let refusals = [
+        Refusal::Damaged,
+        Refusal::Unknown,
+        Refusal::Settings(SettingsError::Drive.code()),
+        Refusal::Flash,
+        Refusal::Stopped,
+    ];
+    for refusal in refusals {
+        let frame = only(&answer.refusal(refusal));
+        assert_eq!(Answer::of_frame(&frame), Some((answer, Err(refusal))));
+        assert!(!refusal.to_string().contains('\n'));
+    }
+    assert!(answer.reply(&[0; 300]).is_empty(), "what is too long is not cut");
+}
+
+#[test]
+fn boot_status_and_samples_come_back_as_they_were() {
+    println!("seed 22");
+    let mut rng = ChaCha8Rng::seed_from_u64(22);
+    for _ in 0..1000 {
+        let boot = Boot {
+            clock: Source::from_u8(rng.random_range(0..3)).unwrap(),
+            causes: Causes(rng.random()),
+            measuring: rng.random(),
+            stored: rng.random(),
+            unfit: rng.random(),
+            program: rng.random(),
+            settings: rng.random(),
+            n: rng.random(),
+            core_hz: rng.random(),
+            last: LastEnd { kind: rng.random(), pc: rng.random(), more: rng.random() },
+        };
+        assert_eq!(Boot::of_frame(&only(&boot.to_frame())), Some(boot));
+        let [blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns] =
+            rng.random();
+        let counters =
+            Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
+        let [dropped, refused, load, stack] = rng.random();
+        let status = Status { counters, dropped, refused, load, stack };
+        assert_eq!(Status::of_frame(&only(&status.to_frame())), Some(status));
+        let mut bytes = vec![0; rng.random_range(0..=Raw::PIECE)];
+        rng.fill_bytes(&mut bytes);
+        let bytes = heapless::Vec::from_slice(&bytes).unwrap();
+        let raw = Raw { sequence: rng.random(), offset: rng.random(), bytes };
+        assert_eq!(Raw::of_frame(&only(&raw.to_frame())), Some(raw));
+    }
+}
+
+#[test]
+fn a_hundred_thousand_damaged_commands_and_none_followed() {
+    println!("seed 23");
+    let mut rng = ChaCha8Rng::seed_from_u64(23);
+    let mut followed = 0;
+    for _ in 0..100_000 {
+        let sent = request(&mut rng);
+        let mut bytes = sent.to_frame().to_vec();
+        let last = bytes.len() - 1;
+        match rng.random_range(0..4) {
+            0 => (0..rng.random_range(1..8)).for_each(|_| {
+                bytes[rng.random_range(0..=last)] ^= 1 << rng.random_range(0..8);
+            }),
+            1 => {
+                let from = rng.random_range(0..last);
+                rng.fill_bytes(&mut bytes[from..last]);
+            }
+            2 => drop(bytes.remove(rng.random_range(0..last))),
+            _ => bytes.insert(rng.random_range(0..last), rng.random()),
+        }
+        bytes.push(0);
+        for frame in frames(&bytes) {
+            // Damage may undo itself: then the command is the one that was sent.
+            followed += u32::from(Request::of_frame(&frame).is_ok_and(|got| got != sent));
+        }
+    }
+    assert_eq!(followed, 0);
+}
+
+#[test]
+fn what_is_no_command_is_refused_and_the_tag_comes_back() {
+    let told =
+        |kind, payload: &[u8]| Request::of_frame(&only(&frame::encode(kind, payload).unwrap()));
+    let answer = |tag, command| Answer { tag, command };
+    assert_eq!(told(Kind::Command, &[3]), Err((answer(0, 0), Refusal::Unknown)));
+    for payload in [&[3, 0][..], &[3, 99], &[3, 1, 0], &[3, 7, 1], &[3, 5, 1, 2, 3]] {
+        let unknown = Err((answer(3, payload[1]), Refusal::Unknown));
+        assert_eq!(told(Kind::Command, payload), unknown, "{payload:?}");
+    }
+    assert_eq!(told(Kind::Reply, &[3, 1]), Err((answer(3, 1), Refusal::Unknown)));
+    let mut damaged = vec![3, 5];
+    damaged.extend(Settings::default().to_bytes(1024));
+    damaged[30] ^= 4;
+    let Err((head, Refusal::Settings([1, _]))) = told(Kind::Command, &damaged) else {
+        panic!("damaged settings must be refused");
+    };
+    assert_eq!(head, answer(3, 5));
+}
+
+// RM 6.3.21.
+#[test]
+fn reset_causes() {
+    for (csr, message) in [
+        (0x0E00_0000, "power"),
+        (0x0400_0000, "reset button"),
+        (0x1400_0000, "software"),
+        (0x2400_0000, "watchdog"),
+        (0x2C00_0000, "watchdog"),
+        (0x4400_0000, "other"),
+        (0, "unknown"),
+    ] {
+        assert_eq!(Causes::of_csr(csr).message(), message, "{csr:#x}");
+    }
+}

@@ -1,0 +1,112 @@
+//! How an instrument is: counters, load and memory, about once a second; and blocks as they are.
+
+use super::frame::{self, Frame, Kind, WIRE};
+use crate::acquire::frontend::Counters;
+use heapless::Vec;
+
+/// The record: a version, then twelve words, little-endian, in the order of the fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Status {
+    /// What became of the blocks.
+    pub counters: Counters,
+    /// Records that found no room on the line.
+    pub dropped: u32,
+    /// Frames from the host that were damaged or not understood.
+    pub refused: u32,
+    /// The share of the time that the core was not asleep, in thousandths, since the last status.
+    pub load: u32,
+    /// Bytes of stack that were ever in use.
+    pub stack: u32,
+}
+
+const VERSION: u8 = 1;
+const WORDS: usize = 12;
+
+impl Status {
+    /// As a frame.
+    pub fn to_frame(&self) -> Vec<u8, WIRE> {
+        let Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns } =
+            self.counters;
+        let words: [u32; WORDS] = [
+            blocks,
+            overruns,
+            missed,
+            late,
+            broken,
+            spurious,
+            dma_errors,
+            adc_overruns,
+            self.dropped,
+            self.refused,
+            self.load,
+            self.stack,
+        ];
+        let mut bytes = [0; 1 + 4 * WORDS];
+        if let Some((version, rest)) = bytes.split_first_mut() {
+            *version = VERSION;
+            let places = rest.as_chunks_mut().0.iter_mut();
+            places.zip(words).for_each(|(place, word)| *place = word.to_le_bytes());
+        }
+        frame::encode(Kind::Status, &bytes).unwrap_or_default()
+    }
+
+    /// The record a frame carries; what a later version appends is passed over.
+    pub fn of_frame(frame: &Frame) -> Option<Self> {
+        let (&VERSION, rest) = frame.payload.split_first()? else { return None };
+        if frame.kind != Kind::Status {
+            return None;
+        }
+        let words = rest.as_chunks().0.first_chunk::<WORDS>()?.map(u32::from_le_bytes);
+        let [
+            blocks,
+            overruns,
+            missed,
+            late,
+            broken,
+            spurious,
+            dma_errors,
+            adc_overruns,
+            dropped,
+            refused,
+            load,
+            stack,
+        ] = words;
+        let counters =
+            Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
+        Some(Self { counters, dropped, refused, load, stack })
+    }
+}
+
+/// A piece of a block's samples as the converter gave them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Raw {
+    /// The block's sequence number.
+    pub sequence: u32,
+    /// Bytes of the block before this piece.
+    pub offset: u16,
+    /// The piece: little-endian i16, I/Q in turn.
+    pub bytes: Vec<u8, { Self::PIECE }>,
+}
+
+impl Raw {
+    /// The most bytes in a piece.
+    pub const PIECE: usize = 192;
+
+    /// As a frame.
+    pub fn to_frame(&self) -> Vec<u8, WIRE> {
+        let mut payload = Vec::<u8, { frame::PAYLOAD }>::new();
+        let (sequence, offset) = (self.sequence.to_le_bytes(), self.offset.to_le_bytes());
+        let parts = [&sequence[..], &offset, &self.bytes];
+        let fits = parts.iter().all(|part| payload.extend_from_slice(part).is_ok());
+        if fits { frame::encode(Kind::Raw, &payload).unwrap_or_default() } else { Vec::new() }
+    }
+
+    /// The piece a frame carries.
+    pub fn of_frame(frame: &Frame) -> Option<Self> {
+        let (&sequence, rest) = frame.payload.split_first_chunk()?;
+        let (&offset, bytes) = rest.split_first_chunk()?;
+        let bytes = Vec::from_slice(bytes).ok()?;
+        let (sequence, offset) = (u32::from_le_bytes(sequence), u16::from_le_bytes(offset));
+        (frame.kind == Kind::Raw).then_some(Self { sequence, offset, bytes })
+    }
+}
