@@ -28,6 +28,10 @@ fn main() -> io::Result<()> {
             println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
         }
     }
+    // The last 4 KiB of memory stand for the registers that the host plays.
+    if env::var_os("CARGO_FEATURE_PLAYED").is_some() {
+        println!("cargo:rustc-link-arg-bins=--defsym=_ram_length={:#x}", 124 << 10);
+    }
     let out = PathBuf::from(variable("OUT_DIR"));
     // The images name their interrupt handlers in the vector table itself.
     fs::write(out.join("device.x"), "")?;

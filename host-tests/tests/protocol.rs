@@ -50,7 +50,7 @@ fn settings(rng: &mut impl RngExt) -> Settings {
 }
 
 fn request(rng: &mut impl RngExt) -> Request {
-    let command = match rng.random_range(0..9) {
+    let command = match rng.random_range(0..10) {
         0 => Command::Identify,
         1 => Command::Start,
         2 => Command::Stop,
@@ -59,6 +59,7 @@ fn request(rng: &mut impl RngExt) -> Request {
         5 => Command::Save,
         6 => Command::Capture(rng.random()),
         7 => Command::Reset,
+        8 => Command::Status,
         _ => Command::Reboot,
     };
     Request { tag: rng.random(), command }

@@ -144,6 +144,20 @@ impl Counters {
         self.spurious.wrapping_add(self.dma_errors).wrapping_add(self.adc_overruns)
     }
 
+    /// What happened since the counters stood at `zero`.
+    pub fn since(&self, zero: &Self) -> Self {
+        Self {
+            blocks: self.blocks.wrapping_sub(zero.blocks),
+            overruns: self.overruns.wrapping_sub(zero.overruns),
+            missed: self.missed.wrapping_sub(zero.missed),
+            late: self.late.wrapping_sub(zero.late),
+            broken: self.broken.wrapping_sub(zero.broken),
+            spurious: self.spurious.wrapping_sub(zero.spurious),
+            dma_errors: self.dma_errors.wrapping_sub(zero.dma_errors),
+            adc_overruns: self.adc_overruns.wrapping_sub(zero.adc_overruns),
+        }
+    }
+
     /// Blocks the converter filled: those delivered and those lost.
     pub fn filled(&self) -> u32 {
         self.blocks.wrapping_add(self.lost())
@@ -340,10 +354,10 @@ impl<S> Blocks<'_, S> {
 // heapless takes its indices modulo the queue's length, which the types do not show to be above 0
 // after `split`. The comparison shows it, so that no test for a division by 0 is left in the image.
 
-fn put<T>(queue: &mut Producer<'_, T>, item: T) -> Result<(), T> {
+pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: T) -> Result<(), T> {
     if queue.capacity() == usize::MAX { Err(item) } else { queue.enqueue(item) }
 }
 
-fn take<T>(queue: &mut Consumer<'_, T>) -> Option<T> {
+pub(crate) fn take<T>(queue: &mut Consumer<'_, T>) -> Option<T> {
     if queue.capacity() == usize::MAX { None } else { queue.dequeue() }
 }

@@ -6,5 +6,7 @@ pub mod converter;
 pub mod halt;
 #[cfg(feature = "mps2")]
 pub mod mps2;
+#[cfg(feature = "nucleo")]
+pub mod nucleo_f446re;
 #[cfg(feature = "mps2")]
 pub mod playback;

@@ -6,6 +6,7 @@
 pub mod adf4159;
 pub mod clock;
 pub mod guard;
+pub mod pins;
 pub mod sampling;
 pub mod serial;
 pub mod settings;

@@ -88,7 +88,7 @@ impl Sampling {
         // The prescaler is a whole number of the converter's cycles itself.
         let scale = match ticks.div_ceil(1 << 16) {
             0 | 1 => 1,
-            more => more.next_multiple_of(ratio),
+            more => more.checked_next_multiple_of(ratio).unwrap_or(more),
         };
         let reload = (ticks.saturating_add(scale / 2)).checked_div(scale).unwrap_or(1);
         let (Ok(prescaler), Ok(reload)) =

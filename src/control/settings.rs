@@ -67,7 +67,8 @@ impl Calibration {
         if let Outcome::Target(target) = &mut measurement.result {
             let range = target.range.to_num::<f64>() * f64::from(self.range_slope);
             let range = range + f64::from(self.range_offset_m);
-            target.range = I32F32::saturating_from_num(range);
+            // A cast holds the value to the range of the type and takes NaN to 0.
+            target.range = I32F32::from_bits((range * 4_294_967_296.0) as i64);
             target.sigma_range *= self.range_slope;
         }
     }

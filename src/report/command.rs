@@ -34,6 +34,8 @@ pub enum Command {
     Reset,
     /// Start anew, as from power-on.
     Reboot,
+    /// How are you? Answered, and a [`super::status::Status`] follows.
+    Status,
 }
 
 /// Why a command was not followed.
@@ -119,6 +121,7 @@ impl Command {
             Command::Capture(_) => 7,
             Command::Reset => 8,
             Command::Reboot => 9,
+            Command::Status => 10,
         }
     }
 }
@@ -161,6 +164,7 @@ impl Request {
             (7, &[low, high]) => Command::Capture(u16::from_le_bytes([low, high])),
             (8, []) => Command::Reset,
             (9, []) => Command::Reboot,
+            (10, []) => Command::Status,
             _ => return unknown,
         };
         Ok(Request { tag, command })

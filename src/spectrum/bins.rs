@@ -77,7 +77,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         let n = n.max(1);
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         for (cell, k) in cells.iter_mut().zip(peak - REACH as i32..) {
-            let k = k.rem_euclid(n as i32) as usize;
+            let k = k.checked_rem_euclid(n as i32).unwrap_or(0) as usize;
             *cell = if !R::IQ && k > n / 2 { bin(n - k).conj() } else { bin(k) };
         }
         Self { n, peak, cells, kind: PhantomData }

@@ -57,7 +57,7 @@ impl<R: Record, const N: usize> Spectrum<R, N> {
     /// spectrum, so that every `k` has a value: `X[-k] = conj X[k]`.
     pub fn bin(&self, k: i32) -> Complex<i32> {
         let points = self.cells.points();
-        let k = k.rem_euclid(N as i32) as usize;
+        let k = k.checked_rem_euclid(N as i32).unwrap_or(0) as usize;
         if R::IQ {
             return points.get(k).map_or(ZERO, |p| Complex::new(p[0], p[1]));
         }

@@ -103,7 +103,7 @@ impl Search {
     }
 
     fn slot(bin: i32) -> usize {
-        bin.rem_euclid(SKIRT) as usize
+        bin.checked_rem_euclid(SKIRT).unwrap_or(0) as usize
     }
 
     fn newest(&self, bin: i32) -> u64 {

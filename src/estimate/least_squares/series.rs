@@ -9,10 +9,10 @@ use crate::scalar::Scalar;
 /// sine near 0 is as exact, relatively, as the type can hold: at low bins that matters.
 pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
     let n = n.max(1);
-    let eighths = (i64::from(k.rem_euclid(n)) * 8) / i64::from(n);
+    let eighths = (i64::from(k.checked_rem_euclid(n).unwrap_or(0)) * 8) / i64::from(n);
     let quadrant = (eighths + 1) / 2;
     // 4 k - quadrant n is four times the rest, within -n/2..=n/2.
-    let rest = 4 * i64::from(k.rem_euclid(n)) - quadrant * i64::from(n);
+    let rest = 4 * i64::from(k.checked_rem_euclid(n).unwrap_or(0)) - quadrant * i64::from(n);
     let x = T::of_i32(rest as i32) * (T::of(core::f64::consts::FRAC_PI_2) / T::of_i32(n));
     let z = x * x;
     let (cos, sin) = (cosine(z), x * sinc(z));

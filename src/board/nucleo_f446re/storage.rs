@@ -1,0 +1,114 @@
+//! The last two sectors of flash as slots for settings, and the program's own checksum.
+
+use super::{flash, put, wait};
+use crate::control::slots::{Slot, Storage};
+use core::ptr::{read_volatile, write_volatile};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// Sectors 6 and 7, 128 KiB each (RM 3.3, table 4); memory.x keeps the program below.
+const SLOTS: [(usize, u32); 2] = [(0x0804_0000, 6), (0x0806_0000, 7)];
+/// Words of a slot that may be touched.
+const WORDS: usize = 256;
+
+/// The flash controller.
+#[derive(Debug)]
+pub struct Flash;
+
+/// The controller did not finish, or reports an error (FLASH_SR).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refused(pub u32);
+
+/// FLASH_CR (RM 3.8.4): PG 0, SER 1, SNB 6:3, PSIZE 9:8 = 2 words, STRT 16, LOCK 31.
+const WORDWISE: u32 = 2 << 8;
+/// FLASH_SR (RM 3.8.3): BSY 16, errors 8:4 and 1.
+const BUSY: u32 = 1 << 16;
+const ERRORS: u32 = 0x1F2;
+
+impl Flash {
+    fn place(slot: Slot) -> (usize, u32) {
+        let [a, b] = SLOTS;
+        match slot {
+            Slot::A => a,
+            Slot::B => b,
+        }
+    }
+
+    /// Does `work` with the controller unlocked.
+    fn unlocked(&mut self, control: u32, work: impl FnOnce()) -> Result<(), Refused> {
+        const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+        // The core stands still while flash is busy, so few questions pass in 2 s; the watchdog bounds the rest.
+        let ready = || wait(|| flash().sr().read().bits() & BUSY == 0);
+        if !ready() {
+            return Err(Refused(BUSY));
+        }
+        KEYS.iter().for_each(|&key| {
+            put!(flash().keyr(), key);
+        });
+        put!(flash().sr(), ERRORS);
+        put!(flash().cr(), control);
+        work();
+        let done = ready();
+        let errors = flash().sr().read().bits() & ERRORS;
+        put!(flash().cr(), 1 << 31);
+        if done && errors == 0 { Ok(()) } else { Err(Refused(errors)) }
+    }
+}
+
+impl Storage for Flash {
+    type Error = Refused;
+
+    fn read(&self, slot: Slot, index: usize) -> u32 {
+        let (address, _) = Self::place(slot);
+        let index = index.min(WORDS);
+        // SAFETY: the chip has flash there, which the linker does not use; any word is valid.
+        unsafe { read_volatile(core::ptr::with_exposed_provenance::<u32>(address + 4 * index)) }
+    }
+
+    fn erase(&mut self, slot: Slot) -> Result<(), Refused> {
+        let (_, sector) = Self::place(slot);
+        let control = WORDWISE | 1 << 1 | sector << 3;
+        let done = self.unlocked(control, || {
+            put!(flash().cr(), control | 1 << 16);
+        });
+        // DCEN 10, DCRST 12: the data cache may hold what was there (RM 3.4.2).
+        let access = flash().acr().read().bits();
+        put!(flash().acr(), access & !(1 << 10));
+        put!(flash().acr(), access & !(1 << 10) | 1 << 12);
+        put!(flash().acr(), access);
+        done
+    }
+
+    fn write(&mut self, slot: Slot, index: usize, word: u32) -> Result<(), Refused> {
+        let (address, _) = Self::place(slot);
+        if index >= WORDS {
+            return Err(Refused(0));
+        }
+        self.unlocked(WORDWISE | 1, || {
+            // SAFETY: the place is erased flash of the slot, unlocked for writing words; nothing else refers to it.
+            unsafe {
+                write_volatile(core::ptr::with_exposed_provenance_mut(address + 4 * index), word);
+            }
+            cortex_m::asm::dsb();
+        })
+    }
+}
+
+/// The program's checksum: CRC-32 of flash from its start to the initial values of variables, as its file has it.
+pub fn program() -> u32 {
+    unsafe extern "C" {
+        static __sidata: u32;
+        static __sdata: u32;
+        static __edata: u32;
+    }
+    const START: usize = 0x0800_0000;
+    let [stored, first, last] =
+        [&raw const __sidata, &raw const __sdata, &raw const __edata].map(|symbol| symbol as usize);
+    let length = stored.wrapping_sub(START).wrapping_add(last.wrapping_sub(first));
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    for address in (START..START + length.min(256 << 10)).map(core::ptr::with_exposed_provenance) {
+        // SAFETY: the program lies there; reading it changes nothing.
+        digest.update(&[unsafe { read_volatile::<u8>(address) }]);
+    }
+    digest.finalize()
+}
