@@ -196,6 +196,21 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// A plan that finds nothing, for a pipeline in memory that is filled before the program runs.
+    pub const IDLE: Self = Plan {
+        codes: Codes::Signed12,
+        band: Band { low: 0, high: 0 },
+        options: Options {
+            method: Method::LeastSquares,
+            reach: Reach::Four,
+            arithmetic: Arithmetic::Float,
+            threshold: Threshold::NEVER,
+        },
+        solver: Solver::None,
+    };
+}
+
 impl Config {
     /// Checks the whole configuration for records of kind `R` and `n` samples.
     pub fn validate<R: Record>(&self, n: usize) -> Result<Plan, ConfigError> {

@@ -56,6 +56,12 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         Self { plan, spectrum: Spectrum::new(), ramps: Ramps::new() }
     }
 
+    /// Follows another plan from the next block on.
+    pub fn follow(&mut self, plan: Plan) {
+        self.plan = plan;
+        self.ramps = Ramps::new();
+    }
+
     /// Measures one block.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
         let statistics = Statistics::of::<R>(samples, self.plan.codes);

@@ -214,7 +214,7 @@ fn run(
 }
 
 /// Reads a pipe on a thread of its own, so that waiting for it can end.
-fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+pub(crate) fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (sender, receiver) = sync_channel(16);
     std::thread::spawn(move || {
         let mut buffer = [0; 1 << 16];

@@ -1,10 +1,13 @@
 //! Host tools.
 pub mod analyze;
 pub mod arithmetic;
+pub mod board;
 pub mod cli;
 pub mod demo;
+pub mod device;
 pub mod emulator;
 pub mod estimator;
+pub mod flash;
 pub mod follow;
 pub mod progress;
 pub mod recording;
@@ -15,3 +18,4 @@ pub mod simulate;
 pub mod sweep;
 pub mod telemetry;
 pub mod toolchain;
+pub mod watch;

@@ -374,7 +374,7 @@ fn ask(program: &Path, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().into())
 }
 
-fn on_path(name: &str) -> Option<PathBuf> {
+pub(crate) fn on_path(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|directory| directory.join(name)).find(|file| file.is_file())
 }

@@ -21,6 +21,9 @@ pub struct Threshold {
 }
 
 impl Threshold {
+    /// Nothing passes.
+    pub const NEVER: Self = Self { log: f32::INFINITY };
+
     /// For a search of `bins` bins and a false-alarm probability within 1e-30..=0.5 (a value beyond is
     /// brought there).
     pub fn new(bins: u32, false_alarm: f64) -> Self {

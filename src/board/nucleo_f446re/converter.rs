@@ -189,10 +189,10 @@ pub fn counters() -> Counters {
 
 /// Sets converters and stream up and starts them; once only. Gives the main loop's end.
 pub fn start(instrument: &Instrument, tree: &Tree) -> Option<Blocks<'static, Slot>> {
-    static MEMORY: [ConstStaticCell<Memory>; 4] = [const { ConstStaticCell::new([0; SLOT]) }; 4];
-    static FRONT_END: ConstStaticCell<FrontEnd<Slot, 3>> = ConstStaticCell::new(FrontEnd::new());
-    let [a, b, c, d] = &MEMORY;
-    let [a, b, c, d] = [a.try_take()?, b.try_take()?, c.try_take()?, d.try_take()?].map(Slot);
+    static MEMORY: [ConstStaticCell<Memory>; 3] = [const { ConstStaticCell::new([0; SLOT]) }; 3];
+    static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> = ConstStaticCell::new(FrontEnd::new());
+    let [a, b, c] = &MEMORY;
+    let [a, b, c] = [a.try_take()?, b.try_take()?, c.try_take()?].map(Slot);
     let sampling = &instrument.sampling;
     let timing: Timing = instrument.timing;
     let chain = Chain {
@@ -206,7 +206,7 @@ pub fn start(instrument: &Instrument, tree: &Tree) -> Option<Blocks<'static, Slo
         passed: 0,
         segments: timing.segments.len().max(1) as u64,
     };
-    let (mut filler, blocks) = FRONT_END.try_take()?.split(chain, timing, [c, d]);
+    let (mut filler, blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
     chirp::set_up(instrument);
     filler.dma().stop();
     filler.dma().start();

@@ -21,12 +21,12 @@ use crate::report::record::{Health, Record};
 use crate::report::status::{Raw, Status};
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
-use static_cell::StaticCell;
+use static_cell::ConstStaticCell;
 
-/// The pipelines' memory: one for each kind of record.
-struct Pipelines {
-    real: &'static mut Pipeline<Real, N>,
-    iq: &'static mut Pipeline<Iq, N>,
+/// The pipeline for the kind of record in use.
+enum Measurer {
+    Real(&'static mut Pipeline<Real, N>),
+    Iq(&'static mut Pipeline<Iq, N>),
 }
 
 /// The instrument.
@@ -38,7 +38,7 @@ pub struct Instrument {
     reader: Reader,
     refused: u32,
     blocks: Option<Blocks<'static, Slot>>,
-    pipelines: Pipelines,
+    measurer: Measurer,
     /// Blocks still to be sent as they are, and the one being sent with the bytes that are out.
     captures: u16,
     raw: Option<(Block<Slot>, usize)>,
@@ -69,6 +69,8 @@ fn of_words(words: &[u32; WORDS]) -> Option<Settings> {
 
 impl Instrument {
     /// From reset to the loop. `None` only where memory is taken a second time.
+    // What the start needs of the stack is free again when it is over.
+    #[inline(never)]
     pub fn start() -> Option<Self> {
         let Legacy { last, settings: left } = Legacy::take();
         let causes = start::causes();
@@ -98,7 +100,7 @@ impl Instrument {
             reader: Reader::default(),
             refused: 0,
             blocks,
-            pipelines: Pipelines::take(&plan)?,
+            measurer: Measurer::take(&plan)?,
             captures: 0,
             raw: None,
             until_report: 0,
@@ -143,18 +145,13 @@ impl Instrument {
         let Some(blocks) = &mut self.blocks else { return false };
         let Some(block) = blocks.receive() else { return false };
         let guard = self.plan.settings.guard;
-        let Block { stamp, counters, slot } = &block;
-        let mut measurement = if self.plan.settings.iq {
-            self.pipelines.iq.block(*stamp, slot.samples::<Iq>(guard))
-        } else {
-            self.pipelines.real.block(*stamp, slot.samples::<Real>(guard))
-        };
+        let mut measurement = self.measurer.block(&block, guard);
         self.plan.settings.calibration.apply(&mut measurement);
         let captured = self.captures > 0 && self.raw.is_none();
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            let since = counters.since(&self.zero);
+            let since = block.counters.since(&self.zero);
             self.report(measurement, since);
         }
         if captured {
@@ -330,13 +327,25 @@ fn boot_record(
     }
 }
 
-impl Pipelines {
+impl Measurer {
+    /// The pipeline for these settings. Both are filled before the program runs: built here, they would pass over the stack.
     fn take(plan: &Plan) -> Option<Self> {
-        // Not initialised at compile time: a plan is not all zeros, and twelve kilobytes of flash would hold nothing else.
-        static REAL: StaticCell<Pipeline<Real, N>> = StaticCell::new();
-        static IQ: StaticCell<Pipeline<Iq, N>> = StaticCell::new();
-        let real = REAL.try_uninit()?.write(Pipeline::new(plan.plan));
-        let iq = IQ.try_uninit()?.write(Pipeline::new(plan.plan));
-        Some(Self { real, iq })
+        const IDLE: crate::config::Plan = crate::config::Plan::IDLE;
+        static REAL: ConstStaticCell<Pipeline<Real, N>> = ConstStaticCell::new(Pipeline::new(IDLE));
+        static IQ: ConstStaticCell<Pipeline<Iq, N>> = ConstStaticCell::new(Pipeline::new(IDLE));
+        let (real, iq) = (REAL.try_take()?, IQ.try_take()?);
+        real.follow(plan.plan);
+        iq.follow(plan.plan);
+        Some(if plan.settings.iq { Measurer::Iq(iq) } else { Measurer::Real(real) })
+    }
+
+    /// Measures a block behind its guard.
+    fn block(&mut self, block: &Block<Slot>, guard: u16) -> Measurement {
+        match self {
+            Measurer::Real(pipeline) => {
+                pipeline.block(block.stamp, block.slot.samples::<Real>(guard))
+            }
+            Measurer::Iq(pipeline) => pipeline.block(block.stamp, block.slot.samples::<Iq>(guard)),
+        }
     }
 }

@@ -1,0 +1,340 @@
+//! The NUCLEO's image on QEMU's STM32F405, the host playing converters and DMA: every block measured to the bit, every fault
+//! counted, no block mixed with another.
+//!
+//! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
+
+use picket::acquire::frontend::{Counters, Timing};
+use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
+use picket::config::{Config, Scene};
+use picket::control::clock::{Source, Speed, Tree};
+use picket::control::settings::{Drive, Instrument, Settings};
+use picket::estimate::tone::Verdict;
+use picket::pipeline::Pipeline;
+use picket::report::boot::Boot;
+use picket::report::command::{Command, Refusal, Request};
+use picket::report::record::{Health, Record as Telemetry};
+use picket::report::status::Status;
+use picket::solve::chirp::Shape;
+use picket_host::board::{Board, image};
+use picket_host::device::{Blocks, Said};
+use picket_host::emulator::Footprint;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::time::Duration;
+
+const N: usize = 1024;
+const SEED: u64 = 446;
+
+fn played() -> &'static PathBuf {
+    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+    IMAGE.get_or_init(|| image(true).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn tree() -> Tree {
+    Tree::new(Speed::Mhz180, Source::Hsi)
+}
+
+/// A tone of the converter's codes: `bin` may have a fraction.
+fn tone(bin: f64, amplitude: f64, noise: f64, rng: &mut impl Rng) -> [i16; N] {
+    let phase: f64 = rng.random();
+    std::array::from_fn(|n| {
+        let angle = std::f64::consts::TAU * (bin * n as f64 / N as f64 + phase);
+        let value = 2048.0 + amplitude * angle.sin() + noise * rng.random_range(-1.0..1.0);
+        value.round().clamp(0.0, 4095.0) as i16
+    })
+}
+
+fn bytes(samples: &[i16]) -> Vec<u8> {
+    samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
+}
+
+/// The same measurement here.
+struct Here<R: Record> {
+    instrument: Instrument,
+    pipeline: Pipeline<R, N>,
+    timing: Timing,
+}
+
+impl<R: Record> Here<R> {
+    fn new(settings: &Settings) -> Self {
+        let instrument = settings.validate(N, &tree()).unwrap();
+        let (plan, timing) = (instrument.plan, instrument.timing);
+        Self { instrument, pipeline: Pipeline::new(plan), timing }
+    }
+
+    fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
+        let measurement = self.pipeline.block(stamp, samples);
+        Telemetry { measurement, method: self.instrument.plan.options.method, health }
+    }
+
+    fn stamp(&self, number: u64, gap: bool) -> Stamp {
+        self.timing.stamp(number, gap)
+    }
+}
+
+fn next_record(board: &mut Board) -> Telemetry {
+    let record = board.expect(|said| match said {
+        Said::Record(record) => Some(record),
+        _ => None,
+    });
+    record.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn status(board: &mut Board) -> Status {
+    board.request(Command::Status).unwrap().unwrap();
+    let status = board.expect(|said| match said {
+        Said::Status(status) => Some(status),
+        _ => None,
+    });
+    status.unwrap()
+}
+
+fn boot(board: &mut Board) -> Boot {
+    let boot = board.expect(|said| match said {
+        Said::Boot(boot) => Some(boot),
+        _ => None,
+    });
+    boot.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn start() -> (Board, Boot) {
+    let mut board = Board::start(played()).unwrap();
+    let boot = boot(&mut board);
+    (board, boot)
+}
+
+#[test]
+fn thousands_of_blocks_and_every_record_right() {
+    println!("seed {SEED}");
+    let count = std::env::var("PICKET_BLOCKS").ok().and_then(|n| n.parse().ok()).unwrap_or(600);
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut board, boot) = start();
+    // QEMU has no multiplier: the board falls back, says so, and measures all the same.
+    assert_eq!((boot.clock, boot.core_hz), (Source::Hsi, 16_000_000));
+    assert!(boot.measuring && !boot.stored && !boot.unfit);
+    assert_eq!(boot.last.kind, 0);
+    let settings = Settings::default();
+    let mut here = Here::<Real>::new(&settings);
+    // The register words that the settings ask for are those that stand in the registers.
+    let words = here.instrument.sampling.converter(&tree());
+    let stream = here.instrument.sampling.stream().control;
+    let expected =
+        [stream | 1, N as u32, 0x4001_204C, words.cr1, words.cr2, words.smpr2, words.sqr3];
+    assert_eq!(board.registers().unwrap()[..7], expected);
+    let started = std::time::Instant::now();
+    for number in 0..count {
+        let samples = tone(rng.random_range(5.0..500.0), 900.0, 30.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap(), "the stream stands still");
+        let stamp = here.stamp(number, false);
+        let expected = here.record(stamp, &samples, Health::default());
+        assert_eq!(expected.measurement.tone.verdict, Verdict::Good);
+        assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    let status = status(&mut board);
+    assert_eq!(status.counters, Counters { blocks: count as u32, ..Counters::default() });
+    assert_eq!((status.dropped, status.refused, board.listener().bad), (0, 0, 0));
+    assert_eq!((board.listener().records, board.listener().missing), (count, 0));
+    println!("{count} blocks right, none lost, {:.0} a second", count as f64 / seconds);
+    let footprint = Footprint::of(played()).unwrap();
+    let ram = footprint.ram + u64::from(status.stack);
+    println!(
+        "flash {} B, RAM {} B and {} B of stack",
+        footprint.flash, footprint.ram, status.stack
+    );
+    assert!(footprint.flash <= 96 << 10, "{footprint:?}");
+    assert!(ram <= 40 << 10, "{footprint:?} and {} of stack", status.stack);
+}
+
+#[test]
+fn every_fault_is_counted_and_none_touches_a_neighbour() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut board, _) = start();
+    let mut here = Here::<Real>::new(&Settings::default());
+    let mut expected = Counters::default();
+    let mut number = 0;
+    let mut gap = false;
+    for round in 0..60 {
+        match round % 6 {
+            // The host is late, or an interrupt is lost: two blocks and one interrupt.
+            1 => {
+                let lost = tone(50.0, 1500.0, 0.0, &mut rng);
+                assert!(board.fill(&bytes(&lost)).unwrap());
+                expected.missed += 1;
+                number += 1;
+                gap = true;
+            }
+            // An interrupt without cause.
+            2 => {
+                board.interrupt().unwrap();
+                expected.spurious += 1;
+            }
+            3 => {
+                board.dma_error().unwrap();
+                expected.dma_errors += 1;
+                expected.broken += 1;
+                number += 1;
+                gap = true;
+            }
+            4 => {
+                board.adc_overrun().unwrap();
+                expected.adc_overruns += 1;
+                expected.broken += 1;
+                number += 1;
+                gap = true;
+            }
+            _ => {}
+        }
+        // What the board has made of it is seen before the next block is played.
+        assert_eq!(
+            status(&mut board).counters,
+            Counters {
+                missed: expected.missed.saturating_sub(u32::from(round % 6 == 1)),
+                ..expected
+            }
+        );
+        // A block after the fault: a tone, a clipped one, or nothing at all.
+        let samples = match round % 5 {
+            0 => tone(rng.random_range(5.0..500.0), 5000.0, 10.0, &mut rng),
+            1 => [2048; N],
+            _ => tone(rng.random_range(5.0..500.0), 900.0, 30.0, &mut rng),
+        };
+        assert!(board.block(&bytes(&samples)).unwrap(), "round {round}: the stream stands still");
+        expected.blocks += 1;
+        let health = Health { lost: expected.lost(), faults: expected.faults() };
+        let ours = here.record(here.stamp(number, gap), &samples, health);
+        let theirs = next_record(&mut board);
+        assert_eq!(theirs.to_bytes(), ours.to_bytes(), "round {round}: {theirs:?} {ours:?}");
+        let verdict = theirs.measurement.tone.verdict;
+        match round % 5 {
+            0 => assert!(theirs.measurement.clipped > 10, "round {round}"),
+            1 => assert_eq!(verdict, Verdict::NoSignal, "round {round}"),
+            _ if gap => assert_eq!(verdict, Verdict::Gap, "round {round}"),
+            _ => assert_eq!(verdict, Verdict::Good, "round {round}"),
+        }
+        number += 1;
+        gap = false;
+    }
+    assert_eq!(status(&mut board).counters, expected);
+    assert_eq!(expected.filled() as u64, number);
+    board.request(Command::Reset).unwrap().unwrap();
+    assert_eq!(status(&mut board).counters, Counters::default());
+}
+
+#[test]
+fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut board, first) = start();
+    let scene = Scene::Chirp {
+        shape: Shape::Trapezoid,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 0.0,
+    };
+    let config = Config { rate_hz: 250e3, scene, codes: Codes::Unsigned12, ..Config::default() };
+    let drive = Drive::Dac { low: 400, high: 3600 };
+    let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
+    // What cannot work changes nothing.
+    let contradiction = Settings { guard: 65, ..settings };
+    let refused = board.request(Command::SetSettings(contradiction, N)).unwrap();
+    assert_eq!(refused, Err(Refusal::Settings([7, 0])));
+    let refused = board.request(Command::SetSettings(settings, 512)).unwrap();
+    assert_eq!(refused, Err(Refusal::Settings([6, 0])));
+    let same = board.request(Command::Identify).unwrap().unwrap();
+    assert_eq!(Boot::of_bytes(&same), Some(first));
+    // What can is answered as it will be used, and used after a restart.
+    let body = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    let (used, n) = Settings::of_bytes(body[..].try_into().unwrap()).unwrap();
+    assert_eq!((used, n), (settings.validate(N, &tree()).unwrap().settings, N));
+    let second = boot(&mut board);
+    assert!(second.measuring && second.settings != first.settings);
+    let body = board.request(Command::GetSettings).unwrap().unwrap();
+    assert_eq!(Settings::of_bytes(body[..].try_into().unwrap()), Ok((used, N)));
+    let mut here = Here::<Iq>::new(&settings);
+    let mut targets = 0;
+    for number in 0..60 {
+        let [i, q] =
+            [0.0, 0.25].map(|_| tone(rng.random_range(20.0..400.0), 900.0, 30.0, &mut rng));
+        let samples: [[i16; 2]; N] = std::array::from_fn(|n| [i[n], q[n]]);
+        assert!(board.block(&bytes(samples.as_flattened())).unwrap());
+        let expected = here.record(here.stamp(number, false), &samples, Health::default());
+        assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
+        let target = matches!(expected.measurement.result, picket::pipeline::Outcome::Target(_));
+        targets += u32::from(target);
+    }
+    assert_eq!(targets, 20, "one for each chirp of three segments");
+    // QEMU's flash is read-only, and the board says that it kept nothing.
+    assert_eq!(board.request(Command::Save).unwrap(), Err(Refusal::Flash));
+    // Stopped, it neither measures nor captures, and starts again.
+    board.request(Command::Stop).unwrap().unwrap();
+    assert!(!boot(&mut board).measuring);
+    assert_eq!(board.request(Command::Capture(1)).unwrap(), Err(Refusal::Stopped));
+    board.request(Command::Start).unwrap().unwrap();
+    assert!(boot(&mut board).measuring);
+    board.request(Command::Reboot).unwrap().unwrap();
+    assert_eq!(boot(&mut board), first, "the default settings after a restart as from power-on");
+}
+
+#[test]
+fn noise_on_the_line_is_refused_and_costs_nothing_else() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut board, first) = start();
+    let mut here = Here::<Real>::new(&Settings::default());
+    let before = status(&mut board).refused;
+    for number in 0..20 {
+        for _ in 0..5 {
+            // A damaged order to stop, and bytes that are nothing.
+            let mut frame =
+                Request { tag: rng.random(), command: Command::Stop }.to_frame().to_vec();
+            let last = frame.len() - 1;
+            frame[rng.random_range(0..last)] ^= 1 << rng.random_range(0..8);
+            let mut noise = vec![0; rng.random_range(0..20)];
+            rng.fill_bytes(&mut noise);
+            noise.push(0);
+            board.send(&[frame, noise].concat()).unwrap();
+        }
+        let samples = tone(100.25, 900.0, 30.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap(), "a damaged command was followed");
+        let expected = here.record(here.stamp(number, false), &samples, Health::default());
+        assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
+    }
+    let after = status(&mut board);
+    assert!(after.refused >= before + 100, "{after:?}");
+    assert_eq!(after.counters.blocks, 20);
+    let same = board.request(Command::Identify).unwrap().unwrap();
+    assert_eq!(Boot::of_bytes(&same), Some(first));
+}
+
+#[test]
+fn captured_blocks_are_the_samples_and_are_measured_alike() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let (mut board, _) = start();
+    let mut here = Here::<Real>::new(&Settings::default());
+    board.request(Command::Capture(5)).unwrap().unwrap();
+    for number in 0..5 {
+        let samples = tone(rng.random_range(5.0..500.0), 900.0, 30.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        let record = next_record(&mut board);
+        let mut blocks = Blocks::default();
+        let block = board.expect(|said| match said {
+            Said::Raw(raw) => blocks.push(&raw, 2 * N),
+            _ => None,
+        });
+        let (sequence, raw) = block.unwrap();
+        assert_eq!((sequence, raw), (record.measurement.stamp.sequence, bytes(&samples)));
+        let expected = here.record(here.stamp(number, false), &samples, Health::default());
+        assert_eq!(record.to_bytes(), expected.to_bytes());
+    }
+    // No more than were asked for.
+    let samples = tone(80.0, 900.0, 30.0, &mut rng);
+    assert!(board.block(&bytes(&samples)).unwrap());
+    next_record(&mut board);
+    let more = std::iter::from_fn(|| board.hear(Duration::from_millis(100)).unwrap());
+    assert!(more.take(20).all(|said| !matches!(said, Said::Raw(_))));
+}

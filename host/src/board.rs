@@ -1,0 +1,298 @@
+//! The NUCLEO's image on QEMU's STM32F405, of which this plays converters and DMA.
+//!
+//! Real are the vector table, the interrupts and who owns which buffer, the serial port, the timers, and every instruction of
+//! the program. Played, in a piece of memory, are the registers of DMA2 and the converters: QEMU has none. Neither there nor here
+//! are the clock's multiplier, the watchdog and the flash controller.
+
+use crate::device::{Listener, Said};
+use crate::emulator::RunError;
+use crate::toolchain::{self, Firmware, Profile, Target, io_error};
+use picket::control::sampling::{ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN};
+use picket::report::command::{Command, Refusal, Request};
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// The image's name.
+pub const IMAGE: &str = "frontend_nucleo";
+
+/// The image for the board, or for the emulator.
+pub fn image(played: bool) -> Result<PathBuf, toolchain::ToolError> {
+    let features: &[&str] = if played { &["played"] } else { &["nucleo"] };
+    Firmware { bin: IMAGE, target: Target::M4f, features, profile: Profile::Size }.build()
+}
+
+/// Addresses of what is played; see `board::nucleo_f446re::PLAYED`.
+mod at {
+    pub const LISR: u32 = 0x2001_F000;
+    pub const LIFCR: u32 = LISR + 0x08;
+    pub const CR: u32 = LISR + 0x10;
+    pub const NDTR: u32 = LISR + 0x14;
+    pub const PAR: u32 = LISR + 0x18;
+    pub const M0AR: u32 = LISR + 0x1C;
+    pub const M1AR: u32 = LISR + 0x20;
+    pub const ADC1: u32 = LISR + 0x400;
+    pub const ADC_COMMON: u32 = LISR + 0x700;
+    /// NVIC_ISPR.
+    pub const PENDING: u32 = 0xE000_E200;
+}
+
+/// The interrupt of DMA2's stream 0, and of the converters.
+const STREAM_IRQ: u32 = 56;
+const ADC_IRQ: u32 = 18;
+
+/// The emulated board.
+pub struct Board {
+    child: Child,
+    to_board: ChildStdin,
+    from_board: Receiver<Vec<u8>>,
+    qtest: BufReader<UnixStream>,
+    listener: Listener,
+    said: VecDeque<Said>,
+    tag: u8,
+    /// Every byte the board has sent, if they are kept.
+    pub recorded: Option<Vec<u8>>,
+    _directory: TempDir,
+}
+
+impl Board {
+    /// Starts an image built with the feature `played`.
+    pub fn start(image: &Path) -> Result<Self, RunError> {
+        let directory = tempfile::Builder::new()
+            .prefix("picket-")
+            .tempdir()
+            .map_err(io_error("the temporary directory"))?;
+        let socket = directory.path().join("qtest");
+        let mut command = std::process::Command::new(toolchain::qemu()?);
+        command.args(["-machine", machine()?, "-kernel"]).arg(image);
+        command.args(["-nodefaults", "-nographic", "-net", "none", "-serial", "null"]);
+        command.args(["-chardev", "stdio,id=usart2,signal=off", "-serial", "chardev:usart2"]);
+        command.arg("-qtest").arg(format!("unix:{},server=on,wait=off", socket.display()));
+        command.args(["-qtest-log", "none"]);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
+        let gone = || RunError::Emulator("it did not start".into());
+        let to_board = child.stdin.take().ok_or_else(gone)?;
+        let from_board = crate::emulator::reader(child.stdout.take());
+        let end = Instant::now() + Duration::from_secs(20);
+        let stream = loop {
+            match UnixStream::connect(&socket) {
+                Ok(stream) => break stream,
+                Err(error) if Instant::now() > end => {
+                    let _ = child.kill();
+                    return Err(io_error("qtest")(error).into());
+                }
+                Err(_) => std::thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let limit = Some(Duration::from_secs(20));
+        stream.set_read_timeout(limit).map_err(io_error("qtest"))?;
+        Ok(Self {
+            child,
+            to_board,
+            from_board,
+            qtest: BufReader::new(stream),
+            listener: Listener::default(),
+            said: VecDeque::new(),
+            tag: 0,
+            recorded: None,
+            _directory: directory,
+        })
+    }
+
+    /// What was said and counted so far.
+    pub fn listener(&self) -> &Listener {
+        &self.listener
+    }
+
+    fn ask(&mut self, line: &str) -> Result<u32, RunError> {
+        let stream = self.qtest.get_mut();
+        stream.write_all(line.as_bytes()).map_err(io_error("qtest"))?;
+        let mut answer = String::new();
+        self.qtest.read_line(&mut answer).map_err(io_error("qtest"))?;
+        let value = answer.trim().strip_prefix("OK").map(str::trim);
+        let value = value.ok_or_else(|| RunError::Emulator(format!("qtest: {}", answer.trim())))?;
+        let hex = value.trim_start_matches("0x");
+        Ok(u64::from_str_radix(hex, 16).unwrap_or_default() as u32)
+    }
+
+    /// A word of the board's memory.
+    pub fn read(&mut self, address: u32) -> Result<u32, RunError> {
+        self.ask(&format!("readl {address:#x}\n"))
+    }
+
+    fn write(&mut self, address: u32, word: u32) -> Result<(), RunError> {
+        self.ask(&format!("writel {address:#x} {word:#x}\n")).map(drop)
+    }
+
+    /// Pends the stream's interrupt, once.
+    pub fn interrupt(&mut self) -> Result<(), RunError> {
+        self.pend(STREAM_IRQ)
+    }
+
+    fn pend(&mut self, line: u32) -> Result<(), RunError> {
+        self.settle()?;
+        self.write(at::PENDING + line / 32 * 4, 1 << (line % 32))
+    }
+
+    /// Clears what the board has asked to be cleared, as the controller would have at once.
+    fn settle(&mut self) -> Result<(), RunError> {
+        let clear = self.read(at::LIFCR)?;
+        if clear != 0 {
+            self.write(at::LIFCR, 0)?;
+            let flags = self.read(at::LISR)?;
+            self.write(at::LISR, flags & !clear)?;
+        }
+        Ok(())
+    }
+
+    /// The stream completes a segment: `samples` go to the slot that is being filled, behind the guard, and it turns to the other.
+    /// The interrupt is still to come. False if the stream stands still.
+    pub fn fill(&mut self, samples: &[u8]) -> Result<bool, RunError> {
+        self.settle()?;
+        let control = self.read(at::CR)?;
+        if control & STREAM_EN == 0 {
+            return Ok(false);
+        }
+        // MSIZE 14:13: 1 half words, 2 words.
+        let bytes = self.read(at::NDTR)? << (control >> 13 & 3);
+        let place = if control & STREAM_CT == 0 { at::M0AR } else { at::M1AR };
+        let address = self.read(place)? + bytes.saturating_sub(samples.len() as u32);
+        self.ask(&format!("write {address:#x} {:#x} 0x{}\n", samples.len(), hex(samples)))?;
+        self.write(at::CR, control ^ STREAM_CT)?;
+        let flags = self.read(at::LISR)?;
+        self.write(at::LISR, flags | STREAM_0_COMPLETE)?;
+        Ok(true)
+    }
+
+    /// A block as it should be: filled, and its interrupt.
+    pub fn block(&mut self, samples: &[u8]) -> Result<bool, RunError> {
+        let running = self.fill(samples)?;
+        if running {
+            self.interrupt()?;
+        }
+        Ok(running)
+    }
+
+    /// The stream stops with an error.
+    pub fn dma_error(&mut self) -> Result<(), RunError> {
+        self.settle()?;
+        let (flags, control) = (self.read(at::LISR)?, self.read(at::CR)?);
+        // TEIF0.
+        self.write(at::LISR, flags | 1 << 3)?;
+        self.write(at::CR, control & !STREAM_EN)?;
+        self.interrupt()
+    }
+
+    /// A result came before the last one was fetched.
+    pub fn adc_overrun(&mut self) -> Result<(), RunError> {
+        self.write(at::ADC1, ADC_SR_OVR)?;
+        self.pend(ADC_IRQ)
+    }
+
+    /// What the board has written to the converters and the stream: DMA_S0CR, NDTR, PAR, ADC1_CR1, CR2, SMPR2, SQR3, ADC_CCR.
+    pub fn registers(&mut self) -> Result<[u32; 8], RunError> {
+        let adc = at::ADC1;
+        let places = [
+            at::CR,
+            at::NDTR,
+            at::PAR,
+            adc + 4,
+            adc + 8,
+            adc + 0x10,
+            adc + 0x34,
+            at::ADC_COMMON + 4,
+        ];
+        let mut words = [0; 8];
+        for (word, place) in words.iter_mut().zip(places) {
+            *word = self.read(place)?;
+        }
+        Ok(words)
+    }
+
+    /// Sends bytes to the board's serial port as they are.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), RunError> {
+        self.to_board.write_all(bytes).map_err(io_error("the serial port"))?;
+        self.to_board.flush().map_err(io_error("the serial port"))?;
+        Ok(())
+    }
+
+    /// The next thing the board says; `None` after `limit` without one.
+    pub fn hear(&mut self, limit: Duration) -> Result<Option<Said>, RunError> {
+        let end = Instant::now() + limit;
+        loop {
+            if let Some(said) = self.said.pop_front() {
+                return Ok(Some(said));
+            }
+            match self.from_board.recv_timeout(end.saturating_duration_since(Instant::now())) {
+                Ok(bytes) => {
+                    self.said.extend(self.listener.read(&bytes));
+                    if let Some(recorded) = &mut self.recorded {
+                        recorded.extend(bytes);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(RunError::Emulator("it ended".into()));
+                }
+            }
+        }
+    }
+
+    /// The next thing for which `wanted` gives something; what comes before is passed over.
+    pub fn expect<T>(&mut self, mut wanted: impl FnMut(Said) -> Option<T>) -> Result<T, RunError> {
+        const LIMIT: Duration = Duration::from_secs(20);
+        let end = Instant::now() + LIMIT;
+        while let Some(said) = self.hear(end.saturating_duration_since(Instant::now()))? {
+            if let Some(wanted) = wanted(said) {
+                return Ok(wanted);
+            }
+        }
+        Err(RunError::Timeout(LIMIT))
+    }
+
+    /// Asks a question and gives the answer to it.
+    pub fn request(&mut self, command: Command) -> Result<Result<Vec<u8>, Refusal>, RunError> {
+        self.tag = self.tag.wrapping_add(1);
+        let request = Request { tag: self.tag, command };
+        self.send(&request.to_frame())?;
+        self.expect(|said| match said {
+            Said::Answer(answer, body) if answer == request.answer() => Some(body),
+            _ => None,
+        })
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        // Both fail only for a process that has ended and been waited for.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+    digits.map(|digit| char::from(DIGITS[usize::from(digit)])).collect()
+}
+
+/// The machine with an STM32F405 that this QEMU has.
+fn machine() -> Result<&'static str, RunError> {
+    const NAMES: [&str; 2] = ["netduinoplus2", "olimex-stm32-h405"];
+    let output = std::process::Command::new(toolchain::qemu()?)
+        .args(["-machine", "help"])
+        .output()
+        .map_err(io_error("qemu-system-arm"))?;
+    let list = String::from_utf8_lossy(&output.stdout);
+    let known = |name: &&str| list.lines().any(|line| line.split(' ').next() == Some(name));
+    NAMES
+        .into_iter()
+        .find(known)
+        .ok_or_else(|| RunError::Emulator("it has no machine with an STM32F405".into()))
+}

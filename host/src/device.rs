@@ -1,0 +1,105 @@
+//! What an instrument says over its serial port, told apart and counted.
+
+use picket::report::boot::Boot;
+use picket::report::command::{Answer, Refusal};
+use picket::report::frame::{Frame, Kind, Reader};
+use picket::report::record::Record;
+use picket::report::status::{Raw, Status};
+
+/// One thing that was said.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// A measurement.
+    Record(Record),
+    /// The device has started.
+    Boot(Boot),
+    /// How it is.
+    Status(Status),
+    /// A piece of a block's samples.
+    Raw(Raw),
+    /// The answer to a command.
+    Answer(Answer, Result<Vec<u8>, Refusal>),
+}
+
+/// Listens to a device.
+#[derive(Debug, Default)]
+pub struct Listener {
+    reader: Reader,
+    last: Option<u32>,
+    /// Measurements.
+    pub records: u64,
+    /// Blocks between them of which no record came: lost by the device, left out by its settings or lost on the line.
+    pub missing: u64,
+    /// Frames that were damaged or of a kind or version unknown here.
+    pub bad: u64,
+}
+
+impl Listener {
+    /// Takes a byte; gives what it completes.
+    pub fn push(&mut self, byte: u8) -> Option<Said> {
+        let said = self.reader.push(byte)?.ok().as_ref().and_then(Said::of);
+        match &said {
+            Some(Said::Record(record)) => self.count(record.measurement.stamp.sequence),
+            // It counts from 0 again.
+            Some(Said::Boot(_)) => self.last = None,
+            Some(_) => {}
+            None => self.bad += 1,
+        }
+        said
+    }
+
+    /// All that is said in these bytes.
+    pub fn read(&mut self, bytes: &[u8]) -> Vec<Said> {
+        bytes.iter().filter_map(|&byte| self.push(byte)).collect()
+    }
+
+    fn count(&mut self, sequence: u32) {
+        self.records += 1;
+        let step = self.last.map_or(1, |last| sequence.wrapping_sub(last));
+        // A step back is a device that started anew.
+        if step < u32::MAX / 2 {
+            self.missing += u64::from(step.saturating_sub(1));
+        }
+        self.last = Some(sequence);
+    }
+}
+
+impl Said {
+    fn of(frame: &Frame) -> Option<Self> {
+        Some(match frame.kind {
+            Kind::Record => Said::Record(Record::of_frame(frame).ok()?),
+            Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
+            Kind::Status => Said::Status(Status::of_frame(frame)?),
+            Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
+            Kind::Reply | Kind::Refusal => {
+                let (answer, said) = Answer::of_frame(frame)?;
+                Said::Answer(answer, said.map(<[u8]>::to_vec))
+            }
+            Kind::End | Kind::Command => return None,
+        })
+    }
+}
+
+/// Puts blocks together from their pieces, which come in order.
+#[derive(Debug, Default)]
+pub struct Blocks {
+    sequence: u32,
+    bytes: Vec<u8>,
+}
+
+impl Blocks {
+    /// Takes a piece; gives the block that it completes: its sequence and its `length` bytes. A block with a hole is given up.
+    pub fn push(&mut self, raw: &Raw, length: usize) -> Option<(u32, Vec<u8>)> {
+        if raw.offset == 0 {
+            self.sequence = raw.sequence;
+            self.bytes.clear();
+        }
+        let follows = raw.sequence == self.sequence && usize::from(raw.offset) == self.bytes.len();
+        if !follows {
+            self.bytes.clear();
+            return None;
+        }
+        self.bytes.extend_from_slice(&raw.bytes);
+        (self.bytes.len() == length).then(|| (self.sequence, std::mem::take(&mut self.bytes)))
+    }
+}

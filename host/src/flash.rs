@@ -1,0 +1,141 @@
+//! The NUCLEO's image on its way to the board.
+
+use crate::board;
+use crate::emulator::{Footprint, RunError};
+use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use object::read::elf::{ElfFile32, ProgramHeader};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Flash and RAM that the image may take.
+pub const BUDGET: Footprint = Footprint { flash: 96 << 10, ram: 40 << 10 };
+
+const CHIP: &str = "STM32F446RETx";
+const START: u32 = 0x0800_0000;
+
+/// Why the image is not on the board.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum FlashError {
+    /// It was not built, or its files cannot be read or written.
+    Image(RunError),
+    /// probe-rs is missing.
+    Missing(PathBuf),
+    /// probe-rs found no board, or failed.
+    Probe(String),
+}
+
+impl fmt::Display for FlashError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FlashError::Image(error) => error.fmt(f),
+            FlashError::Missing(binary) => write!(
+                f,
+                "probe-rs is missing: type `cargo install probe-rs-tools --locked`, or copy {} to the drive that the board shows",
+                binary.display()
+            ),
+            FlashError::Probe(text) => write!(f, "{text}: is the board plugged in by its USB socket?"),
+        }
+    }
+}
+
+impl std::error::Error for FlashError {}
+
+impl From<ToolError> for FlashError {
+    fn from(error: ToolError) -> Self {
+        FlashError::Image(error.into())
+    }
+}
+
+impl From<RunError> for FlashError {
+    fn from(error: RunError) -> Self {
+        FlashError::Image(error)
+    }
+}
+
+/// An image that was built.
+#[derive(Debug)]
+pub struct Image {
+    /// With symbols.
+    pub elf: PathBuf,
+    /// As it lies in flash.
+    pub binary: PathBuf,
+    /// What it takes.
+    pub footprint: Footprint,
+    /// The checksum that the board reports of itself.
+    pub program: u32,
+}
+
+impl fmt::Display for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Footprint { flash, ram } = self.footprint;
+        let Footprint { flash: most_flash, ram: most_ram } = BUDGET;
+        write!(
+            f,
+            "program {:08x}: flash {flash} of {most_flash} B, RAM {ram} of {most_ram} B without the stack\n{}",
+            self.program,
+            self.binary.display()
+        )
+    }
+}
+
+/// Builds the image.
+pub fn build() -> Result<Image, FlashError> {
+    let elf = board::image(false)?;
+    let bytes = binary(&elf)?;
+    let binary = firmware_dir().join("picket-nucleo.bin");
+    std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
+    Ok(Image { footprint: Footprint::of(&elf)?, program: checksum(&bytes), elf, binary })
+}
+
+/// CRC-32 of an image as it lies in flash.
+pub fn checksum(binary: &[u8]) -> u32 {
+    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(binary)
+}
+
+/// The image as it lies in flash, from its start on; erased flash in gaps.
+pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
+    let wrong = |error: &dyn fmt::Display| -> RunError {
+        io_error(elf.display())(std::io::Error::other(error.to_string())).into()
+    };
+    let data = std::fs::read(elf).map_err(io_error(elf.display()))?;
+    let file = ElfFile32::<object::Endianness>::parse(&*data).map_err(|error| wrong(&error))?;
+    let endian = file.endian();
+    let mut binary = Vec::new();
+    for segment in file.elf_program_headers() {
+        let bytes = segment.data(endian, &*data).map_err(|()| wrong(&"a segment is cut off"))?;
+        if segment.p_type(endian) != object::elf::PT_LOAD || bytes.is_empty() {
+            continue;
+        }
+        let place = segment.p_paddr(endian).checked_sub(START).ok_or_else(|| wrong(&"not for flash"))?;
+        let end = place as usize + bytes.len();
+        if binary.len() < end {
+            binary.resize(end, 0xFF);
+        }
+        binary[place as usize..end].copy_from_slice(bytes);
+    }
+    Ok(binary)
+}
+
+/// Writes the image by probe-rs and starts it.
+pub fn write(image: &Image) -> Result<(), FlashError> {
+    let Some(probe) = on_path("probe-rs") else {
+        return Err(FlashError::Missing(image.binary.clone()));
+    };
+    for arguments in [&["download", "--verify"][..], &["reset"]] {
+        let mut command = Command::new(&probe);
+        command.args(arguments).args(["--chip", CHIP]).stdin(Stdio::null());
+        if arguments.len() > 1 {
+            command.arg(&image.elf);
+        }
+        let output = command.output().map_err(io_error(probe.display()))?;
+        if !output.status.success() {
+            let text = String::from_utf8_lossy(&output.stderr);
+            let line = text.lines().find(|line| !line.trim().is_empty()).unwrap_or("it failed");
+            return Err(FlashError::Probe(format!("probe-rs: {}", line.trim())));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! A measurement as a line, for people and for programs.
+
+use crate::device::Listener;
+use picket::acquire::sample::Segment;
+use picket::estimate::tone::Verdict;
+use picket::pipeline::Outcome;
+use picket::report::boot::Boot;
+use picket::report::record::Record;
+use picket::report::status::Status;
+use picket::solve::chirp::Ambiguity;
+use serde::Serialize;
+
+/// What is known of the device, for the units of its records.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Scale {
+    /// Samples per second.
+    pub rate_hz: Option<f64>,
+    /// Samples in a block.
+    pub n: Option<usize>,
+    /// I/Q records.
+    pub iq: bool,
+}
+
+/// A record's fields, units in their names.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    sequence: u32,
+    time_s: Option<f64>,
+    segment: &'static str,
+    gap: bool,
+    frequency_cycles_per_sample: f64,
+    sigma_cycles_per_sample: f32,
+    frequency_hz: Option<f64>,
+    sigma_hz: Option<f64>,
+    snr_db: f64,
+    amplitude_codes: f32,
+    clipped: u32,
+    verdict: &'static str,
+    method: &'static str,
+    range_m: Option<f64>,
+    sigma_range_m: Option<f32>,
+    velocity_mps: Option<f64>,
+    sigma_velocity_mps: Option<f32>,
+    outcome_verdict: Option<&'static str>,
+    ambiguity: Option<&'static str>,
+    lost: u32,
+    faults: u32,
+    missing: u64,
+    bad_frames: u64,
+}
+
+/// The header of comma-separated values.
+pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,lost,faults,missing,bad_frames";
+
+/// The header of the table.
+pub const TABLE: &str = "    block  segment     frequency Hz      sigma Hz  SNR dB     range m  velocity m/s  verdict      lost  faults";
+
+const fn segment(segment: Segment) -> &'static str {
+    match segment {
+        Segment::Continuous => "-",
+        Segment::Up => "up",
+        Segment::Flat => "flat",
+        Segment::Down => "down",
+    }
+}
+
+impl Row {
+    /// The row of a record.
+    pub fn of(record: &Record, scale: &Scale, listener: &Listener) -> Self {
+        let measurement = &record.measurement;
+        let (stamp, tone) = (&measurement.stamp, &measurement.tone);
+        let cycles = tone.frequency.0.to_num::<f64>();
+        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+        let mut row = Row {
+            sequence: stamp.sequence,
+            time_s: scale.rate_hz.map(|rate| stamp.clock as f64 / rate),
+            segment: segment(stamp.segment),
+            gap: stamp.gap,
+            frequency_cycles_per_sample: cycles,
+            sigma_cycles_per_sample: tone.sigma,
+            frequency_hz: hertz(cycles),
+            sigma_hz: hertz(tone.sigma.into()),
+            snr_db: 10.0 * f64::from(tone.snr).log10(),
+            amplitude_codes: tone.amplitude,
+            clipped: measurement.clipped,
+            verdict: tone.verdict.name(),
+            method: record.method.name(),
+            range_m: None,
+            sigma_range_m: None,
+            velocity_mps: None,
+            sigma_velocity_mps: None,
+            outcome_verdict: None,
+            ambiguity: None,
+            lost: record.health.lost,
+            faults: record.health.faults,
+            missing: listener.missing,
+            bad_frames: listener.bad,
+        };
+        match &measurement.result {
+            Outcome::None => {}
+            Outcome::Velocity(v) => {
+                row.velocity_mps = Some(v.velocity.to_num());
+                row.sigma_velocity_mps = Some(v.sigma);
+                row.outcome_verdict = Some(v.verdict.name());
+            }
+            Outcome::Target(t) => {
+                row.range_m = Some(t.range.to_num());
+                row.sigma_range_m = Some(t.sigma_range);
+                row.velocity_mps = Some(t.velocity.to_num());
+                row.sigma_velocity_mps = Some(t.sigma_velocity);
+                row.outcome_verdict = Some(t.verdict.name());
+                row.ambiguity = Some(match t.ambiguity {
+                    Ambiguity::None => "none",
+                    Ambiguity::Exchange { .. } => "exchange",
+                    Ambiguity::Coupled => "coupled",
+                });
+            }
+        }
+        if tone.verdict == Verdict::NoSignal {
+            (row.frequency_hz, row.sigma_hz) = (None, None);
+        }
+        row
+    }
+
+    /// One JSON object. A number that is none is null.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Comma-separated values, empty where there is none.
+    pub fn csv(&self) -> String {
+        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+        let s = |value: Option<f32>| f(value.map(f64::from));
+        [
+            self.sequence.to_string(),
+            f(self.time_s),
+            self.segment.into(),
+            self.gap.to_string(),
+            f(self.frequency_hz),
+            f(self.sigma_hz),
+            self.snr_db.to_string(),
+            self.amplitude_codes.to_string(),
+            self.clipped.to_string(),
+            self.verdict.into(),
+            f(self.range_m),
+            s(self.sigma_range_m),
+            f(self.velocity_mps),
+            s(self.sigma_velocity_mps),
+            self.lost.to_string(),
+            self.faults.to_string(),
+            self.missing.to_string(),
+            self.bad_frames.to_string(),
+        ]
+        .join(",")
+    }
+
+    /// A row of the table.
+    pub fn table(&self) -> String {
+        let number = |value: Option<f64>, digits: usize| match value {
+            Some(value) => format!("{value:.digits$}"),
+            None => "-".into(),
+        };
+        format!(
+            "{:9}  {:7} {:>16} {:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}",
+            self.sequence,
+            self.segment,
+            number(self.frequency_hz.or(Some(self.frequency_cycles_per_sample)), 4),
+            number(self.sigma_hz, 4),
+            self.snr_db,
+            number(self.range_m, 4),
+            number(self.velocity_mps, 4),
+            self.outcome_verdict.unwrap_or(self.verdict),
+            self.lost,
+            self.faults,
+        )
+    }
+
+    /// Teleplot's lines.
+    pub fn teleplot(&self) -> Vec<String> {
+        let values = [
+            ("frequency_hz", self.frequency_hz),
+            ("sigma_hz", self.sigma_hz),
+            ("snr_db", Some(self.snr_db)),
+            ("range_m", self.range_m),
+            ("velocity_mps", self.velocity_mps),
+            ("lost", Some(self.lost.into())),
+            ("missing", Some(self.missing as f64)),
+        ];
+        let finite = values.into_iter().filter_map(|(name, value)| Some((name, value?)));
+        finite
+            .filter(|(_, value)| value.is_finite())
+            .map(|(name, value)| format!(">{name}:{value}"))
+            .collect()
+    }
+}
+
+/// A line on a device that has started.
+pub fn boot(boot: &Boot) -> String {
+    let settings = match (boot.stored, boot.unfit) {
+        (_, true) => "settings that do not work here, so it is stopped",
+        (true, _) => "settings from its flash",
+        _ => "settings as given",
+    };
+    let last = match boot.last.kind {
+        0 => String::new(),
+        1 => {
+            let [lr, cfsr] = boot.last.more;
+            format!(", after a fault at {:#010x} (lr {lr:#010x}, CFSR {cfsr:#x})", boot.last.pc)
+        }
+        _ => format!(", after an unexpected interrupt {}", boot.last.more[0]),
+    };
+    format!(
+        "started by {}{last}: program {:08x}, {} MHz from {}, blocks of {}, {settings}, {}",
+        boot.causes.message(),
+        boot.program,
+        f64::from(boot.core_hz) / 1e6,
+        boot.clock.message(),
+        boot.n,
+        if boot.measuring { "measuring" } else { "stopped" },
+    )
+}
+
+/// A device's status as JSON.
+pub fn status(status: &Status) -> String {
+    let c = &status.counters;
+    serde_json::json!({
+        "status": true, "blocks": c.blocks, "overruns": c.overruns, "missed": c.missed, "late": c.late,
+        "broken": c.broken, "spurious": c.spurious, "dma_errors": c.dma_errors, "adc_overruns": c.adc_overruns,
+        "dropped": status.dropped, "refused": status.refused, "load_permille": status.load,
+        "stack_bytes": status.stack,
+    })
+    .to_string()
+}

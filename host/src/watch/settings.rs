@@ -1,0 +1,221 @@
+//! A device's settings as JSON, for people to read and edit.
+
+use super::{WatchError, io};
+use picket::acquire::sample::Codes;
+use picket::config::{Config, Scene};
+use picket::control::clock::Speed;
+use picket::control::settings::{Calibration, Drive, Settings};
+use picket::estimate::least_squares::Reach;
+use picket::estimate::method::Method;
+use picket::solve::chirp::Shape;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The fields; those left out have their defaults.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Fields {
+    n: usize,
+    core_mhz: u32,
+    iq: bool,
+    rate_hz: f64,
+    band_hz: Option<(f64, f64)>,
+    method: String,
+    reach: u8,
+    false_alarm: f64,
+    scene: Scenes,
+    drive: Drives,
+    guard: u16,
+    report_every: u16,
+    start: bool,
+    clock_ppm: f32,
+    range_offset_m: f32,
+    range_slope: f32,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Scenes {
+    Tone,
+    Doppler { wavelength_m: f64, angle_rad: f64 },
+    Chirp { shape: Shapes, wavelength_m: f64, bandwidth_hz: f64 },
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Shapes {
+    Trapezoid,
+    Triangle,
+    Sawtooth,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Drives {
+    Off,
+    Dac { low: u16, high: u16 },
+    Adf4159 { reference_hz: f64, start_hz: f64, divider: u8 },
+    External,
+}
+
+impl Default for Fields {
+    fn default() -> Self {
+        Self::of(&Settings::default(), 1024)
+    }
+}
+
+impl Fields {
+    fn of(settings: &Settings, n: usize) -> Self {
+        let Settings { config, calibration, .. } = settings;
+        Self {
+            n,
+            core_mhz: match settings.speed {
+                Speed::Mhz144 => 144,
+                Speed::Mhz180 => 180,
+            },
+            iq: settings.iq,
+            rate_hz: config.rate_hz,
+            band_hz: config.band_hz,
+            method: config.method.name().into(),
+            reach: config.reach as u8,
+            false_alarm: config.false_alarm,
+            scene: match config.scene {
+                Scene::Tone => Scenes::Tone,
+                Scene::Doppler { wavelength_m, angle_rad } => {
+                    Scenes::Doppler { wavelength_m, angle_rad }
+                }
+                Scene::Chirp { shape, wavelength_m, bandwidth_hz, .. } => {
+                    let shape = match shape {
+                        Shape::Trapezoid => Shapes::Trapezoid,
+                        Shape::Triangle => Shapes::Triangle,
+                        Shape::Sawtooth => Shapes::Sawtooth,
+                    };
+                    Scenes::Chirp { shape, wavelength_m, bandwidth_hz }
+                }
+            },
+            drive: match settings.drive {
+                Drive::Off => Drives::Off,
+                Drive::Dac { low, high } => Drives::Dac { low, high },
+                Drive::Adf4159 { reference_hz, start_hz, divider } => {
+                    Drives::Adf4159 { reference_hz, start_hz, divider }
+                }
+                Drive::External => Drives::External,
+            },
+            guard: settings.guard,
+            report_every: settings.report_every,
+            start: settings.start,
+            clock_ppm: calibration.clock_ppm,
+            range_offset_m: calibration.range_offset_m,
+            range_slope: calibration.range_slope,
+        }
+    }
+
+    fn settings(self) -> Result<(Settings, usize), String> {
+        let speed = match self.core_mhz {
+            144 => Speed::Mhz144,
+            180 => Speed::Mhz180,
+            other => return Err(format!("core_mhz is 144 or 180, not {other}")),
+        };
+        let reach = match self.reach {
+            4 => Reach::Four,
+            8 => Reach::Eight,
+            16 => Reach::Sixteen,
+            other => return Err(format!("reach is 4, 8 or 16, not {other}")),
+        };
+        let method = Method::ALL.iter().find(|method| method.name() == self.method);
+        let method = *method.ok_or_else(|| format!("there is no method {}", self.method))?;
+        let scene = match self.scene {
+            Scenes::Tone => Scene::Tone,
+            Scenes::Doppler { wavelength_m, angle_rad } => {
+                Scene::Doppler { wavelength_m, angle_rad }
+            }
+            Scenes::Chirp { shape, wavelength_m, bandwidth_hz } => {
+                let shape = match shape {
+                    Shapes::Trapezoid => Shape::Trapezoid,
+                    Shapes::Triangle => Shape::Triangle,
+                    Shapes::Sawtooth => Shape::Sawtooth,
+                };
+                // The device's own: that of block and guard.
+                Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s: 0.0 }
+            }
+        };
+        let drive = match self.drive {
+            Drives::Off => Drive::Off,
+            Drives::Dac { low, high } => Drive::Dac { low, high },
+            Drives::Adf4159 { reference_hz, start_hz, divider } => {
+                Drive::Adf4159 { reference_hz, start_hz, divider }
+            }
+            Drives::External => Drive::External,
+        };
+        let config = Config {
+            rate_hz: self.rate_hz,
+            codes: Codes::Unsigned12,
+            band_hz: self.band_hz,
+            method,
+            reach,
+            false_alarm: self.false_alarm,
+            scene,
+            ..Config::default()
+        };
+        let calibration = Calibration {
+            clock_ppm: self.clock_ppm,
+            range_offset_m: self.range_offset_m,
+            range_slope: self.range_slope,
+        };
+        let settings = Settings {
+            speed,
+            iq: self.iq,
+            config,
+            guard: self.guard,
+            drive,
+            report_every: self.report_every,
+            start: self.start,
+            calibration,
+        };
+        Ok((settings, self.n))
+    }
+}
+
+/// Settings and length of a block from a JSON file.
+pub fn read(path: &Path) -> Result<(Settings, usize), WatchError> {
+    let text = std::fs::read_to_string(path).map_err(io(path.display()))?;
+    let wrong = |what: String| WatchError::Settings(format!("{}: {what}", path.display()));
+    let fields: Fields = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    fields.settings().map_err(wrong)
+}
+
+/// Settings as JSON.
+pub fn to_json(settings: &Settings, n: usize) -> String {
+    serde_json::to_string_pretty(&Fields::of(settings, n)).unwrap_or_default()
+}
+
+/// The settings in an answer's body, if it holds some.
+pub fn of_answer(body: &[u8]) -> Option<(Settings, usize)> {
+    Settings::of_bytes(body.try_into().ok()?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_come_back_from_json() {
+        let scene = Scene::Chirp {
+            shape: Shape::Triangle,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 2e8,
+            duration_s: 0.0,
+        };
+        let config = Config { scene, ..Settings::default().config };
+        let drive = Drive::Adf4159 { reference_hz: 8e7, start_hz: 24e9, divider: 2 };
+        for settings in
+            [Settings::default(), Settings { config, drive, guard: 9, iq: true, ..Settings::default() }]
+        {
+            let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();
+            assert_eq!(fields.settings(), Ok((settings, 1024)));
+        }
+        assert!(serde_json::from_str::<Fields>(r#"{"rat_hz": 3}"#).is_err());
+        let sparse: Fields = serde_json::from_str(r#"{"rate_hz": 1e5}"#).unwrap();
+        assert_eq!(sparse.settings().unwrap().0.config.rate_hz, 1e5);
+    }
+}
