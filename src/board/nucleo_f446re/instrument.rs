@@ -147,18 +147,19 @@ impl Instrument {
         let guard = self.plan.settings.guard;
         let mut measurement = self.measurer.block(&block, guard);
         self.plan.settings.calibration.apply(&mut measurement);
+        let since = block.counters.since(&self.zero);
         let captured = self.captures > 0 && self.raw.is_none();
-        self.until_report = self.until_report.saturating_sub(1);
-        if self.until_report == 0 || captured {
-            self.until_report = self.plan.settings.report_every;
-            let since = block.counters.since(&self.zero);
-            self.report(measurement, since);
-        }
         if captured {
             self.captures -= 1;
             self.raw = Some((block, 0));
         } else if let Some(blocks) = &mut self.blocks {
+            // Before its record is out: whoever sees that may count on the slot.
             blocks.release(block.slot);
+        }
+        self.until_report = self.until_report.saturating_sub(1);
+        if self.until_report == 0 || captured {
+            self.until_report = self.plan.settings.report_every;
+            self.report(measurement, since);
         }
         true
     }
@@ -171,27 +172,29 @@ impl Instrument {
 
     /// Sends what the line takes of the block that is being captured.
     fn send_raw(&mut self) {
-        let Some((block, sent)) = &mut self.raw else { return };
-        let guard = self.plan.settings.guard;
-        let length = if self.plan.settings.iq { 4 * N } else { 2 * N };
         // A status must find room beside.
-        while *sent < length && self.serial.has_room(2 * WIRE) {
-            let count = Raw::PIECE.min(length - *sent);
-            let mut bytes = Vec::new();
-            if self.plan.settings.iq {
-                let all = block.slot.samples::<Iq>(guard).as_flattened();
-                piece(all, *sent, count, &mut bytes);
-            } else {
-                piece(block.slot.samples::<Real>(guard), *sent, count, &mut bytes);
-            }
-            let raw = Raw { sequence: block.stamp.sequence, offset: *sent as u16, bytes };
-            self.serial.send(&raw.to_frame());
-            *sent += count;
-        }
-        if *sent >= length
-            && let (Some((block, _)), Some(blocks)) = (self.raw.take(), &mut self.blocks)
+        while self.serial.has_room(2 * WIRE)
+            && let Some((block, sent)) = self.raw.take()
         {
-            blocks.release(block.slot);
+            let guard = self.plan.settings.guard;
+            let mut bytes = Vec::new();
+            let length = if self.plan.settings.iq {
+                let samples = block.slot.samples::<Iq>(guard).as_flattened();
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            } else {
+                let samples = block.slot.samples::<Real>(guard);
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            };
+            let raw = Raw { sequence: block.stamp.sequence, offset: sent as u16, bytes };
+            let sent = sent + raw.bytes.len();
+            if sent < length {
+                self.raw = Some((block, sent));
+            } else if let Some(blocks) = &mut self.blocks {
+                blocks.release(block.slot);
+            }
+            self.serial.send(&raw.to_frame());
         }
     }
 
@@ -295,10 +298,10 @@ fn check(settings: &Settings, n: usize, tree: &Tree) -> Result<Plan, Refusal> {
     settings.validate(N, &Tree::new(settings.speed, tree.source)).map_err(refused)
 }
 
-/// Bytes `from..from + count` of samples, little-endian.
-fn piece(samples: &[i16], from: usize, count: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
-    for sample in samples.iter().skip(from / 2).take(count / 2) {
-        // The piece has room for `count`.
+/// As many bytes of the samples as a piece holds, from byte `from` on, little-endian.
+fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
+    for sample in samples.iter().skip(from / 2).take(Raw::PIECE / 2) {
+        // A piece has room for as many.
         let _ = bytes.extend_from_slice(&sample.to_le_bytes());
     }
 }
