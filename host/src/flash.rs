@@ -36,7 +36,9 @@ impl fmt::Display for FlashError {
                 "probe-rs is missing: type `cargo install probe-rs-tools --locked`, or copy {} to the drive that the board shows",
                 binary.display()
             ),
-            FlashError::Probe(text) => write!(f, "{text}: is the board plugged in by its USB socket?"),
+            FlashError::Probe(text) => {
+                write!(f, "{text}: is the board plugged in by its USB socket?")
+            }
         }
     }
 }
@@ -109,7 +111,8 @@ pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
         if segment.p_type(endian) != object::elf::PT_LOAD || bytes.is_empty() {
             continue;
         }
-        let place = segment.p_paddr(endian).checked_sub(START).ok_or_else(|| wrong(&"not for flash"))?;
+        let place =
+            segment.p_paddr(endian).checked_sub(START).ok_or_else(|| wrong(&"not for flash"))?;
         let end = place as usize + bytes.len();
         if binary.len() < end {
             binary.resize(end, 0xFF);
@@ -138,4 +141,19 @@ pub fn write(image: &Image) -> Result<(), FlashError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_told_in_a_line_that_says_what_to_do() {
+        let missing = FlashError::Missing("picket.bin".into()).to_string();
+        assert!(missing.contains("type `cargo install probe-rs-tools --locked`"), "{missing}");
+        assert!(missing.contains("copy picket.bin"), "{missing}");
+        let absent = FlashError::Probe("probe-rs: no probe was found".into()).to_string();
+        assert!(absent.contains("plugged in"), "{absent}");
+        assert!(!missing.contains('\n') && !absent.contains('\n'));
+    }
 }

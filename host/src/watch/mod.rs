@@ -73,7 +73,9 @@ impl fmt::Display for WatchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             WatchError::Io { what, source } => write!(f, "{what}: {source}"),
-            WatchError::Orders => f.write_str("orders need a port: neither stdin nor a file listens"),
+            WatchError::Orders => {
+                f.write_str("orders need a port: neither stdin nor a file listens")
+            }
             WatchError::Settings(what) => f.write_str(what),
             WatchError::Refused(refusal) => write!(f, "the device refuses: {refusal}"),
         }
@@ -107,9 +109,10 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     if options.orders.any() && !source.listens() {
         return Err(WatchError::Orders);
     }
-    let record = options.record.as_ref().map(|path| {
-        File::create(path).map(BufWriter::new).map_err(io(path.display()))
-    });
+    let record = options
+        .record
+        .as_ref()
+        .map(|path| File::create(path).map(BufWriter::new).map_err(io(path.display())));
     let mut record = record.transpose()?;
     let mut watch = Watch::new(style, options);
     let mut orders = options.orders.prepare()?;
@@ -211,7 +214,9 @@ impl Watch {
                     *left = left.saturating_sub(1);
                 }
             }
-            Said::Status(status) if self.style == Style::Jsonl => print_line(&line::status(&status)),
+            Said::Status(status) if self.style == Style::Jsonl => {
+                print_line(&line::status(&status))
+            }
             Said::Status(_) | Said::Answer(..) => {}
         }
         Ok(())

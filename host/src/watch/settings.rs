@@ -208,9 +208,10 @@ mod tests {
         };
         let config = Config { scene, ..Settings::default().config };
         let drive = Drive::Adf4159 { reference_hz: 8e7, start_hz: 24e9, divider: 2 };
-        for settings in
-            [Settings::default(), Settings { config, drive, guard: 9, iq: true, ..Settings::default() }]
-        {
+        for settings in [
+            Settings::default(),
+            Settings { config, drive, guard: 9, iq: true, ..Settings::default() },
+        ] {
             let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();
             assert_eq!(fields.settings(), Ok((settings, 1024)));
         }

@@ -1,0 +1,206 @@
+//! `cargo watch-device` and `cargo flash` as a user runs them, with a device that is only bytes.
+
+use nix::fcntl::{FcntlArg, FdFlag, fcntl};
+use picket::acquire::sample::Stamp;
+use picket::control::settings::Settings;
+use picket::estimate::frequency::Frequency;
+use picket::estimate::method::Method;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::{Measurement, Outcome};
+use picket::report::boot::Boot;
+use picket::report::command::Answer;
+use picket::report::record::{Health, Record};
+use picket::report::status::Status;
+use serialport::{SerialPort, TTYPort};
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+const WATCH: &str = env!("CARGO_BIN_EXE_watch_device");
+const FLASH: &str = env!("CARGO_BIN_EXE_flash");
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// A tone of an eighth of the rate.
+fn record(sequence: u32) -> Vec<u8> {
+    let stamp = Stamp { sequence, clock: u64::from(sequence) * 1024, ..Stamp::default() };
+    let frequency = Frequency::of_bins(128, 0.0_f32, 1024).unwrap();
+    let tone =
+        Tone { frequency, sigma: 1e-6, snr: 1000.0, amplitude: 900.0, verdict: Verdict::Good };
+    let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
+    let health = Health { lost: 3, faults: 1 };
+    Record { measurement, method: Method::LeastSquaresReal, health }.to_frame().to_vec()
+}
+
+/// What a device says: its start, its settings, measurements 0 to 9 without 4 and 5, damage, a status.
+fn session() -> Vec<u8> {
+    let boot = Boot { n: 1024, core_hz: 180_000_000, measuring: true, ..Boot::default() };
+    let answer = Answer { tag: 1, command: 4 }.reply(&Settings::default().to_bytes(1024));
+    let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
+    for sequence in [0, 1, 2, 3, 6, 7, 8, 9] {
+        bytes.extend(record(sequence));
+    }
+    bytes.extend([1, 2, 3, 4, 0]);
+    bytes.extend(Status { load: 512, ..Status::default() }.to_frame());
+    bytes
+}
+
+fn run(arguments: &[&str], input: &[u8]) -> Output {
+    let mut child = Command::new(WATCH)
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A command that was refused does not read.
+    let _ = child.stdin.take().unwrap().write_all(input);
+    child.wait_with_output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn jsonl_has_the_fields_and_counts_what_is_missing() {
+    let recorded = path("session.bin");
+    let output = run(&["-", "--jsonl", "--record", recorded.to_str().unwrap()], &session());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let lines: Vec<serde_json::Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [records @ .., status, summary] = &lines[..] else { panic!("{lines:?}") };
+    assert_eq!(records.len(), 8);
+    // The settings told the rate: 500 kS/s.
+    assert_eq!(records[0]["frequency_hz"], 62_500.0);
+    assert_eq!(records[7]["sequence"], 9);
+    assert_eq!(records[7]["missing"], 2);
+    assert!((records[7]["time_s"].as_f64().unwrap() - 9.0 * 1024.0 / 500e3).abs() < 1e-12);
+    assert!((records[0]["snr_db"].as_f64().unwrap() - 30.0).abs() < 1e-9);
+    assert_eq!((&records[0]["verdict"], &records[0]["lost"]), (&"good".into(), &3.into()));
+    assert_eq!(status["load_permille"], 512);
+    assert_eq!((&summary["summary"], &summary["missing"]), (&true.into(), &2.into()));
+    assert_eq!((&summary["records"], &summary["bad_frames"]), (&8.into(), &1.into()));
+    // What was recorded is every byte, and replays alike.
+    assert_eq!(fs::read(&recorded).unwrap(), session());
+    let again = run(&["--replay", recorded.to_str().unwrap(), "--jsonl"], &[]);
+    assert_eq!(text(&again.stdout), text(&output.stdout));
+}
+
+#[test]
+fn table_csv_and_teleplot() {
+    let table = text(&run(&["-"], &session()).stdout);
+    assert!(
+        table.lines().any(|line| line.contains("62500.0000") && line.contains("good")),
+        "{table}"
+    );
+    assert!(table.contains("180 MHz from") && table.contains("8 records, 2 blocks"), "{table}");
+    let csv = text(&run(&["-", "--csv"], &session()).stdout);
+    let columns = |line: &str| line.split(',').count();
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 9, "{csv}");
+    assert!(lines.iter().all(|line| columns(line) == columns(lines[0])), "{csv}");
+    let teleplot = text(&run(&["-", "--teleplot"], &session()).stdout);
+    assert!(teleplot.lines().all(|line| line.starts_with('>')), "{teleplot}");
+    assert_eq!(teleplot.lines().filter(|line| *line == ">frequency_hz:62500").count(), 8);
+}
+
+#[test]
+fn what_is_wrong_is_told_in_a_line() {
+    for (arguments, says) in [
+        (&["/nowhere/port"][..], "/nowhere/port"),
+        (&["--replay", "/nowhere/file"], "/nowhere/file"),
+        (&["-", "--stop"], "orders need a port"),
+        (&[], "--help"),
+        (&["-", "--csv", "--jsonl"], "--help"),
+        (&["-", "--capture", "3"], "--help"),
+    ] {
+        let output = run(arguments, &[]);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.lines().count() == 1 && message.contains(says), "{arguments:?}: {message}");
+        assert!(output.stdout.is_empty());
+    }
+}
+
+/// A serial port of which the test has the other end, under a name that outlives it.
+fn plug(name: &Path) -> (TTYPort, TTYPort) {
+    let (mut ours, theirs) = TTYPort::pair().unwrap();
+    ours.set_timeout(Duration::from_secs(10)).unwrap();
+    // The program must not inherit our end, or the port never goes away.
+    for end in [ours.as_raw_fd(), theirs.as_raw_fd()] {
+        fcntl(end, FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC)).unwrap();
+    }
+    let _ = fs::remove_file(name);
+    symlink(theirs.name().unwrap(), name).unwrap();
+    (ours, theirs)
+}
+
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn unplugging_and_plugging_in_again_is_survived() {
+    let name = path("port");
+    let (mut ours, theirs) = plug(&name);
+    let mut child = Running(
+        Command::new(WATCH)
+            .args([name.to_str().unwrap(), "--jsonl", "--rate", "500000", "--count", "2"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    );
+    let mut lines = BufReader::new(child.0.stdout.take().unwrap()).lines();
+    let mut stderr = child.0.stderr.take().unwrap();
+    let mut asked = [0; 8];
+    ours.read_exact(&mut asked).unwrap();
+    assert_eq!(asked[0], 0, "it asks who is there");
+    ours.write_all(&record(0)).unwrap();
+    assert!(lines.next().unwrap().unwrap().contains("\"sequence\":0"));
+    fs::remove_file(&name).unwrap();
+    // Its end here stayed open only so that the port is one before the program opens it.
+    drop((ours, theirs));
+    std::thread::sleep(Duration::from_millis(500));
+    let (mut ours, _theirs) = plug(&name);
+    ours.read_exact(&mut asked).unwrap();
+    ours.write_all(&record(5)).unwrap();
+    let line = lines.next().unwrap().unwrap();
+    assert!(line.contains("\"sequence\":5") && line.contains("\"missing\":4"), "{line}");
+    let mut told = String::new();
+    stderr.read_to_string(&mut told).unwrap();
+    assert!(told.contains("is gone; waiting for it") && told.contains("is back"), "{told}");
+}
+
+#[test]
+fn flash_builds_within_the_budget_and_stops_before_the_probe() {
+    let output = Command::new(FLASH).arg("--dry-run").output().unwrap();
+    let said = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let words: Vec<&str> = said.split_whitespace().collect();
+    let after = |word: &str| -> u64 {
+        let at = words.iter().position(|w| *w == word).unwrap();
+        words[at + 1].parse().unwrap()
+    };
+    assert!(after("flash") <= 96 << 10 && after("flash") > 10_000, "{said}");
+    // A stack of 6 KB comes on top, which tests/nucleo.rs measures.
+    assert!(after("RAM") <= 34 << 10, "{said}");
+    let binary = said.lines().nth(1).unwrap();
+    let bytes = fs::read(binary).unwrap();
+    // A vector table: the stack's start in RAM, the reset handler in flash.
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!(word(0), 0x2002_0000);
+    assert_eq!(word(4) & 0xFFF0_0001, 0x0800_0001);
+}
