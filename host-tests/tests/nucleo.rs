@@ -15,13 +15,15 @@ use picket::report::command::{Command, Refusal, Request};
 use picket::report::record::{Health, Record as Telemetry};
 use picket::report::status::Status;
 use picket::solve::chirp::Shape;
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
-use picket_host::flash;
+use picket_host::{flash, recording};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -117,7 +119,7 @@ fn thousands_of_blocks_and_every_record_right() {
     assert!(boot.measuring && !boot.stored && !boot.unfit);
     assert_eq!(boot.last.kind, 0);
     // It runs the program that was built.
-    assert_eq!(boot.program, flash::checksum(&flash::binary(played()).unwrap()));
+    assert_eq!(boot.program, flash::checksum(played()).unwrap());
     let settings = Settings::default();
     let mut here = Here::<Real>::new(&settings);
     // The register words that the settings ask for are those that stand in the registers.
@@ -328,6 +330,8 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
     let (mut board, _) = start();
     let mut here = Here::<Real>::new(&Settings::default());
     board.request(Command::Capture(5)).unwrap().unwrap();
+    let mut captured = Vec::new();
+    let mut measured = Vec::new();
     for number in 0..5 {
         let samples = tone(rng.random_range(5.0..500.0), 900.0, 30.0, &mut rng);
         assert!(board.block(&bytes(&samples)).unwrap());
@@ -338,10 +342,36 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
             _ => None,
         });
         let (sequence, raw) = block.unwrap();
-        assert_eq!((sequence, raw), (record.measurement.stamp.sequence, bytes(&samples)));
+        assert_eq!((sequence, &raw), (record.measurement.stamp.sequence, &bytes(&samples)));
         let expected = here.record(here.stamp(number, false), &samples, Health::default());
         assert_eq!(record.to_bytes(), expected.to_bytes());
+        captured.extend(raw);
+        measured.push(record.measurement.tone.frequency.bins(N));
     }
+    // `cargo analyze` on the capture gives the board's frequencies, bit for bit.
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("captured.i16");
+    std::fs::write(&file, &captured).unwrap();
+    let read = recording::Options {
+        format: Some(recording::Format::I16),
+        rate_hz: Some(500e3),
+        iq: false,
+        scale: 1.0,
+    };
+    let analysis = Analysis {
+        read,
+        n: Some(N),
+        hop: None,
+        skip: 0,
+        band_hz: None,
+        estimators: None,
+        reach: Default::default(),
+        codes: Codes::Unsigned12,
+        arithmetic: Arithmetic::Target,
+        style: Style::Json,
+    };
+    let mut replayed = Vec::new();
+    analyze::run(&file, &analysis, |answer| replayed.push(answer.bins.unwrap()), |_| {}).unwrap();
+    assert_eq!(replayed, measured);
     // No more than were asked for.
     let samples = tone(80.0, 900.0, 30.0, &mut rng);
     assert!(board.block(&bytes(&samples)).unwrap());

@@ -34,6 +34,13 @@ fn the_instrument_cannot_panic_on_cortex_m33() {
     assert_proved("frontend_qemu", Target::M33, &[Profile::Release, Profile::Size]);
 }
 
+#[test]
+fn the_boards_image_cannot_panic() {
+    if let Err(error) = link("frontend_nucleo", Target::M4f, Profile::Size, &["nucleo"]) {
+        panic!("{error}\n{error:?}");
+    }
+}
+
 /// The proof can fail: a panic that can be reached, though only by a capture of a million blocks, is
 /// found.
 #[test]

@@ -89,37 +89,47 @@ pub fn build() -> Result<Image, FlashError> {
     let bytes = binary(&elf)?;
     let binary = firmware_dir().join("picket-nucleo.bin");
     std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
-    Ok(Image { footprint: Footprint::of(&elf)?, program: checksum(&bytes), elf, binary })
+    Ok(Image { footprint: Footprint::of(&elf)?, program: checksum(&elf)?, elf, binary })
 }
 
-/// CRC-32 of an image as it lies in flash.
-pub fn checksum(binary: &[u8]) -> u32 {
-    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(binary)
+/// The checksum that the board reports of itself: CRC-32 of the parts of its image one after the other, without what lies between
+/// them.
+pub fn checksum(elf: &Path) -> Result<u32, RunError> {
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    parts(elf)?.iter().for_each(|(_, bytes)| digest.update(bytes));
+    Ok(digest.finalize())
 }
 
-/// The image as it lies in flash, from its start on; erased flash in gaps.
+/// The image as it lies in flash, from its start on; erased flash between its parts.
 pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
+    let mut binary = Vec::new();
+    for (place, bytes) in parts(elf)? {
+        binary.resize(binary.len().max(place + bytes.len()), 0xFF);
+        binary[place..place + bytes.len()].copy_from_slice(&bytes);
+    }
+    Ok(binary)
+}
+
+/// The parts of an image with their places in flash.
+fn parts(elf: &Path) -> Result<Vec<(usize, Vec<u8>)>, RunError> {
     let wrong = |error: &dyn fmt::Display| -> RunError {
         io_error(elf.display())(std::io::Error::other(error.to_string())).into()
     };
     let data = std::fs::read(elf).map_err(io_error(elf.display()))?;
     let file = ElfFile32::<object::Endianness>::parse(&*data).map_err(|error| wrong(&error))?;
     let endian = file.endian();
-    let mut binary = Vec::new();
+    let mut parts = Vec::new();
     for segment in file.elf_program_headers() {
         let bytes = segment.data(endian, &*data).map_err(|()| wrong(&"a segment is cut off"))?;
         if segment.p_type(endian) != object::elf::PT_LOAD || bytes.is_empty() {
             continue;
         }
-        let place =
-            segment.p_paddr(endian).checked_sub(START).ok_or_else(|| wrong(&"not for flash"))?;
-        let end = place as usize + bytes.len();
-        if binary.len() < end {
-            binary.resize(end, 0xFF);
-        }
-        binary[place as usize..end].copy_from_slice(bytes);
+        let place = segment.p_paddr(endian).checked_sub(START);
+        let place = place.ok_or_else(|| wrong(&"the image is not for this board's flash"))?;
+        parts.push((place as usize, bytes.to_vec()));
     }
-    Ok(binary)
+    Ok(parts)
 }
 
 /// Writes the image by probe-rs and starts it.

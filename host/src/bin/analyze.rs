@@ -51,6 +51,9 @@ struct Options {
     /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
     #[arg(long, default_value_t = 16)]
     bits: u32,
+    /// Codes count from 0, as a microcontroller's converter gives them (12 bits)
+    #[arg(long)]
+    unsigned: bool,
     /// Codes per unit of the file (float wav: per 1/32768 of full scale)
     #[arg(long, default_value_t = 1.0)]
     scale: f64,
@@ -101,8 +104,10 @@ fn run(options: &Options) -> Result<ExitCode, String> {
         scale: options.scale,
     };
     let codes = match options.bits {
+        12 if options.unsigned => Codes::Unsigned12,
         12 => Codes::Signed12,
-        16 => Codes::Signed16,
+        16 if !options.unsigned => Codes::Signed16,
+        16 => return Err("--unsigned codes have 12 bits: add --bits 12".into()),
         bits => return Err(format!("--bits {bits}: choose 12 or 16")),
     };
     if options.track {

@@ -22,12 +22,13 @@ enum Work {
     Size,
 }
 
-/// The images for each core. The M0 has no board yet: its library alone.
-const IMAGES: [(Target, &[&str]); 4] = [
-    (Target::M0, &[]),
-    (Target::M3, &["core_check"]),
-    (Target::M4f, &["core_check"]),
-    (Target::M33, &["core_check", "frontend_qemu"]),
+/// The images for each core, with the board's feature. The M0 has no board yet: its library alone.
+const IMAGES: [(Target, &[&str], &[&str]); 5] = [
+    (Target::M0, &[], &[]),
+    (Target::M3, &["core_check"], &["mps2"]),
+    (Target::M4f, &["core_check"], &["mps2"]),
+    (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
+    (Target::M33, &["core_check", "frontend_qemu"], &["mps2"]),
 ];
 
 fn main() -> ExitCode {
@@ -38,8 +39,7 @@ fn main() -> ExitCode {
 }
 
 fn clippy() -> Result<ExitCode, RunError> {
-    for (target, images) in IMAGES {
-        let features: &[&str] = if images.is_empty() { &[] } else { &["mps2"] };
+    for (target, images, features) in IMAGES {
         toolchain::lint(target, images, features)?;
     }
     Ok(ExitCode::SUCCESS)
@@ -47,10 +47,10 @@ fn clippy() -> Result<ExitCode, RunError> {
 
 fn size() -> Result<ExitCode, RunError> {
     println!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
-    for (target, images) in IMAGES {
+    for (target, images, features) in IMAGES {
         for &bin in images {
             for profile in [Profile::Release, Profile::Size] {
-                let image = Firmware { bin, target, features: &["mps2"], profile }.build()?;
+                let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::of(&image)?;
                 let (core, profile) = (target.triple(), profile.name());
                 println!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");

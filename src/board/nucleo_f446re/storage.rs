@@ -93,22 +93,35 @@ impl Storage for Flash {
     }
 }
 
-/// The program's checksum: CRC-32 of flash from its start to the initial values of variables, as its file has it.
+/// The program's checksum: CRC-32 of its parts in flash one after the other (vector table, code, constants, initial values), as its
+/// file has them. What lies between them for alignment depends on the tool that wrote it.
 pub fn program() -> u32 {
     unsafe extern "C" {
+        static __stext: u32;
+        static __etext: u32;
+        static __srodata: u32;
+        static __erodata: u32;
         static __sidata: u32;
         static __sdata: u32;
         static __edata: u32;
     }
     const START: usize = 0x0800_0000;
-    let [stored, first, last] =
-        [&raw const __sidata, &raw const __sdata, &raw const __edata].map(|symbol| symbol as usize);
-    let length = stored.wrapping_sub(START).wrapping_add(last.wrapping_sub(first));
+    const VECTORS: usize = 4 * (16 + super::LINES);
+    let values = (&raw const __edata as usize).wrapping_sub(&raw const __sdata as usize);
+    let stored = &raw const __sidata as usize;
+    let parts = [
+        (START, START + VECTORS),
+        (&raw const __stext as usize, &raw const __etext as usize),
+        (&raw const __srodata as usize, &raw const __erodata as usize),
+        (stored, stored.wrapping_add(values)),
+    ];
     let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
-    for address in (START..START + length.min(256 << 10)).map(core::ptr::with_exposed_provenance) {
-        // SAFETY: the program lies there; reading it changes nothing.
-        digest.update(&[unsafe { read_volatile::<u8>(address) }]);
+    for (from, to) in parts {
+        for address in (from..to).map(core::ptr::with_exposed_provenance) {
+            // SAFETY: the program lies there; reading it changes nothing.
+            digest.update(&[unsafe { read_volatile::<u8>(address) }]);
+        }
     }
     digest.finalize()
 }
