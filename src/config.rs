@@ -194,9 +194,7 @@ impl Plan {
             Solver::Chirp(Shape::Trapezoid, _) => 3,
         }
     }
-}
 
-impl Plan {
     /// A plan that finds nothing, for a pipeline in memory that is filled before the program runs.
     pub const IDLE: Self = Plan {
         codes: Codes::Signed12,
@@ -208,6 +206,7 @@ impl Plan {
             threshold: Threshold::NEVER,
         },
         solver: Solver::None,
+        tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 1, refresh: 0 },
     };
 }
 
