@@ -105,8 +105,8 @@ impl Ramps {
         // The word for the number of steps has 20 bits.
         let clk2 = (1..4096).find(|&clk2| steps(clk2) < 1_048_575.5).ok_or(RampError::Ramp)?;
         let count = libm::round(steps(clk2));
-        // NaN fails this as well.
-        if !(count >= 2.0) {
+        // Not a number fails this as well.
+        if !(2.0..=1_048_575.0).contains(&count) {
             return Err(RampError::Ramp);
         }
         let wanted = self.bandwidth_hz / count / (self.reference_hz / MODULUS);

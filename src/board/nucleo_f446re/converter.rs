@@ -114,7 +114,7 @@ impl Chain {
     }
 
     /// The number of a whole chirp's first block, after at least one block.
-    fn to_next_chirp(&mut self) -> u32 {
+    fn skip_chirp(&mut self) -> u32 {
         let within = self.passed.checked_rem(self.segments).unwrap_or(0);
         let blocks = self.segments.saturating_sub(within).max(1);
         self.passed = self.passed.wrapping_add(blocks);
@@ -167,7 +167,7 @@ impl Dma for Chain {
     fn restart(&mut self) -> u32 {
         self.stop();
         self.start();
-        self.to_next_chirp()
+        self.skip_chirp()
     }
 }
 
