@@ -162,6 +162,25 @@ fn thousands_of_blocks_and_every_record_right() {
 }
 
 #[test]
+fn instructions_of_a_block() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut board = Board::start_counted(played()).unwrap();
+    boot(&mut board);
+    let mut longest = 0;
+    for _ in 0..5 {
+        status(&mut board);
+        let samples = tone(rng.random_range(20.0..480.0), 900.0, 30.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        next_record(&mut board);
+        longest = longest.max(status(&mut board).longest);
+    }
+    // 1024 samples at 2.4 MS/s are 61,440 cycles of 144 MHz, at 1.5 MS/s 122,880 of 180 MHz.
+    println!("{longest} instructions for a block of {N}");
+    assert!(longest > 10_000 && longest < 122_880, "{longest}");
+}
+
+#[test]
 fn every_fault_is_counted_and_none_touches_a_neighbour() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
@@ -242,6 +261,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut board, first) = start();
+    board.recorded = Some(Vec::new());
     let scene = Scene::Chirp {
         shape: Shape::Trapezoid,
         wavelength_m: 0.0125,
@@ -280,6 +300,9 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         targets += u32::from(target);
     }
     assert_eq!(targets, 20, "one for each chirp of three segments");
+    // For `cargo watch-device -- --replay`.
+    let session = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emulated-session.bin");
+    std::fs::write(session, board.recorded.take().unwrap()).unwrap();
     // QEMU's flash is read-only, and the board says that it kept nothing.
     assert_eq!(board.request(Command::Save).unwrap(), Err(Refusal::Flash));
     // Stopped, it neither measures nor captures, and starts again.

@@ -128,8 +128,8 @@ fn boot_status_and_samples_come_back_as_they_were() {
             rng.random();
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
-        let [dropped, refused, load, stack] = rng.random();
-        let status = Status { counters, dropped, refused, load, stack };
+        let [dropped, refused, load, stack, longest] = rng.random();
+        let status = Status { counters, dropped, refused, load, stack, longest };
         assert_eq!(Status::of_frame(&only(&status.to_frame())), Some(status));
         let mut bytes = vec![0; rng.random_range(0..=Raw::PIECE)];
         rng.fill_bytes(&mut bytes);

@@ -63,6 +63,15 @@ pub struct Board {
 impl Board {
     /// Starts an image built with the feature `played`.
     pub fn start(image: &Path) -> Result<Self, RunError> {
+        Self::start_with(image, &[])
+    }
+
+    /// The same, with time by instructions: its timers count one each.
+    pub fn start_counted(image: &Path) -> Result<Self, RunError> {
+        Self::start_with(image, &["-icount", "shift=0"])
+    }
+
+    fn start_with(image: &Path, options: &[&str]) -> Result<Self, RunError> {
         let directory = tempfile::Builder::new()
             .prefix("picket-")
             .tempdir()
@@ -73,7 +82,7 @@ impl Board {
         command.args(["-nodefaults", "-nographic", "-net", "none", "-serial", "null"]);
         command.args(["-chardev", "stdio,id=usart2,signal=off", "-serial", "chardev:usart2"]);
         command.arg("-qtest").arg(format!("unix:{},server=on,wait=off", socket.display()));
-        command.args(["-qtest-log", "none"]);
+        command.args(["-qtest-log", "none"]).args(options);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
         let gone = || RunError::Emulator("it did not start".into());

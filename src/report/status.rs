@@ -4,7 +4,7 @@ use super::frame::{self, Frame, Kind, WIRE};
 use crate::acquire::frontend::Counters;
 use heapless::Vec;
 
-/// The record: a version, then twelve words, little-endian, in the order of the fields.
+/// The record: a version, then thirteen words, little-endian, in the order of the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// What became of the blocks.
@@ -17,10 +17,12 @@ pub struct Status {
     pub load: u32,
     /// Bytes of stack that were ever in use.
     pub stack: u32,
+    /// The longest time from taking a block to having measured it since the last status, in ticks of the timers.
+    pub longest: u32,
 }
 
 const VERSION: u8 = 1;
-const WORDS: usize = 12;
+const WORDS: usize = 13;
 
 impl Status {
     /// As a frame.
@@ -40,6 +42,7 @@ impl Status {
             self.refused,
             self.load,
             self.stack,
+            self.longest,
         ];
         let mut bytes = [0; 1 + 4 * WORDS];
         if let Some((version, rest)) = bytes.split_first_mut() {
@@ -70,10 +73,11 @@ impl Status {
             refused,
             load,
             stack,
+            longest,
         ] = words;
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
-        Some(Self { counters, dropped, refused, load, stack })
+        Some(Self { counters, dropped, refused, load, stack, longest })
     }
 }
 

@@ -227,7 +227,7 @@ pub fn status(status: &Status) -> String {
         "status": true, "blocks": c.blocks, "overruns": c.overruns, "missed": c.missed, "late": c.late,
         "broken": c.broken, "spurious": c.spurious, "dma_errors": c.dma_errors, "adc_overruns": c.adc_overruns,
         "dropped": status.dropped, "refused": status.refused, "load_permille": status.load,
-        "stack_bytes": status.stack,
+        "stack_bytes": status.stack, "longest_ticks": status.longest,
     })
     .to_string()
 }

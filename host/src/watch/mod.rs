@@ -118,7 +118,7 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     let mut orders = options.orders.prepare()?;
     let mut end = Ok(());
     loop {
-        let bytes = match source.next()? {
+        let bytes = match source.piece()? {
             Piece::End => break,
             Piece::Opened => {
                 orders.ask(&mut source)?;

@@ -58,7 +58,7 @@ impl Source {
     }
 
     /// What comes next.
-    pub fn next(&mut self) -> Result<Piece, WatchError> {
+    pub fn piece(&mut self) -> Result<Piece, WatchError> {
         let mut buffer = [0; 4096];
         match self {
             Source::File(file) => match file.read(&mut buffer) {

@@ -47,6 +47,8 @@ pub struct Instrument {
     /// When the last status was sent, and the ticks asleep since.
     since: u32,
     asleep: u32,
+    /// The longest measurement since then.
+    longest: u32,
 }
 
 fn words(settings: &Settings) -> [u32; WORDS] {
@@ -107,6 +109,7 @@ impl Instrument {
             zero: Counters::default(),
             since: start::ticks(),
             asleep: 0,
+            longest: 0,
         };
         let frame = instrument.boot.to_frame();
         instrument.serial.send(&frame);
@@ -145,7 +148,9 @@ impl Instrument {
         let Some(blocks) = &mut self.blocks else { return false };
         let Some(block) = blocks.receive() else { return false };
         let guard = self.plan.settings.guard;
+        let before = start::ticks();
         let mut measurement = self.measurer.block(&block, guard);
+        self.longest = self.longest.max(start::ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
         let since = block.counters.since(&self.zero);
         let captured = self.captures > 0 && self.raw.is_none();
@@ -208,8 +213,9 @@ impl Instrument {
             refused: self.refused,
             load: (awake * 1000 / u64::from(passed)) as u32,
             stack: trace::stack(),
+            longest: self.longest,
         };
-        (self.since, self.asleep) = (now, 0);
+        (self.since, self.asleep, self.longest) = (now, 0, 0);
         self.serial.send(&status.to_frame());
     }
 
