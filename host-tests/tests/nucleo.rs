@@ -175,9 +175,10 @@ fn instructions_of_a_block() {
         next_record(&mut board);
         longest = longest.max(status(&mut board).longest);
     }
-    // 1024 samples at 2.4 MS/s are 61,440 cycles of 144 MHz, at 1.5 MS/s 122,880 of 180 MHz.
+    // 1024 samples last 61,440 cycles of 144 MHz at 2.4 MS/s, 122,880 of 180 MHz at 1.5 MS/s and 368,640 at 500 kS/s, where the
+    // image starts.
     println!("{longest} instructions for a block of {N}");
-    assert!(longest > 10_000 && longest < 122_880, "{longest}");
+    assert!(longest > 10_000 && longest < 200_000, "{longest}");
 }
 
 #[test]

@@ -183,8 +183,8 @@ pub const STREAM_EN: u32 = 1;
 pub const STREAM_CT: u32 = 1 << 19;
 /// DMA_LISR (RM 9.5.1) for stream 0: transfer complete.
 pub const STREAM_0_COMPLETE: u32 = 1 << 5;
-/// Transfer error (3), direct-mode error (2), FIFO error (0).
-pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2 | 1;
+/// Transfer error (3), direct-mode error (2). The FIFO's error (0) says nothing where the FIFO is not in use.
+pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
 /// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
 pub const STREAM_0_FLAGS: u32 = 0x3D;
 
@@ -302,6 +302,6 @@ mod tests {
         assert_eq!(completed(STREAM_0_ERRORS, false), 0);
         assert_eq!(completed(STREAM_0_COMPLETE, true), 1);
         assert_eq!(completed(STREAM_0_COMPLETE | 1 << 4, false), 2);
-        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS, STREAM_0_FLAGS);
+        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS | 1, STREAM_0_FLAGS);
     }
 }

@@ -98,10 +98,11 @@ impl Waveform {
         }
     }
 
-    /// Fills the table; gives the part that the DMA plays.
+    /// Fills the table; gives the part that the DMA plays. It begins with the second step: the first is in the DAC's register
+    /// already, which a trigger puts out before it asks for the next.
     pub fn fill<'a>(&self, table: &'a mut [u16; STEPS]) -> &'a [u16] {
         for (step, code) in table.iter_mut().enumerate() {
-            *code = self.code(step);
+            *code = self.code(if step + 1 < self.len() { step + 1 } else { 0 });
         }
         table.get(..self.len()).unwrap_or(&[])
     }
@@ -188,7 +189,9 @@ mod tests {
         // 2 samples a step would be 544 steps a segment, too many for the table; 4 give 272.
         assert_eq!((wave.hold, wave.steps, wave.len()), (4, 272, 816));
         let mut table = [0; STEPS];
-        let codes: Vec<u16> = wave.fill(&mut table).to_vec();
+        let mut codes: Vec<u16> = wave.fill(&mut table).to_vec();
+        codes.rotate_right(1);
+        assert_eq!(codes[0], wave.code(0));
         assert_eq!(codes.len(), 816);
         assert_eq!((codes[0], codes[272], codes[543], codes[544]), (100, 3500, 3500, 3500));
         let back = codes.iter().cycle().skip(1);

@@ -6,13 +6,16 @@ use crate::control::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
 use crate::control::sampling::{TIMER_CR2_UPDATE, TIMER_SMCR_COUNT_TIM3};
 use crate::control::settings::{Drive, Instrument};
 use crate::control::waveform::{DAC_CR, DAC_STREAM, STEPS, SyncInput, SyncOutput};
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use static_cell::ConstStaticCell;
 
 /// Whether TIM2 gates the sample clock.
 static GATED: AtomicBool = AtomicBool::new(false);
+/// The DAC's first code, and the steps of its table: 0 where it does not play.
+static FIRST: AtomicU16 = AtomicU16::new(0);
+static LENGTH: AtomicU16 = AtomicU16::new(0);
 
 /// Sets the timers and what plays the chirp; nothing runs before [`run`]. Gives false where the synthesiser is deaf.
 pub fn set_up(instrument: &Instrument) -> bool {
@@ -28,6 +31,8 @@ pub fn set_up(instrument: &Instrument) -> bool {
         mark(segments, instrument.length);
     }
     if let Some(wave) = &instrument.waveform {
+        FIRST.store(wave.code(0), Ordering::Relaxed);
+        LENGTH.store(wave.len() as u16, Ordering::Relaxed);
         static TABLE: ConstStaticCell<[u16; STEPS]> = ConstStaticCell::new([0; STEPS]);
         if let Some(table) = TABLE.try_take() {
             let steps = wave.fill(table);
@@ -35,7 +40,6 @@ pub fn set_up(instrument: &Instrument) -> bool {
             // DAC_DHR12R1 (RM 14.5.3).
             put!(stream.par(), 0x4000_7408);
             put!(stream.m0ar(), steps.as_ptr().expose_provenance() as u32);
-            put!(stream.ndtr(), steps.len() as u16 as u32);
         }
         put!(tim4().arr(), u32::from(wave.hold.saturating_sub(1)));
         put!(tim4().cr2(), TIMER_CR2_UPDATE);
@@ -83,23 +87,35 @@ pub fn stop() {
     let _ = wait(|| dma1().st(5).cr().read().bits() & 1 == 0);
 }
 
-/// Starts everything at a chirp's first sample: what counts samples first, then the samples.
-pub fn run() {
+/// Back to a chirp's start, with the converters and the DAC off: the events that take the timers' words over trigger both.
+pub fn rewind() {
     // HIFCR, stream 5's flags: 11:6.
     put!(dma1().hifcr(), 0x3D << 6);
     for timer in [tim3(), tim4()] {
         put!(timer.egr(), 1);
     }
-    if tim4().smcr().read().bits() != 0 {
+    // What counts samples stands before its overflow, so that its first period begins with the first sample.
+    let reload = tim4().arr().read().bits();
+    put!(tim4().cnt(), reload);
+    if !GATED.load(Ordering::Relaxed) {
+        put!(tim2().egr(), 1);
+        let reload = tim2().arr().read().bits();
+        put!(tim2().cnt(), reload);
+    }
+}
+
+/// Starts everything: what counts samples first, then the samples.
+pub fn run() {
+    let length = LENGTH.load(Ordering::Relaxed);
+    if length > 0 {
+        put!(dac().dhr12r1(), u32::from(FIRST.load(Ordering::Relaxed)));
+        put!(dma1().st(5).ndtr(), u32::from(length));
         put!(dma1().st(5).cr(), DAC_STREAM);
         put!(dma1().st(5).cr(), DAC_STREAM | 1);
         put!(dac().cr(), DAC_CR);
-        // The first code, before the first step asks for the second.
-        put!(dac().swtrigr(), 1);
         put!(tim4().cr1(), 1);
     }
     if !GATED.load(Ordering::Relaxed) {
-        put!(tim2().egr(), 1);
         put!(tim2().cr1(), 1);
     }
     put!(tim3().cr1(), 1);

@@ -79,6 +79,7 @@ impl Chain {
 
     /// Starts at a chirp's first sample.
     fn start(&mut self) {
+        chirp::rewind();
         let stream = dma2().st(0);
         let (Converter { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 }, [first, second]) =
             (self.converter, &self.held);
@@ -230,11 +231,4 @@ pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
             cortex_m::asm::wfi();
         }
     });
-}
-
-/// True where the words are those that the settings ask for: what was written is what is there.
-pub fn in_place(instrument: &Instrument, tree: &Tree) -> bool {
-    let converter = instrument.sampling.converter(tree);
-    let [low, high] = [adc1().cr2().read().bits(), adc_common().ccr().read().bits()];
-    low & converter.cr2 == converter.cr2 && high == converter.common
 }

@@ -6,7 +6,7 @@
 use super::converter::{self, Slot};
 use super::serial::Serial;
 use super::storage::{self, Flash};
-use super::trace::{self, Legacy, WORDS};
+use super::trace::{Legacy, Stack, WORDS};
 use super::{N, start};
 use crate::acquire::frontend::{Block, Blocks, Counters};
 use crate::acquire::sample::{Iq, Real};
@@ -49,6 +49,7 @@ pub struct Instrument {
     asleep: u32,
     /// The longest measurement since then.
     longest: u32,
+    stack: Stack,
 }
 
 fn words(settings: &Settings) -> [u32; WORDS] {
@@ -92,8 +93,10 @@ impl Instrument {
                 (safe.validate(N, &tree).ok()?, true)
             }
         };
+        let mut boot = boot_record(&tree, &plan, causes, last, stored, unfit);
+        // Last, so that no block passes before the loop runs.
         let blocks = if plan.settings.start { converter::start(&plan, &tree) } else { None };
-        let boot = boot_record(&tree, &plan, causes, last, stored, unfit, blocks.is_some());
+        boot.measuring = blocks.is_some();
         let mut instrument = Self {
             tree,
             plan,
@@ -110,6 +113,7 @@ impl Instrument {
             since: start::ticks(),
             asleep: 0,
             longest: 0,
+            stack: Stack::new(),
         };
         let frame = instrument.boot.to_frame();
         instrument.serial.send(&frame);
@@ -212,7 +216,7 @@ impl Instrument {
             dropped: self.serial.dropped,
             refused: self.refused,
             load: (awake * 1000 / u64::from(passed)) as u32,
-            stack: trace::stack(),
+            stack: self.stack.high_water(),
             longest: self.longest,
         };
         (self.since, self.asleep, self.longest) = (now, 0, 0);
@@ -319,13 +323,12 @@ fn boot_record(
     last: LastEnd,
     stored: bool,
     unfit: bool,
-    measuring: bool,
 ) -> Boot {
     let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     Boot {
         clock: tree.source,
         causes,
-        measuring,
+        measuring: false,
         stored,
         unfit,
         program: storage::program(),
