@@ -136,7 +136,12 @@ pub enum SettingsError {
     Sync,
     /// A correction is no number, above 1000 ppm, or a slope outside 0.5 to 2.
     Calibration,
+    /// I/Q records have the converters' offset at 0 Hz, far above any signal: the band must lie on one side of it.
+    Offset,
 }
+
+/// Bins around 0 Hz that the offset takes.
+const OFFSET_BINS: i32 = 2;
 
 impl SettingsError {
     /// A number for the wire: what is wrong and in which way.
@@ -152,6 +157,7 @@ impl SettingsError {
             SettingsError::Drive => [8, 0],
             SettingsError::Sync => [9, 0],
             SettingsError::Calibration => [10, 0],
+            SettingsError::Offset => [11, 0],
         }
     }
 
@@ -170,6 +176,9 @@ impl SettingsError {
             8 => "a chirp needs a drive, and a drive a chirp",
             9 => "the sync input does not work at the fastest rate: use a slower one",
             10 => "calibration: at most 1000 ppm, slope 0.5 to 2",
+            11 => {
+                "I/Q: the converters' offset lies at 0 Hz, so search a band on one side of it, three bins away or more"
+            }
             _ => "the settings do not work",
         }
     }
@@ -215,6 +224,9 @@ impl Settings {
         let config = self.true_config(&sampling, length);
         let plan = if self.iq { config.validate::<Iq>(n) } else { config.validate::<Real>(n) };
         let plan = plan.map_err(SettingsError::Config)?;
+        if self.iq && plan.band.low <= OFFSET_BINS && plan.band.high >= -OFFSET_BINS {
+            return Err(SettingsError::Offset);
+        }
         let mut settings = Settings { config, ..*self };
         let mut waveform = None;
         let mut synthesiser = None;
@@ -453,6 +465,7 @@ mod tests {
                 E::Ramps(RampError::Reference),
             ),
             (quick, E::Sync),
+            (Settings { iq: true, ..tone }, E::Offset),
             (calibrated(Calibration { clock_ppm: f32::NAN, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_slope: 0.1, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_offset_m: f32::INFINITY, ..ideal }), E::Calibration),
