@@ -269,13 +269,18 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         bandwidth_hz: 200e6,
         duration_s: 0.0,
     };
-    let config = Config { rate_hz: 250e3, scene, codes: Codes::Unsigned12, ..Config::default() };
+    let band_hz = Some((2e3, 120e3));
+    let codes = Codes::Unsigned12;
+    let config = Config { rate_hz: 250e3, scene, codes, band_hz, ..Config::default() };
     let drive = Drive::Dac { low: 400, high: 3600 };
     let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
     // What cannot work changes nothing.
     let contradiction = Settings { guard: 65, ..settings };
     let refused = board.request(Command::SetSettings(contradiction, N)).unwrap();
     assert_eq!(refused, Err(Refusal::Settings([7, 0])));
+    let whole = Settings { config: Config { band_hz: None, ..config }, ..settings };
+    let refused = board.request(Command::SetSettings(whole, N)).unwrap();
+    assert_eq!(refused, Err(Refusal::Settings([11, 0])));
     let refused = board.request(Command::SetSettings(settings, 512)).unwrap();
     assert_eq!(refused, Err(Refusal::Settings([6, 0])));
     let same = board.request(Command::Identify).unwrap().unwrap();
@@ -291,9 +296,16 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let mut here = Here::<Iq>::new(&settings);
     let mut targets = 0;
     for number in 0..60 {
-        let [i, q] =
-            [0.0, 0.25].map(|_| tone(rng.random_range(20.0..400.0), 900.0, 30.0, &mut rng));
-        let samples: [[i16; 2]; N] = std::array::from_fn(|n| [i[n], q[n]]);
+        // A target that comes nearer: what its range and its speed do to the beat, in bins.
+        let (range, doppler) = (120.0, 45.5);
+        let bin = [range - doppler, doppler, range + doppler][number as usize % 3];
+        let phase: f64 = rng.random();
+        let samples: [[i16; 2]; N] = std::array::from_fn(|n| {
+            let angle = std::f64::consts::TAU * (bin * n as f64 / N as f64 + phase);
+            let mut part =
+                |x: f64| (2048.0 + 900.0 * x + 30.0 * rng.random_range(-1.0..1.0)) as i16;
+            [part(angle.cos()), part(angle.sin())]
+        });
         assert!(board.block(&bytes(samples.as_flattened())).unwrap());
         let expected = here.record(here.stamp(number, false), &samples, Health::default());
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");

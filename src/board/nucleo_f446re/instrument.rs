@@ -113,7 +113,7 @@ impl Instrument {
             since: start::ticks(),
             asleep: 0,
             longest: 0,
-            stack: Stack::new(),
+            stack: Stack::unknown(),
         };
         let frame = instrument.boot.to_frame();
         instrument.serial.send(&frame);

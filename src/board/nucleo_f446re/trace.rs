@@ -141,7 +141,7 @@ impl Stack {
     const WINDOW: usize = 512;
 
     /// Nothing known.
-    pub fn new() -> Self {
+    pub fn unknown() -> Self {
         unsafe extern "C" {
             static mut _stack_start: u32;
         }
