@@ -74,7 +74,7 @@ pub struct Following {
     pub acceleration_bins: f32,
     /// The sigma of a new target's rate in bins per block. Positive.
     pub rate_bins: f32,
-    /// The most tones that are followed at once, 1 to 4.
+    /// The most tones that are followed at once, up to 4; 0 to follow none.
     pub most: u8,
     /// Locked tracking (see [`crate::estimate::locked`]): of so many blocks one is searched whole, the others only where
     /// the tone is expected. 0 or 1: every block is searched. Where more than one tone is followed every block is, too.
@@ -83,7 +83,7 @@ pub struct Following {
 
 impl Default for Following {
     fn default() -> Self {
-        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 1, refresh: 0 }
+        Self { agility: 0.05, acceleration_bins: 0.0, rate_bins: 2.0, most: 0, refresh: 0 }
     }
 }
 
@@ -125,7 +125,7 @@ pub enum ConfigError {
     /// The probability of a false alarm is not above 0 and at most 0.5.
     FalseAlarm,
     /// Agility and rate are not positive and finite, the acceleration is negative, or the tones followed
-    /// are not 1 to 4.
+    /// are more than 4.
     Following,
 }
 
@@ -144,7 +144,7 @@ impl ConfigError {
             ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Following => {
-                "follow 1 to 4 tones, agility and rate above 0, acceleration not below 0"
+                "follow at most 4 tones, agility and rate above 0, acceleration not below 0"
             }
             ConfigError::Method => "the method does not work on this kind of record",
         }
@@ -241,7 +241,7 @@ impl Config {
             && above(rate_bins)
             && acceleration_bins >= 0.0
             && acceleration_bins.is_finite()
-            && (1..=MOST).contains(&usize::from(most));
+            && usize::from(most) <= MOST;
         if !right {
             return Err(ConfigError::Following);
         }

@@ -4,12 +4,13 @@ use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
 use crate::estimate::detection::{HOLD, Threshold};
 use crate::estimate::lock::Lock;
-use crate::estimate::several::MOST;
+use crate::estimate::several::{MOST, first};
 use crate::estimate::tone::{Tone, Verdict};
 use crate::pipeline::{Measurement, Pipeline};
+use crate::report::follow::{Follow, Sighting};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
-use crate::solve::track::{Track, Tracking};
+use crate::solve::track::{State, Track, Tracking};
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
 use heapless::Vec;
@@ -29,6 +30,11 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let tracks = [const { Tracks::new() }; 3];
         let locks = [const { None }; 3];
         Self { pipeline: Pipeline::new(plan), tracking: plan.tracking, tracks, locks }
+    }
+
+    /// The pipeline, for blocks that are measured and not followed.
+    pub const fn pipeline(&mut self) -> &mut Pipeline<R, N> {
+        &mut self.pipeline
     }
 
     /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
@@ -132,22 +138,42 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             return Vec::new();
         };
         let held = self.tracks.first().into_iter().flat_map(Tracks::held);
-        held.take(MOST).map(|track| doppler::velocity(&track.tone, scale)).collect()
+        first(held.map(|track| doppler::velocity(&track.tone, scale)))
     }
 
-    /// The targets that the held tracks of a chirp's segments amount to, oldest first.
+    /// What is followed after a block of this stamp, as it is reported. The targets come with a chirp's last block.
+    pub fn follow(&self, stamp: &Stamp) -> Follow {
+        let last = match self.pipeline.plan().solver {
+            Solver::Chirp(Shape::Sawtooth, _) => stamp.segment == Segment::Up,
+            Solver::Chirp(..) => stamp.segment == Segment::Down,
+            Solver::None | Solver::Doppler(_) => false,
+        };
+        let held =
+            self.tracks(stamp.segment).iter().filter(|track| track.state != State::Tentative);
+        Follow {
+            sequence: stamp.sequence,
+            segment: stamp.segment,
+            locked: self.is_locked(stamp.segment),
+            tracks: first(held.map(Sighting::from)),
+            targets: if last { self.targets() } else { Vec::new() },
+        }
+    }
+
+    /// The targets that the held tracks of a chirp's segments amount to, oldest first, each with the low bits of its
+    /// rising beat's number.
     ///
     /// Each rising beat takes the falling beat, and of a trapezoid the flat one, that contradict it least. A target
     /// at rest has no flat beat: its line is at DC. Then the two ramps solve it as a triangle's.
-    pub fn targets(&self) -> Vec<Target, MOST> {
+    pub fn targets(&self) -> Vec<(u16, Target), MOST> {
         let mut targets = Vec::new();
         let Solver::Chirp(shape, scales) = &self.pipeline.plan().solver else {
             return targets;
         };
         let [up, flat, down] = &self.tracks;
-        let mut flats: Vec<Tone, MOST> = flat.held().take(MOST).map(|track| track.tone).collect();
-        let mut downs: Vec<Tone, MOST> = down.held().take(MOST).map(|track| track.tone).collect();
-        for rising in up.held().take(MOST).map(|track| track.tone) {
+        let mut flats: Vec<Tone, MOST> = first(flat.held().map(|track| track.tone));
+        let mut downs: Vec<Tone, MOST> = first(down.held().map(|track| track.tone));
+        for track in up.held().take(MOST) {
+            let rising = track.tone;
             let target = match shape {
                 Shape::Sawtooth => Some(chirp::sawtooth(&rising, scales)),
                 Shape::Triangle => nearest(&rising, &mut downs)
@@ -160,7 +186,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             };
             if let Some(target) = target {
                 // As many targets as rising beats, at most four.
-                let _ = targets.push(target);
+                let _ = targets.push((track.number as u16, target));
             }
         }
         targets

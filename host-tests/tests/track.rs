@@ -15,6 +15,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
+fn one() -> Following {
+    Following { most: 1, ..Following::default() }
+}
+
 fn tracker<const N: usize>(following: Following) -> Tracker<Real, N> {
     let config = Config { following, ..Config::default() };
     Tracker::new(config.validate::<Real>(N).unwrap())
@@ -78,7 +82,7 @@ fn the_variance_is_what_the_tracking_index_says_and_the_filter_knows_it() {
         let runs: Vec<[f64; 5]> = (0..RUNS)
             .into_par_iter()
             .map(|run| {
-                let following = Following { agility, refresh, ..Following::default() };
+                let following = Following { agility, refresh, most: 1, ..Following::default() };
                 let mut feed = Feed::<N>::new(following, 10.0, SEED + (agility * 1e3) as u64, run);
                 let mut motion = generator(SEED + 1, run);
                 // The bound at 10 dB, times what least squares makes of it.
@@ -133,7 +137,7 @@ fn weak_tones_are_acquired_and_not_lost() {
         let runs: Vec<(Option<u32>, bool)> = (0..RUNS)
             .into_par_iter()
             .map(|run| {
-                let mut feed = Feed::<1024>::new(Following::default(), snr_db, SEED, run);
+                let mut feed = Feed::<1024>::new(one(), snr_db, SEED, run);
                 // A target that moves shows all offsets, those between two bins too, where its line is weakest.
                 let start = 100.0 + feed.rng.random_range(0.0..200.0);
                 let rate = feed.rng.random_range(-0.6..0.6);
@@ -171,7 +175,7 @@ fn noise_is_not_followed() {
     let held: usize = (0..RUNS)
         .into_par_iter()
         .map(|run| {
-            let mut feed = Feed::<64>::new(Following::default(), 0.0, SEED, run);
+            let mut feed = Feed::<64>::new(one(), 0.0, SEED, run);
             (0..4000)
                 .filter(|_| {
                     feed.block(&[]);
@@ -191,7 +195,7 @@ fn a_jump_is_followed_within_three_blocks() {
     println!("seed {SEED:#x}");
     for run in 0..50 {
         let refresh = if run % 2 == 0 { 0 } else { 16 };
-        let following = Following { refresh, ..Following::default() };
+        let following = Following { refresh, most: 1, ..Following::default() };
         let mut feed = Feed::<1024>::new(following, 10.0, SEED, run);
         let place = 150.3 + run as f64;
         for _ in 0..20 {
@@ -249,7 +253,7 @@ fn crossing_tones_are_not_exchanged() {
 /// Lost blocks are time that passes; after a gap the track stands and its rate is learnt anew.
 #[test]
 fn a_gap_widens_the_gate_and_keeps_the_track() {
-    let mut feed = Feed::<1024>::new(Following::default(), 10.0, 0x7AC4_0006, 0);
+    let mut feed = Feed::<1024>::new(one(), 10.0, 0x7AC4_0006, 0);
     let place = |sequence: u32| 100.0 + 0.5 * f64::from(sequence);
     for sequence in 0..30 {
         feed.block(&[place(sequence)]);
@@ -282,7 +286,7 @@ fn two_vehicles_are_two_tracks() {
         println!("skipped: no {}", file.display());
         return;
     }
-    let following = Following { acceleration_bins: 2.0, ..Following::default() };
+    let following = Following { acceleration_bins: 2.0, most: 1, ..Following::default() };
     let pursuit = Pursuit {
         read: Options { rate_hz: Some(48e3), ..Options::default() },
         n: 4096,

@@ -1,5 +1,6 @@
 //! Reads a device's bytes: finds frames, checks them, counts what was lost.
 
+use picket::report::follow::Follow;
 use picket::report::frame::{FrameError, Reader};
 use picket::report::record::{Record, RecordError};
 use std::fmt;
@@ -31,6 +32,8 @@ pub struct Telemetry {
     last: Option<u32>,
     /// Records read.
     pub records: u64,
+    /// What was followed, in the order it came.
+    pub follows: Vec<Follow>,
     /// Frames that were damaged or unknown.
     pub bad: u64,
     /// Holes in the sequence: blocks of which no record arrived.
@@ -41,6 +44,12 @@ impl Telemetry {
     /// Takes a byte; gives what a frame that it closes holds.
     pub fn push(&mut self, byte: u8) -> Option<Result<Record, TelemetryError>> {
         let read = self.reader.push(byte)?;
+        if let Ok(frame) = &read
+            && let Ok(follow) = Follow::of_frame(frame)
+        {
+            self.follows.push(follow);
+            return None;
+        }
         let record = read
             .map_err(TelemetryError::Frame)
             .and_then(|frame| Record::of_frame(&frame).map_err(TelemetryError::Record));

@@ -218,6 +218,17 @@ impl<R: Record, const N: usize> Rest<'_, R, N> {
             };
             seen.tone::<R, N>(found.peak, &found.fit)
         };
-        self.found.iter().filter_map(tone).collect()
+        first(self.found.iter().filter_map(tone))
     }
+}
+
+/// As many items as there is room for. (`collect` would panic at one more.)
+pub(crate) fn first<T, const ROOM: usize>(items: impl Iterator<Item = T>) -> Vec<T, ROOM> {
+    let mut vec = Vec::new();
+    for item in items {
+        if vec.push(item).is_err() {
+            break;
+        }
+    }
+    vec
 }

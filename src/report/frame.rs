@@ -41,6 +41,8 @@ pub enum Kind {
     Status = 7,
     /// Samples as they are ([`super::status::Raw`]).
     Raw = 8,
+    /// Tracks and targets ([`super::follow::Follow`]).
+    Follow = 9,
 }
 
 impl Kind {
@@ -55,6 +57,7 @@ impl Kind {
             6 => Some(Kind::Boot),
             7 => Some(Kind::Status),
             8 => Some(Kind::Raw),
+            9 => Some(Kind::Follow),
             _ => None,
         }
     }

@@ -3,6 +3,7 @@
 pub mod boot;
 pub mod cobs;
 pub mod command;
+pub mod follow;
 pub mod frame;
 pub mod record;
 pub mod status;

@@ -27,7 +27,7 @@ pub struct Tracking {
     pub acceleration: f32,
     /// The sigma of the rate of a target that was seen once, in cycles per sample per block.
     pub rate: f32,
-    /// How many tones are followed at most, 1..=[`crate::estimate::several::MOST`].
+    /// How many tones are followed at most, at most [`crate::estimate::several::MOST`]; 0 to follow none.
     pub most: usize,
     /// Of so many blocks one is searched whole while a track is held; 0 or 1: every block.
     pub refresh: u8,

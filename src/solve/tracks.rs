@@ -2,7 +2,7 @@
 
 use super::track::{State, Track, Tracking};
 use crate::acquire::sample::Stamp;
-use crate::estimate::several::MOST;
+use crate::estimate::several::{MOST, first};
 use crate::estimate::tone::{Tone, Verdict};
 use heapless::Vec;
 
@@ -86,8 +86,8 @@ impl Tracks {
         let blocks = self.elapsed(stamp.sequence, every);
         self.tracks.retain(|track| track.state != State::Lost);
         self.tracks.iter_mut().for_each(|track| track.predict(blocks, stamp.gap, tracking));
-        let mut tones: Vec<Tone, MOST> =
-            tones.iter().filter(|tone| tone.verdict < Verdict::Weak).copied().take(MOST).collect();
+        let seen_well = tones.iter().filter(|tone| tone.verdict < Verdict::Weak).copied();
+        let mut tones: Vec<Tone, MOST> = first(seen_well);
         let mut seen = [false; SLOTS];
         self.merge(&mut tones, &mut seen, bin);
         for state in [State::Held, State::Tentative] {

@@ -180,7 +180,7 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
     }
     let apart = u64::from(bin.abs_diff(whole.bin));
     if apart > SKIRT as u64 {
-        let leakage = whole.power[1] / (4 * apart * apart);
+        let leakage = whole.power[1] / (4 * apart * apart).max(1);
         floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));
     }
     let neighbours = [bin.wrapping_sub(1), bin.wrapping_add(1)].map(|k| spectrum.power(k));

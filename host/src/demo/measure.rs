@@ -142,11 +142,21 @@ fn measured<R: Kind>(
 pub fn play(
     capture: Capture,
     options: &Options,
+    take: impl FnMut(Record),
+) -> Result<Telemetry, RunError> {
+    play_on("frontend_qemu", capture, options, take)
+}
+
+/// The same on another image.
+pub fn play_on(
+    bin: &'static str,
+    capture: Capture,
+    options: &Options,
     mut take: impl FnMut(Record),
 ) -> Result<Telemetry, RunError> {
     let features: &[&str] = if options.log { &["mps2", "log"] } else { &["mps2"] };
     let profile = Profile::Release;
-    let image = Firmware { bin: "frontend_qemu", target: BOARD.target(), features, profile };
+    let image = Firmware { bin, target: BOARD.target(), features, profile };
     let image = image.build()?;
     let mut telemetry = Telemetry::default();
     let outcome = capture.run(BOARD, &image, LIMIT, |piece| {

@@ -1,5 +1,6 @@
 //! The main job without hardware: the firmware under emulation, fed with targets or a recording.
 
+pub mod drive;
 pub mod measure;
 pub mod options;
 pub mod replay;
@@ -39,6 +40,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     let summary = match options.scenario {
         Scenario::Table3 => measure::lidar(options)?,
         Scenario::Turntable => measure::turntable(options)?,
+        Scenario::Drive => return drive::run(options),
     };
     if options.json {
         print!("{}", summary.json().map_err(said)?);
@@ -48,7 +50,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
             "{}",
             match options.scenario {
                 Scenario::Table3 => summary.lidar_text(),
-                Scenario::Turntable => summary.turntable_text(),
+                _ => summary.turntable_text(),
             }
         );
     }
@@ -63,7 +65,7 @@ fn heading(options: &Options) -> String {
             "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",
             measure::N
         ),
-        Scenario::Turntable => format!(
+        Scenario::Drive | Scenario::Turntable => format!(
             "Velocimeter of Yang et al. 2011: 1550 nm, rim of {} mm, I/Q at 10 MS/s, N = {}, {snr} dB, seed {seed}",
             scenario::TURNTABLE_RADIUS_M * 1e3,
             measure::N

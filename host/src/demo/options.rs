@@ -56,6 +56,10 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
+    /// Draw the drive to this file (svg or png), its velocities beside it
+    #[arg(long, value_name = "FILE")]
+    pub plot: Option<PathBuf>,
+
     /// Show the firmware's log on stderr
     #[arg(long)]
     pub log: bool,
@@ -72,6 +76,8 @@ pub enum Scenario {
     Table3,
     /// The Doppler paper's turntable, in both directions
     Turntable,
+    /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
+    Drive,
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -194,6 +194,16 @@ impl Chart {
         self.draw(BitMapBackend::new(file, size).into_drawing_area(), Some(WHITE), 2.0)
     }
 
+    /// The chart as a file: SVG or PNG, by its name.
+    pub fn save(&self, file: &std::path::Path) -> Result<(), String> {
+        match file.extension().and_then(|suffix| suffix.to_str()) {
+            Some("svg") => std::fs::write(file, self.svg()?)
+                .map_err(|error| format!("{}: {error}", file.display())),
+            Some("png") => self.png(file),
+            _ => Err(format!("{}: name it .svg or .png", file.display())),
+        }
+    }
+
     fn draw<DB: DrawingBackend>(
         &self,
         root: DrawingArea<DB, Shift>,

@@ -1,6 +1,8 @@
 //! What the demonstration measures: targets in front of a lidar, a turntable in front of a
 //! velocimeter.
 
+pub mod drive;
+
 use picket::acquire::sample::{Codes, Segment};
 use picket::config::{Config, Scene};
 use picket::solve::chirp::{self, Scales, Shape};
