@@ -324,7 +324,12 @@ fn print(rows: &[Row], summary: &Summary, options: &Options) {
 fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
     let single = |take: fn(&Answer) -> f64| {
         rows.iter()
-            .filter_map(move |row| row.single.as_ref().map(|a| (row.time_s, take(a))))
+            .filter_map(move |row| {
+                row.single
+                    .as_ref()
+                    .filter(|a| a.verdict != Verdict::Weak.name())
+                    .map(|a| (row.time_s, take(a)))
+            })
             .collect::<Vec<_>>()
     };
     let tracked = |take: fn(&Answer) -> f64| {
@@ -344,10 +349,10 @@ fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
         x: Axis::linear("time, s", 0.0, end),
         y: Axis::linear("range, m", 0.0, 200.0),
         series: vec![
-            Series::new("chirp alone", Style::Points, 6, single(|a| a.range_m)),
+            Series::new("chirp alone, not weak", Style::Points, 6, single(|a| a.range_m)),
+            Series::new("tracked", Style::Points, 0, tracked(|a| a.range_m)),
             Series::new("truth", Style::Line, 1, rows.iter().map(|r| (r.time_s, r.truth_range_m))),
             Series::new("truth, another car", Style::Dashed, 2, other.iter().map(|o| (o.0, o.1))),
-            Series::new("tracked", Style::Points, 0, tracked(|a| a.range_m)),
         ],
     };
     let velocities = Chart {
@@ -355,7 +360,8 @@ fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
         title: "A drive at 77 GHz: velocity".into(),
         y: Axis::linear("velocity towards the radar, m/s", -16.0, 16.0),
         series: vec![
-            Series::new("chirp alone", Style::Points, 6, single(|a| a.velocity_mps)),
+            Series::new("chirp alone, not weak", Style::Points, 6, single(|a| a.velocity_mps)),
+            Series::new("tracked", Style::Points, 0, tracked(|a| a.velocity_mps)),
             Series::new(
                 "truth",
                 Style::Line,
@@ -363,7 +369,6 @@ fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
                 rows.iter().map(|r| (r.time_s, r.truth_velocity_mps)),
             ),
             Series::new("truth, another car", Style::Dashed, 2, other.iter().map(|o| (o.0, o.2))),
-            Series::new("tracked", Style::Points, 0, tracked(|a| a.velocity_mps)),
         ],
         ..ranges.clone()
     };
