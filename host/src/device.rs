@@ -2,6 +2,7 @@
 
 use picket::report::boot::Boot;
 use picket::report::command::{Answer, Refusal};
+use picket::report::follow::Follow;
 use picket::report::frame::{Frame, Kind, Reader};
 use picket::report::record::Record;
 use picket::report::status::{Raw, Status};
@@ -15,6 +16,8 @@ pub enum Said {
     Boot(Boot),
     /// How it is.
     Status(Status),
+    /// What is followed.
+    Follow(Follow),
     /// A piece of a block's samples.
     Raw(Raw),
     /// The answer to a command.
@@ -70,6 +73,7 @@ impl Said {
             Kind::Record => Said::Record(Record::of_frame(frame).ok()?),
             Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
             Kind::Status => Said::Status(Status::of_frame(frame)?),
+            Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),
             Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::of_frame(frame)?;

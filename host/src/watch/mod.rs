@@ -217,7 +217,8 @@ impl Watch {
             Said::Status(status) if self.style == Style::Jsonl => {
                 print_line(&line::status(&status))
             }
-            Said::Status(_) | Said::Answer(..) => {}
+            // No image with a serial port of its own follows tones yet.
+            Said::Status(_) | Said::Answer(..) | Said::Follow(_) => {}
         }
         Ok(())
     }
