@@ -15,8 +15,17 @@ fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rustc-check-cfg=cfg(an505)");
+    println!("cargo:rustc-check-cfg=cfg(dsp)");
+    println!("cargo:rustc-check-cfg=cfg(short_products)");
     if variable("CARGO_CFG_TARGET_OS") != "none" {
         return Ok(());
+    }
+    if has_dsp() {
+        println!("cargo:rustc-cfg=dsp");
+    }
+    // Armv6-M multiplies to 32 bits only.
+    if variable("TARGET").starts_with("thumbv6m") {
+        println!("cargo:rustc-cfg=short_products");
     }
     let an505 = variable("TARGET").starts_with("thumbv8m");
     if env::var_os("CARGO_FEATURE_MPS2").is_some() {
@@ -41,6 +50,14 @@ fn main() -> io::Result<()> {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
     Ok(())
+}
+
+/// Does the core have the DSP extension? A stable compiler does not tell (`target_feature = "dsp"` is shown by
+/// nightly ones only): every Armv7E-M has it, an Armv8-M where its name says so.
+fn has_dsp() -> bool {
+    let told = variable("CARGO_CFG_TARGET_FEATURE").split(',').any(|feature| feature == "dsp");
+    let flags = variable("CARGO_ENCODED_RUSTFLAGS");
+    told || variable("TARGET").starts_with("thumbv7em") || flags.contains("target-cpu=cortex-m33")
 }
 
 fn variable(name: &str) -> String {

@@ -64,15 +64,15 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
 
     /// Measures one block.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
-        let statistics = Statistics::of::<R>(samples, self.plan.codes);
+        let clipped = Statistics::clipped::<R>(samples, self.plan.codes);
         self.spectrum.transform(samples, self.plan.codes);
         let tone = match peak::find(&self.spectrum, self.plan.band) {
             Some(peak) => {
-                measure(&self.spectrum, samples, &peak, &statistics, &stamp, &self.plan.options)
+                measure(&self.spectrum, samples, &peak, clipped, &stamp, &self.plan.options)
             }
             None => Tone::default(),
         };
-        Measurement { stamp, clipped: statistics.clipped, tone, result: self.solve(&stamp, tone) }
+        Measurement { stamp, clipped, tone, result: self.solve(&stamp, tone) }
     }
 
     /// What the pipeline follows.
@@ -95,8 +95,7 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        let statistics = Statistics { clipped, ..Statistics::default() };
-        measure(&self.spectrum, samples, peak, &statistics, stamp, &options)
+        measure(&self.spectrum, samples, peak, clipped, stamp, &options)
     }
 
     /// The strongest tones of the last block, at most `wanted`.

@@ -83,7 +83,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             return None;
         }
         let (expected, _) = tracks.expected(&stamp, every)?;
-        let clipped = Statistics::of::<R>(samples, plan.codes).clipped;
+        let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = held.measure::<R, N>(samples, plan.codes, expected, clipped)?;
         // Outside the gate it is another's.
         tracks.would_take(&tone, &self.tracking).then_some(())?;

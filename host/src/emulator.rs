@@ -65,6 +65,8 @@ pub struct Outcome {
     pub code: i32,
     /// What it wrote to its second serial port: an error, or figures as `name=value` lines.
     pub messages: String,
+    /// What it wrote to the file of results.
+    pub results: Vec<u8>,
     /// What it logged, as defmt frames (see [`log_lines`]).
     pub log: Vec<u8>,
 }
@@ -206,7 +208,12 @@ fn run(
     let read = |name: &str| fs::read(directory.join(name)).unwrap_or_default();
     let text = |name: &str| String::from_utf8_lossy(&read(name)).trim().to_owned();
     match status.code() {
-        Some(0) => Ok(Outcome { code: 0, messages: text("messages"), log: read("log") }),
+        Some(0) => Ok(Outcome {
+            code: 0,
+            messages: text("messages"),
+            results: read("results.bin"),
+            log: read("log"),
+        }),
         // QEMU's own failures are code 1, and a signal has no code.
         Some(1) | None => Err(RunError::Emulator(text("errors").replace('\n', "; "))),
         Some(code) => Err(RunError::Image { code, message: text("messages") }),

@@ -1,6 +1,7 @@
 //! Host tools.
 pub mod analyze;
 pub mod arithmetic;
+pub mod bench;
 pub mod board;
 pub mod cli;
 pub mod demo;

@@ -202,6 +202,24 @@ impl Statistics {
         seen
     }
 
+    /// [`Statistics::clipped`] alone. On a core with the DSP extension the samples go two at a time, some two
+    /// instructions each; real ones that touch a rail are counted in a second pass.
+    pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+        let (low, high) = codes.rails();
+        #[cfg(dsp)]
+        {
+            let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
+            if !R::IQ || parts == 0 {
+                return parts;
+            }
+        }
+        // Codes strictly between the rails, moved to 0.., are fewer than their number.
+        let between = (high as u16).wrapping_sub(low as u16).wrapping_sub(1);
+        let inside = |part: i16| (part as u16).wrapping_sub(low as u16).wrapping_sub(1) < between;
+        let touches = |[i, q]: [i16; 2]| !inside(i) || (R::IQ && !inside(q));
+        samples.iter().fold(0, |count, &sample| count + u32::from(touches(R::parts(sample))))
+    }
+
     /// The mean as a complex number of codes, from the number of samples.
     pub fn mean(&self, samples: usize) -> Complex<f32> {
         let n = samples.max(1) as f32;

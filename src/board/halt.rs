@@ -24,10 +24,10 @@ pub fn exit(code: Exit) -> ! {
 }
 
 /// Calls a function that does not exist: an image links only if the optimiser finds no way to a panic. A logger holds
-/// panics of its own, so images that log end the emulation instead.
+/// panics of its own, and so do other people's transforms, so images with either end the emulation instead.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
-    #[cfg(not(feature = "log"))]
+    #[cfg(not(any(feature = "log", feature = "rivals")))]
     {
         unsafe extern "C" {
             fn picket_can_panic() -> !;
@@ -35,7 +35,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
         // SAFETY: there is no such function: an image in which this call can be reached does not link.
         unsafe { picket_can_panic() }
     }
-    #[cfg(feature = "log")]
+    #[cfg(any(feature = "log", feature = "rivals"))]
     exit(Exit::Panic)
 }
 

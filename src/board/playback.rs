@@ -55,6 +55,30 @@ impl Playback {
     }
 }
 
+/// A file in the emulator's working directory that results are written to.
+pub struct Results(File);
+
+impl Results {
+    /// The results' name in the emulator's working directory.
+    const NAME: &CStr = c"results.bin";
+
+    /// Appends to the results.
+    pub fn open() -> Self {
+        match File::append(Self::NAME) {
+            Some(file) => Self(file),
+            None => fail(Exit::Capture, "the results cannot be written"),
+        }
+    }
+
+    /// Writes a complex value.
+    pub fn write(&mut self, [re, im]: [f32; 2]) {
+        let ([a, b, c, d], [e, f, g, h]) = (re.to_le_bytes(), im.to_le_bytes());
+        if !self.0.write(&[a, b, c, d, e, f, g, h]) {
+            fail(Exit::Capture, "the results cannot be written");
+        }
+    }
+}
+
 /// A file of the host's. The crate `semihosting` reads files too, but checks their numbers by a panic.
 struct File(u32);
 
@@ -65,6 +89,21 @@ impl File {
         // SAFETY: the block is what SYS_OPEN takes: a name, a mode, the name's length.
         let number = unsafe { call(0x01, &[name.as_ptr() as u32, 1, length]) };
         (number != u32::MAX).then_some(Self(number))
+    }
+
+    /// SYS_OPEN, in mode "ab".
+    fn append(name: &CStr) -> Option<Self> {
+        let length = name.to_bytes().len() as u32;
+        // SAFETY: as in `open`.
+        let number = unsafe { call(0x01, &[name.as_ptr() as u32, 9, length]) };
+        (number != u32::MAX).then_some(Self(number))
+    }
+
+    /// Writes `bytes`; false where the host takes less.
+    fn write(&self, bytes: &[u8]) -> bool {
+        // SAFETY: the block is what SYS_WRITE takes: a file's number, memory to read, its length.
+        let missing = unsafe { call(0x05, &[self.0, bytes.as_ptr() as u32, bytes.len() as u32]) };
+        missing == 0
     }
 
     /// Fills `bytes`; false at the end of the file.

@@ -20,6 +20,8 @@ impl defmt::Format for Frequency {
 impl Frequency {
     /// Bin `peak` of an `n`-point record plus `offset` bins; `None` where `offset` is not finite.
     /// The peak's share is exact, the offset's is rounded to the nearest step.
+    // Inlined where the length is known, so that its quotients are constants.
+    #[inline]
     pub fn of_bins<T: Scalar>(peak: i32, offset: T, n: usize) -> Option<Self> {
         let steps = (offset * T::of(4_294_967_296.0 / n.max(1) as f64)).round();
         let steps = steps.to_i64()?;
@@ -34,6 +36,7 @@ impl Frequency {
         Self::of_steps(peak, steps, n)
     }
 
+    #[inline]
     fn of_steps(peak: i32, offset: i64, n: usize) -> Self {
         let step = (1i64 << 32) / n.max(1) as i64;
         let bits = (i64::from(peak) * step).wrapping_add(offset);

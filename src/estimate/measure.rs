@@ -8,10 +8,9 @@ use super::noise::{self, NOISE_BINS};
 use super::noise_fixed;
 use super::tone::{Tone, Verdict};
 use super::uncertainty::{self, bound_bins, sigma_bins};
-use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::acquire::sample::{Record, Stamp};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
-use crate::spectrum::bins::{Bins, Rectangular};
 use crate::spectrum::peak::Peak;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
@@ -49,7 +48,7 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
-/// Measures the tone at `peak`.
+/// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
 /// the amplitude at that offset follows linearly from nine bins, and sigma is the Cramer-Rao bound of the
@@ -59,15 +58,12 @@ pub fn measure<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N>,
     samples: &[R::Sample; N],
     peak: &Peak,
-    statistics: &Statistics,
+    clipped: u32,
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
     let fit = |reach, course| match options.arithmetic {
-        Arithmetic::Float => {
-            let bins = Bins::<f32, R, Rectangular>::of(spectrum, peak.bin);
-            least_squares::fit(&bins, reach, course)
-        }
+        Arithmetic::Float => least_squares::fit_at(spectrum, peak.bin, reach, course),
         Arithmetic::Fixed => least_squares::fixed::fit(spectrum, peak.bin, reach, course),
     };
     let method = options.method;
@@ -88,8 +84,12 @@ pub fn measure<R: Record, const N: usize>(
     };
     let mut seen = Seen {
         noise,
-        excess: if own { excess::<R, N>(&fit, noise) } else { 1.0 },
-        clipped: statistics.clipped as f32 / N as f32,
+        excess: if own {
+            excess_over(&fit, N, noise, noise::freedom::<R, N, NOISE_BINS>() as usize / 2)
+        } else {
+            1.0
+        },
+        clipped: clipped as f32 / N as f32,
         unresolved: false,
         gap: stamp.gap,
         weak: !options.threshold.detects(peak),
@@ -142,7 +142,7 @@ impl Seen {
             frequency: Frequency::of_bins(peak, fit.offset, N)?,
             sigma: uncertainty::widened(self.sigma, self.clipped) / N as f32,
             snr: noise::ratio::<f32, R>(N, power, self.noise),
-            amplitude: libm::sqrtf(power),
+            amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
         })
     }
@@ -170,7 +170,7 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usiz
     const TRANSFORM: f64 = 1e-9;
     let freedom = fit.freedom.max(1) as f32;
     let others = 2.0 * noise_bins as f32;
-    let deviation = libm::sqrtf(2.0 / 9.0 * (1.0 / freedom + 1.0 / others));
+    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / others)).root();
     let root = 1.0 + DEVIATIONS * deviation;
     let expected = noise * T::of_i32(n as i32) * T::of(0.5) * T::of(freedom.into());
     let ratio = (fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr()) / expected;

@@ -6,6 +6,7 @@ use super::least_squares::fixed::{ROOM, bin, held, product, quantised};
 use super::least_squares::{Fit, circle};
 use super::noise;
 use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 
 /// An angle as cosine and sine in Q30.
@@ -30,8 +31,12 @@ pub fn power<R: Record, const N: usize, const BINS: usize>(
     peak: i32,
     fit: &Fit<f32>,
 ) -> f32 {
+    if noise::long::<R, N>() {
+        let unit = f32::two_to(spectrum.exponent());
+        return noise::differences::<f32, R, N, BINS>(spectrum, peak, unit);
+    }
     let stride = noise::stride::<R, N, BINS>() as i32;
-    let scale = libm::ldexpf(1.0, spectrum.exponent() + ROOM as i32);
+    let scale = f32::two_to(spectrum.exponent() + ROOM as i32);
     let (residual, weight) = if R::IQ {
         iq(spectrum, peak, fit, stride, scale)
     } else {

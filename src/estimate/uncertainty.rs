@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 /// (Rife and Boorstyn 1974, for N^2 - 1 close to N^2).
 pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
     let share = if R::IQ { 0.151_981_78 } else { 0.303_963_55 };
-    libm::sqrtf(share / (n as f32 * snr))
+    (share / (n as f32 * snr)).root()
 }
 
 /// One standard deviation of a fit's offset in bins, for a noise power per sample of `noise` squared
@@ -21,7 +21,7 @@ pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
 /// the phase, for every K and at every offset. The mean of `(error / sigma)^2` is within 0.88..1.15 from 2 dB
 /// above the threshold to 60 dB.
 pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
-    (T::of_i32(n as i32) * noise / (fit.information + fit.information)).sqrt()
+    (T::of_i32(n as i32) * noise / (fit.information + fit.information)).root()
 }
 
 /// The share of clipped samples from which on a tone is [`super::tone::Verdict::Clipped`].
@@ -40,5 +40,5 @@ pub fn widened(sigma: f32, clipped: f32) -> f32 {
     } else {
         0.0
     };
-    libm::sqrtf(sigma * sigma + bias * bias)
+    (sigma * sigma + bias * bias).root()
 }

@@ -2,9 +2,11 @@
 //! so an estimator derived for one cannot be given the other.
 
 use super::Spectrum;
+use super::fft::integer::Point;
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use core::marker::PhantomData;
+use core::mem::MaybeUninit;
 use num_complex::Complex;
 
 /// The largest reach: bins on each side of the peak.
@@ -85,11 +87,11 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
 
     /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
     pub fn of<const N: usize>(spectrum: &Spectrum<R, N>, peak: i32) -> Self {
-        let unit = power_of_two::<T>(spectrum.exponent());
-        Self::gather(N, peak, |k| {
-            let x = spectrum.bin(k as i32);
-            Complex::new(T::of_i32(x.re) * unit, T::of_i32(x.im) * unit)
-        })
+        let unit = T::two_to(spectrum.exponent());
+        let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
+        let points = spectrum.window(peak - REACH as i32, &mut place);
+        let cells = points.map(|[re, im]| Complex::new(T::of_i32(re) * unit, T::of_i32(im) * unit));
+        Self { n: N, peak, cells, kind: PhantomData }
     }
 
     /// The same record's bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The
@@ -104,9 +106,4 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         }
         Bins { n: self.n, peak: self.peak, cells, kind: PhantomData }
     }
-}
-
-/// 2^exponent, exactly, for exponents well inside the range of `T`.
-fn power_of_two<T: Scalar>(exponent: i32) -> T {
-    T::of(2.0).powi(exponent)
 }

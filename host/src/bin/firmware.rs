@@ -25,10 +25,10 @@ enum Work {
 /// The images for each core, with the board's feature. The M0 has no board yet: its library alone.
 const IMAGES: [(Target, &[&str], &[&str]); 5] = [
     (Target::M0, &[], &[]),
-    (Target::M3, &["core_check"], &["mps2"]),
-    (Target::M4f, &["core_check"], &["mps2"]),
+    (Target::M3, &["bench", "core_check"], &["mps2"]),
+    (Target::M4f, &["bench", "core_check"], &["mps2"]),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
-    (Target::M33, &["core_check", "frontend_qemu"], &["mps2"]),
+    (Target::M33, &["bench", "core_check", "frontend_qemu"], &["mps2"]),
 ];
 
 fn main() -> ExitCode {

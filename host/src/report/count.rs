@@ -173,6 +173,15 @@ impl Scalar for Counted {
     fn of_i32(x: i32) -> Self {
         Counted(x.into())
     }
+    fn of_u64(x: u64) -> Self {
+        Counted(x as f64)
+    }
+    fn two_to(exponent: i32) -> Self {
+        Counted(f64::two_to(exponent))
+    }
+    fn root(self) -> Self {
+        self.sqrt()
+    }
     fn wide(self) -> f64 {
         self.0
     }

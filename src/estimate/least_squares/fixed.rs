@@ -7,8 +7,9 @@
 //! difference from `f32` is 0.02 of the Cramer-Rao bound at 60 dB and N = 4096, rms, and less elsewhere.
 
 use super::series::circle;
-use super::{Course, Fit, Reach, iq, real};
+use super::{Course, Fit, Reach, first_two, iq, real};
 use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::twiddle::sin_cos;
@@ -69,7 +70,7 @@ pub fn fit<R: Record, const N: usize>(
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
     let last = N as i32 / 2 - 1;
-    let unit = libm::ldexpf(1.0, spectrum.exponent());
+    let unit = f32::two_to(spectrum.exponent());
     let x = spectrum.bin(peak);
     let centre = Complex::new(x.re as f32, x.im as f32) * unit;
     if (!R::IQ && (peak < 1 || peak > last)) || centre.norm_sqr() <= 0.0 {
@@ -87,7 +88,7 @@ pub fn fit<R: Record, const N: usize>(
             }
         }
         let e = (PI / N as f64) as f32;
-        let near = sides.iter().take(2).map(|side: &IqSide| side.float(scale)).collect();
+        let near = first_two(sides.iter().map(|side: &IqSide| side.float(scale)));
         iq::Problem { e, centre, near, sides: IqSides { scale, sides } }.fit(course)
     } else {
         let e = (TAU / N as f64) as f32;
@@ -103,7 +104,7 @@ pub fn fit<R: Record, const N: usize>(
                 }
             }
         }
-        let near = sides.iter().take(2).map(|side: &RealSide| side.float(scale)).collect();
+        let near = first_two(sides.iter().map(|side: &RealSide| side.float(scale)));
         let sides = RealSides { scale, sides };
         real::Problem { peak, last, e, c, centre, near, sides }.fit(course)
     };

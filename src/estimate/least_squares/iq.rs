@@ -16,7 +16,9 @@
 //! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
 use super::series::{circle, cosine, line_shape, sinc};
-use super::{Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, limit};
+use super::{
+    Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
+};
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
@@ -191,7 +193,7 @@ impl<T: Scalar> Problem<T, Floats<T>> {
                 let _ = sides.push(Side { u: lean / e, m: T::one() + lean * lean, y });
             }
         }
-        let near = sides.iter().take(2).copied().collect();
+        let near = first_two(sides.iter().copied());
         Self { e, centre: bins.at(0), near, sides: Floats(sides) }
     }
 }

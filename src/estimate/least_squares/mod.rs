@@ -20,14 +20,18 @@ pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;
-mod series;
+pub(crate) mod series;
 
 pub(crate) use model::Model;
 pub(crate) use series::{circle, cosine, line_shape, sinc};
 
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::scalar::Scalar;
+use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use crate::spectrum::fft::integer::Point;
+use crate::spectrum::fft::twiddle::sin_cos;
+use core::mem::MaybeUninit;
 use num_complex::Complex;
 
 /// A fit's limits: the start, a step, the offset, and how near DC or Nyquist a real tone may come, in
@@ -117,13 +121,92 @@ pub fn fit<T: Scalar, R: Record>(
     fit_bins(bins, reach as usize, course)
 }
 
+/// [`fit`] to the bins around `peak` of a record of N samples: only those within reach are looked at, and what depends
+/// on N alone is worked out by the compiler.
+pub fn fit_at<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N>,
+    peak: i32,
+    reach: Reach,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    if R::IQ {
+        return iq::fit(&Bins::<f32, R, _>::of(spectrum, peak), reach as usize, course);
+    }
+    let first = peak.wrapping_sub(reach as i32);
+    let fit = |points: &[Point]| {
+        let unit = f32::two_to(spectrum.exponent());
+        let bins = |k: i32| {
+            let place = usize::try_from(k.wrapping_add(reach as i32)).unwrap_or(usize::MAX);
+            let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
+            Complex::new(re as f32 * unit, im as f32 * unit)
+        };
+        let table = const { &singles::<N>() };
+        const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
+        let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
+        real::fit(N as i32, peak, bins, reach as usize, course, distance)
+    };
+    match reach {
+        Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),
+        Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
+        Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
+    }
+}
+
+/// What the fit of a real tone needs to know of a bin i bins from the peak, with `e = 2 pi / N`.
+#[derive(Clone, Copy)]
+pub(crate) struct Distance<T> {
+    /// `sin(e i) / e`
+    near: T,
+    /// `(1 - cos(e i)) / e^2`
+    bend: T,
+    /// `1 - cos(e i)`
+    versine: T,
+}
+
+impl<T: Scalar> Distance<T> {
+    fn new(i: i32, n: i32) -> Self {
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let half = circle::<T>(i, n.saturating_mul(2));
+        let versine = T::of(2.0) * half.im * half.im;
+        let sine = T::of(2.0) * half.im * half.re;
+        Distance { near: sine / e, bend: versine / (e * e), versine }
+    }
+}
+
+/// Every distance up to the reach.
+const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
+    let mut table = [Distance { near: 0.0, bend: 0.0, versine: 0.0 }; REACH + 1];
+    let e = core::f64::consts::TAU / N as f64;
+    let mut i = 1;
+    while i <= REACH {
+        // Half the angle: 1 - cos without cancellation.
+        let (sin, cos) = sin_cos(i, 2 * N);
+        let versine = 2.0 * sin * sin;
+        // The compiler runs this: an index out of range would not build.
+        #[allow(clippy::indexing_slicing)]
+        {
+            table[i] = Distance {
+                near: (2.0 * sin * cos / e) as f32,
+                bend: (versine / (e * e)) as f32,
+                versine: versine as f32,
+            };
+        }
+        i += 1;
+    }
+    table
+}
+
 /// [`fit`] with any reach up to 16.
 pub(crate) fn fit_bins<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: usize,
     course: Course<T>,
 ) -> Option<Fit<T>> {
-    if R::IQ { iq::fit(bins, reach, course) } else { real::fit(bins, reach, course) }
+    if R::IQ {
+        return iq::fit(bins, reach, course);
+    }
+    let n = bins.n() as i32;
+    real::fit(n, bins.peak(), |k| bins.at(k), reach, course, |i| Distance::new(i, n))
 }
 
 /// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 where there is no signal.
@@ -152,4 +235,14 @@ fn limit<T: Scalar>(x: T, bound: f64) -> T {
     let bound = T::of(bound);
     // `max` and `min` take the number where the other is not one.
     if x.is_nan() { T::zero() } else { x.max(-bound).min(bound) }
+}
+
+/// The first two, which are the peak's neighbours. (Collecting into a vector panics where it is full, and a compiler that
+/// wants a small image does not see that it never is.)
+fn first_two<T>(sides: impl Iterator<Item = T>) -> heapless::Vec<T, 2> {
+    let mut near = heapless::Vec::new();
+    for side in sides.take(2) {
+        let _ = near.push(side);
+    }
+    near
 }

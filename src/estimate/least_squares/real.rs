@@ -28,11 +28,11 @@
 
 use super::series::{circle, cosine, line_shape, sinc};
 use super::{
-    Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, limit,
+    Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances,
+    first_two, limit,
 };
-use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
-use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use crate::spectrum::bins::REACH;
 use heapless::Vec;
 use num_complex::Complex;
 
@@ -94,16 +94,20 @@ struct Step<T> {
     slope: Complex<T>,
 }
 
-pub(super) fn fit<T: Scalar, R: Record>(
-    bins: &Bins<T, R, Rectangular>,
+/// Fits a tone to the bins around `peak` of a record of `n` samples; `bin(k)` is that k bins from the peak.
+pub(super) fn fit<T: Scalar>(
+    n: i32,
+    peak: i32,
+    bin: impl Fn(i32) -> Complex<T>,
     reach: usize,
     course: Course<T>,
+    distance: impl Fn(i32) -> Distance<T>,
 ) -> Option<Fit<T>> {
-    let (peak, last) = (bins.peak(), bins.n() as i32 / 2 - 1);
-    if peak < 1 || peak > last || bins.at(0).norm_sqr() <= T::zero() {
+    let last = n / 2 - 1;
+    if peak < 1 || peak > last || bin(0).norm_sqr() <= T::zero() {
         return None;
     }
-    Some(Problem::new(bins, reach).fit(course))
+    Some(Problem::new(n, peak, bin, reach, distance).fit(course))
 }
 
 impl<T: Scalar, S: Sides<T>> Problem<T, S> {
@@ -168,7 +172,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         // d of p: tan(e d / 2) = e p / (1 + sqrt(1 + 2 c p - e^2 p^2)), an angle below 0.05.
         let p = limit(p, START_LIMIT);
         let root = (T::one() + T::of(2.0) * self.c * p - self.e * self.e * p * p).max(T::zero());
-        let half = p / (T::one() + root.sqrt());
+        let half = p / (T::one() + root.root());
         let tangent = self.e * half;
         (half + half) * (T::one() - tangent * tangent * T::of(1.0 / 3.0))
     }
@@ -223,32 +227,34 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
 }
 
 impl<T: Scalar> Problem<T, Floats<T>> {
-    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
-        let (n, peak) = (bins.n() as i32, bins.peak());
+    fn new(
+        n: i32,
+        peak: i32,
+        bin: impl Fn(i32) -> Complex<T>,
+        reach: usize,
+        distance: impl Fn(i32) -> Distance<T>,
+    ) -> Self {
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
         let w = circle::<T>(peak, n);
         let c = e * (w.re / w.im);
         let mut sides = Vec::new();
         for i in distances(reach) {
-            // Half the angle: 1 - cos without cancellation.
-            let half = circle::<T>(i, n.saturating_mul(2));
-            let versine = T::of(2.0) * half.im * half.im;
-            let sine = T::of(2.0) * half.im * half.re;
-            let (near, bend) = (sine / e, c * (versine / (e * e)));
+            let Distance { near, bend, versine } = distance(i);
+            let bend = c * bend;
             for (k, sign) in [(-i, -T::one()), (i, T::one())] {
                 if peak + k < 1 || peak + k > n / 2 - 1 {
                     continue;
                 }
                 let u = sign * near + bend;
                 let s = T::one() - versine + sign * c * near;
-                let x = bins.at(k);
+                let x = bin(k);
                 // The vector holds every distance up to the reach.
                 let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
             }
         }
-        let near = sides.iter().take(2).copied().collect();
+        let near = first_two(sides.iter().copied());
         let sides = Floats { e, sides };
-        Self { peak, last: n / 2 - 1, e, c, centre: bins.at(0), near, sides }
+        Self { peak, last: n / 2 - 1, e, c, centre: bin(0), near, sides }
     }
 }
 

@@ -9,11 +9,18 @@ use crate::scalar::Scalar;
 /// sine near 0 is as exact, relatively, as the type can hold: at low bins that matters.
 pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
     let n = n.max(1);
-    let eighths = (i64::from(k.checked_rem_euclid(n).unwrap_or(0)) * 8) / i64::from(n);
-    let quadrant = (eighths + 1) / 2;
-    // 4 k - quadrant n is four times the rest, within -n/2..=n/2.
-    let rest = 4 * i64::from(k.checked_rem_euclid(n).unwrap_or(0)) - quadrant * i64::from(n);
-    let x = T::of_i32(rest as i32) * (T::of(core::f64::consts::FRAC_PI_2) / T::of_i32(n));
+    let k = k.checked_rem_euclid(n).unwrap_or(0);
+    // Eight times k fits in 32 bits for every length there is; 64 are slow on the target.
+    let (quadrant, rest) = if n <= 1 << 27 {
+        let quadrant = ((8 * k).checked_div(n).unwrap_or(0) + 1) / 2;
+        // 4 k - quadrant n is four times the rest, within -n/2..=n/2.
+        (quadrant, 4 * k - quadrant * n)
+    } else {
+        let eighths = i64::from(k) * 8 / i64::from(n);
+        let quadrant = (eighths + 1) / 2;
+        (quadrant as i32, (4 * i64::from(k) - quadrant * i64::from(n)) as i32)
+    };
+    let x = T::of_i32(rest) * (T::of(core::f64::consts::FRAC_PI_2) / T::of_i32(n));
     let z = x * x;
     let (cos, sin) = (cosine(z), x * sinc(z));
     match quadrant {

@@ -1,5 +1,8 @@
 //! The integer FFT: `i32` data, packed Q15 twiddles. This portable code is the definition of the
-//! target's arithmetic; a faster kernel must equal it bit for bit.
+//! target's arithmetic; the kernels of [`super::kernel_dsp`] equal it bit for bit.
+//!
+//! A real record of N samples is transformed as N/2 pairs; its bins are split from the result where they are
+//! wanted ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.
 //!
 //! # Growth bound
 //!
@@ -22,53 +25,69 @@
 //! `host-tests/tests/fft.rs`: at least 90 dB at N = 1024 for a full-scale line and for one at -40 dBFS.
 
 use super::twiddle::{self, Packed, Triple};
+use crate::spectrum::sweep::power;
+use core::mem::MaybeUninit;
 
-type Point = [i32; 2];
-type Pair = [i16; 2];
+/// A complex value, real part first.
+pub type Point = [i32; 2];
+/// Two codes: a sample and its quadrature, or two neighbouring real samples.
+pub type Pair = [i16; 2];
 
-/// Transforms a real record given as `N/2` pairs of neighbouring samples of `bits` signed bits
-/// (12..=16). Result: bins 1..N/2-1 in their cells, bins 0 and N/2 (both real) in cell 0.
-/// Returns the exponent of the stored values: bin = cell x 2^exponent, in codes.
-///
-/// Lengths that do not fit `N` leave `points` as they are; the callers' types rule that out.
-pub fn real<const N: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
-    let exponent = match N / 2 {
-        32 => passes::<32>(pairs, bits, points),
-        64 => passes::<64>(pairs, bits, points),
-        128 => passes::<128>(pairs, bits, points),
-        256 => passes::<256>(pairs, bits, points),
-        512 => passes::<512>(pairs, bits, points),
-        1024 => passes::<1024>(pairs, bits, points),
-        _ => passes::<2048>(pairs, bits, points),
-    };
-    split(points, twiddle::splits(N));
-    exponent
+/// How an `M`-point transform scales codes of `bits` signed bits (12..=16).
+#[derive(Clone, Copy)]
+pub(super) struct Scale {
+    /// The radix of the first pass: 8 or 4.
+    pub first: usize,
+    /// By how much the codes are shifted up.
+    pub shift: u32,
+    /// A stored value times `2^exponent` is in codes.
+    pub exponent: i32,
 }
 
-/// Transforms an I/Q record of `N` pairs; otherwise as [`real`]. Result: bins 0..N in their cells.
-pub fn complex<const N: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
-    passes::<N>(pairs, bits, points)
-}
-
-/// An `M`-point complex transform, decimation in time. Returns the exponent.
-fn passes<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
-    let table = const { twiddle::passes(M) };
-    let odd = !M.trailing_zeros().is_multiple_of(2);
-    let first = if odd { 8 } else { 4 };
-    let halvings = (M / first).trailing_zeros() / 2;
-    let growth = if odd { 3 } else { 2 } + halvings;
-    let shift = 31u32.saturating_sub(bits + growth).min(15);
-    if odd {
-        first8(pairs, shift, points);
-    } else {
-        first4(pairs, shift, points);
+impl Scale {
+    pub(super) const fn new(m: usize, bits: u32) -> Self {
+        let odd = !m.trailing_zeros().is_multiple_of(2);
+        let first = if odd { 8 } else { 4 };
+        let halvings = (m / first).trailing_zeros() / 2;
+        let growth = if odd { 3 } else { 2 } + halvings;
+        let room = 31u32.saturating_sub(bits + growth);
+        let shift = if room < 15 { room } else { 15 };
+        Scale { first, shift, exponent: halvings as i32 - shift as i32 }
     }
-    let mut length = first;
+}
+
+/// An `M`-point complex transform, decimation in time, of `M` pairs of samples of `bits` signed bits
+/// (12..=16). Returns the exponent of the stored values.
+///
+/// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
+pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
+    let scale = Scale::new(M, bits);
+    first_pass::<M>(pairs, &scale, bits, points);
+    let table = const { twiddle::passes(M) };
+    let mut length = scale.first;
     while length < M {
         radix4(points, length, table, M / 4 / length);
         length *= 4;
     }
-    halvings as i32 - shift as i32
+    scale.exponent
+}
+
+/// The first pass, of radix 4 or 8.
+pub(super) fn first_pass<const M: usize>(
+    pairs: &[Pair],
+    scale: &Scale,
+    bits: u32,
+    points: &mut [Point],
+) {
+    // An array's length the compiler knows: it checks no index below.
+    let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
+        return;
+    };
+    match scale.first {
+        8 if bits <= 13 => first8::<M, true>(pairs, scale.shift, points),
+        8 => first8::<M, false>(pairs, scale.shift, points),
+        _ => first4(pairs, scale.shift, points),
+    }
 }
 
 /// The position, among `count = 4^d` groups, that the digits of `group` in base 4 read backwards.
@@ -82,27 +101,33 @@ fn reversed(group: usize, count: usize) -> usize {
 }
 
 /// First pass in groups of four: reads the record in digit-reversed order, no multiplications.
-fn first4(pairs: &[Pair], shift: u32, points: &mut [Point]) {
-    let quarter = pairs.len() / 4;
+fn first4<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
+    let quarter = M / 4;
     for (group, out) in points.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let at = reversed(group, quarter);
+        let at = reversed(group, quarter) & (quarter - 1);
         let x = |leg: usize| widen(pairs.get(at + leg * quarter), shift);
         *out = dft4(x(0), x(1), x(2), x(3));
     }
 }
 
 /// First pass in groups of eight. Only the four diagonal products are inexact.
-fn first8(pairs: &[Pair], shift: u32, points: &mut [Point]) {
-    let eighth = pairs.len() / 8;
+///
+/// `NARROW` where codes of at most 13 bits leave the diagonal products room in 32.
+fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
+    let eighth = M / 8;
     for (group, out) in points.as_chunks_mut::<8>().0.iter_mut().enumerate() {
-        let at = reversed(group, eighth);
+        let at = reversed(group, eighth) & (eighth - 1);
         let x = |leg: usize| widen(pairs.get(at + leg * eighth), 0);
         let [e0, e1, e2, e3] = dft4(x(0), x(2), x(4), x(6)).map(|e| up(e, shift));
         let [o0, o1, o2, o3] = dft4(x(1), x(3), x(5), x(7));
         let o0 = up(o0, shift);
-        let o1 = [diagonal(o1[0] + o1[1], shift), diagonal(o1[1] - o1[0], shift)];
+        let o1 =
+            [diagonal::<NARROW>(o1[0] + o1[1], shift), diagonal::<NARROW>(o1[1] - o1[0], shift)];
         let o2 = up([o2[1], -o2[0]], shift);
-        let o3 = [diagonal(o3[1] - o3[0], shift), diagonal(o3[0] + o3[1], shift).wrapping_neg()];
+        let o3 = [
+            diagonal::<NARROW>(o3[1] - o3[0], shift),
+            diagonal::<NARROW>(o3[0] + o3[1], shift).wrapping_neg(),
+        ];
         *out = [
             add(e0, o0),
             add(e1, o1),
@@ -146,30 +171,88 @@ fn radix4(points: &mut [Point], length: usize, table: &[Triple], stride: usize) 
     }
 }
 
-/// Splits the transform of `z = even + j odd` into that of the real record, in place.
+/// Bin `k`, 0..=M, of a real record from the M points of its transform as pairs; `table` is
+/// [`twiddle::splits`].
 ///
 /// With s = Z[k] + Z*[M-k] and d = Z[k] - Z*[M-k]: X[k] = s/2 - j d/2 exp(-j 2 pi k/N).
-fn split(points: &mut [Point], table: &[Packed]) {
-    let middle = points.len() / 2;
-    if let Some(centre) = points.get_mut(middle) {
+#[inline]
+pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
+    let (length, middle) = (points.len(), points.len() / 2);
+    let mirror = length.wrapping_sub(k);
+    if k == 0 || mirror == 0 {
+        // Bins 0 and N/2 are real.
+        let Some(&[re, im]) = points.first() else {
+            return [0; 2];
+        };
+        return [if k == 0 { re.saturating_add(im) } else { re.saturating_sub(im) }, 0];
+    }
+    let (Some(&here), Some(&there)) = (points.get(k), points.get(mirror)) else {
+        return [0; 2];
+    };
+    if k == middle {
         // Bin N/4 needs no product: X = conj Z.
-        centre[1] = centre[1].wrapping_neg();
+        return [here[0], here[1].wrapping_neg()];
     }
-    let Some((first, rest)) = points.split_first_mut() else {
-        return;
-    };
-    *first = [first[0].saturating_add(first[1]), first[0].saturating_sub(first[1])];
-    let Some((low, high)) = rest.split_at_mut_checked(middle) else {
-        return;
-    };
-    for ((p, q), &w) in low.iter_mut().zip(high.iter_mut().rev()).zip(table.iter().skip(1)) {
-        [*p, *q] = split_pair(*p, *q, w);
+    let factor = |k: usize| table.get(k).copied().unwrap_or(0);
+    if k < middle {
+        split_pair(here, there, factor(k))[0]
+    } else {
+        split_pair(there, here, factor(mirror))[1]
     }
+}
+
+/// The K bins from `first` on, all within 1..M, as [`split`] gives them one by one; zeros where they are not.
+///
+/// Written to a place of the caller's: an array that is returned is copied.
+#[cfg_attr(dsp, allow(dead_code))]
+pub(crate) fn window<'a, const K: usize>(
+    points: &[Point],
+    table: &[Packed],
+    first: usize,
+    place: &'a mut MaybeUninit<[Point; K]>,
+) -> &'a [Point; K] {
+    let bins = place.write([[0; 2]; K]);
+    let (length, middle) = (points.len(), points.len() / 2);
+    if first < 1 || first.saturating_add(K) > length {
+        return bins;
+    }
+    for (bin, k) in bins.iter_mut().zip(first..) {
+        let mirror = length.wrapping_sub(k);
+        let (lower, upper) = (k.min(mirror), k.max(mirror));
+        let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
+        *bin = match pair {
+            Some(((&p, &q), &w)) => {
+                let [x, y] = split_pair(p, q, w);
+                if k == lower { x } else { y }
+            }
+            // The middle has no factor.
+            None => split(points, table, middle),
+        };
+    }
+    bins
+}
+
+/// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, around every `stride`-th point
+/// from the second on.
+///
+/// That is a bin under Hann's window, so it fits in 32 bits as the bins do, and all powers together in 63.
+#[cfg_attr(dsp, allow(dead_code))]
+pub(crate) fn bend(points: &[Point], stride: usize) -> u64 {
+    let half = |left: i32, centre: i32, right: i32| {
+        (left >> 1).wrapping_sub(centre).wrapping_add(right >> 1)
+    };
+    let (mut sum, mut rest) = (0u64, points);
+    while let Some(&[left, centre, right]) = rest.first_chunk() {
+        let bent = [half(left[0], centre[0], right[0]), half(left[1], centre[1], right[1])];
+        sum = sum.wrapping_add(power(bent));
+        rest = rest.get(stride.max(1)..).unwrap_or(&[]);
+    }
+    sum
 }
 
 /// Bins k and M-k of a real record from the points k and M-k; `w` is `-cos | -sin << 16`.
 #[inline(always)]
-fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
+pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
     let (dr, di) = (p[0].wrapping_sub(q[0]), p[1].wrapping_add(q[1]));
     let re = high(dr, w).wrapping_sub(low(di, w));
@@ -206,18 +289,33 @@ fn turn(x: Point, w: Packed) -> Point {
 /// x times the low Q15 half of `w`, halved and floored (SMULWB).
 #[inline(always)]
 fn low(x: i32, w: Packed) -> i32 {
-    ((i64::from(x) * i64::from(w as i16)) >> 16) as i32
+    scaled(x, (w << 16) as i32)
 }
 
 /// x times the high Q15 half of `w`, halved and floored (SMULWT).
 #[inline(always)]
 fn high(x: i32, w: Packed) -> i32 {
-    ((i64::from(x) * i64::from((w >> 16) as i16)) >> 16) as i32
+    scaled(x, (w & 0xffff_0000) as i32)
+}
+
+/// x times a Q15 number in the upper half of a word, halved and floored: the upper word of the product, or, where the core
+/// has no instruction that gives it, two products of half the width.
+#[inline(always)]
+fn scaled(x: i32, factor: i32) -> i32 {
+    if cfg!(short_products) {
+        let factor = factor >> 16;
+        let rest = (x & 0xffff).wrapping_mul(factor) >> 16;
+        return (x >> 16).wrapping_mul(factor).wrapping_add(rest);
+    }
+    ((i64::from(x) * i64::from(factor)) >> 32) as i32
 }
 
 /// x times sqrt(1/2) in Q15, shifted up by `shift`.
 #[inline(always)]
-fn diagonal(x: i32, shift: u32) -> i32 {
+fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
+    if NARROW {
+        return x.wrapping_mul(23170) >> (15 - shift);
+    }
     ((i64::from(x) * 23170) >> (15 - shift)) as i32
 }
 

@@ -1,4 +1,19 @@
-//! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic.
+//! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
+//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`.
 
 pub mod integer;
+#[cfg(dsp)]
+pub mod kernel_dsp;
 pub mod twiddle;
+
+#[cfg(not(dsp))]
+pub(super) use super::sweep::real as sweep;
+#[cfg(not(dsp))]
+use integer as engine;
+#[cfg(dsp)]
+use kernel_dsp as engine;
+#[cfg(dsp)]
+pub(super) use kernel_dsp::sweep;
+
+pub(crate) use engine::bend;
+pub(super) use engine::{transform, window};

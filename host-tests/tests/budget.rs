@@ -1,0 +1,101 @@
+//! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
+
+use picket::estimate::least_squares::Reach;
+use picket_host::bench::{self, CORES, Core, Count};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A figure may exceed its budget by so much: what another compiler of the same language does to code that is not assembly.
+const MARGIN: f64 = 0.01;
+
+/// `budget.json`: what may be spent on the Cortex-M4F.
+#[derive(Deserialize)]
+struct Budget {
+    /// Instructions of each stage, by record length.
+    instructions: BTreeMap<usize, BTreeMap<String, u64>>,
+    /// Bytes of the pipeline with two records, by record length.
+    ram_bytes: BTreeMap<usize, u64>,
+    /// Bytes of code and tables for a measurement of one record length.
+    code_and_table_bytes: BTreeMap<usize, u64>,
+    /// The least ratio to the error of the transform in dB, full scale and 40 dB below.
+    snr_db: BTreeMap<usize, [f64; 2]>,
+}
+
+fn budget() -> Budget {
+    serde_json::from_str(include_str!("../budget.json")).unwrap()
+}
+
+fn core(name: &str) -> &'static Core {
+    CORES.iter().find(|core| core.name == name).unwrap()
+}
+
+fn count(core: &Core, image: &Path, n: usize, random: u32) -> Count {
+    let count = bench::count(core, image, n, Reach::Eight, random);
+    count.unwrap_or_else(|error| panic!("{}, N = {n}: {error}", core.name))
+}
+
+fn image(core: &Core) -> PathBuf {
+    bench::image(core, false).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// All that exceeds its budget, so that one run tells everything.
+#[derive(Default)]
+struct Excess(Vec<String>);
+
+impl Excess {
+    fn check(&mut self, what: &str, spent: u64, allowed: u64) {
+        let share = spent as f64 / allowed as f64 - 1.0;
+        println!("{what}: {spent} of {allowed} ({:+.2} %)", 100.0 * share);
+        if share > MARGIN {
+            self.0.push(format!("{what}: {spent} of {allowed}"));
+        }
+        if share < -MARGIN {
+            println!("  that is less: lower the budget");
+        }
+    }
+}
+
+#[test]
+fn the_budget_is_kept() {
+    let (budget, core, mut excess) = (budget(), core("M4F"), Excess::default());
+    let image = image(core);
+    for (&n, stages) in &budget.instructions {
+        let count = count(core, &image, n, 0);
+        for (stage, &allowed) in stages {
+            let spent = count.instructions(stage).unwrap();
+            excess.check(&format!("N = {n}, {stage}, instructions"), spent, allowed);
+        }
+        let ram = count.pipeline_bytes().unwrap();
+        excess.check(&format!("N = {n}, bytes of RAM"), ram, budget.ram_bytes[&n]);
+        if let Some(&allowed) = budget.code_and_table_bytes.get(&n) {
+            let code = bench::size::code(&image, n).unwrap() + bench::table_bytes(n);
+            excess.check(&format!("N = {n}, bytes of code and tables"), code, allowed);
+        }
+        let (reached, least) = (count.snr_db().unwrap(), budget.snr_db[&n]);
+        println!("N = {n}, signal to error: {reached:.2?} dB");
+        if reached[0] < least[0] || reached[1] < least[1] {
+            excess.0.push(format!("N = {n}, signal to error: {reached:.2?} of {least:.2?} dB"));
+        }
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+/// Random blocks and periodic ones, of every width and strength, at the rails and between; as many more as the variable
+/// `PICKET_RANDOM_BLOCKS` says, for each length and core.
+#[test]
+fn the_kernels_equal_their_definition() {
+    let random: Option<u32> =
+        std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
+    // The M7 runs the M4F's image. An image for the M33 is built only for the long run: elsewhere the instrument's is compared.
+    let cores: &[&str] = if random.is_some() { &["M4F", "M7", "M33"] } else { &["M4F", "M7"] };
+    for core in cores.iter().map(|name| core(name)) {
+        let image = image(core);
+        for n in bench::LENGTHS {
+            let blocks = random.unwrap_or(60_000 / n as u32);
+            let (compared, unequal) = count(core, &image, n, blocks).equality();
+            println!("{}, N = {n}: {compared} blocks, {unequal} differ", core.name);
+            assert!(compared > u64::from(blocks) && unequal == 0, "{}, N = {n}", core.name);
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! Instructions on emulated cores: every stage of a measurement, and other people's transforms beside it.
+//!
+//! What is counted are executed instructions, exactly (QEMU's instruction clock), not cycles: the
+//! emulator knows no pipeline, no wait states and no cache. [`cycles`] gives a modelled range.
+
+pub mod cycles;
+pub mod plot;
+pub mod quoted;
+pub mod size;
+pub mod table;
+
+use crate::emulator::{Capture, Machine, RunError};
+use crate::toolchain::{Firmware, Profile, Target, ToolError};
+use picket::acquire::capture::Header;
+use picket::acquire::sample::Real;
+use picket::config::Config;
+use picket::estimate::least_squares::Reach;
+use picket::estimate::measure::Arithmetic;
+use picket::spectrum::fft::twiddle;
+use picket_transform::Transform;
+use picket_transform::num_complex::Complex;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A core and the emulated board that has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Core {
+    /// What the table calls it.
+    pub name: &'static str,
+    /// The board.
+    pub machine: Machine,
+    /// What the image is built for.
+    pub target: Target,
+}
+
+/// The cores, the reference first. The M0's code runs on the M3's board: Armv6-M is a part of Armv7-M, so the
+/// same instructions are executed, and the M0's own board has no memory for the longer records.
+pub const CORES: [Core; 5] = [
+    Core { name: "M4F", machine: Machine::An386, target: Target::M4f },
+    Core { name: "M33", machine: Machine::An505, target: Target::M33 },
+    Core { name: "M7", machine: Machine::An500, target: Target::M4f },
+    Core { name: "M3", machine: Machine::An385, target: Target::M3 },
+    Core { name: "M0", machine: Machine::An385, target: Target::M0 },
+];
+
+/// The record lengths.
+pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
+
+/// Ours.
+pub const ENGINE: &str = "picket-i32";
+
+/// Stages of a measurement by our engine, as the image names them: the transform, the search for the peak and the noise floor,
+/// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it.
+pub const STAGES: [&str; 6] = ["fft", "peak", "fft_peak", "estimator", "clipped", "measurement"];
+
+/// The crates that are measured in the same run; their only stage is the transform of a real record.
+pub const RIVALS: [&str; 4] = ["microfft", "fixed-fft", "fixed-dsp-q15", "fixed-dsp-q31"];
+
+/// A line of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The core's name.
+    pub core: &'static str,
+    /// Whose code.
+    pub engine: String,
+    /// Samples in a record.
+    pub n: usize,
+    /// What was counted.
+    pub stage: String,
+    /// Executed instructions, the most of all blocks.
+    pub instructions: u64,
+    /// Work memory with the record, in bytes; for a measurement the whole pipeline with two records.
+    pub ram_bytes: Option<u64>,
+    /// Tables, in bytes.
+    pub table_bytes: Option<u64>,
+    /// Machine code, in bytes, without tables.
+    pub code_bytes: Option<u64>,
+    /// How far the error is below a full-scale tone, in dB.
+    pub snr_0_db: Option<f64>,
+    /// The same for a tone 40 dB below full scale.
+    pub snr_m40_db: Option<f64>,
+    /// A modelled range of cycles, see [`cycles`].
+    pub model_cycles: Option<[u64; 2]>,
+    /// "measured" in this run, or where the figure is from.
+    pub source: &'static str,
+}
+
+/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
+/// their rounding, so that an estimate is found at once; the third takes a second step.
+const BLOCKS: [(f64, f64); 3] = [(2046.4, 0.0), (20.464, 0.0), (900.0, 500.0)];
+const SEED: u64 = 20_220_222;
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// The image, with or without the other people's transforms.
+pub fn image(core: &Core, rivals: bool) -> Result<PathBuf, ToolError> {
+    let features: &[&str] = if rivals { &["mps2", "rivals"] } else { &["mps2"] };
+    Firmware { bin: "bench", target: core.target, features, profile: Profile::Release }.build()
+}
+
+/// What the image counted.
+#[derive(Clone, Debug)]
+pub struct Count {
+    core: Core,
+    n: usize,
+    figures: HashMap<String, Vec<u64>>,
+    /// Ours and the rivals', full scale and 40 dB below.
+    snr_db: HashMap<String, [f64; 2]>,
+}
+
+/// Counts the instructions for records of `n` samples, and drives kernels and definition with `random` blocks.
+pub fn count(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    reach: Reach,
+    random: u32,
+) -> Result<Count, RunError> {
+    let arithmetic = match core.target {
+        Target::M4f | Target::M33 => Arithmetic::Float,
+        Target::M0 | Target::M3 => Arithmetic::Fixed,
+    };
+    let config = Config { reach, arithmetic, ..Config::default() };
+    let header =
+        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS.len() as u32) };
+    let mut capture = Capture::create(&header)?;
+    let blocks = BLOCKS.map(|(amplitude, noise)| block(n, amplitude, noise));
+    for block in &blocks {
+        capture.push::<Real>(block)?;
+    }
+    let outcome = capture.run(core.machine, image, LIMIT, |_| {})?;
+    let mut figures: HashMap<String, Vec<u64>> = HashMap::new();
+    for line in outcome.messages.lines() {
+        if let Some((name, value)) = line.split_once('=')
+            && let Ok(value) = value.parse()
+        {
+            figures.entry(name.into()).or_default().push(value);
+        }
+    }
+    let snr_db = ratios(n, &blocks, &figures, &outcome.results);
+    Ok(Count { core: *core, n, figures, snr_db })
+}
+
+fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED ^ n as u64);
+    (0..n)
+        .map(|index| {
+            let turns = (0.0983 * n as f64 + 0.3) * index as f64 / n as f64;
+            let value = amplitude * (TAU * turns + 0.3).cos() + noise * rng.random_range(-1.0..1.0);
+            value.round() as i16
+        })
+        .collect()
+}
+
+/// Signal-to-error ratios of every transform that was run, over the bins between DC and Nyquist. Each engine scales
+/// in its own way, so the gain that fits best is taken out.
+fn ratios(
+    n: usize,
+    blocks: &[Vec<i16>],
+    figures: &HashMap<String, Vec<u64>>,
+    results: &[u8],
+) -> HashMap<String, [f64; 2]> {
+    let names = RIVALS.into_iter().filter(|name| figures.contains_key(*name));
+    let names: Vec<&str> = std::iter::once(ENGINE).chain(names).collect();
+    let float = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
+    let values: Vec<Complex<f64>> = results
+        .chunks_exact(8)
+        .map(|bytes| Complex::new(float(&bytes[..4]), float(&bytes[4..])))
+        .collect();
+    let mut ratios = HashMap::new();
+    for (index, spectrum) in values.chunks_exact(n / 2).enumerate() {
+        let (block, engine) = (index / names.len(), index % names.len());
+        let Some(samples) = blocks.get(block) else { break };
+        if block < 2 {
+            let pair: &mut [f64; 2] = ratios.entry(names[engine].to_owned()).or_default();
+            pair[block] = ratio(samples, spectrum);
+        }
+    }
+    ratios
+}
+
+fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
+    let mut exact: Vec<Complex<f64>> = samples.iter().map(|&x| f64::from(x).into()).collect();
+    f64::forward(exact.len()).process(&mut exact);
+    let bins = || exact.iter().zip(got).skip(1);
+    let signal: f64 = bins().map(|(x, _)| x.norm_sqr()).sum();
+    let gain = bins().map(|(x, y)| (y * x.conj()).re).sum::<f64>() / signal;
+    let error: f64 = bins().map(|(x, y)| (y - x * gain).norm_sqr()).sum();
+    10.0 * (gain * gain * signal / error).log10()
+}
+
+impl Count {
+    /// The most instructions that a stage took, of all blocks.
+    pub fn instructions(&self, stage: &str) -> Option<u64> {
+        let ticks = *self.figures.get(stage)?.iter().max()?;
+        Some((ticks as f64 * self.core.machine.instructions_per_tick()).round() as u64)
+    }
+
+    /// The ratio of a full-scale tone to the error of our transform, and of one 40 dB below, in dB.
+    pub fn snr_db(&self) -> Option<[f64; 2]> {
+        self.snr_db.get(ENGINE).copied()
+    }
+
+    /// How many blocks were transformed by kernel and definition, and how many of them differed.
+    pub fn equality(&self) -> (u64, u64) {
+        let figure =
+            |name| self.figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
+        (figure("compared"), figure("unequal"))
+    }
+
+    /// Bytes of a pipeline's memory with two records for the converter to fill in turn, and its result.
+    pub fn pipeline_bytes(&self) -> Option<u64> {
+        let own = *self.figures.get("pipeline_bytes")?.last()?;
+        Some(own + 2 * 2 * self.n as u64 + size_of::<picket::pipeline::Measurement>() as u64)
+    }
+
+    /// Every stage of ours, then the rivals'.
+    pub fn rows(&self, code: Option<u64>) -> Vec<Row> {
+        let snr = |engine: &str, which: usize| self.snr_db.get(engine).map(|pair| pair[which]);
+        let spectrum = self.figures.get("spectrum_bytes").and_then(|f| f.last().copied());
+        let row = |engine: &str, stage: &str, name: &str| {
+            let ours = engine == ENGINE;
+            let instructions = self.instructions(name)?;
+            let transform = stage.starts_with("fft");
+            Some(Row {
+                core: self.core.name,
+                engine: engine.into(),
+                n: self.n,
+                stage: stage.into(),
+                instructions,
+                ram_bytes: match (ours, stage) {
+                    (true, "measurement") => self.pipeline_bytes(),
+                    (true, _) => spectrum.map(|bytes| bytes + 2 * self.n as u64),
+                    (false, _) => quoted::ram(engine, self.n),
+                },
+                table_bytes: ours.then(|| table_bytes(self.n)),
+                code_bytes: code.filter(|_| ours && stage == "measurement"),
+                snr_0_db: snr(engine, 0).filter(|_| transform),
+                snr_m40_db: snr(engine, 1).filter(|_| transform),
+                model_cycles: cycles::range(self.core.target, instructions),
+                source: "measured",
+            })
+        };
+        let ours = STAGES.iter().filter_map(|stage| row(ENGINE, stage, stage));
+        ours.chain(RIVALS.iter().filter_map(|rival| row(rival, "fft", rival))).collect()
+    }
+}
+
+/// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
+pub fn table_bytes(n: usize) -> u64 {
+    (size_of_val(twiddle::passes(n / 2)) + size_of_val(twiddle::splits(n))) as u64
+}

@@ -1,0 +1,43 @@
+//! How much machine code a measurement of one record length takes.
+
+use crate::emulator::RunError;
+use crate::toolchain::io_error;
+use object::{Object, ObjectSymbol, SymbolKind};
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// The modules of a measurement by least squares, as they appear in the names of functions.
+const MODULES: [&str; 9] = [
+    "8spectrum",
+    "6scalar",
+    "8estimate7measure",
+    "8estimate5noise",
+    "8estimate9detection",
+    "8estimate9frequency",
+    "8estimate11uncertainty",
+    "8estimate13least_squares4real",
+    "8estimate13least_squares6series",
+];
+
+/// Bytes of the functions of transform, search and estimate for real records of `n` samples in an image that has them
+/// for every length: those of these modules, less those for another length or for I/Q records.
+pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
+    let bytes = fs::read(elf).map_err(io_error(elf.display()))?;
+    let file = object::File::parse(&*bytes)
+        .map_err(|error| io_error(elf.display())(io::Error::other(error)))?;
+    // Constants in a function's name are hexadecimal: the record's length beside its kind, else the transform's.
+    let record = format!("6sample4RealKj{n:x}_");
+    let own = format!("Kj{:x}_", n / 2);
+    let lengths = [32, 64, 128, 256, 512, 1024, 2048, 4096].map(|m| format!("Kj{m:x}_"));
+    let wanted = |name: &str| {
+        let right = if name.contains("6sample4RealKj") {
+            name.contains(&record)
+        } else {
+            name.contains(&own) || !lengths.iter().any(|other| name.contains(other))
+        };
+        right && !name.contains("6sample2Iq") && MODULES.iter().any(|module| name.contains(module))
+    };
+    let functions = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text);
+    Ok(functions.filter(|symbol| symbol.name().is_ok_and(wanted)).map(|symbol| symbol.size()).sum())
+}

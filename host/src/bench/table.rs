@@ -1,0 +1,48 @@
+//! The counts for people.
+
+use super::Row;
+use comfy_table::{CellAlignment, Table, presets};
+
+/// All rows of one core and length, or more of them.
+pub fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header([
+        "core",
+        "N",
+        "engine",
+        "stage",
+        "instructions",
+        "model cycles",
+        "RAM B",
+        "tables B",
+        "code B",
+        "0 dBFS",
+        "-40 dBFS",
+    ]);
+    for row in rows {
+        let number = |value: Option<u64>| value.map_or(String::new(), |value| value.to_string());
+        let ratio = |value: Option<f64>| value.map_or(String::new(), |db| format!("{db:.1} dB"));
+        let quoted = if row.source == "measured" { "" } else { " *" };
+        let cycles = row.model_cycles.map_or(String::new(), |[low, high]| {
+            format!("{:.1}-{:.1} k", low as f64 / 1000.0, high as f64 / 1000.0)
+        });
+        table.add_row([
+            row.core.to_string(),
+            row.n.to_string(),
+            format!("{}{quoted}", row.engine),
+            row.stage.clone(),
+            row.instructions.to_string(),
+            cycles,
+            number(row.ram_bytes),
+            number(row.table_bytes),
+            number(row.code_bytes),
+            ratio(row.snr_0_db),
+            ratio(row.snr_m40_db),
+        ]);
+    }
+    for column in table.column_iter_mut().skip(4) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

@@ -1,0 +1,109 @@
+//! `cargo bench-target`: instructions of every stage on emulated cores, beside other people's transforms.
+
+use clap::Parser;
+use picket::estimate::least_squares::Reach;
+use picket_host::bench::{self, CORES, LENGTHS, Row};
+use picket_host::{cli, progress};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Counts the instructions of every stage of a measurement on emulated Cortex-M cores.
+///
+/// They are instructions, not cycles; the range of cycles is a model that leaves out wait states, caches and
+/// interrupts. Figures marked with a star are quoted.
+#[derive(Parser)]
+#[command(name = "cargo bench-target", version)]
+struct Options {
+    /// Cores, separated by commas: M4F, M33, M7, M3, M0
+    #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
+    core: Vec<String>,
+    /// Record lengths, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    n: Vec<usize>,
+    /// Bins on each side that least squares reads: 4, 8 or 16
+    #[arg(long, default_value_t = 8)]
+    k: usize,
+    /// Random blocks that kernels and their definition are compared on, at each length
+    #[arg(long, default_value_t = 20)]
+    random: u32,
+    /// Draws instructions over N for the first core into this SVG file
+    #[arg(long)]
+    plot: Option<PathBuf>,
+    /// One JSON object a line
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    cli::main(run)
+}
+
+fn run(options: Options) -> Result<ExitCode, String> {
+    let cores = options.core.iter().map(|name| {
+        let core = CORES.iter().find(|core| core.name.eq_ignore_ascii_case(name));
+        core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M7, M3, M0"))
+    });
+    let cores = cores.collect::<Result<Vec<_>, _>>()?;
+    let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n };
+    if let Some(n) = lengths.iter().find(|n| !LENGTHS.contains(n)) {
+        return Err(format!("N = {n}: choose of 64, 128, ... 4096"));
+    }
+    let reach = match options.k {
+        4 => Reach::Four,
+        8 => Reach::Eight,
+        16 => Reach::Sixteen,
+        k => return Err(format!("K = {k}: choose 4, 8 or 16")),
+    };
+    let bar = progress::bar((cores.len() * lengths.len()) as u64, "runs");
+    let (mut rows, mut compared, mut unequal) = (Vec::new(), 0, 0);
+    for core in cores {
+        let image = bench::image(core, true).map_err(|error| error.to_string())?;
+        for &n in &lengths {
+            let counts = bench::count(core, &image, n, reach, options.random);
+            let count = counts.map_err(|error| error.to_string())?;
+            let code = bench::size::code(&image, n).map_err(|error| error.to_string())?;
+            let mut new = count.rows(Some(code));
+            if core.name == "M4F" {
+                new.extend(bench::quoted::rows(n));
+            }
+            if options.json {
+                for row in &new {
+                    print_json(row)?;
+                }
+            }
+            let (blocks, different) = count.equality();
+            (compared, unequal) = (compared + blocks, unequal + different);
+            rows.extend(new);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(path) = &options.plot {
+        let core = rows.first().map_or("M4F", |row: &Row| row.core);
+        let text = bench::plot::chart(&rows, core).svg()?;
+        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    if options.json {
+        cli::print_line(
+            &serde_json::json!({
+                "summary": true, "rows": rows.len(), "blocks_compared": compared, "blocks_unequal": unequal,
+            })
+            .to_string(),
+        );
+    } else {
+        cli::print_line(&bench::table::table(&rows).to_string());
+        cli::print_line(&format!(
+            "Instructions counted on emulated cores, least squares with K = {}. Cycles are a model.\n\
+             * {}\n\
+             Kernel and portable definition: {compared} blocks compared, {unequal} differ.",
+            options.k,
+            bench::quoted::SOURCE
+        ));
+    }
+    Ok(if unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn print_json(row: &Row) -> Result<(), String> {
+    cli::print_line(&serde_json::to_string(row).map_err(|error| error.to_string())?);
+    Ok(())
+}

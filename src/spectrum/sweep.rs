@@ -1,0 +1,114 @@
+//! The search over the whole of a real record's spectrum: each bin is split from the transform, its power compared
+//! and added, and forgotten. A spectrum that is never stored costs neither its memory nor the stores.
+
+use super::fft::integer::{Point, split_pair};
+use super::fft::twiddle::Packed;
+
+/// What a sweep over bins found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sweep {
+    /// The strongest bin; of equal ones the lowest.
+    pub bin: i32,
+    /// Its power.
+    pub power: u64,
+    /// The sum of the powers of all bins.
+    pub total: u64,
+}
+
+impl Sweep {
+    /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
+    #[cold]
+    #[inline(never)]
+    fn rise(&mut self, power: u64, bin: usize) {
+        (self.power, self.bin) = (power, bin as i32);
+    }
+}
+
+/// Sweeps bins 1..M of a real record from the M points of its transform; `table` is
+/// [`super::fft::twiddle::splits`].
+///
+/// Bins k and M-k come from one pair of points, so the sweep goes outwards from the middle: a lower
+/// bin is then below all before it and wins if it is as strong, an upper one is above all and must be
+/// stronger. Powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's growth bound).
+#[cfg_attr(dsp, allow(dead_code))]
+pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+    let middle = M / 2;
+    let mut sweep = Sweep { bin: middle as i32, power: 0, total: 0 };
+    // An array's length the compiler knows: it checks no index below.
+    let (Ok(points), Some(table)) = (<&[Point; M]>::try_from(points), table.get(..middle)) else {
+        return sweep;
+    };
+    sweep.power = points.get(middle).map_or(0, |&x| power(x));
+    let mut total = sweep.power;
+    for away in 1..middle {
+        let pair = points.get(middle - away).zip(points.get(middle + away));
+        let Some(((&p, &q), &w)) = pair.zip(table.get(middle - away)) else {
+            return sweep;
+        };
+        let [x, y] = split_pair(p, q, w).map(power);
+        total = total.wrapping_add(x).wrapping_add(y);
+        if x >= sweep.power {
+            sweep.rise(x, middle - away);
+        }
+        if y > sweep.power {
+            sweep.rise(y, middle + away);
+        }
+    }
+    Sweep { total, ..sweep }
+}
+
+/// The squared magnitude, without overflow for any parts.
+#[inline(always)]
+pub const fn power(x: Point) -> u64 {
+    square(x[0]) + square(x[1])
+}
+
+#[inline(always)]
+const fn square(x: i32) -> u64 {
+    if cfg!(short_products) {
+        // Without an instruction for the whole product a library would multiply all four pairs of halves.
+        let x = x.unsigned_abs();
+        let (high, low) = (x >> 16, x & 0xffff);
+        let middle = ((high * low) as u64) << 17;
+        return (((high * high) as u64) << 32) + middle + low.wrapping_mul(low) as u64;
+    }
+    (x as i64 * x as i64) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fft::twiddle;
+    use super::*;
+    use crate::spectrum::peak::{Band, Search};
+
+    #[test]
+    fn a_sweep_finds_what_the_streaming_search_finds() {
+        let mut state = 1u32;
+        for size in [1u32, 2, 3, 1 << 10, 1 << 27] {
+            for _ in 0..200 {
+                // Small sizes make many equal powers.
+                let points: std::vec::Vec<Point> = (0..64)
+                    .map(|_| {
+                        [0; 2].map(|_: i32| {
+                            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                            ((state >> 1) % (2 * size + 1)) as i32 - size as i32
+                        })
+                    })
+                    .collect();
+                let table = twiddle::splits(128);
+                let swept = real::<64>(&points, table);
+                let mut search = Search::new(Band::real(128));
+                let mut total = 0;
+                for k in 1..64 {
+                    let power = power(super::super::fft::integer::split(&points, table, k));
+                    search.push(power);
+                    total += power;
+                }
+                let peak = search.finish();
+                assert_eq!(swept.total, total);
+                assert_eq!(peak.map_or(0, |p| p.power[1]), swept.power);
+                assert!(peak.is_none_or(|p| p.bin == swept.bin), "{peak:?} {swept:?}");
+            }
+        }
+    }
+}
