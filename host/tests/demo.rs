@@ -1,5 +1,8 @@
 //! `cargo demo` as a user runs it: the emulated firmware measures targets and recordings.
 
+use clap::Parser;
+use picket_host::demo::drive;
+use picket_host::demo::options::Options;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -224,4 +227,24 @@ fn seeds_are_summed_up() {
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
     }
+}
+
+/// The drive on the emulated board: never wrong where it says good, one number up to the loss in the script; the tracks
+/// are those of the core on this machine, to the last bit.
+#[test]
+fn a_drive_is_followed() {
+    let options = Options::parse_from(["demo", "--scenario", "drive"]);
+    let (_, follows) = drive::driven(&options).unwrap();
+    assert!(follows == drive::on_host(options.seed).unwrap(), "the bits differ");
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("drive.png");
+    let output = demo(&["--scenario", "drive", "--plot", picture.to_str().unwrap()]);
+    assert!(output.status.success());
+    for name in ["drive.png", "drive-velocity.png"] {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 10_000, "{name}");
+    }
+    let text = String::from_utf8(output.stdout).unwrap();
+    println!("{text}");
+    let last = &text[text.find("tracked in").unwrap()..];
+    assert!(include_str!("../../README.md").contains(last), "README does not say:\n{last}");
 }

@@ -28,7 +28,7 @@ const IMAGES: [(Target, &[&str], &[&str]); 5] = [
     (Target::M3, &["bench", "core_check"], &["mps2"]),
     (Target::M4f, &["bench", "core_check"], &["mps2"]),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
-    (Target::M33, &["bench", "core_check", "frontend_qemu"], &["mps2"]),
+    (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
 ];
 
 fn main() -> ExitCode {

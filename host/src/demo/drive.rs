@@ -11,13 +11,14 @@ use crate::scenario::drive::{self, CYCLE_S, CYCLES, Scene};
 use crate::simulate::{Line, Signal, generator};
 use comfy_table::{Cell, CellAlignment};
 use picket::acquire::capture::Header;
-use picket::acquire::sample::Real;
-use picket::config::Solver;
+use picket::acquire::sample::{Real, Segment, Stamp};
+use picket::config::{Plan, Solver};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
 use picket::report::follow::Follow;
 use picket::report::record::Record;
-use picket::solve::chirp::Target;
+use picket::solve::chirp::{Scales, Target};
+use picket::tracker::Tracker;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -122,32 +123,40 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     Ok(if right { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The whole drive through the firmware.
-fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError> {
-    let config = drive::config();
-    let plan = config.validate::<Real>(N).map_err(said)?;
+/// The samples of a chirp's segment.
+fn samples(seed: u64, cycle: usize, segment: usize, scales: &Scales) -> Vec<i16> {
+    let beats = Scene::at(cycle as f64 * CYCLE_S).beats(scales);
+    let lines = beats.into_iter().nth(segment).unwrap_or_default();
+    let lines = lines.into_iter().map(|(cycles, snr_db)| Line {
+        // A real tone is the same at minus its frequency.
+        bins: cycles.abs() * N as f64,
+        amplitude: NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt(),
+        phase: None,
+    });
+    // The first line sets the noise: one of no amplitude to speak of.
+    let mark = Line { bins: 0.0, amplitude: 1e-6, phase: Some(0.0) };
+    let signal = Signal {
+        lines: std::iter::once(mark).chain(lines).collect(),
+        snr_db: 20.0 * (1e-6 / NOISE).log10() - 10.0 * 2f64.log10(),
+        ..Signal::tone(0.0, 0.0, 0.0)
+    };
+    signal.codes::<Real>(N, &mut generator(seed, (3 * cycle + segment) as u64))
+}
+
+fn scales() -> Result<(Plan, Scales), DemoError> {
+    let plan = drive::config().validate::<Real>(N).map_err(said)?;
     let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
-    let header = Header::of::<Real>(config, N as u32, 3 * CYCLES as u32);
+    Ok((plan, scales))
+}
+
+/// The whole drive through the firmware.
+pub fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError> {
+    let (_, scales) = scales()?;
+    let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for cycle in 0..CYCLES {
-        let scene = Scene::at(cycle as f64 * CYCLE_S);
-        for (segment, beats) in scene.beats(&scales).into_iter().enumerate() {
-            let lines = beats.into_iter().map(|(cycles, snr_db)| Line {
-                // A real tone is the same at minus its frequency.
-                bins: cycles.abs() * N as f64,
-                amplitude: NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt(),
-                phase: None,
-            });
-            // The first line sets the noise: one of no amplitude to speak of.
-            let mark = Line { bins: 0.0, amplitude: 1e-6, phase: Some(0.0) };
-            let signal = Signal {
-                lines: std::iter::once(mark).chain(lines).collect(),
-                snr_db: 20.0 * (1e-6 / NOISE).log10() - 10.0 * 2f64.log10(),
-                ..Signal::tone(0.0, 0.0, 0.0)
-            };
-            let trial = (3 * cycle + segment) as u64;
-            let samples = signal.codes::<Real>(N, &mut generator(options.seed, trial));
-            capture.push::<Real>(&samples).map_err(said)?;
+        for segment in 0..3 {
+            capture.push::<Real>(&samples(options.seed, cycle, segment, &scales)).map_err(said)?;
         }
     }
     let bar = progress::bar(3 * CYCLES as u64, "blocks");
@@ -159,6 +168,25 @@ fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError> {
     .map_err(said)?;
     bar.finish_and_clear();
     Ok((records, telemetry.follows))
+}
+
+/// What the core's tracker follows on this machine.
+pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
+    let (plan, scales) = scales()?;
+    let mut tracker = Box::new(Tracker::<Real, N>::new(plan));
+    let mut follows = Vec::new();
+    for cycle in 0..CYCLES {
+        for (number, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
+        {
+            let mut block = [0; N];
+            block.copy_from_slice(&samples(seed, cycle, number, &scales));
+            let sequence = (3 * cycle + number) as u32;
+            let stamp = Stamp { sequence, segment, ..Stamp::default() };
+            tracker.block(stamp, &block);
+            follows.push(tracker.follow(&stamp));
+        }
+    }
+    Ok(follows)
 }
 
 fn rows(records: &[Record], follows: &[Follow]) -> Vec<Row> {
@@ -249,6 +277,26 @@ fn summary(rows: &[Row]) -> Summary {
     }
 }
 
+/// The drive's last lines, as a person reads them.
+fn text(summary: &Summary) -> String {
+    let numbers: Vec<_> = summary.numbers.iter().map(u16::to_string).collect();
+    format!(
+        "tracked in {} of {} chirps, as number {}\n\
+           good but more than {NEAR_M} m off   chirp alone {}, tracked {}\n\
+           range rms                      chirp alone {:.2} cm, tracked {:.2} cm\n\
+           velocity rms                   chirp alone {:.2} cm/s, tracked {:.2} cm/s\n",
+        summary.tracked,
+        summary.chirps,
+        numbers.join(", then "),
+        summary.single_wrong,
+        summary.tracked_wrong,
+        100.0 * summary.single_rms_range_m,
+        100.0 * summary.tracked_rms_range_m,
+        100.0 * summary.single_rms_velocity_mps,
+        100.0 * summary.tracked_rms_velocity_mps
+    )
+}
+
 fn print(rows: &[Row], summary: &Summary, options: &Options) {
     println!(
         "A drive before a 77 GHz radar: 300 MHz in 1 ms, 12 bits at 1.024 MS/s, N = {N} per ramp, 20 chirps a second, seed {}\n",
@@ -298,26 +346,7 @@ fn print(rows: &[Row], summary: &Summary, options: &Options) {
         table.add_row(cells.into_iter().map(right));
     }
     println!("{}\n", table.trim_fmt());
-    println!(
-        "tracked in {} of {} chirps, as number {}",
-        summary.tracked,
-        summary.chirps,
-        summary.numbers.iter().map(u16::to_string).collect::<Vec<_>>().join(", then ")
-    );
-    println!(
-        "  good but more than {NEAR_M} m off   chirp alone {}, tracked {}",
-        summary.single_wrong, summary.tracked_wrong
-    );
-    println!(
-        "  range rms                      chirp alone {:.2} cm, tracked {:.2} cm",
-        100.0 * summary.single_rms_range_m,
-        100.0 * summary.tracked_rms_range_m
-    );
-    println!(
-        "  velocity rms                   chirp alone {:.2} cm/s, tracked {:.2} cm/s",
-        100.0 * summary.single_rms_velocity_mps,
-        100.0 * summary.tracked_rms_velocity_mps
-    );
+    print!("{}", text(summary));
 }
 
 /// Draws the ranges to `file` and the velocities beside it.
