@@ -163,7 +163,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// rising beat's number.
     ///
     /// Each rising beat takes the falling beat, and of a trapezoid the flat one, that contradict it least. A target
-    /// at rest has no flat beat: its line is at DC. Then the two ramps solve it as a triangle's.
+    /// at rest has no flat beat: its line is at DC. Then the two ramps solve it as a triangle's, if no other is near.
     pub fn targets(&self) -> Vec<(u16, Target), MOST> {
         let mut targets = Vec::new();
         let Solver::Chirp(shape, scales) = &self.pipeline.plan().solver else {
@@ -172,21 +172,30 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let [up, flat, down] = &self.tracks;
         let mut flats: Vec<Tone, MOST> = first(flat.held().map(|track| track.tone));
         let mut downs: Vec<Tone, MOST> = first(down.held().map(|track| track.tone));
-        for track in up.held().take(MOST) {
-            let rising = track.tone;
+        let ups: Vec<(u16, Tone), MOST> = first(up.held().map(|t| (t.number as u16, t.tone)));
+        let mut left = Vec::<(u16, Tone), MOST>::new();
+        for &(number, rising) in &ups {
             let target = match shape {
                 Shape::Sawtooth => Some(chirp::sawtooth(&rising, scales)),
                 Shape::Triangle => nearest(&rising, &mut downs)
                     .map(|falling| chirp::triangle(&[rising, falling], R::IQ, scales)),
-                Shape::Trapezoid => match consistent::<R>(&rising, &mut flats, &mut downs) {
-                    Some(tones) => Some(chirp::trapezoid(&tones, R::IQ, scales)),
-                    None => resting(&rising, &mut downs, 1.0 / N as f32)
-                        .map(|falling| chirp::triangle(&[rising, falling], R::IQ, scales)),
-                },
+                Shape::Trapezoid => consistent::<R>(&rising, &mut flats, &mut downs)
+                    .map(|tones| chirp::trapezoid(&tones, R::IQ, scales)),
             };
-            if let Some(target) = target {
-                // As many targets as rising beats, at most four.
-                let _ = targets.push((track.number as u16, target));
+            // There is room for as many as rising beats.
+            let _ = match target {
+                Some(target) => targets.push((number, target)).is_ok(),
+                None => left.push((number, rising)).is_ok(),
+            };
+        }
+        // A flat beat that is left belongs to one of the others: no target is known to be at rest.
+        if *shape == Shape::Trapezoid && flats.is_empty() {
+            for &(number, rising) in &left {
+                let others = ups.iter().map(|up| up.1);
+                if let Some(falling) = resting(&rising, others, &mut downs, 1.0 / N as f32) {
+                    let target = chirp::triangle(&[rising, falling], R::IQ, scales);
+                    let _ = targets.push((number, target));
+                }
             }
         }
         targets
@@ -216,11 +225,21 @@ fn consistent<R: Record>(
     Some([*rising, flat, falling])
 }
 
-/// The falling beat of a target too slow for a flat one: less than three bins away.
-fn resting(rising: &Tone, downs: &mut Vec<Tone, MOST>, bin: f32) -> Option<Tone> {
-    let falling = nearest(rising, downs)?;
-    let steps = falling.frequency.0.to_bits().wrapping_sub(rising.frequency.0.to_bits());
-    ((steps as f32 / 4_294_967_296.0).abs() < 3.0 * bin).then_some(falling)
+/// The falling beat of a target too slow for a flat one: less than three bins away, with no other beat as near, or it
+/// could be that one's.
+fn resting(
+    rising: &Tone,
+    mut ups: impl Iterator<Item = Tone>,
+    downs: &mut Vec<Tone, MOST>,
+    bin: f32,
+) -> Option<Tone> {
+    let near = |one: &Tone, other: &Tone| {
+        let steps = one.frequency.0.to_bits().wrapping_sub(other.frequency.0.to_bits());
+        (steps as f32 / 4_294_967_296.0).abs() < 3.0 * bin
+    };
+    let alone = !ups.any(|up| up.frequency != rising.frequency && near(&up, rising))
+        && downs.iter().filter(|down| near(down, rising)).count() == 1;
+    if alone { nearest(rising, downs) } else { None }
 }
 
 /// The beat nearest to a rising one, taken out of its list.
