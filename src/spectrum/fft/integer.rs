@@ -1,5 +1,5 @@
 //! The integer FFT: `i32` data, packed Q15 twiddles. This portable code is the definition of the
-//! target's arithmetic; the kernels of [`super::kernel_dsp`] equal it bit for bit.
+//! target's arithmetic; the kernels of `kernel_dsp` equal it bit for bit.
 //!
 //! A real record of N samples is transformed as N/2 pairs; its bins are split from the result where they are
 //! wanted ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.
