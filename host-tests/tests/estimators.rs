@@ -10,7 +10,7 @@ use picket_host::reference::Reference;
 use picket_transform::{Transform, num_complex::Complex};
 
 /// A method's largest error on an exact complex tone at N = 256, offsets up to 0.49, in bins: what its
-/// formula leaves out. In f32 there are 5e-7 more.
+/// formula leaves out. In f32 there are 6e-7 more: its sines are short series, right to the last digit or two.
 fn bias(method: Method) -> f64 {
     match method {
         Method::Candan | Method::Autocorrelation | Method::ImprovedAutocorrelation => 1e-13,
@@ -79,7 +79,7 @@ fn an_exact_tone_is_found_up_to_the_methods_bias() {
         let (double, single) = (worst::<f64>(method), worst::<f32>(method));
         println!("{method:26} {double:8.1e} {single:8.1e}");
         assert!(double < bias(method), "{method}: {double:e} bin");
-        assert!(single < bias(method) + 5e-7, "{method}: {single:e} bin in f32");
+        assert!(single < bias(method) + 6e-7, "{method}: {single:e} bin in f32");
     }
 }
 
