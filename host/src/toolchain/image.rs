@@ -1,0 +1,116 @@
+//! Builds and lints firmware images.
+
+use super::apt;
+use super::error::{ToolError, io_error};
+use super::process::{capture, cargo, locked};
+use super::route::{Route, route};
+use super::{Profile, Target, firmware_dir};
+use std::fs;
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+
+/// A firmware image to build.
+#[derive(Clone, Debug)]
+pub struct Firmware<'a> {
+    /// The image: a binary of the package `picket`.
+    pub bin: &'a str,
+    /// The core.
+    pub target: Target,
+    /// Features of the package.
+    pub features: &'a [&'a str],
+    /// Speed or size.
+    pub profile: Profile,
+}
+
+impl Firmware<'_> {
+    /// Builds the image; what is missing is installed first when that is allowed. Cargo's output
+    /// goes to stderr when that is a terminal. Returns the ELF file, which no other combination
+    /// of features overwrites.
+    pub fn build(&self) -> Result<PathBuf, ToolError> {
+        self.run(io::stderr().is_terminal())
+    }
+
+    /// As [`Firmware::build`], but prints nothing of cargo's: for images meant to fail.
+    pub fn build_quietly(&self) -> Result<PathBuf, ToolError> {
+        self.run(false)
+    }
+
+    fn run(&self, echo: bool) -> Result<PathBuf, ToolError> {
+        let route = route(self.target)?;
+        let directory = firmware_dir().join(route.directory());
+        let images = directory.join("images");
+        fs::create_dir_all(&images).map_err(io_error(images.display()))?;
+        // Another process may build the same binary with other features: the copy belongs to the
+        // build, so both happen under one lock.
+        let _lock = locked(&directory.join("build.lock"))?;
+        let mut command = cargo();
+        command.args(["build", "--package", "picket", "--bin", self.bin]);
+        command.args(["--target", self.target.triple(), "--profile", self.profile.name()]);
+        command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
+        if self.features.contains(&"log") {
+            command.env("DEFMT_LOG", "info");
+        }
+        if let Route::Source { rustc, linker } = &route {
+            let name = self.target.triple().to_uppercase().replace(['-', '.'], "_");
+            command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
+            command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+        }
+        let (ok, output) = capture(command, echo)?;
+        if !ok {
+            return Err(ToolError::Build { bin: self.bin.into(), output });
+        }
+        let built = directory.join(self.target.triple()).join(self.profile.name()).join(self.bin);
+        let image = images.join(self.image_name());
+        fs::copy(&built, &image).map_err(io_error(built.display()))?;
+        Ok(image)
+    }
+
+    fn image_name(&self) -> String {
+        let parts = [self.bin, self.target.triple(), self.profile.name(), &self.features.join("+")];
+        format!("{}.elf", parts.join("-"))
+    }
+}
+
+/// Lints the library and these images with these features for a target; warnings are errors.
+pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), ToolError> {
+    let route = route(target)?;
+    let directory = firmware_dir().join("lint").join(route.directory());
+    let mut command = cargo();
+    match &route {
+        Route::Installed => {
+            command.arg("clippy");
+        }
+        Route::Source { rustc, .. } => {
+            // Clippy must be of the compiler's own version: cargo's would be rustup's.
+            command.arg("check").env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+            command.env("RUSTC_WORKSPACE_WRAPPER", clippy_driver(rustc)?);
+            command.env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__").arg("-Zbuild-std=core");
+        }
+    }
+    command.args(["--quiet", "--package", "picket", "--lib"]);
+    for image in images {
+        command.args(["--bin", image]);
+    }
+    command.args(["--features", &features.join(","), "--target", target.triple()]);
+    command.arg("--target-dir").arg(&directory);
+    if route == Route::Installed {
+        command.args(["--", "-D", "warnings"]);
+    }
+    let (ok, output) = capture(command, true)?;
+    let bin = format!("{} ({})", target.triple(), features.join(", "));
+    if ok { Ok(()) } else { Err(ToolError::Build { bin, output }) }
+}
+
+/// The lint driver that belongs to a compiler.
+fn clippy_driver(rustc: &Path) -> Result<PathBuf, ToolError> {
+    const PACKAGE: &str = "rust-web-clippy";
+    let driver = rustc.with_file_name("clippy-driver");
+    if !driver.exists() {
+        apt::install("the lint driver", &[PACKAGE])?;
+    }
+    if driver.exists() {
+        Ok(driver)
+    } else {
+        Err(apt::missing("the lint driver", &[PACKAGE], None))
+    }
+}

@@ -1,0 +1,78 @@
+//! The one place that decides how firmware is built, and with what it is run.
+//!
+//! Two ways lead to a thumb target: the standard library that rustup installs for it, or `core`
+//! built from source by a compiler whose source is at hand (rustup's `rust-src`, or Debian's
+//! `rustc-web` and `rust-web-src`). What is missing is installed when that is allowed
+//! (`RUSTUP_AUTO_INSTALL=0` forbids rustup, installing by apt-get needs root); otherwise the error names
+//! the command to type. The emulator needs no root.
+
+mod apt;
+mod error;
+mod image;
+mod process;
+mod qemu;
+mod route;
+
+pub use error::ToolError;
+pub(crate) use error::io_error;
+pub use image::{Firmware, lint};
+pub(crate) use process::on_path;
+pub use qemu::qemu;
+
+use std::path::{Path, PathBuf};
+
+/// A core that firmware is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// Cortex-M0 and M0+.
+    M0,
+    /// Cortex-M3.
+    M3,
+    /// Cortex-M4F and M7F: DSP extension and single-precision FPU.
+    M4f,
+    /// Cortex-M33 with FPU.
+    M33,
+}
+
+impl Target {
+    /// The name that rustc knows.
+    pub const fn triple(self) -> &'static str {
+        match self {
+            Target::M0 => "thumbv6m-none-eabi",
+            Target::M3 => "thumbv7m-none-eabi",
+            Target::M4f => "thumbv7em-none-eabihf",
+            Target::M33 => "thumbv8m.main-none-eabihf",
+        }
+    }
+}
+
+/// How the compiler optimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Profile {
+    /// For speed: opt-level 3.
+    #[default]
+    Release,
+    /// For size: opt-level "z".
+    Size,
+}
+
+impl Profile {
+    /// Cargo's name of the profile.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Profile::Release => "release",
+            Profile::Size => "size",
+        }
+    }
+}
+
+/// The workspace's root.
+pub fn workspace() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Where firmware and what belongs to it is built: `target/firmware`.
+pub fn firmware_dir() -> PathBuf {
+    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    workspace().join(base.unwrap_or_else(|| "target".into())).join("firmware")
+}

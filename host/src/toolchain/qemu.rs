@@ -1,0 +1,78 @@
+//! The emulator: the system's, or else its Debian packages unpacked beside the firmware.
+//!
+//! Unpacking needs no root, changes nothing outside the target directory, and works where installing would
+//! not, because another version of one of its packages is in use.
+
+use super::apt;
+use super::error::{ToolError, io_error};
+use super::process::{locked, on_path};
+use super::{firmware_dir, process};
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+const NAME: &str = "qemu-system-arm";
+
+/// Starts the unpacked emulator with the libraries that came with it.
+const STARTER: &str = r#"#!/bin/sh
+root=$(dirname "$0")/root
+libraries=$(find "$root/lib" "$root/usr/lib" -name '*-linux-gnu*' -type d 2>/dev/null | tr '\n' ':')
+LD_LIBRARY_PATH=$libraries${LD_LIBRARY_PATH:-/usr/lib} exec "$root/usr/bin/qemu-system-arm" "$@"
+"#;
+
+/// The path of `qemu-system-arm`; unpacks it where it is missing.
+pub fn qemu() -> Result<PathBuf, ToolError> {
+    static FOUND: OnceLock<PathBuf> = OnceLock::new();
+    if let Some(path) = FOUND.get() {
+        return Ok(path.clone());
+    }
+    let found = match on_path(NAME) {
+        Some(path) => path,
+        None => unpacked()?,
+    };
+    Ok(FOUND.get_or_init(|| found).clone())
+}
+
+/// The starter of the unpacked emulator.
+fn unpacked() -> Result<PathBuf, ToolError> {
+    let directory = firmware_dir();
+    fs::create_dir_all(&directory).map_err(io_error(directory.display()))?;
+    let _lock = locked(&directory.join("qemu.lock"))?;
+    let place = directory.join("qemu");
+    let starter = place.join(NAME);
+    if !starter.exists() {
+        // Whole or not at all: the last step gives it its name.
+        let half = directory.join("qemu.part");
+        if half.exists() {
+            fs::remove_dir_all(&half).map_err(io_error(half.display()))?;
+        }
+        let root = half.join("root");
+        fs::create_dir_all(&root).map_err(io_error(root.display()))?;
+        unpack(&half, &root)?;
+        write_starter(&half.join(NAME))?;
+        fs::rename(&half, &place).map_err(io_error(place.display()))?;
+    }
+    Ok(starter)
+}
+
+fn unpack(directory: &Path, root: &Path) -> Result<(), ToolError> {
+    let packages = apt::download(NAME, directory)?;
+    eprintln!("toolchain: {NAME} from {} packages, unpacked in {}", packages.len(), root.display());
+    for package in &packages {
+        let mut command = Command::new("dpkg-deb");
+        command.arg("--extract").arg(package).arg(root);
+        let (ok, output) = process::capture(command, false)?;
+        if !ok {
+            return Err(apt::missing(NAME, &[NAME], Some(output.trim().into())));
+        }
+        fs::remove_file(package).map_err(io_error(package.display()))?;
+    }
+    Ok(())
+}
+
+fn write_starter(path: &Path) -> Result<(), ToolError> {
+    fs::write(path, STARTER).map_err(io_error(path.display()))?;
+    fs::set_permissions(path, Permissions::from_mode(0o755)).map_err(io_error(path.display()))
+}

@@ -1,0 +1,140 @@
+//! Which of the two ways leads to a target on this machine.
+
+use super::apt;
+use super::error::ToolError;
+use super::process::{ask, capture, on_path};
+use super::{Target, workspace};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+
+/// How a target is built.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Route {
+    /// The toolchain at hand has the target's library.
+    Installed,
+    /// `core` is built from the source of this compiler, and linked by this linker.
+    Source { rustc: PathBuf, linker: PathBuf },
+}
+
+impl Route {
+    /// A directory of its own, so that one way's products do not displace the other's.
+    pub(super) fn directory(&self) -> &'static str {
+        match self {
+            Route::Installed => "installed",
+            Route::Source { .. } => "source",
+        }
+    }
+}
+
+/// The way to a target, decided once in a process and told in one line.
+pub(super) fn route(target: Target) -> Result<Route, ToolError> {
+    static CHOSEN: Mutex<Option<HashMap<Target, Route>>> = Mutex::new(None);
+    let mut chosen = CHOSEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let chosen = chosen.get_or_insert_default();
+    if let Some(route) = chosen.get(&target) {
+        return Ok(route.clone());
+    }
+    let route = choose(target)?;
+    if !chosen.values().any(|other| *other == route) {
+        match &route {
+            Route::Installed => eprintln!("toolchain: the installed target {}", target.triple()),
+            Route::Source { rustc, linker } => eprintln!(
+                "toolchain: core from source by {}, linked by {}",
+                rustc.display(),
+                linker.display()
+            ),
+        }
+    }
+    chosen.insert(target, route.clone());
+    Ok(route)
+}
+
+fn choose(target: Target) -> Result<Route, ToolError> {
+    let library = Path::new("lib/rustlib").join(target.triple()).join("lib");
+    let sysroot = sysroot(Path::new("rustc"));
+    let has =
+        |sysroot: &Option<PathBuf>| sysroot.as_ref().is_some_and(|s| s.join(&library).exists());
+    if has(&sysroot) || (rustup_may_install() && rustup_add(target) && has(&sysroot)) {
+        return Ok(Route::Installed);
+    }
+    let rustc = match source_compiler() {
+        Some(rustc) => rustc,
+        None => {
+            let what = format!("Rust for {}", target.triple());
+            apt::install(&what, &RUST_PACKAGES).map_err(|error| with_rustup(error, target))?;
+            source_compiler()
+                .ok_or_else(|| with_rustup(apt::missing(&what, &RUST_PACKAGES, None), target))?
+        }
+    };
+    let linker = match linker() {
+        Some(linker) => linker,
+        None => {
+            apt::install("a linker for firmware", &[LINKER_PACKAGE])?;
+            linker()
+                .ok_or_else(|| apt::missing("a linker for firmware", &[LINKER_PACKAGE], None))?
+        }
+    };
+    Ok(Route::Source { rustc, linker })
+}
+
+/// Debian 12's compiler, its source and a linker (security suite).
+const RUST_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", LINKER_PACKAGE];
+const LINKER_PACKAGE: &str = "lld-22";
+const LINKERS: [&str; 3] = ["rust-lld", "ld.lld-22", "ld.lld"];
+const OLDEST: (u32, u32) = (1, 95);
+
+fn rustup_may_install() -> bool {
+    std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
+}
+
+fn rustup_add(target: Target) -> bool {
+    let Some(rustup) = on_path("rustup") else {
+        return false;
+    };
+    eprintln!("toolchain: rustup target add {}", target.triple());
+    let mut command = Command::new(rustup);
+    command.args(["--quiet", "target", "add", target.triple()]).current_dir(workspace());
+    capture(command, false).is_ok_and(|(ok, _)| ok)
+}
+
+/// A compiler new enough that has the source of its library: the usual one, or the system's.
+fn source_compiler() -> Option<PathBuf> {
+    let candidates = [on_path("rustc"), Some(PathBuf::from("/usr/bin/rustc"))];
+    candidates.into_iter().flatten().find(|rustc| {
+        version(rustc).is_some_and(|version| version >= OLDEST)
+            && sysroot(rustc).is_some_and(|s| s.join("lib/rustlib/src/rust/library/core").exists())
+    })
+}
+
+fn linker() -> Option<PathBuf> {
+    let host = ask(Path::new("rustc"), &["--print", "host-tuple"]);
+    let bundled = sysroot(Path::new("rustc"))
+        .zip(host)
+        .map(|(sysroot, host)| sysroot.join("lib/rustlib").join(host).join("bin/rust-lld"))
+        .filter(|path| path.exists());
+    bundled.or_else(|| LINKERS.iter().find_map(|name| on_path(name)))
+}
+
+/// "rustc 1.96.0 (...)" -> (1, 96)
+fn version(rustc: &Path) -> Option<(u32, u32)> {
+    let text = ask(rustc, &["--version"])?;
+    let mut numbers = text.split(' ').nth(1)?.split('.').map(str::parse);
+    Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
+}
+
+fn sysroot(rustc: &Path) -> Option<PathBuf> {
+    ask(rustc, &["--print", "sysroot"]).map(PathBuf::from)
+}
+
+/// Where rustup is in use, the shorter way to mend it is rustup's.
+fn with_rustup(error: ToolError, target: Target) -> ToolError {
+    match error {
+        ToolError::Missing { what, command, reason } if on_path("rustup").is_some() => {
+            let command = format!("rustup target add {}` or `{command}", target.triple());
+            ToolError::Missing { what, command, reason }
+        }
+        error => error,
+    }
+}
