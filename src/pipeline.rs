@@ -100,10 +100,9 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
 
     /// The strongest tones of the last block, at most `wanted`.
     pub(crate) fn several(&self, measurement: &Measurement, wanted: usize) -> Vec<Tone, MOST> {
-        let Measurement { stamp, clipped, .. } = measurement;
-        let statistics = Statistics { clipped: *clipped, ..Statistics::default() };
+        let Measurement { ref stamp, clipped, .. } = *measurement;
         let Plan { band, ref options, .. } = self.plan;
-        several(&self.spectrum, band, &statistics, stamp, options, wanted)
+        several(&self.spectrum, band, clipped, stamp, options, wanted)
     }
 
     /// What a tone amounts to.

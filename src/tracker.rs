@@ -4,13 +4,13 @@ use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::config::{Plan, Solver};
 use crate::estimate::detection::{HOLD, Threshold};
 use crate::estimate::lock::Lock;
-use crate::estimate::several::{MOST, first};
+use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
 use crate::pipeline::{Measurement, Pipeline};
 use crate::report::follow::{Follow, Sighting};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
-use crate::solve::track::{State, Track, Tracking};
+use crate::solve::track::{State, Track};
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
 use heapless::Vec;
@@ -19,7 +19,6 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
-    tracking: Tracking,
     tracks: [Tracks; 3],
     locks: [Option<Lock>; 3],
 }
@@ -29,12 +28,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     pub const fn new(plan: Plan) -> Self {
         let tracks = [const { Tracks::new() }; 3];
         let locks = [const { None }; 3];
-        Self { pipeline: Pipeline::new(plan), tracking: plan.tracking, tracks, locks }
-    }
-
-    /// The pipeline, for blocks that are measured and not followed.
-    pub const fn pipeline(&mut self) -> &mut Pipeline<R, N> {
-        &mut self.pipeline
+        Self { pipeline: Pipeline::new(plan), tracks, locks }
     }
 
     /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
@@ -49,13 +43,10 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         else {
             return measurement;
         };
-        let follow = self.tracking.refresh > 1 && self.tracking.most == 1;
-        let next = Stamp {
-            sequence: stamp.sequence.wrapping_add(self.pipeline.plan().segments()),
-            ..Stamp::default()
-        };
-        match tracks.expected(&next, self.pipeline.plan().segments()) {
-            Some((_, tone)) if follow => {
+        let tracking = &self.pipeline.plan().tracking;
+        let follow = tracking.refresh > 1 && tracking.most == 1;
+        match tracks.only() {
+            Some(tone) if follow => {
                 if lock.is_none() {
                     *lock = Lock::on::<R>(tone, N);
                 }
@@ -79,14 +70,14 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let tracks = self.tracks.get_mut(segment)?;
         // A lock that has grown old, or does not see its tone, gives way to a search.
         let mut held = lock.take()?;
-        if held.age.saturating_add(1) >= self.tracking.refresh {
+        if held.age.saturating_add(1) >= plan.tracking.refresh {
             return None;
         }
-        let (expected, _) = tracks.expected(&stamp, every)?;
+        let expected = tracks.expected(&stamp, every)?;
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = held.measure::<R, N>(samples, plan.codes, expected, clipped)?;
         // Outside the gate it is another's.
-        tracks.would_take(&tone, &self.tracking).then_some(())?;
+        tracks.would_take(&tone, &plan.tracking).then_some(())?;
         *lock = Some(held);
         let sight = Sight {
             stamp: &stamp,
@@ -95,7 +86,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             tones: &[tone],
             find: |_: &Tone, _| None,
         };
-        tracks.step(sight, &self.tracking);
+        tracks.step(sight, &plan.tracking);
         let result = self.pipeline.solve(&stamp, tone);
         Some(Measurement { stamp, clipped, tone, result })
     }
@@ -106,8 +97,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let pipeline = &self.pipeline;
         let plan = pipeline.plan();
         let mut tones = Vec::<Tone, MOST>::new();
-        if self.tracking.most > 1 {
-            tones = pipeline.several(&measurement, self.tracking.most);
+        if plan.tracking.most > 1 {
+            tones = pipeline.several(&measurement, plan.tracking.most);
         } else {
             // There is room for one.
             let _ = tones.push(measurement.tone);
@@ -122,7 +113,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let every = plan.segments();
         let sight = Sight { stamp: &stamp, every, bin: 1.0 / N as f32, tones: &tones, find };
         if let Some(tracks) = self.tracks.get_mut(place(stamp.segment)) {
-            tracks.step(sight, &self.tracking);
+            tracks.step(sight, &plan.tracking);
         }
         measurement
     }
@@ -233,32 +224,20 @@ fn resting(
     downs: &mut Vec<Tone, MOST>,
     bin: f32,
 ) -> Option<Tone> {
-    let near = |one: &Tone, other: &Tone| {
-        let steps = one.frequency.0.to_bits().wrapping_sub(other.frequency.0.to_bits());
-        (steps as f32 / 4_294_967_296.0).abs() < 3.0 * bin
-    };
-    let alone = !ups.any(|up| up.frequency != rising.frequency && near(&up, rising))
-        && downs.iter().filter(|down| near(down, rising)).count() == 1;
+    let near = |tone: &Tone| tone.frequency.beyond(rising.frequency).abs() < 3.0 * bin;
+    let alone = !ups.any(|up| up.frequency != rising.frequency && near(&up))
+        && downs.iter().filter(|down| near(down)).count() == 1;
     if alone { nearest(rising, downs) } else { None }
 }
 
 /// The beat nearest to a rising one, taken out of its list.
 fn nearest(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
-    let apart = |tone: &Tone| {
-        tone.frequency.0.to_bits().wrapping_sub(rising.frequency.0.to_bits()).unsigned_abs()
-    };
-    let (index, _) = downs.iter().enumerate().min_by_key(|(_, tone)| apart(tone))?;
+    let apart = |tone: &Tone| tone.frequency.beyond(rising.frequency).abs();
+    let (index, _) =
+        downs.iter().enumerate().min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b)))?;
     let falling = downs.get(index).copied();
     remove(downs, index);
     falling
-}
-
-fn remove(tones: &mut Vec<Tone, MOST>, index: usize) {
-    let mut at = 0;
-    tones.retain(|_| {
-        at += 1;
-        at != index + 1
-    });
 }
 
 /// Which of the tracks a segment has.

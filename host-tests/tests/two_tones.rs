@@ -1,7 +1,6 @@
 //! Two tones in a record: told apart, or called unresolved. In the target's arithmetic.
 
-mod signal;
-
+use crate::signal::*;
 use picket::acquire::sample::{Iq, Real, Stamp, Statistics};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
@@ -9,7 +8,6 @@ use picket::estimate::several::several;
 use picket::estimate::tone::Verdict;
 use picket::spectrum::Spectrum;
 use rand::RngExt;
-use signal::*;
 use std::f64::consts::TAU;
 
 /// How often a single tone is taken for two, and two for one.
@@ -85,9 +83,9 @@ fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
         let samples = Real::record::<1024>(rng, &lines, noise);
         let mut spectrum = Spectrum::<Real, 1024>::new();
         spectrum.transform(&samples, CODES);
-        let statistics = Statistics::of::<Real>(&samples, CODES);
+        let clipped = Statistics::clipped::<Real>(&samples, CODES);
         let stamp = Stamp::default();
-        let tones = several(&spectrum, plan.band, &statistics, &stamp, &plan.options, 2);
+        let tones = several(&spectrum, plan.band, clipped, &stamp, &plan.options, 2);
         let bounds = bounds_real(1024, &lines, noise.hypot((1.0f64 / 12.0).sqrt()));
         let [a, b] = tones.as_slice() else {
             return None;
@@ -151,9 +149,9 @@ fn one_tone_is_one() {
             let samples = Real::record::<1024>(rng, &[line], sigma(amplitude, snr_db));
             let mut spectrum = Spectrum::<Real, 1024>::new();
             spectrum.transform(&samples, CODES);
-            let statistics = Statistics::of::<Real>(&samples, CODES);
+            let clipped = Statistics::clipped::<Real>(&samples, CODES);
             let stamp = Stamp::default();
-            let tones = several(&spectrum, plan.band, &statistics, &stamp, &plan.options, 4);
+            let tones = several(&spectrum, plan.band, clipped, &stamp, &plan.options, 4);
             assert!(error::<Real, 1024>(&tones[0], line.bins).abs() < 1.0);
             tones.len()
         });

@@ -10,6 +10,9 @@ use fixed::types::{I0F32, I2F30};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Frequency(pub I0F32);
 
+/// Steps in one turn.
+const STEPS: f32 = 4_294_967_296.0;
+
 #[cfg(feature = "defmt")]
 impl defmt::Format for Frequency {
     fn format(&self, f: defmt::Formatter) {
@@ -52,6 +55,23 @@ impl Frequency {
     /// In cycles per sample, exactly.
     pub fn cycles(self) -> f64 {
         f64::from(self.0.to_bits()) / 4_294_967_296.0
+    }
+
+    /// In cycles per sample, rounded to `f32`.
+    pub fn cycles_f32(self) -> f32 {
+        self.0.to_bits() as f32 / STEPS
+    }
+
+    /// How far it lies beyond `other`, in cycles per sample, the short way round the circle.
+    pub fn beyond(self, other: Self) -> f32 {
+        Self(I0F32::from_bits(self.0.to_bits().wrapping_sub(other.0.to_bits()))).cycles_f32()
+    }
+
+    /// Moved on by so many cycles per sample, round the circle.
+    pub fn moved(self, cycles: f32) -> Self {
+        // A cast saturates.
+        let steps = libm::rintf(cycles * STEPS) as i32;
+        Self(I0F32::from_bits(self.0.to_bits().wrapping_add(steps)))
     }
 
     /// In hertz at a sample rate of `rate_hz`.

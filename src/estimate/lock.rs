@@ -44,7 +44,7 @@ impl Lock {
     /// A lock on a tone that a whole search found; `None` where there is no place for one (see
     /// [`locked::centre`]) or its noise is not known.
     pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
-        let centre = locked::centre::<R>(bins(tone.frequency, n), n)?;
+        let centre = locked::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
         let share = if R::IQ { 1.0 } else { 0.5 };
         let power = tone.amplitude * tone.amplitude;
         let noise = share * power / tone.snr;
@@ -99,8 +99,4 @@ impl Lock {
             verdict: Verdict::Good,
         })
     }
-}
-
-fn bins(frequency: Frequency, n: usize) -> f32 {
-    frequency.0.to_bits() as f32 / 4_294_967_296.0 * n as f32
 }

@@ -15,7 +15,7 @@ use super::measure::{Options, Seen, excess};
 use super::noise::{self, NOISE_BINS};
 use super::tone::Tone;
 use super::uncertainty::sigma_bins;
-use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
 use crate::spectrum::peak::{Band, Peak, Search};
@@ -61,7 +61,7 @@ struct Rest<'a, R: Record, const N: usize> {
 pub fn several<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N>,
     band: Band,
-    statistics: &Statistics,
+    clipped: u32,
     stamp: &Stamp,
     options: &Options,
     wanted: usize,
@@ -90,7 +90,7 @@ pub fn several<R: Record, const N: usize>(
     if let [_] = rest.found.as_slice() {
         rest.alone(options.reach);
     }
-    rest.tones(statistics, stamp, detected)
+    rest.tones(clipped, stamp, detected)
 }
 
 impl<R: Record, const N: usize> Rest<'_, R, N> {
@@ -203,14 +203,14 @@ impl<R: Record, const N: usize> Rest<'_, R, N> {
         (sum / (count as f32 * N as f32)).max(noise::ROUNDING as f32 * parts)
     }
 
-    fn tones(&self, statistics: &Statistics, stamp: &Stamp, detected: bool) -> Vec<Tone, MOST> {
+    fn tones(&self, clipped: u32, stamp: &Stamp, detected: bool) -> Vec<Tone, MOST> {
         let noise = self.noise();
         let tone = |found: &Found| {
             let excess = excess::<R, N>(&found.fit, noise);
             let seen = Seen {
                 noise,
                 excess,
-                clipped: statistics.clipped as f32 / N as f32,
+                clipped: clipped as f32 / N as f32,
                 unresolved: self.crowded(found),
                 gap: stamp.gap,
                 weak: !detected,
@@ -220,6 +220,15 @@ impl<R: Record, const N: usize> Rest<'_, R, N> {
         };
         first(self.found.iter().filter_map(tone))
     }
+}
+
+/// Takes the item at `index` out, if there is one. (The list's own `remove` would panic without.)
+pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usize) {
+    let mut at = 0;
+    items.retain(|_| {
+        at += 1;
+        at != index + 1
+    });
 }
 
 /// As many items as there is room for. (`collect` would panic at one more.)

@@ -12,9 +12,7 @@
 //! | 0.1 | 0.360 | 0.080 | 0.36 | 8 |
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
-use crate::estimate::frequency::Frequency;
 use crate::estimate::tone::{Tone, Verdict};
-use fixed::types::I0F32;
 
 /// How tones are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -178,7 +176,7 @@ impl Track {
 
     /// How far a tone is from the prediction, in cycles per sample; on the circle, as I/Q tones are.
     pub fn innovation(&self, tone: &Tone) -> f32 {
-        steps(tone.frequency.0.to_bits().wrapping_sub(self.tone.frequency.0.to_bits()))
+        tone.frequency.beyond(self.tone.frequency)
     }
 
     /// How far, in halves of the gate; `None` outside it.
@@ -190,8 +188,7 @@ impl Track {
     /// Takes this block's measurement.
     pub fn update(&mut self, tone: &Tone) {
         let moved = self.motion.update(self.innovation(tone), square(tone.sigma));
-        let Frequency(predicted) = self.tone.frequency;
-        self.tone = Tone { frequency: Frequency(predicted), ..*tone };
+        self.tone = Tone { frequency: self.tone.frequency, ..*tone };
         self.measured = tone.sigma;
         self.shift(moved);
         self.misses = 0;
@@ -221,19 +218,10 @@ impl Track {
     }
 
     fn shift(&mut self, cycles: f32) {
-        let bits = self.tone.frequency.0.to_bits();
-        // A cast saturates; frequencies lie on a circle.
-        let moved = libm::rintf(cycles * STEPS) as i32;
-        self.tone.frequency = Frequency(I0F32::from_bits(bits.wrapping_add(moved)));
+        self.tone.frequency = self.tone.frequency.moved(cycles);
         let [variance, _, _] = self.motion.covariance;
         self.tone.sigma = libm::sqrtf(variance);
     }
-}
-
-const STEPS: f32 = 4_294_967_296.0;
-
-fn steps(bits: i32) -> f32 {
-    bits as f32 / STEPS
 }
 
 fn square(x: f32) -> f32 {
@@ -243,6 +231,7 @@ fn square(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::frequency::Frequency;
 
     const TRACKING: Tracking =
         Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1, refresh: 0 };

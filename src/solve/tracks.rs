@@ -2,7 +2,7 @@
 
 use super::track::{State, Track, Tracking};
 use crate::acquire::sample::Stamp;
-use crate::estimate::several::{MOST, first};
+use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
 use heapless::Vec;
 
@@ -50,16 +50,24 @@ impl Tracks {
         self.tracks.iter().filter(|track| track.state == State::Held)
     }
 
-    /// Where the only track is expected in the block after the last one, in cycles per sample, and its tone, if it was
-    /// seen well in the last.
-    pub fn expected(&self, stamp: &Stamp, every: u32) -> Option<(f32, &Tone)> {
+    /// The tone of the only track, if the last block showed it well.
+    pub fn only(&self) -> Option<&Tone> {
+        self.lone().map(|track| &track.tone)
+    }
+
+    /// Where that tone is expected in the block after the last one, in cycles per sample; `None` in any other block.
+    pub fn expected(&self, stamp: &Stamp, every: u32) -> Option<f32> {
+        let next = self.last?.wrapping_add(every.max(1)) == stamp.sequence && !stamp.gap;
+        let track = self.lone()?;
+        next.then(|| track.tone.frequency.cycles_f32() + track.rate())
+    }
+
+    fn lone(&self) -> Option<&Track> {
         let [track] = self.tracks.as_slice() else {
             return None;
         };
-        let next = self.last?.wrapping_add(every.max(1)) == stamp.sequence && !stamp.gap;
         let well = track.state == State::Held && track.tone.verdict == Verdict::Good;
-        let place = track.tone.frequency.0.to_bits() as f32 / 4_294_967_296.0 + track.rate();
-        (next && well).then_some((place, &track.tone))
+        well.then_some(track)
     }
 
     /// Whether the only track would take this tone of the next block as its own.
@@ -127,7 +135,8 @@ impl Tracks {
         for (tone, mixed) in tones.iter().zip(&mut mixed) {
             let near = |other: &Track| other.innovation(tone).abs() < APART * bin;
             let tracks = self.held().filter(|track| near(track)).count();
-            let here = tones.iter().filter(|other| apart(tone, other) < APART * bin).count();
+            let near = |other: &&Tone| tone.frequency.beyond(other.frequency).abs() < APART * bin;
+            let here = tones.iter().filter(near).count();
             *mixed = tracks > here;
         }
         for (track, seen) in self.tracks.iter_mut().zip(seen) {
@@ -171,11 +180,7 @@ impl Tracks {
             if let Some(seen) = seen.get_mut(index) {
                 *seen = true;
             }
-            let mut at = 0;
-            tones.retain(|_| {
-                at += 1;
-                at != number + 1
-            });
+            remove(tones, number);
         }
     }
 
@@ -222,9 +227,4 @@ impl Tracks {
             self.tracks.retain(|track| Some((track.misses, track.number)) != worst);
         }
     }
-}
-
-fn apart(one: &Tone, other: &Tone) -> f32 {
-    let steps = one.frequency.0.to_bits().wrapping_sub(other.frequency.0.to_bits());
-    (steps as f32 / 4_294_967_296.0).abs()
 }
