@@ -8,8 +8,7 @@
 //! at most: at the 74 dB of a noise-free full-scale record the twiddle factors of the FFT, 16 bits
 //! wide, err more than the codes do.
 
-mod vectors;
-
+use crate::vectors::{Case, golden};
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::estimate::autocorrelation::best_lag;
 use picket::estimate::frequency::Frequency;
@@ -31,7 +30,6 @@ use picket_host::recording;
 use picket_host::reference::Reference;
 use picket_transform::{Transform, num_complex::Complex};
 use std::collections::BTreeMap;
-use vectors::{Case, golden};
 
 /// The reference's names, and ours. Least squares, of which the reference takes a fixed number of steps, has a
 /// test of its own.

@@ -1,9 +1,8 @@
 //! Least squares over FFT bins: against the golden vectors, its bias, and the Cramer-Rao bound in the
 //! target's arithmetic.
 
-mod signal;
-mod vectors;
-
+use crate::signal::*;
+use crate::vectors::{Case, golden};
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::least_squares::{
@@ -18,9 +17,7 @@ use picket::spectrum::peak::{self, Band};
 use picket_transform::Transform;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use signal::*;
 use std::f64::consts::TAU;
-use vectors::{Case, golden};
 
 fn exact(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let mut x = samples.to_vec();

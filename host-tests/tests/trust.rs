@@ -1,8 +1,7 @@
 //! Whether the numbers that come with a frequency can be trusted: noise, sigma, detection, clipping and
 //! verdicts. Records go through the whole pipeline, in the target's arithmetic.
 
-mod signal;
-
+use crate::signal::*;
 use picket::acquire::sample::{Codes, Iq, Real, Stamp};
 use picket::config::Config;
 use picket::estimate::detection::Threshold;
@@ -13,7 +12,6 @@ use picket::spectrum::peak::{Band, Search};
 use rand::RngExt;
 use rand_distr::Exp1;
 use rayon::prelude::*;
-use signal::*;
 
 /// trust.md 1 (noise) and 2 (sigma). Rounding to codes is noise too: a twelfth of a squared code.
 fn noise_and_sigma<R: Kind, const N: usize>(sigma_codes: Option<f64>, snr_db: f64) {

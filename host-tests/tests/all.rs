@@ -1,0 +1,25 @@
+//! Everything that needs more than one module, as one program: it is compiled and linked once, and slow tests run beside quick
+//! ones. `cargo test -p host-tests golden::` runs a file's tests.
+
+mod budget;
+mod emulated;
+mod estimators;
+mod fft;
+mod frontend;
+mod golden;
+mod least_squares;
+mod locked;
+mod monte_carlo;
+mod nucleo;
+mod panic_free;
+mod pipeline;
+mod protocol;
+mod recordings;
+mod signal;
+mod solver;
+mod sweep;
+mod telemetry;
+mod track;
+mod trust;
+mod two_tones;
+mod vectors;

@@ -1,0 +1,7 @@
+//! The tools as a user runs them, as one program: it is compiled and linked once.
+
+mod cli;
+mod demo;
+mod device;
+mod readme;
+mod report;
