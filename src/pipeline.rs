@@ -11,6 +11,7 @@ use crate::estimate::tone::{Tone, Verdict};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::spectrum::Spectrum;
+use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::peak::{self, Peak};
 use heapless::Vec;
 
@@ -44,13 +45,13 @@ pub enum Outcome {
 /// ADC samples in, measurements out. Owns its work memory: `4 N` bytes for real records, `8 N` for
 /// I/Q.
 #[derive(Clone, Debug)]
-pub struct Pipeline<R: Record, const N: usize> {
+pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
     plan: Plan,
-    spectrum: Spectrum<R, N>,
+    spectrum: Spectrum<R, N, E>,
     ramps: Ramps,
 }
 
-impl<R: Record, const N: usize> Pipeline<R, N> {
+impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// A pipeline that follows `plan`.
     pub const fn new(plan: Plan) -> Self {
         Self { plan, spectrum: Spectrum::new(), ramps: Ramps::new() }
@@ -81,7 +82,7 @@ impl<R: Record, const N: usize> Pipeline<R, N> {
     }
 
     /// The spectrum of the last block.
-    pub const fn spectrum(&self) -> &Spectrum<R, N> {
+    pub const fn spectrum(&self) -> &Spectrum<R, N, E> {
         &self.spectrum
     }
 

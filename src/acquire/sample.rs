@@ -49,8 +49,8 @@ mod sealed {
 pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'static {
     /// One sample: `i16`, or an `[i, q]` pair.
     type Sample: Copy + Default + core::fmt::Debug + Send + Sync + 'static;
-    /// The FFT's work memory for `N` samples: as many `i32` as the record has `i16`.
-    type Cells<const N: usize>: Cells;
+    /// A transform's work memory for `N` samples: as many numbers as the record has.
+    type Cells<T: Part, const N: usize>: Cells<T>;
     /// True for I/Q records.
     const IQ: bool;
     /// The sample with these parts; a real one has no quadrature value.
@@ -72,7 +72,7 @@ pub struct Iq;
 
 impl Record for Real {
     type Sample = i16;
-    type Cells<const N: usize> = [i32; N];
+    type Cells<T: Part, const N: usize> = [T; N];
     const IQ: bool = false;
     fn of_parts([value, _]: [i16; 2]) -> i16 {
         value
@@ -87,7 +87,7 @@ impl Record for Real {
 
 impl Record for Iq {
     type Sample = [i16; 2];
-    type Cells<const N: usize> = [[i32; 2]; N];
+    type Cells<T: Part, const N: usize> = [[T; 2]; N];
     const IQ: bool = true;
     fn of_parts(parts: [i16; 2]) -> [i16; 2] {
         parts
@@ -100,32 +100,50 @@ impl Record for Iq {
     }
 }
 
-/// Work memory that can be seen as complex `i32` points, `[re, im]`.
-pub trait Cells: Clone + core::fmt::Debug + Send + Sync + 'static {
+/// A number that a transform stores: one part of a complex point.
+pub trait Part: Copy + core::fmt::Debug + Send + Sync + 'static {
+    /// Zero.
+    const ZERO: Self;
+}
+
+impl Part for i16 {
+    const ZERO: Self = 0;
+}
+
+impl Part for i32 {
+    const ZERO: Self = 0;
+}
+
+impl Part for f32 {
+    const ZERO: Self = 0.0;
+}
+
+/// Work memory that can be seen as complex points, `[re, im]`.
+pub trait Cells<T>: Clone + core::fmt::Debug + Send + Sync + 'static {
     /// All zero.
     const ZERO: Self;
     /// The points.
-    fn points(&self) -> &[[i32; 2]];
+    fn points(&self) -> &[[T; 2]];
     /// The points, to be written.
-    fn points_mut(&mut self) -> &mut [[i32; 2]];
+    fn points_mut(&mut self) -> &mut [[T; 2]];
 }
 
-impl<const N: usize> Cells for [i32; N] {
-    const ZERO: Self = [0; N];
-    fn points(&self) -> &[[i32; 2]] {
+impl<T: Part, const N: usize> Cells<T> for [T; N] {
+    const ZERO: Self = [T::ZERO; N];
+    fn points(&self) -> &[[T; 2]] {
         self.as_chunks().0
     }
-    fn points_mut(&mut self) -> &mut [[i32; 2]] {
+    fn points_mut(&mut self) -> &mut [[T; 2]] {
         self.as_chunks_mut().0
     }
 }
 
-impl<const N: usize> Cells for [[i32; 2]; N] {
-    const ZERO: Self = [[0; 2]; N];
-    fn points(&self) -> &[[i32; 2]] {
+impl<T: Part, const N: usize> Cells<T> for [[T; 2]; N] {
+    const ZERO: Self = [[T::ZERO; 2]; N];
+    fn points(&self) -> &[[T; 2]] {
         self
     }
-    fn points_mut(&mut self) -> &mut [[i32; 2]] {
+    fn points_mut(&mut self) -> &mut [[T; 2]] {
         self
     }
 }

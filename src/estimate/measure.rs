@@ -11,6 +11,7 @@ use super::uncertainty::{self, bound_bins, sigma_bins};
 use crate::acquire::sample::{Record, Stamp};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
@@ -55,7 +56,7 @@ pub struct Options {
 /// estimated signal-to-noise ratio times the method's own efficiency, which says nothing of its bias on real
 /// samples. The noise estimate is the same for all.
 pub fn measure<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     samples: &[R::Sample; N],
     peak: &Peak,
     clipped: u32,

@@ -8,6 +8,7 @@ use crate::acquire::sample::{Iq, Record};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
+use crate::spectrum::engine::Engine;
 use fixed::types::I2F30;
 
 /// Which records a method is right for.
@@ -322,7 +323,7 @@ impl Method {
     /// on the bins of the integer FFT.
     pub fn offset_target<R: Record, const N: usize>(
         self,
-        spectrum: &Spectrum<R, N>,
+        spectrum: &Spectrum<R, N, impl Engine>,
         samples: &[R::Sample],
         peak: i32,
     ) -> Result<I2F30, Unfit> {

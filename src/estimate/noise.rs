@@ -28,7 +28,7 @@ use super::least_squares::{Fit, circle};
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
-use crate::spectrum::fft::bend;
+use crate::spectrum::engine::Engine;
 use num_complex::Complex;
 
 /// How many bins the default noise estimate reads, at most. Half as many cost half the time and spread
@@ -41,7 +41,7 @@ pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 /// The noise power per sample (I/Q: of both parts together), in squared codes, from at most `BINS` bins.
 /// Not below the rounding of the converter. Cost: about 12 multiplications a bin.
 pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<T>,
 ) -> T {
@@ -83,7 +83,7 @@ pub const fn freedom<R: Record, const N: usize, const BINS: usize>() -> u32 {
 
 /// The noise power from about `BINS / 2` second differences, see the module.
 pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     unit: T,
 ) -> T {
@@ -115,7 +115,7 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     let stride = (available / (BINS / 2 - BINS / 32).max(1)).max(2);
     let (mut sum, mut count) = (0u64, 0);
     for range in ranges {
-        sum = sum.wrapping_add(bend(range, stride));
+        sum = sum.wrapping_add(spectrum.bend(range, stride));
         count += range.len().saturating_sub(2).div_ceil(stride) as i32;
     }
     // Halves were summed: of 6 P a quarter.
@@ -142,7 +142,7 @@ pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, noise: T) -> 
 
 /// Residual in stored units and weight of an I/Q record.
 fn iq<T: Scalar, R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<T>,
     stride: i32,
@@ -170,7 +170,7 @@ fn iq<T: Scalar, R: Record, const N: usize>(
 
 /// Residual in stored units and weight of a real record.
 fn real<T: Scalar, R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<T>,
     stride: i32,

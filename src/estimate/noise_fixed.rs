@@ -8,6 +8,7 @@ use super::noise;
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
 
 /// An angle as cosine and sine in Q30.
 type Turn = [i32; 2];
@@ -27,7 +28,7 @@ fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
 
 /// As [`noise::power`].
 pub fn power<R: Record, const N: usize, const BINS: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
 ) -> f32 {
@@ -47,7 +48,7 @@ pub fn power<R: Record, const N: usize, const BINS: usize>(
 }
 
 fn real<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
     stride: i32,
@@ -79,7 +80,7 @@ fn real<R: Record, const N: usize>(
 }
 
 fn iq<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
     stride: i32,

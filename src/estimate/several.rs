@@ -18,6 +18,7 @@ use super::uncertainty::sigma_bins;
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
+use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::{Band, Peak, Search};
 use heapless::Vec;
 use num_complex::Complex;
@@ -46,8 +47,8 @@ struct Found {
 }
 
 /// A spectrum less the models of tones.
-struct Rest<'a, R: Record, const N: usize> {
-    spectrum: &'a Spectrum<R, N>,
+struct Rest<'a, R: Record, const N: usize, E: Engine> {
+    spectrum: &'a Spectrum<R, N, E>,
     unit: f32,
     found: Vec<Found, MOST>,
 }
@@ -59,7 +60,7 @@ struct Rest<'a, R: Record, const N: usize> {
 /// passed it. Cost: each search for a further tone evaluates every model in every bin, about 100
 /// operations a bin and tone.
 pub fn several<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
     clipped: u32,
     stamp: &Stamp,
@@ -93,7 +94,7 @@ pub fn several<R: Record, const N: usize>(
     rest.tones(clipped, stamp, detected)
 }
 
-impl<R: Record, const N: usize> Rest<'_, R, N> {
+impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     /// Bin `k` less every model but the one at `except`.
     fn bin(&self, k: i32, except: Option<usize>) -> Complex<f32> {
         let x = self.spectrum.bin(k);

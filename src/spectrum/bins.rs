@@ -2,6 +2,7 @@
 //! so an estimator derived for one cannot be given the other.
 
 use super::Spectrum;
+use super::engine::Engine;
 use super::fft::integer::Point;
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
@@ -86,7 +87,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     }
 
     /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
-    pub fn of<const N: usize>(spectrum: &Spectrum<R, N>, peak: i32) -> Self {
+    pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
         let unit = T::two_to(spectrum.exponent());
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
         let points = spectrum.window(peak - REACH as i32, &mut place);

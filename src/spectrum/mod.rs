@@ -1,6 +1,7 @@
 //! From samples to a few complex bins around the strongest line.
 
 pub mod bins;
+pub mod engine;
 pub mod fft;
 pub mod peak;
 pub mod sweep;
@@ -8,28 +9,13 @@ pub mod zoom;
 
 use crate::acquire::sample::{Cells as _, Codes, Record};
 use core::mem::MaybeUninit;
-use fft::integer::{Point, split};
-use fft::twiddle::splits;
+use engine::{Engine, I32};
+use fft::integer::Point;
 use num_complex::Complex;
+use peak::Band;
+use sweep::Sweep;
 
-/// Calls a transform for the number of points that a record has.
-macro_rules! by_length {
-    ($record:ident, $n:ident, $transform:path, $arguments:tt) => {{
-        use $transform as transform;
-        match if $record::IQ { $n } else { $n / 2 } {
-            32 => transform::<32> $arguments,
-            64 => transform::<64> $arguments,
-            128 => transform::<128> $arguments,
-            256 => transform::<256> $arguments,
-            512 => transform::<512> $arguments,
-            1024 => transform::<1024> $arguments,
-            2048 => transform::<2048> $arguments,
-            _ => transform::<4096> $arguments,
-        }
-    }};
-}
-
-/// The integer spectrum of one record of `N` samples.
+/// The spectrum of one record of `N` samples.
 ///
 /// Real records have bins `0..=N/2`, I/Q records `0..N`. A bin's value times
 /// `2^exponent` is the discrete Fourier transform in ADC codes, unscaled (a full-scale real tone
@@ -37,49 +23,71 @@ macro_rules! by_length {
 ///
 /// What is stored are the points of the complex transform: for I/Q the bins themselves, for real
 /// records the transform of N/2 pairs of neighbours, from which each bin is split when it is asked for.
+/// In which numbers is the engine's matter (see [`engine`]).
 #[derive(Clone, Debug)]
-pub struct Spectrum<R: Record, const N: usize> {
-    cells: R::Cells<N>,
+pub struct Spectrum<R: Record, const N: usize, E: Engine = I32> {
+    cells: Aligned<R::Cells<E::Part, N>>,
     exponent: i32,
 }
 
-impl<R: Record, const N: usize> Default for Spectrum<R, N> {
+/// Kernels read and write whole words.
+#[derive(Clone, Debug)]
+#[repr(align(4))]
+struct Aligned<T>(T);
+
+impl<R: Record, const N: usize, E: Engine> Default for Spectrum<R, N, E> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<R: Record, const N: usize> Spectrum<R, N> {
+impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     /// Work memory for a record of `N` samples, to be filled by [`Spectrum::transform`].
     ///
     /// Compiles only for the lengths the FFT supports: 64, 128, ... 4096.
     pub const fn new() -> Self {
         const { assert!(fft::twiddle::supported(N), "N must be 64, 128, ... 4096") };
-        Self { cells: R::Cells::<N>::ZERO, exponent: 0 }
+        Self { cells: Aligned(R::Cells::<E::Part, N>::ZERO), exponent: 0 }
     }
 
-    /// Transforms `samples` by the integer FFT (see [`fft::integer`]).
+    /// Transforms `samples` by the engine.
     pub fn transform(&mut self, samples: &[R::Sample; N], codes: Codes) {
-        let (pairs, bits, points) = (R::pairs(samples), codes.bits(), self.cells.points_mut());
-        self.exponent = by_length!(R, N, fft::transform, (pairs, bits, points));
+        let points = self.cells.0.points_mut();
+        self.exponent = E::transform::<R, N>(R::pairs(samples), codes, points);
     }
 
     /// [`Spectrum::transform`] by its definition in portable code, whatever the core: what kernels are compared
     /// with.
     pub fn transform_portably(&mut self, samples: &[R::Sample; N], codes: Codes) {
-        let (pairs, bits, points) = (R::pairs(samples), codes.bits(), self.cells.points_mut());
-        self.exponent = by_length!(R, N, fft::integer::transform, (pairs, bits, points));
+        let points = self.cells.0.points_mut();
+        self.exponent = E::transform_portably::<R, N>(R::pairs(samples), codes, points);
     }
 
     /// The points of the complex transform: N of an I/Q record, N/2 of a real one.
-    pub fn points(&self) -> &[Point] {
-        self.cells.points()
+    pub fn points(&self) -> &[[E::Part; 2]] {
+        self.cells.0.points()
     }
 
-    /// The strongest bin of the whole of a real record but DC and Nyquist, and the power of all.
-    pub(crate) fn sweep(&self) -> sweep::Sweep {
-        let (points, table) = (self.cells.points(), const { splits(N) });
-        by_length!(R, N, fft::sweep, (points, table))
+    /// The strongest bin of a band, of equal ones the lowest, and the power of all.
+    pub(crate) fn search(&self, band: Band) -> Sweep {
+        let last = if R::IQ { N - 1 } else { N / 2 };
+        let ends = usize::try_from(band.low).ok().zip(usize::try_from(band.high).ok());
+        match ends {
+            Some((low, high)) if low <= high && high <= last => {
+                E::search::<R, N>(self.points(), low..=high)
+            }
+            // Bins that wrap round or are mirrored.
+            _ => (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
+                sweep.see(k as usize, self.power(k));
+                sweep
+            }),
+        }
+    }
+
+    /// The sum of the powers of half the second difference of a part of the points, around every `stride`-th one from
+    /// the second on.
+    pub(crate) fn bend(&self, part: &[[E::Part; 2]], stride: usize) -> u64 {
+        E::bend(part, stride)
     }
 
     /// The number of bins: `N/2 + 1` for real records, `N` for I/Q.
@@ -95,13 +103,9 @@ impl<R: Record, const N: usize> Spectrum<R, N> {
     /// Bin `k`, which wraps round for I/Q and is mirrored (conjugated) at both ends of a real
     /// spectrum, so that every `k` has a value: `X[-k] = conj X[k]`.
     pub fn bin(&self, k: i32) -> Complex<i32> {
-        let points = self.cells.points();
         let k = k.checked_rem_euclid(N as i32).unwrap_or(0) as usize;
-        if R::IQ {
-            return points.get(k).map_or(ZERO, |p| Complex::new(p[0], p[1]));
-        }
-        let mirrored = k > N / 2;
-        let [re, im] = split(points, const { splits(N) }, if mirrored { N - k } else { k });
+        let mirrored = !R::IQ && k > N / 2;
+        let [re, im] = E::bin::<R, N>(self.points(), if mirrored { N - k } else { k });
         Complex::new(re, if mirrored { im.wrapping_neg() } else { im })
     }
 
@@ -114,7 +118,7 @@ impl<R: Record, const N: usize> Spectrum<R, N> {
         place: &'a mut MaybeUninit<[Point; K]>,
     ) -> &'a [Point; K] {
         if !R::IQ && first >= 1 && first.saturating_add(K as i32) <= N as i32 / 2 {
-            return fft::window(self.points(), const { splits(N) }, first as usize, place);
+            return E::window::<R, N, K>(self.points(), first as usize, place);
         }
         place.write(core::array::from_fn(|index| {
             let x = self.bin(first.wrapping_add(index as i32));
@@ -127,8 +131,6 @@ impl<R: Record, const N: usize> Spectrum<R, N> {
         power(self.bin(k))
     }
 }
-
-const ZERO: Complex<i32> = Complex::new(0, 0);
 
 /// `|z|^2` without overflow for any `i32` parts.
 pub const fn power(z: Complex<i32>) -> u64 {

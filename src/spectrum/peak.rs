@@ -4,8 +4,9 @@
 //! spectrum streams by). Ours adds band limits, defined ties and edges, and the noise floor.
 
 use super::Spectrum;
+use super::engine::Engine;
 use super::fft::integer::Point;
-use super::sweep::{Sweep, power};
+use super::sweep::power;
 use crate::acquire::sample::Record;
 use core::mem::MaybeUninit;
 
@@ -147,9 +148,11 @@ impl Search {
 ///
 /// The whole band of a real record goes through [`super::sweep`] (32 instructions for two bins on a core with
 /// the DSP extension). The skirt is added up afterwards, when the peak is known.
-pub fn find<R: Record, const N: usize>(spectrum: &Spectrum<R, N>, band: Band) -> Option<Peak> {
-    let whole = !R::IQ && band == Band::real(N);
-    let found = if whole { spectrum.sweep() } else { over(spectrum, band) };
+pub fn find<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    band: Band,
+) -> Option<Peak> {
+    let found = spectrum.search(band);
     if found.power == 0 {
         return None;
     }
@@ -182,40 +185,12 @@ pub fn find<R: Record, const N: usize>(spectrum: &Spectrum<R, N>, band: Band) ->
     Some(peak)
 }
 
-/// The strongest bin of any band, and the band's power.
-fn over<R: Record, const N: usize>(spectrum: &Spectrum<R, N>, band: Band) -> Sweep {
-    let mut sweep = Sweep { bin: band.low, power: 0, total: 0 };
-    let mut see = |k: i32, power: u64| {
-        sweep.total = sweep.total.wrapping_add(power);
-        if power > sweep.power {
-            (sweep.power, sweep.bin) = (power, k);
-        }
-    };
-    let points = usize::try_from(band.low)
-        .ok()
-        .zip(usize::try_from(band.high).ok())
-        .and_then(|(low, high)| spectrum.points().get(low..=high));
-    match points {
-        Some(points) if R::IQ => {
-            for (&point, k) in points.iter().zip(band.low..) {
-                see(k, power(point));
-            }
-        }
-        _ => {
-            for k in band.low..=band.high {
-                see(k, spectrum.power(k));
-            }
-        }
-    }
-    sweep
-}
-
 /// Searches a part of a band, `gate`, with the noise floor of all of it.
 ///
 /// The skirt of the band's strongest line does not count as floor, nor does the skirt of what is found. Away from
 /// that line its leakage does: D bins off a bin holds up to a quarter of the peak's power over D^2.
 pub fn within<R: crate::acquire::sample::Record, const N: usize>(
-    spectrum: &super::Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
     gate: Band,
 ) -> Option<Peak> {

@@ -16,12 +16,35 @@ pub struct Sweep {
 }
 
 impl Sweep {
+    /// Nothing seen yet, of bins from this one on.
+    pub(super) const fn from(bin: usize) -> Self {
+        Self { bin: bin as i32, power: 0, total: 0 }
+    }
+
+    /// Takes the next bin in ascending order.
+    #[inline(always)]
+    pub(super) fn see(&mut self, bin: usize, power: u64) {
+        self.total = self.total.wrapping_add(power);
+        if power > self.power {
+            (self.power, self.bin) = (power, bin as i32);
+        }
+    }
+
     /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
     #[cold]
     #[inline(never)]
     fn rise(&mut self, power: u64, bin: usize) {
         (self.power, self.bin) = (power, bin as i32);
     }
+}
+
+/// Sweeps bins that are stored as they are, the first of them number `first`.
+pub fn over(bins: &[Point], first: usize) -> Sweep {
+    let mut sweep = Sweep::from(first);
+    for (&bin, k) in bins.iter().zip(first..) {
+        sweep.see(k, power(bin));
+    }
+    sweep
 }
 
 /// Sweeps bins 1..M of a real record from the M points of its transform; `table` is

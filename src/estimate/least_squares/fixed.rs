@@ -12,6 +12,7 @@ use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
+use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::twiddle::sin_cos;
 use core::f64::consts::{PI, TAU};
 use heapless::Vec;
@@ -64,7 +65,7 @@ const fn nearest(x: f64, bits: u32) -> i32 {
 
 /// As [`super::fit`], from the spectrum itself.
 pub fn fit<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     reach: Reach,
     course: Course<f32>,
@@ -111,7 +112,10 @@ pub fn fit<R: Record, const N: usize>(
     Some(fit)
 }
 
-pub(crate) fn bin<R: Record, const N: usize>(spectrum: &Spectrum<R, N>, k: i32) -> [i32; 2] {
+pub(crate) fn bin<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    k: i32,
+) -> [i32; 2] {
     let x = spectrum.bin(k);
     [x.re >> ROOM, x.im >> ROOM]
 }

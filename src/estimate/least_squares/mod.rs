@@ -29,6 +29,7 @@ use crate::acquire::sample::{Iq, Real, Record};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
 use core::mem::MaybeUninit;
@@ -124,7 +125,7 @@ pub fn fit<T: Scalar, R: Record>(
 /// [`fit`] to the bins around `peak` of a record of N samples: only those within reach are looked at, and what depends
 /// on N alone is worked out by the compiler.
 pub fn fit_at<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N>,
+    spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     reach: Reach,
     course: Course<f32>,

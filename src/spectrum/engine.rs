@@ -1,0 +1,158 @@
+//! Engines: who transforms a record, in which numbers, and how its bins are read from what is stored.
+//!
+//! | engine | numbers | memory for N real samples | signal to error, N = 1024 |
+//! |---|---|---|---|
+//! | [`I32`] | `i32`, Q15 factors | 4 N bytes | 92 dB and more, 0 and -40 dBFS |
+//!
+//! A [`Spectrum`](super::Spectrum) names its engine in its type; what reads a spectrum takes any.
+
+use super::fft::{self, integer, twiddle::splits};
+use super::sweep::{self, Sweep};
+use crate::acquire::sample::{Codes, Part, Record};
+use core::mem::MaybeUninit;
+use core::ops::RangeInclusive;
+use integer::{Pair, Point};
+
+/// Calls a transform for the number of points that a record has.
+macro_rules! by_length {
+    ($record:ident, $n:ident, $transform:path, $arguments:tt) => {{
+        use $transform as transform;
+        match if $record::IQ { $n } else { $n / 2 } {
+            32 => transform::<32> $arguments,
+            64 => transform::<64> $arguments,
+            128 => transform::<128> $arguments,
+            256 => transform::<256> $arguments,
+            512 => transform::<512> $arguments,
+            1024 => transform::<1024> $arguments,
+            2048 => transform::<2048> $arguments,
+            _ => transform::<4096> $arguments,
+        }
+    }};
+}
+
+/// An engine. `points` are always the N points of an I/Q record of N samples or the N/2 of a real one.
+pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
+    /// What a part of a point is stored as.
+    type Part: Part;
+
+    /// Transforms a record. The result is the exponent of its bins: times two to it they are in codes.
+    fn transform<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [[Self::Part; 2]],
+    ) -> i32;
+
+    /// [`Engine::transform`] by its definition in portable code, whatever the core.
+    fn transform_portably<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [[Self::Part; 2]],
+    ) -> i32 {
+        Self::transform::<R, N>(pairs, codes, points)
+    }
+
+    /// Bin k, 0..N of an I/Q record or 0..=N/2 of a real one, in stored units. The powers of all bins sum to less
+    /// than 2^63.
+    fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
+
+    /// The K bins of a real record from `first` on, all within 1..N/2.
+    fn window<'a, R: Record, const N: usize, const K: usize>(
+        points: &[[Self::Part; 2]],
+        first: usize,
+        place: &'a mut MaybeUninit<[Point; K]>,
+    ) -> &'a [Point; K] {
+        place.write(core::array::from_fn(|index| Self::bin::<R, N>(points, first + index)))
+    }
+
+    /// The strongest of these bins, all within what [`Engine::bin`] takes, of equal ones the lowest, and the power of
+    /// all together.
+    fn search<R: Record, const N: usize>(
+        points: &[[Self::Part; 2]],
+        bins: RangeInclusive<usize>,
+    ) -> Sweep;
+
+    /// [`Engine::search`] by its definition in portable code.
+    fn search_portably<R: Record, const N: usize>(
+        points: &[[Self::Part; 2]],
+        bins: RangeInclusive<usize>,
+    ) -> Sweep {
+        one_by_one::<Self, R, N>(points, bins)
+    }
+
+    /// The sum of the powers of half the second difference of the points, in units of bins, around every `stride`-th
+    /// one from the second on.
+    fn bend(points: &[[Self::Part; 2]], stride: usize) -> u64;
+}
+
+/// Is this the whole of a real record's spectrum but DC and Nyquist?
+fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
+    *bins.start() == 1 && *bins.end() == N / 2 - 1
+}
+
+fn one_by_one<E: Engine, R: Record, const N: usize>(
+    points: &[[E::Part; 2]],
+    bins: RangeInclusive<usize>,
+) -> Sweep {
+    let mut sweep = Sweep::from(*bins.start());
+    for k in bins {
+        sweep.see(k, sweep::power(E::bin::<R, N>(points, k)));
+    }
+    sweep
+}
+
+/// The default: `i32`, see [`integer`].
+#[derive(Clone, Copy, Debug)]
+pub struct I32;
+
+impl Engine for I32 {
+    type Part = i32;
+
+    fn transform<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [Point],
+    ) -> i32 {
+        by_length!(R, N, fft::transform, (pairs, codes.bits(), points))
+    }
+
+    fn transform_portably<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [Point],
+    ) -> i32 {
+        by_length!(R, N, integer::transform, (pairs, codes.bits(), points))
+    }
+
+    fn bin<R: Record, const N: usize>(points: &[Point], k: usize) -> Point {
+        if R::IQ {
+            return points.get(k).copied().unwrap_or([0; 2]);
+        }
+        integer::split(points, const { splits(N) }, k)
+    }
+
+    #[inline]
+    fn window<'a, R: Record, const N: usize, const K: usize>(
+        points: &[Point],
+        first: usize,
+        place: &'a mut MaybeUninit<[Point; K]>,
+    ) -> &'a [Point; K] {
+        fft::window(points, const { splits(N) }, first, place)
+    }
+
+    #[inline]
+    fn search<R: Record, const N: usize>(points: &[Point], bins: RangeInclusive<usize>) -> Sweep {
+        if !R::IQ && is_whole::<N>(&bins) {
+            return by_length!(R, N, fft::sweep, (points, const { splits(N) }));
+        }
+        if R::IQ
+            && let Some(points) = points.get(bins.clone())
+        {
+            return sweep::over(points, *bins.start());
+        }
+        one_by_one::<Self, R, N>(points, bins)
+    }
+
+    fn bend(points: &[Point], stride: usize) -> u64 {
+        fft::bend(points, stride)
+    }
+}
