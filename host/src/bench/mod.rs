@@ -252,5 +252,8 @@ impl Count {
 
 /// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
 pub fn table_bytes(n: usize) -> u64 {
-    (size_of_val(twiddle::passes(n / 2)) + size_of_val(twiddle::splits(n))) as u64
+    let fine = twiddle::fine_passes(n / 2);
+    // Where there are such, the short passes take theirs from a small table.
+    let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
+    (size_of_val(short) + size_of_val(fine) + size_of_val(twiddle::splits(n))) as u64
 }

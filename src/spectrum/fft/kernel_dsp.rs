@@ -6,8 +6,8 @@
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
 //! save `r4` to `r11` and return by `pop`.
 
-use super::integer::{self, Pair, Point, Scale};
-use super::twiddle::{self, Packed, Triple};
+use super::integer::{self, Factors, Pair, Point, Scale};
+use super::twiddle::{FineTriple, Packed, Triple};
 use crate::spectrum::sweep::{Sweep, power};
 use core::arch::naked_asm;
 use core::mem::MaybeUninit;
@@ -15,15 +15,19 @@ use core::mem::MaybeUninit;
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
-    let table = const { twiddle::passes(M) };
     if pairs.len() != M || points.len() != M {
         return scale.exponent;
     }
     first_pass::<M>(pairs, &scale, bits, points);
     let mut length = scale.first;
     while length < M {
-        // SAFETY: `points` holds M points and `length` divides M; the table holds the factors of M.
-        unsafe { pass::<M>(points.as_mut_ptr(), length, table.as_ptr()) }
+        // SAFETY: `points` holds M points and `length` divides M; the tables hold the factors of M.
+        unsafe {
+            match integer::factors::<M>(length) {
+                Factors::Short(table) => pass::<M>(points.as_mut_ptr(), length, table),
+                Factors::Fine(table) => fine_pass::<M>(points.as_mut_ptr(), length, table),
+            }
+        }
         length *= 4;
     }
     scale.exponent
@@ -50,31 +54,50 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
 /// A radix-4 pass over sub-transforms of `length` points.
 ///
 /// # Safety
-/// `points` must be M points and `table` the factors of M, `length` a power of two of at most M/4.
-unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: *const Triple) {
+/// `points` must be M points and `table` the factors of M or of less, but of at least 4 `length`, which is a power of two
+/// of at most M/4.
+unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Triple]) {
     let leg = length * size_of::<Point>();
-    let stride = M / 4 / length;
+    let blocks = M / 4 / length;
+    let stride = table.len() / length * size_of::<Triple>();
+    let table = table.as_ptr();
     // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
-        match (length, stride) {
+        match (length, blocks) {
             // At least four blocks: the factors stay in registers over all of them.
-            (4, 2..) => short::<4>(points, end, table, stride * size_of::<Triple>()),
-            (8, 2..) => short::<8>(points, end, table, stride * size_of::<Triple>()),
-            (16, 2..) => short::<16>(points, end, table, stride * size_of::<Triple>()),
+            (4, 2..) => short::<4>(points, end, table, stride),
+            (8, 2..) => short::<8>(points, end, table, stride),
+            (16, 2..) => short::<16>(points, end, table, stride),
             _ => {
                 let mut block = points;
                 while block < end {
-                    match stride {
+                    match blocks {
                         1 if length == 128 => even::<1>(block, table),
-                        4 if length == 128 => even::<4>(block, table),
                         1 => long::<1>(block, leg, table),
-                        4 => long::<4>(block, leg, table),
-                        _ => long::<16>(block, leg, table),
+                        _ => long::<4>(block, leg, table),
                     }
                     block = block.add(4 * length);
                 }
             }
+        }
+    }
+}
+
+/// As [`pass`], with factors of 32 bits.
+///
+/// # Safety
+/// As [`pass`]'s, and `length` must be 16 or more.
+unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
+    let leg = length * size_of::<Point>();
+    let stride = table.len() / length * size_of::<FineTriple>();
+    // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
+    unsafe {
+        let end = points.add(M);
+        let mut block = points;
+        while block < end {
+            fine(block, leg, table.as_ptr(), stride);
+            block = block.add(4 * length);
         }
     }
 }
@@ -343,6 +366,42 @@ unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mut Point, on
     )
 }
 
+/// The sum r5, r8 and the difference r12, r6 of leg 1 in r12, r6 and leg 3 in `$re`, `$im`.
+macro_rules! sum_outer_legs {
+    ($re:literal, $im:literal) => {
+        concat!(
+            "add r5, r12, ",
+            $re,
+            "\n sub r12, r12, ",
+            $re,
+            "\n add r8, r6, ",
+            $im,
+            "\n sub r6, r6, ",
+            $im,
+            "\n"
+        )
+    };
+}
+
+/// The four sums of those, of leg 2 in r10, r9 and leg 0, not halved, in r7, lr: points 0 (lr, r5), 1 (r8, r6),
+/// 2 (r11, r7), 3 (r10, r9).
+macro_rules! sum_all_legs {
+    () => {
+        "add r11, r10, r7, asr #1
+         rsb r10, r10, r7, asr #1
+         add r7, r9, lr, asr #1
+         rsb r9, r9, lr, asr #1
+         add lr, r11, r5
+         sub r11, r11, r5
+         add r5, r7, r8
+         sub r7, r7, r8
+         add r8, r10, r6
+         sub r10, r10, r6
+         sub r6, r9, r12
+         add r9, r9, r12\n"
+    };
+}
+
 /// `integer::turn` of r5, r6 and of r5, r7: legs 1 and 3, and their sum r5, r8 and difference r12, r6.
 /// The factors are in `$one` and `$three`, the loads given, between which a factor may be loaded.
 macro_rules! outer_legs {
@@ -370,7 +429,7 @@ macro_rules! outer_legs {
             "\n smlawt r7, r5, ",
             $three,
             ", r7\n",
-            "add r5, r12, r8\n sub r12, r12, r8\n add r8, r6, r7\n sub r6, r6, r7\n",
+            sum_outer_legs!("r8", "r7"),
         )
     };
 }
@@ -391,10 +450,7 @@ macro_rules! inner_legs {
             $two,
             ", r9\n",
             $load0, // r7, lr
-            "add r11, r10, r7, asr #1\n rsb r10, r10, r7, asr #1\n",
-            "add r7, r9, lr, asr #1\n rsb r9, r9, lr, asr #1\n",
-            "add lr, r11, r5\n sub r11, r11, r5\n add r5, r7, r8\n sub r7, r7, r8\n",
-            "add r8, r10, r6\n sub r10, r10, r6\n sub r6, r9, r12\n add r9, r9, r12\n",
+            sum_all_legs!(),
         )
     };
 }
@@ -567,6 +623,101 @@ unsafe extern "C" fn long<const STRIDE: usize>(
         "add sp, sp, #4",
         "pop {{r4-r11, pc}}",
         stride = const STRIDE,
+    )
+}
+
+/// [`long`] with factors of 32 bits, which lie `stride` bytes apart; legs of 128 bytes or more.
+///
+/// # Safety
+/// `block` must be the four legs, `table` the factors of that many points.
+#[unsafe(naked)]
+unsafe extern "C" fn fine(block: *mut Point, leg: usize, table: *const FineTriple, stride: usize) {
+    // `integer::turn_finely` of $x, $y by the factor in $cos, $sin, to $re, $im.
+    macro_rules! turn {
+        ($re:literal, $im:literal, $x:literal, $y:literal, $cos:literal, $sin:literal) => {
+            concat!(
+                "smmul ",
+                $re,
+                ", ",
+                $x,
+                ", ",
+                $cos,
+                "\n smmla ",
+                $re,
+                ", ",
+                $y,
+                ", ",
+                $sin,
+                ", ",
+                $re,
+                "\n",
+                "smmul ",
+                $im,
+                ", ",
+                $y,
+                ", ",
+                $cos,
+                "\n smmls ",
+                $im,
+                ", ",
+                $x,
+                ", ",
+                $sin,
+                ", ",
+                $im,
+                "\n",
+            )
+        };
+    }
+    macro_rules! turned {
+        () => {
+            concat!(
+                "ldrd r5, r7, [r1]\n ldrd r8, r9, [r4]\n",
+                turn!("r12", "r6", "r5", "r7", "r8", "r9"),
+                "ldrd r5, r7, [r3]\n ldrd r8, r9, [r4, #16]\n",
+                turn!("r10", "r11", "r5", "r7", "r8", "r9"),
+                sum_outer_legs!("r10", "r11"),
+                "ldrd r7, r11, [r2]\n ldr lr, [r4, #8]\n",
+                "smmul r10, r7, lr\n smmul r9, r11, lr\n",
+                "ldr lr, [r4, #12]\n",
+                "smmla r10, r11, lr, r10\n smmls r9, r7, lr, r9\n",
+                "ldrd r7, lr, [r0]\n",
+                sum_all_legs!(),
+                "strd lr, r5, [r0], #8\n strd r8, r6, [r1], #8\n",
+                "strd r11, r7, [r2], #8\n strd r10, r9, [r3], #8\n",
+                "ldr r5, [sp, #4]\n add r4, r4, r5\n",
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #12",
+        "add r4, r2, r3",
+        "str r3, [sp, #4]",
+        "add r5, r0, r1",
+        "str r5, [sp]",
+        "add r2, r5, r1",
+        "add r3, r2, r1",
+        "mov r1, r5",
+        plain!(
+            "ldrd r5, r6, [r1]\n",
+            "ldrd r7, r8, [r3]\n",
+            "ldrd r8, r9, [r2]\n",
+            "ldrd r10, r11, [r0]\n"
+        ),
+        "strd r11, r12, [r0], #8",
+        "strd r7, r6, [r1], #8",
+        "strd lr, r10, [r2], #8",
+        "strd r8, r9, [r3], #8",
+        turned!(),
+        "2:",
+        turned!(),
+        turned!(),
+        "ldr r5, [sp]",
+        "cmp r0, r5",
+        "blo 2b",
+        "add sp, sp, #12",
+        "pop {{r4-r11, pc}}",
     )
 }
 

@@ -34,6 +34,22 @@ pub const fn passes(m: usize) -> &'static [Triple] {
     }
 }
 
+/// A factor of 32 bits, `[cos, sin]` in Q31.
+pub type Fine = [i32; 2];
+
+/// The three factors of a radix-4 butterfly as [`Triple`]s hold them, but of 32 bits.
+pub type FineTriple = [Fine; 3];
+
+/// As [`passes`], of 32 bits, for the transforms that are so long that a line stands as far above the noise of a bin as
+/// above what rounding to 16 bits leaves; empty for the others.
+pub const fn fine_passes(m: usize) -> &'static [FineTriple] {
+    match m {
+        2048 => &FINE_2048,
+        4096 => &FINE_4096,
+        _ => &[],
+    }
+}
+
 /// Factors that split an `n/2`-point complex spectrum into the `n`-point spectrum of a real
 /// record: entry `k` is `-cos | -sin << 16` of `2 pi k / n`, k = 0..n/4.
 pub const fn splits(n: usize) -> &'static [Packed] {
@@ -58,6 +74,9 @@ const PASSES_1024: [Triple; 256] = triples();
 const PASSES_2048: [Triple; 512] = triples();
 const PASSES_4096: [Triple; 1024] = triples();
 
+static FINE_2048: [FineTriple; 512] = fine_triples();
+static FINE_4096: [FineTriple; 1024] = fine_triples();
+
 const SPLITS_64: [Packed; 16] = quarter();
 const SPLITS_128: [Packed; 32] = quarter();
 const SPLITS_256: [Packed; 64] = quarter();
@@ -76,6 +95,22 @@ const fn triples<const Q: usize>() -> [Triple; Q] {
         while q < 3 {
             let (sin, cos) = sin_cos((q + 1) * i, 4 * Q);
             table[i][q] = pack(q15(cos), q15(-sin));
+            q += 1;
+        }
+        i += 1;
+    }
+    table
+}
+
+#[allow(clippy::indexing_slicing)]
+const fn fine_triples<const Q: usize>() -> [FineTriple; Q] {
+    let mut table = [[[0; 2]; 3]; Q];
+    let mut i = 0;
+    while i < Q {
+        let mut q = 0;
+        while q < 3 {
+            let (sin, cos) = sin_cos((q + 1) * i, 4 * Q);
+            table[i][q] = [q31(cos), q31(sin)];
             q += 1;
         }
         i += 1;
@@ -104,6 +139,12 @@ const fn q15(x: f64) -> i16 {
     let scaled = x * 32768.0;
     // `as` saturates; adding or taking half a unit first rounds to nearest.
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i16
+}
+
+/// `x` in Q31, rounded to nearest and saturated.
+const fn q31(x: f64) -> i32 {
+    let scaled = x * 2_147_483_648.0;
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
 /// Sine and cosine of `2 pi i / n`, within 1e-15: the angle is folded into an eighth of a turn,
