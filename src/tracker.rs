@@ -34,24 +34,23 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
     /// locked, where that is expected.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
-        let measurement = match self.locked(stamp, samples) {
-            Some(measurement) => measurement,
-            None => self.searched(stamp, samples),
-        };
-        let segment = place(stamp.segment);
-        let (Some(tracks), Some(lock)) = (self.tracks.get(segment), self.locks.get_mut(segment))
-        else {
+        if let Some(measurement) = self.locked(stamp, samples) {
             return measurement;
-        };
+        }
+        let measurement = self.searched(stamp, samples);
+        let segment = place(stamp.segment);
         let tracking = &self.pipeline.plan().tracking;
         let follow = tracking.refresh > 1 && tracking.most == 1;
-        match tracks.only() {
-            Some(tone) if follow => {
-                if lock.is_none() {
-                    *lock = Lock::on::<R>(tone, N);
-                }
+        if let (Some(tracks), Some(lock)) = (self.tracks.get(segment), self.locks.get_mut(segment))
+        {
+            let tone = tracks.only().filter(|_| follow);
+            let renewed = match (lock.as_mut(), tone) {
+                (Some(lock), Some(tone)) => lock.renew::<R>(tone, N),
+                _ => false,
+            };
+            if !renewed {
+                *lock = tone.and_then(|tone| Lock::on::<R>(tone, N));
             }
-            _ => *lock = None,
         }
         measurement
     }
@@ -61,32 +60,20 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         matches!(self.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
     }
 
-    /// The short way, where it can be gone.
+    /// The short way, where it can be gone. A lock that has grown old, or does not see its tone, gives way to a search.
     fn locked(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
         let plan = self.pipeline.plan();
-        let every = plan.segments();
         let segment = place(stamp.segment);
-        let lock = self.locks.get_mut(segment)?;
+        let lock = self.locks.get_mut(segment)?.as_mut()?;
         let tracks = self.tracks.get_mut(segment)?;
-        // A lock that has grown old, or does not see its tone, gives way to a search.
-        let mut held = lock.take()?;
-        if held.age.saturating_add(1) >= plan.tracking.refresh {
+        if lock.age.saturating_add(1) >= plan.tracking.refresh {
             return None;
         }
-        let expected = tracks.expected(&stamp, every)?;
+        let expected = tracks.expected(&stamp, plan.segments())?;
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
-        let tone = held.measure::<R, N>(samples, plan.codes, expected, clipped)?;
+        let tone = lock.measure::<R, N>(samples, expected, clipped)?;
         // Outside the gate it is another's.
-        tracks.would_take(&tone, &plan.tracking).then_some(())?;
-        *lock = Some(held);
-        let sight = Sight {
-            stamp: &stamp,
-            every,
-            bin: 1.0 / N as f32,
-            tones: &[tone],
-            find: |_: &Tone, _| None,
-        };
-        tracks.step(sight, &plan.tracking);
+        tracks.lead(&stamp, &tone, &plan.tracking).then_some(())?;
         let result = self.pipeline.solve(&stamp, tone);
         Some(Measurement { stamp, clipped, tone, result })
     }

@@ -1,7 +1,7 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, Count};
+use picket_host::bench::{self, CORES, Core, Count, locked};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,8 @@ const MARGIN: f64 = 0.01;
 struct Budget {
     /// Instructions of each stage, by record length.
     instructions: BTreeMap<usize, BTreeMap<String, u64>>,
+    /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
+    locked: BTreeMap<String, u64>,
     /// Bytes of the pipeline with two records, by record length.
     ram_bytes: BTreeMap<usize, u64>,
     /// Bytes of code and tables for a measurement of one record length.
@@ -98,4 +100,40 @@ fn the_kernels_equal_their_definition() {
             assert!(compared > u64::from(blocks) && unequal == 0, "{}, N = {n}", core.name);
         }
     }
+}
+
+/// A tone of 60 to -5 dB that is followed: what a block costs, the kernels against their definition, and the same records and tracks
+/// on every core as here.
+#[test]
+fn a_locked_block_keeps_its_budget_and_its_bits() {
+    let random: Option<u32> =
+        std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
+    let (budget, mut excess) = (budget(), Excess::default());
+    let (here, held) = locked::here().unwrap();
+    // One of 16 blocks is searched, and the first two, and one where the noise rises by 20 dB and more.
+    assert!(held >= 115, "{held}");
+    let cores: &[&str] =
+        if random.is_some() { &["M4F", "M7", "M3", "M33"] } else { &["M4F", "M7", "M3"] };
+    for core in cores.iter().map(|name| core(name)) {
+        let image = locked::image(core).unwrap_or_else(|error| panic!("{error}"));
+        let count = locked::count(core, &image, random.unwrap_or(100) / 10)
+            .unwrap_or_else(|error| panic!("{}: {error}", core.name));
+        assert!(count.telemetry == here, "{}: other bits than here", core.name);
+        let (compared, unequal) = count.equality;
+        println!("{}: {compared} blocks, {unequal} differ", core.name);
+        assert!(compared > 100 && unequal == 0, "{}", core.name);
+        if core.name != "M4F" {
+            continue;
+        }
+        for (stage, &allowed) in &budget.locked {
+            let row = count.stage(stage).unwrap();
+            println!("{stage}: at most {}", row.most);
+            excess.check(&format!("{stage}, instructions"), row.mean, allowed);
+        }
+        let [short, whole] = ["lock", "whole"].map(|name| count.stage(name).unwrap().mean);
+        // The mixing, the transform, the fit and the checks of what they found: nine times cheaper than the whole way
+        // less the search for clipped samples, which both make.
+        assert!(short <= 4500 && 8 * short < whole - budget.locked["clipped"], "{short}, {whole}");
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

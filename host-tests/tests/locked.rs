@@ -1,6 +1,6 @@
 //! The locked way on noisy 12-bit records: its error over the bound, and whether it knows.
 
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::locked::{self, Place};
 use picket::estimate::uncertainty::bound_bins;
 use picket::spectrum::zoom::Oscillator;
@@ -24,7 +24,7 @@ fn cell<R: Kind + Record, const N: usize>(
     let amplitude = 2040.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma());
     let middle = centre;
     let centre = locked::centre::<R>(centre as f32, N).unwrap();
-    let oscillator = Oscillator::new(centre, N);
+    let oscillator = Oscillator::new::<R>(centre, N);
     let place = Place::new(centre, N);
     let sums: Vec<[f64; 2]> = (0..TRIALS)
         .into_par_iter()
@@ -36,7 +36,7 @@ fn cell<R: Kind + Record, const N: usize>(
             // A constant offset must not show.
             signal.dc = [5.0, -3.0];
             let samples: [R::Sample; N] = signal.codes::<R>(N, &mut rng).try_into().unwrap();
-            let zoom = oscillator.zoom::<R, N>(&samples, Codes::Signed12);
+            let zoom = oscillator.zoom::<R, N>(&samples);
             let found = place.fit::<R>(&zoom, (middle - centre) as f32).unwrap();
             let error = f64::from(found.offset) + f64::from(centre - middle) - offset;
             let parts = if R::IQ { 2.0 } else { 1.0 };

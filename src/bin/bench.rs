@@ -2,16 +2,15 @@
 //! `rivals`, other people's transforms of the same blocks. Also compares the kernels with their
 //! definition, on the capture's blocks and on random ones.
 //!
-//! Emulated time runs by instructions, so a timer counts them: the host knows how many make a tick.
 //! The header's period, which has no other meaning here, is the number of random blocks.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
-use core::sync::atomic::{Ordering, compiler_fence};
 use cortex_m_rt::entry;
 use picket::acquire::capture::{ForRecord, decode, for_record};
 use picket::acquire::sample::{Codes, Record, Statistics};
+use picket::board::count::{Random, count};
 use picket::board::halt::{Exit, exit};
 use picket::board::mps2::{Timer, Uart, figure, handlers};
 use picket::board::playback::{Playback, Results};
@@ -30,24 +29,6 @@ fn main() -> ! {
     Timer::ONE.run_free();
     for_record(iq, n, Bench(playback));
     exit(Exit::Done)
-}
-
-/// Reports the ticks that `work` takes, less those of looking at the timer.
-#[inline(always)]
-fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
-    let empty = ticks(|| ()).0;
-    let (ticks, result) = ticks(work);
-    figure(Uart::ONE, name, ticks.wrapping_sub(empty).into());
-    result
-}
-
-#[inline(always)]
-fn ticks<T>(work: impl FnOnce() -> T) -> (u32, T) {
-    let start = Timer::ONE.elapsed();
-    compiler_fence(Ordering::SeqCst);
-    let result = black_box(work());
-    compiler_fence(Ordering::SeqCst);
-    (Timer::ONE.elapsed().wrapping_sub(start), result)
 }
 
 struct Bench(Playback);
@@ -166,18 +147,6 @@ impl<R: Record, const N: usize> Equality<R, N> {
             }
             self.compare(&samples, codes);
         }
-    }
-}
-
-/// Marsaglia's xorshift.
-struct Random(u32);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
     }
 }
 

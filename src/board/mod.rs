@@ -3,6 +3,8 @@
 #[cfg(all(feature = "mps2", an505))]
 pub mod converter;
 #[cfg(feature = "mps2")]
+pub mod count;
+#[cfg(feature = "mps2")]
 pub mod halt;
 #[cfg(feature = "mps2")]
 pub mod mps2;

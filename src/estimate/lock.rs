@@ -6,7 +6,8 @@ use super::locked::{self, Found, Place};
 use super::tone::{Tone, Verdict};
 use super::uncertainty::{CLIPPED, widened};
 use super::{locked::noise, noise::ratio};
-use crate::acquire::sample::{Codes, Record};
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar;
 use crate::spectrum::zoom::Oscillator;
 
 /// How much of the noise estimate a block renews: its own has but some 23 numbers.
@@ -45,12 +46,9 @@ impl Lock {
     /// [`locked::centre`]) or its noise is not known.
     pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
         let centre = locked::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
-        let share = if R::IQ { 1.0 } else { 0.5 };
-        let power = tone.amplitude * tone.amplitude;
-        let noise = share * power / tone.snr;
-        let known = noise > 0.0 && noise.is_finite();
-        known.then(|| Self {
-            oscillator: Oscillator::new(centre, n),
+        let (noise, power) = strength::<R>(tone)?;
+        Some(Self {
+            oscillator: Oscillator::new::<R>(centre, n),
             place: Place::new(centre, n),
             noise,
             power,
@@ -58,22 +56,28 @@ impl Lock {
         })
     }
 
+    /// The same in the place of a lock that was there before; false where it does not reach so far.
+    pub fn renew<R: Record>(&mut self, tone: &Tone, n: usize) -> bool {
+        let Some((noise, power)) = strength::<R>(tone) else { return false };
+        (self.noise, self.power, self.age) = (noise, power, 0);
+        self.place.reaches(tone.frequency.cycles_f32() * n as f32)
+    }
+
     /// Measures a tone `expected` at this many cycles per sample; `None` where it is not seen well: then the block must be
     /// searched whole. `clipped` samples touch a rail.
     pub fn measure<R: Record, const N: usize>(
         &mut self,
         samples: &[R::Sample; N],
-        codes: Codes,
         expected: f32,
         clipped: u32,
     ) -> Option<Tone> {
         let bins = expected * N as f32;
         if !self.place.reaches(bins) {
             let centre = locked::centre::<R>(bins, N)?;
-            self.oscillator = Oscillator::new(centre, N);
+            self.oscillator = Oscillator::new::<R>(centre, N);
             self.place = Place::new(centre, N);
         }
-        let zoom = self.oscillator.zoom::<R, N>(samples, codes);
+        let zoom = self.oscillator.zoom::<R, N>(samples);
         let centre = self.oscillator.centre();
         let found = self.place.fit::<R>(&zoom, bins - centre as f32)?;
         let seen = noise::<R>(&found, N);
@@ -88,15 +92,25 @@ impl Lock {
         self.tone::<R>(&found, N, clipped)
     }
 
+    // Inlined where the length is known.
+    #[inline]
     fn tone<R: Record>(&self, found: &Found, n: usize, clipped: u32) -> Option<Tone> {
         let length = n as f32;
-        let sigma = libm::sqrtf(length * self.noise / (found.information + found.information));
+        let sigma = (length * self.noise / (found.information + found.information)).root();
         Some(Tone {
             frequency: Frequency::of_bins(self.oscillator.centre(), found.offset, n)?,
             sigma: widened(sigma, clipped as f32 / length) / length,
             snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
-            amplitude: libm::sqrtf(found.amplitude_squared),
+            amplitude: found.amplitude_squared.root(),
             verdict: Verdict::Good,
         })
     }
+}
+
+/// The noise power per sample and the square of the amplitude.
+fn strength<R: Record>(tone: &Tone) -> Option<(f32, f32)> {
+    let share = if R::IQ { 1.0 } else { 0.5 };
+    let power = tone.amplitude * tone.amplitude;
+    let noise = share * power / tone.snr;
+    (noise > 0.0 && noise.is_finite()).then_some((noise, power))
 }

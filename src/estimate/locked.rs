@@ -22,6 +22,7 @@
 use super::least_squares::{circle, cosine, line_shape, sinc};
 use super::noise;
 use crate::acquire::sample::Record;
+use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::zoom::{POINTS, Zoom};
 use num_complex::Complex;
 
@@ -40,9 +41,24 @@ const WIDEST: i32 = FARTHEST + WITHIN + REACH;
 /// Within so many bins of a multiple of 32, that is the centre.
 const BLIND: i32 = 4;
 
-/// Steps of Gauss and Newton at most, and the move after which no further one is made, in bins.
-const STEPS: usize = 3;
-const SETTLED: f32 = 0.02;
+/// The place of the strongest among the bins that the fit reads.
+const MIDDLE: usize = REACH as usize;
+
+/// Bins that the fit reads.
+const CELLS: usize = 2 * REACH as usize + 1;
+
+/// Evaluations at most, the move after which there is always a further one, in bins, and the largest share of the
+/// variance that the square of the last move may have: a step of Gauss and Newton leaves no more of an error than its
+/// square.
+const STEPS: usize = 4;
+const SETTLED: f32 = 0.1;
+const SHARE: f32 = 0.04;
+
+/// So far from where the image was worked out, in bins, it is worked out anew.
+const FAR: f32 = 0.02;
+
+/// The shapes are nought over nought just at a bin; so near to it they are not asked.
+const NEAREST: f32 = 1e-6;
 
 /// The angle of one bin.
 const BIN: f32 = core::f32::consts::PI / POINTS as f32;
@@ -52,6 +68,8 @@ const BIN: f32 = core::f32::consts::PI / POINTS as f32;
 pub struct Place {
     centre: i32,
     n: i32,
+    /// The distance of the bin of the constant offset from the centre, if it is not the centre.
+    blind: i32,
     /// Cosine and sine of 2 pi c / N.
     turn: Complex<f32>,
     /// `exp(-j pi (i/32 + c/N))`, i from [`Place::FIRST`].
@@ -90,37 +108,67 @@ pub struct Found {
     pub freedom: u32,
 }
 
-/// A bin that enters the fit: its distance from the centre and its value, turned.
-#[derive(Clone, Copy)]
-struct Cell {
-    i: i32,
-    z: Complex<f32>,
+/// The bins that enter the fit, turned.
+struct Cells {
+    /// The strongest, by its distance from the centre.
+    peak: i32,
+    z: [Complex<f32>; CELLS],
+    /// 1, or 0 for the one that does not count.
+    weights: &'static [f32; CELLS],
 }
 
-/// The sums of one of the two parts.
+/// The sums of one of the two parts: of the shape, its slope, and what a first height of the tone leaves of the bins.
 #[derive(Clone, Copy, Default)]
 struct Sums {
+    height: f32,
     pp: f32,
     ps: f32,
     ss: f32,
     py: f32,
     sy: f32,
+    yy: f32,
 }
 
 impl Sums {
-    fn add(&mut self, p: f32, s: f32, y: f32) {
+    fn of(height: f32) -> Self {
+        Self { height, ..Self::default() }
+    }
+
+    fn add(&mut self, p: f32, s: f32, z: f32) {
+        let y = z - self.height * p;
         self.pp += p * p;
         self.ps += p * s;
         self.ss += s * s;
         self.py += p * y;
         self.sy += s * y;
+        self.yy += y * y;
     }
 
-    /// The linear parameter, its share of the gradient, and of the information.
-    fn solve(&self) -> (f32, f32, f32) {
-        let (a, lean) = (self.py / self.pp, self.ps / self.pp);
-        (a, a * (self.sy - lean * self.py), a * a * (self.ss - lean * self.ps))
+    /// The linear parameter and what follows of it.
+    fn solve(&self) -> Part {
+        let inverse = 1.0 / self.pp;
+        let (more, lean) = (self.py * inverse, self.ps * inverse);
+        let height = self.height + more;
+        Part {
+            height,
+            lean: height * lean,
+            gradient: height * (self.sy - lean * self.py),
+            information: height * height * (self.ss - lean * self.ps),
+            explained: height * height * self.pp,
+            residual: self.yy - more * self.py,
+        }
     }
+}
+
+/// The linear parameter of a part, how it falls with the offset, and its share of the gradient, of the information, of the
+/// power explained and of the rest.
+struct Part {
+    height: f32,
+    lean: f32,
+    gradient: f32,
+    information: f32,
+    explained: f32,
+    residual: f32,
 }
 
 impl Place {
@@ -135,7 +183,10 @@ impl Place {
             let k = (i * (n / POINTS as i32)).wrapping_add(centre);
             *turn = circle(k.wrapping_neg(), 2 * n);
         }
-        Self { centre, n, turn: circle(centre, n), back }
+        let half = POINTS as i32 / 2;
+        let blind = half - centre.wrapping_add(half).rem_euclid(POINTS as i32);
+        let blind = if blind == 0 { i32::MAX } else { blind };
+        Self { centre, n, blind, turn: circle(centre, n), back }
     }
 
     /// Whether a tone at `bins` can be followed from this centre.
@@ -144,119 +195,100 @@ impl Place {
     }
 
     /// The strongest tone near `expected`, its distance from the centre in bins (at most 5); `None` where there is
-    /// nothing at all.
+    /// nothing at all. Cost: some 900 operations, half of them again where a second evaluation is needed.
     pub fn fit<R: Record>(&self, zoom: &Zoom, expected: f32) -> Option<Found> {
-        let unit = zoom.unit();
         let expected = (libm::rintf(expected) as i32).clamp(-FARTHEST, FARTHEST);
-        let cell = |i: i32| {
-            let index = usize::try_from(i - Self::FIRST).ok()?;
-            // The bin of the constant offset.
-            let points = POINTS as i32;
-            if self.centre % points != 0 && (self.centre + i) % points == 0 {
-                return None;
-            }
-            let y = zoom.bin(self.centre + i);
-            let y = Complex::new(y.re as f32 * unit, y.im as f32 * unit);
-            Some(Cell { i, z: y * self.back.get(index)? })
+        let mut cells = Cells {
+            peak: self.strongest(zoom, expected)?,
+            z: [Complex::new(0.0, 0.0); CELLS],
+            weights: &ALL,
         };
-        let mut peak: Option<Cell> = None;
-        for found in (expected - WITHIN..=expected + WITHIN).filter_map(cell) {
-            if peak.is_none_or(|peak| found.z.norm_sqr() > peak.z.norm_sqr()) {
-                peak = Some(found);
-            }
-        }
-        let peak = peak.filter(|peak| peak.z.norm_sqr() > 0.0)?;
-        let mut cells = heapless::Vec::<Cell, { 2 * REACH as usize + 1 }>::new();
-        for found in (peak.i - REACH..=peak.i + REACH).filter_map(cell) {
-            // There is room for all.
-            let _ = cells.push(found);
-        }
-        let mut d = start(&peak, cell(peak.i - 1), cell(peak.i + 1));
-        let mut step = self.step::<R>(&cells, peak.i, d);
+        self.read(zoom, &mut cells)?;
+        let all = core::ptr::eq(cells.weights, &ALL);
+        let freedom = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
+        let mut offset = cells.start();
+        let mut image = self.image::<R>(&cells, offset);
+        let mut found = None;
         for _ in 0..STEPS {
-            let next = near(d + step.forward, peak.i);
-            let moved = next - d;
-            d = next;
-            step = self.step::<R>(&cells, peak.i, d);
-            if moved.abs() <= SETTLED {
+            let step = cells.step::<R>(offset, &image);
+            offset = near(offset + step.forward);
+            let moved = step.forward * step.forward;
+            let settled = moved <= SETTLED * SETTLED
+                && moved * moved * (freedom as f32 * step.information) <= SHARE * step.residual;
+            found = Some(step);
+            if settled {
                 break;
             }
+            if (offset - image.from).abs() > FAR {
+                image = self.image::<R>(&cells, offset);
+            }
         }
-        // The power of one linear parameter is its share of the data.
-        let explained = step.explained;
-        let total: f32 = cells.iter().map(|cell| cell.z.norm_sqr()).sum();
-        let offset = d - peak.i as f32;
+        let step = found?;
+        let d = offset + cells.peak as f32;
         let (x, y) = (BIN * offset, core::f32::consts::PI / self.n as f32 * d);
         let v = BIN * d;
         // (a + j b) times D / h: D = sin(pi d) / sin(pi d / 32) from the strongest bin, h of the boxcar.
         let shape = POINTS as f32 * line_shape(offset) / sinc(x * x);
         let boxcar = (self.n as f32 / POINTS as f32) * sinc(v * v) / sinc(y * y);
         let scale = (if R::IQ { 1.0 } else { 2.0 }) / (shape * boxcar);
+        let unit = zoom.unit();
+        let power = unit * unit;
         Some(Found {
             offset: d,
-            information: step.information,
-            amplitude_squared: step.line.norm_sqr() * scale * scale,
-            explained,
-            residual: (total - explained).max(0.0),
-            freedom: (2 * cells.len() as u32).saturating_sub(3),
+            information: step.information * power,
+            amplitude_squared: step.line.norm_sqr() * (scale * scale * power),
+            explained: step.explained * power,
+            residual: step.residual * power,
+            freedom: freedom as u32,
         })
     }
 
-    /// The normal equations at d. Shapes are scaled by sin x at the peak bin, so that they are 1 there; their
-    /// slopes are less the part that this scale makes, which the fit takes out anyway.
-    fn step<R: Record>(&self, cells: &[Cell], peak: i32, d: f32) -> Step {
-        let x = BIN * d;
-        let (sin_d, cos_d) = (x * sinc(x * x), cosine(x * x));
-        let at = |j: i32| (sine(j), sine(j + POINTS as i32 / 2));
-        let turned = |j: i32| {
-            let (sin, cos) = at(j);
-            sin_d * cos + cos_d * sin
-        };
-        let first = turned(-peak);
-        let twice = self.centre.wrapping_mul(2);
-        let [ratio, drift] = if R::IQ { [0.0; 2] } else { self.ratio(d) };
-        let (mut re, mut im) = (Sums::default(), Sums::default());
-        for &Cell { i, z } in cells {
-            let inverse = 1.0 / turned(-i);
-            let (p, slope) = if i == peak {
-                (1.0, 0.0)
-            } else {
-                (first * inverse, BIN * at(peak - i).0 * inverse * inverse)
-            };
-            let (mut q, mut bend) = (0.0, 0.0);
-            if !R::IQ {
-                let apart = twice + i + peak;
-                if apart % POINTS as i32 == 0 {
-                    // The image's own bin: the same angle, or half turns more.
-                    let sign = if apart % (2 * POINTS as i32) == 0 { 1.0 } else { -1.0 };
-                    (q, bend) = (sign * ratio, sign * drift);
-                } else {
-                    let inverse = 1.0 / turned(twice + i);
-                    q = ratio * first * inverse;
-                    bend = (ratio * BIN * at(apart).0 * inverse + drift * first) * inverse;
-                }
+    /// The strongest bin about the expected one.
+    fn strongest(&self, zoom: &Zoom, expected: i32) -> Option<i32> {
+        let (mut most, mut peak) = (0.0, None);
+        for step in 0..2 * WITHIN + 1 {
+            let i = expected - WITHIN + step;
+            let [re, im] = zoom.bin(self.centre.wrapping_add(i)).map(|part| part as f32);
+            let power = if i == self.blind { 0.0 } else { re * re + im * im };
+            if power > most {
+                (most, peak) = (power, Some(i));
             }
-            re.add(p + q, slope + bend, z.re);
-            im.add(p - q, slope - bend, z.im);
         }
-        let (a, ga, ia) = re.solve();
-        let (b, gb, ib) = im.solve();
-        let information = ia + ib;
-        Step {
-            forward: (ga + gb) / information,
-            information,
-            line: Complex::new(a, b),
-            explained: a * re.py + b * im.py,
-        }
+        peak
     }
 
-    /// r = h(2 c + d) / h(d), and its slope over d. Without the slope the steps would still end at the right
-    /// place, but near bin 16 too slowly.
-    fn ratio(&self, d: f32) -> [f32; 2] {
+    /// Fills in the bins about the strongest one.
+    fn read(&self, zoom: &Zoom, cells: &mut Cells) -> Option<()> {
+        let first = cells.peak - REACH;
+        let (_, back) = self.back.split_at_checked(usize::try_from(first - Self::FIRST).ok()?)?;
+        let back = back.first_chunk::<CELLS>()?;
+        let mut k = self.centre.wrapping_add(first);
+        for (z, turn) in cells.z.iter_mut().zip(back) {
+            let [re, im] = zoom.bin(k).map(|part| part as f32);
+            *z = Complex::new(re, im) * turn;
+            k = k.wrapping_add(1);
+        }
+        // What is before the first is as little there as what is after the last.
+        let blind = self.blind.wrapping_sub(first) as usize;
+        if let (Some(z), Some(but_one)) = (cells.z.get_mut(blind), BUT_ONE.get(blind)) {
+            *z = Complex::new(0.0, 0.0);
+            cells.weights = but_one;
+        }
+        Some(())
+    }
+
+    /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its slope over d. Without
+    /// the slope the steps would still end at the right place, but near bin 16 too slowly.
+    fn image<R: Record>(&self, cells: &Cells, offset: f32) -> Image {
+        let twice = self.centre.wrapping_mul(2);
+        let parts = parts_at(twice.wrapping_add(2 * cells.peak - REACH));
+        if R::IQ {
+            return Image { parts, ratio: 0.0, drift: 0.0, from: offset };
+        }
+        let d = offset + cells.peak as f32;
         let x = BIN * d;
         let (sin_x, cos_x) = (x * sinc(x * x), cosine(x * x));
-        let twice = self.centre.wrapping_mul(2);
-        let (sin_c, cos_c) = (sine(twice), sine(twice.wrapping_add(POINTS as i32 / 2)));
+        let [[sin_c, cos_c]] = *parts_at::<1>(twice);
         // Sine and cosine of the image's angle, for the boxcar's numerator and its denominator.
         let (sin_w, cos_w) = (sin_x * cos_c + cos_x * sin_c, cos_x * cos_c - sin_x * sin_c);
         let fine = core::f32::consts::PI / self.n as f32;
@@ -269,33 +301,82 @@ impl Place {
         let droop = (fine * y - BIN * x) * (1.0 / 3.0);
         let inverse = 1.0 / (wide * boxcar);
         let slope = BIN * cos_w - sin_w * (wide_slope / wide + droop);
-        [sin_w * inverse, slope * inverse]
+        Image { parts, ratio: sin_w * inverse, drift: slope * inverse, from: offset }
     }
 }
 
-/// One evaluation at an offset.
+/// The image's part of the model.
+struct Image {
+    /// Sine and cosine of `pi (2 c + p + i) / 32` for the bins i of the fit, p the strongest.
+    parts: &'static [[f32; 2]; CELLS],
+    ratio: f32,
+    drift: f32,
+    /// Where ratio and drift are known.
+    from: f32,
+}
+
+impl Cells {
+    /// The normal equations at an offset from the strongest bin. Shapes are scaled by sin x of that bin, so that they are 1
+    /// there.
+    fn step<R: Record>(&self, offset: f32, image: &Image) -> Step {
+        let away = if offset.abs() < NEAREST { NEAREST } else { offset };
+        let x = BIN * away;
+        let (sin, cos) = (x * sinc(x * x), cosine(x * x));
+        let ratio = image.ratio + image.drift * (offset - image.from);
+        let (height, tilt, drift) = (ratio * sin, ratio * BIN, image.drift * sin);
+        // From the strongest bin alone, so that small numbers are left to be summed.
+        let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
+        let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
+        let (mut re, mut im) = (Sums::of(middle.re / (1.0 + q)), Sums::of(middle.im / (1.0 - q)));
+        let places = OWN.iter().zip(image.parts).zip(self.weights);
+        for (z, ((own, &[sin_i, cos_i]), &weight)) in self.z.iter().zip(places) {
+            // One over sin x_i.
+            let inverse = weight / (sin * own.cos - cos * own.sin);
+            let (p, slope) = (sin * inverse, own.slope * inverse * inverse);
+            if R::IQ {
+                re.add(p, slope, z.re);
+                im.add(p, slope, z.im);
+                continue;
+            }
+            // One over sin z_i.
+            let inverse = weight / (sin * cos_i + cos * sin_i);
+            let (q, bend) = (height * inverse, (tilt * sin_i * inverse + drift) * inverse);
+            re.add(p + q, slope + bend, z.re);
+            im.add(p - q, slope - bend, z.im);
+        }
+        let (a, b) = (re.solve(), im.solve());
+        let information = a.information + b.information;
+        let forward = (a.gradient + b.gradient) / information;
+        Step {
+            forward,
+            information,
+            // Both follow the step.
+            line: Complex::new(a.height - a.lean * forward, b.height - b.lean * forward),
+            explained: a.explained + b.explained,
+            residual: (a.residual + b.residual - forward * forward * information).max(0.0),
+        }
+    }
+
+    /// Where to begin: Jacobsen's ratio, exact for a tone without an image in wide records.
+    fn start(&self) -> f32 {
+        let [_, _, _, _, _, below, peak, above, ..] = self.z;
+        let sum = peak + peak - below - above;
+        near(((below - above) * sum.conj()).re / sum.norm_sqr())
+    }
+}
+
+/// One evaluation: how far to go on, and what there will be then.
 struct Step {
     forward: f32,
     information: f32,
     line: Complex<f32>,
     explained: f32,
-}
-
-/// Where to begin: Jacobsen's ratio, exact for a tone without an image in wide records.
-fn start(peak: &Cell, below: Option<Cell>, above: Option<Cell>) -> f32 {
-    let centre = peak.i as f32;
-    let (Some(below), Some(above)) = (below, above) else {
-        return centre;
-    };
-    let sum = peak.z + peak.z - below.z - above.z;
-    let ratio = (below.z - above.z) * sum.conj();
-    near(centre + ratio.re / sum.norm_sqr(), peak.i)
+    residual: f32,
 }
 
 /// Within 0.75 bin of the peak; the peak itself where `d` is not a number.
-fn near(d: f32, peak: i32) -> f32 {
-    let centre = peak as f32;
-    if d.is_nan() { centre } else { d.max(centre - 0.75).min(centre + 0.75) }
+fn near(d: f32) -> f32 {
+    if d.is_nan() { 0.0 } else { d.clamp(-0.75, 0.75) }
 }
 
 /// The noise power per sample that a fit leaves: a rough one, of some 23 numbers.
@@ -305,23 +386,73 @@ pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     (2.0 * found.residual / (found.freedom.max(1) as f32 * n as f32)).max(floor)
 }
 
-/// `sin(pi j / 32)`.
-fn sine(j: i32) -> f32 {
-    SINES.get(j.rem_euclid(2 * POINTS as i32) as usize).copied().unwrap_or(0.0)
+/// What a bin's distance from the strongest makes of the tone's shape.
+#[derive(Clone, Copy)]
+struct Own {
+    /// Sine and cosine of `pi j / 32`.
+    sin: f32,
+    cos: f32,
+    /// `-pi/32 sin(pi j / 32)`
+    slope: f32,
 }
 
-const SINES: [f32; 2 * POINTS] = sines();
+/// For every bin of a fit.
+static OWN: [Own; CELLS] = own();
+
+#[allow(clippy::indexing_slicing)]
+const fn own() -> [Own; CELLS] {
+    let parts = parts::<CELLS>(-REACH);
+    let mut table = [Own { sin: 0.0, cos: 0.0, slope: 0.0 }; CELLS];
+    let mut j = 0;
+    while j < CELLS {
+        let [sin, cos] = parts[j];
+        table[j] = Own { sin, cos, slope: -BIN * sin };
+        j += 1;
+    }
+    table
+}
+
+/// All bins of a fit count.
+static ALL: [f32; CELLS] = [1.0; CELLS];
+
+/// All but one, by its place.
+static BUT_ONE: [[f32; CELLS]; CELLS] = but_one();
+
+#[allow(clippy::indexing_slicing)]
+const fn but_one() -> [[f32; CELLS]; CELLS] {
+    let mut table = [[1.0; CELLS]; CELLS];
+    let mut j = 0;
+    while j < CELLS {
+        table[j][j] = 0.0;
+        j += 1;
+    }
+    table
+}
+
+/// Sine and cosine of `pi j / 32` for j of a whole turn and the bins of a fit beyond.
+static PARTS: [[f32; 2]; 2 * POINTS + CELLS] = parts::<{ 2 * POINTS + CELLS }>(0);
+
+/// Sines and cosines from `first` on.
+fn parts_at<const COUNT: usize>(first: i32) -> &'static [[f32; 2]; COUNT] {
+    let parts = PARTS.get(first as usize % (2 * POINTS)..).and_then(|parts| parts.first_chunk());
+    // There are enough for every place and count.
+    parts.unwrap_or(&[[0.0; 2]; COUNT])
+}
 
 // Const functions cannot use `get_mut`; an index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
-const fn sines() -> [f32; 2 * POINTS] {
-    let mut table = [0.0; 2 * POINTS];
+const fn parts<const COUNT: usize>(first: i32) -> [[f32; 2]; COUNT] {
+    let mut table = [[0.0; 2]; COUNT];
+    let turn = 2 * POINTS as i32;
     let mut j = 0;
-    while j < 2 * POINTS {
+    while j < COUNT {
+        let place = (first + j as i32).rem_euclid(turn) as usize;
+        let (sin, cos) = sin_cos(place, 2 * POINTS);
         // The sine of half a turn is zero and not 1e-16: the fit asks.
-        if !j.is_multiple_of(POINTS) {
-            table[j] = crate::spectrum::fft::twiddle::sin_cos(j, 2 * POINTS).0 as f32;
-        }
+        table[j] = [
+            if place.is_multiple_of(POINTS) { 0.0 } else { sin as f32 },
+            if place % POINTS == POINTS / 2 { 0.0 } else { cos as f32 },
+        ];
         j += 1;
     }
     table
@@ -330,7 +461,7 @@ const fn sines() -> [f32; 2 * POINTS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquire::sample::{Codes, Iq, Real};
+    use crate::acquire::sample::{Iq, Real};
     use crate::scalar::Scalar;
     use crate::spectrum::zoom::Oscillator;
 
@@ -343,7 +474,7 @@ mod tests {
             let z = f64::unit(turns.fract()) * amplitude;
             R::of_parts([z.re.round() as i16, z.im.round() as i16])
         });
-        let zoom = Oscillator::new(centre, N).zoom::<R, N>(&samples, Codes::Signed16);
+        let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
         let found = Place::new(centre, N).fit::<R>(&zoom, 0.0).unwrap();
         let error = f64::from(found.offset) - offset;
         assert!(error.abs() < 3e-4, "N {N}, centre {centre}, offset {offset}: {error:e}");

@@ -13,6 +13,7 @@
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
 use crate::estimate::tone::{Tone, Verdict};
+use crate::scalar::Scalar;
 
 /// How tones are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,7 +167,7 @@ impl Track {
     /// Half the gate for a measurement of this sigma, in cycles per sample.
     pub fn gate(&self, sigma: f32) -> f32 {
         let [variance, _, _] = self.motion.covariance;
-        (GATE * libm::sqrtf(variance + square(sigma))).min(WIDEST)
+        (GATE * (variance + square(sigma)).root()).min(WIDEST)
     }
 
     /// Half the gate for a measurement as good as the last one.
@@ -220,7 +221,7 @@ impl Track {
     fn shift(&mut self, cycles: f32) {
         self.tone.frequency = self.tone.frequency.moved(cycles);
         let [variance, _, _] = self.motion.covariance;
-        self.tone.sigma = libm::sqrtf(variance);
+        self.tone.sigma = variance.root();
     }
 }
 

@@ -70,13 +70,21 @@ impl Tracks {
         well.then_some(track)
     }
 
-    /// Whether the only track would take this tone of the next block as its own.
-    pub fn would_take(&self, tone: &Tone, tracking: &Tracking) -> bool {
-        let Some(mut track) = self.tracks.first().copied() else {
+    /// Leads the only track on by its tone in the block after the last one, as [`Tracks::step`] does; false, and nothing is
+    /// done, where the tone is not within its gate.
+    pub fn lead(&mut self, stamp: &Stamp, tone: &Tone, tracking: &Tracking) -> bool {
+        let [track] = self.tracks.as_mut_slice() else {
             return false;
         };
+        let before = *track;
         track.predict(1, false, tracking);
-        track.distance(tone).is_some()
+        if track.distance(tone).is_none() {
+            *track = before;
+            return false;
+        }
+        track.update(tone);
+        self.last = Some(stamp.sequence);
+        true
     }
 
     /// Takes a block.

@@ -6,6 +6,8 @@ pub mod fft;
 pub mod peak;
 pub mod sweep;
 pub mod zoom;
+#[cfg(dsp)]
+mod zoom_dsp;
 
 use crate::acquire::sample::{Cells as _, Codes, Record};
 use core::mem::MaybeUninit;

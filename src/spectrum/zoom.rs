@@ -12,42 +12,72 @@
 //! [`crate::estimate::locked`] for the exact model. A constant offset falls into the one bin whose index is a
 //! multiple of 32.
 //!
-//! Integers throughout. The products with Q15 factors are summed exactly and then shifted so that the 32-point
-//! transform, which grows by 32, fits: N = 1024 samples of 12 bits keep 2^-8 code.
+//! Integers throughout. The products with Q15 factors are summed exactly and then shifted so that no sum of the
+//! transform can overflow, whatever the codes: at N = 1024 a point is a multiple of 2^-6 code, a tenth of a percent of what the
+//! converter's rounding makes of it. On cores with the DSP extension the loops are those of `zoom_dsp`, whose bits
+//! are the same.
 
-use super::fft::twiddle::MAX_LENGTH;
-use crate::acquire::sample::{Codes, Record};
+use super::fft::integer::{Pair, Point};
+use super::fft::twiddle::{MAX_LENGTH, sin_cos};
+#[cfg(dsp)]
+use super::zoom_dsp as engine;
+use crate::acquire::sample::Record;
 use crate::estimate::least_squares::circle;
-use num_complex::Complex;
+
+/// The portable definition, where there is nothing faster.
+#[cfg(not(dsp))]
+mod engine {
+    pub(in crate::spectrum) use super::{mix, transform};
+}
 
 /// Points after decimation.
 pub const POINTS: usize = 32;
 
 /// Samples in the longest block that becomes a point.
-const LONGEST: usize = MAX_LENGTH / POINTS;
+pub(super) const LONGEST: usize = MAX_LENGTH / POINTS;
+
+/// A point's magnitude is less than two to this: a transform that grows by 32 and halves once stays within 2^30.
+const ROOM: u32 = 26;
+
+/// Two numbers in Q15.
+pub type Factor = [i16; 2];
 
 /// The factors of one centre.
 #[derive(Clone, Debug)]
 pub struct Oscillator {
     centre: i32,
-    /// cos and -sin, [`ONE`] for 1.
-    factors: [[i16; 2]; LONGEST],
+    /// [`ONE`] for 1. I/Q: cos and -sin for each sample. Real: for each pair of samples their cos, then their -sin.
+    factors: [Factor; LONGEST],
 }
 
 /// Bins about a centre, as [`Oscillator::zoom`] leaves them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Zoom {
-    points: [Complex<i32>; POINTS],
-    shift: u32,
+    points: [Point; POINTS],
+    unit: f32,
+}
+
+/// By how much the sum of a block of N/32 samples is shifted down: codes have 16 bits at most, factors 15.
+pub(super) const fn shift<R: Record, const N: usize>() -> u32 {
+    (N / POINTS).trailing_zeros() + 15 + 15 + R::IQ as u32 - ROOM
 }
 
 impl Oscillator {
     /// The factors for centre bin `centre` of records of `n` samples (64 to 4096). Cost: n/32 sines.
-    pub fn new(centre: i32, n: usize) -> Self {
+    pub fn new<R: Record>(centre: i32, n: usize) -> Self {
         let mut factors = [[0; 2]; LONGEST];
-        for (factor, k) in factors.iter_mut().zip(0..n as i32 / POINTS as i32) {
-            let turn = circle::<f32>(centre.wrapping_mul(k), n as i32);
-            *factor = [q15(turn.re), q15(-turn.im)];
+        let mut sample = 0i32;
+        for pair in factors.as_chunks_mut::<2>().0.iter_mut().take(n / POINTS / 2) {
+            let [first, second] = [sample, sample.wrapping_add(1)].map(|k| {
+                let turn = circle::<f32>(centre.wrapping_mul(k), n as i32);
+                [q15(turn.re), q15(-turn.im)]
+            });
+            *pair = if R::IQ {
+                [first, second]
+            } else {
+                [[first[0], second[0]], [first[1], second[1]]]
+            };
+            sample = sample.wrapping_add(2);
         }
         Self { centre, factors }
     }
@@ -58,38 +88,56 @@ impl Oscillator {
     }
 
     /// Mixes, decimates and transforms a record of N samples.
-    pub fn zoom<R: Record, const N: usize>(&self, samples: &[R::Sample; N], codes: Codes) -> Zoom {
-        let length = N / POINTS;
-        // The largest part of a sum is length 2^(bits - 1) 2^15, I/Q twice that; a point shall not exceed 2^25.
-        let bits = length.trailing_zeros() + codes.bits() - 1 + 15 + u32::from(R::IQ);
-        let shift = bits.saturating_sub(25);
-        let mut points = [Complex::new(0, 0); POINTS];
-        let factors = self.factors.get(..length).unwrap_or_default();
-        let mut rest = samples.as_slice();
-        for point in &mut points {
-            let Some((block, tail)) = rest.split_at_checked(length) else {
-                break;
-            };
-            rest = tail;
-            let sum = mix::<R>(block, factors);
-            *point = Complex::new((sum.re >> shift) as i32, (sum.im >> shift) as i32);
-        }
-        Zoom { points: transform(points), shift }
+    pub fn zoom<R: Record, const N: usize>(&self, samples: &[R::Sample; N]) -> Zoom {
+        let mixed = engine::mix::<R, N>(R::pairs(samples), &self.factors);
+        Zoom { points: engine::transform(mixed), unit: const { unit::<R, N>() } }
+    }
+
+    /// [`Oscillator::zoom`] by the portable definition, for tests.
+    pub fn zoom_portably<R: Record, const N: usize>(&self, samples: &[R::Sample; N]) -> Zoom {
+        let mixed = mix::<R, N>(R::pairs(samples), &self.factors);
+        Zoom { points: transform(mixed), unit: const { unit::<R, N>() } }
     }
 }
 
-/// The sum of a block's samples times their factors, exactly.
-fn mix<R: Record>(block: &[R::Sample], factors: &[[i16; 2]]) -> Complex<i64> {
-    let mut sum = Complex::new(0i64, 0i64);
-    for (&sample, &[cos, sin]) in block.iter().zip(factors) {
-        let [i, q] = R::parts(sample).map(i32::from);
-        let (cos, sin) = (i32::from(cos), i32::from(sin));
-        // Each product is below 2^30.
-        sum.re = sum.re.wrapping_add(i64::from(i * cos));
-        sum.im = sum.im.wrapping_add(i64::from(i * sin));
-        if R::IQ {
-            sum.re = sum.re.wrapping_sub(i64::from(q * sin));
-            sum.im = sum.im.wrapping_add(i64::from(q * cos));
+/// The record's blocks, each times the factors and summed.
+pub(super) fn mix<R: Record, const N: usize>(
+    pairs: &[Pair],
+    factors: &[Factor; LONGEST],
+) -> [Point; POINTS] {
+    let mut points = [[0; 2]; POINTS];
+    let length = if R::IQ { N } else { N / 2 } / POINTS;
+    let mut rest = pairs;
+    for point in &mut points {
+        let Some((block, tail)) = rest.split_at_checked(length) else {
+            break;
+        };
+        rest = tail;
+        let sum = if R::IQ { turned(block, factors) } else { weighed(block, factors) };
+        *point = sum.map(|part| (part >> const { shift::<R, N>() }) as i32);
+    }
+    points
+}
+
+/// The exact sum of I/Q samples times their factors. Two products are below 2^31 together.
+fn turned(block: &[Pair], factors: &[Factor]) -> [i64; 2] {
+    let mut sum = [0i64; 2];
+    for (sample, factor) in block.iter().zip(factors) {
+        let ([i, q], [cos, sin]) = (sample.map(i32::from), factor.map(i32::from));
+        sum[0] = sum[0].wrapping_add((i * cos - q * sin).into());
+        sum[1] = sum[1].wrapping_add((i * sin + q * cos).into());
+    }
+    sum
+}
+
+/// The same for real samples, two at a time.
+fn weighed(block: &[Pair], factors: &[Factor]) -> [i64; 2] {
+    let mut sum = [0i64; 2];
+    for (samples, parts) in block.iter().zip(factors.as_chunks::<2>().0) {
+        let [a, b] = samples.map(i32::from);
+        for (sum, factor) in sum.iter_mut().zip(parts) {
+            let [first, second] = factor.map(i32::from);
+            *sum = sum.wrapping_add((a * first + b * second).into());
         }
     }
     sum
@@ -97,15 +145,20 @@ fn mix<R: Record>(block: &[R::Sample], factors: &[[i16; 2]]) -> Complex<i64> {
 
 impl Zoom {
     /// Bin k of the record, near the centre, in stored units.
-    pub fn bin(&self, k: i32) -> Complex<i32> {
-        let index = k.rem_euclid(POINTS as i32) as usize;
-        self.points.get(index).copied().unwrap_or(Complex::new(0, 0))
+    #[inline]
+    pub fn bin(&self, k: i32) -> Point {
+        self.points.get(k as usize % POINTS).copied().unwrap_or([0; 2])
     }
 
     /// One stored unit in codes.
-    pub fn unit(&self) -> f32 {
-        libm::ldexpf(1.0 / ONE, self.shift as i32)
+    pub const fn unit(&self) -> f32 {
+        self.unit
     }
+}
+
+/// The transform halves once.
+const fn unit<R: Record, const N: usize>() -> f32 {
+    (2u32 << shift::<R, N>()) as f32 / ONE
 }
 
 /// A factor of 1. Not 2^15, which 16 bits do not hold.
@@ -115,61 +168,114 @@ fn q15(x: f32) -> i16 {
     libm::rintf(x * ONE) as i16
 }
 
-/// The transform of 32 points, decimation in frequency, output in order.
-fn transform(mut points: [Complex<i32>; POINTS]) -> [Complex<i32>; POINTS] {
-    for half in [16, 8, 4, 2, 1] {
-        let mut rest = points.as_mut_slice();
-        while let Some((block, tail)) = rest.split_at_mut_checked(2 * half) {
-            rest = tail;
-            let Some((low, high)) = block.split_at_mut_checked(half) else {
-                break;
-            };
-            let mut index = 0;
-            for (a, b) in low.iter_mut().zip(high) {
-                let difference = *a - *b;
-                *a += *b;
-                *b = FACTORS.get(index).map_or(difference, |factor| turn(difference, factor));
-                index += POINTS / 2 / half;
+/// Half the transform of 32 points: four of eight each, after eight of four.
+pub(super) fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
+    let (rows, _) = points.as_chunks_mut::<8>();
+    if let [a, b, c, d] = rows {
+        let columns = a.iter_mut().zip(b).zip(c).zip(d).zip(&FACTORS);
+        for ((((a, b), c), d), factors) in columns {
+            let [zero, one, two, three] = four([*a, *b, *c, *d]);
+            *a = zero.map(|part| part >> 1);
+            for (place, value, factor) in
+                [(b, one, &factors[0]), (c, two, &factors[1]), (d, three, &factors[2])]
+            {
+                *place = turn(value, factor);
             }
         }
     }
-    let mut ordered = points;
-    for (index, point) in (0u32..).zip(&points) {
-        let place = index.reverse_bits() >> (32 - POINTS.trailing_zeros());
-        if let Some(cell) = ordered.get_mut(place as usize) {
-            *cell = *point;
+    let mut bins = [[0; 2]; POINTS];
+    for (row, points) in points.as_chunks::<8>().0.iter().enumerate() {
+        for (bin, value) in bins.iter_mut().skip(row).step_by(4).zip(eight(points)) {
+            *bin = value;
         }
     }
-    ordered
+    bins
 }
 
-fn turn(x: Complex<i32>, &[cos, sin]: &[i32; 2]) -> Complex<i32> {
-    let times = |x: i32, w: i32| i64::from(x) * i64::from(w);
-    let re = times(x.re, cos) - times(x.im, sin);
-    let im = times(x.re, sin) + times(x.im, cos);
-    Complex::new(((re + HALF) >> 30) as i32, ((im + HALF) >> 30) as i32)
+fn plus(a: Point, b: Point) -> Point {
+    [a[0].wrapping_add(b[0]), a[1].wrapping_add(b[1])]
 }
 
-const HALF: i64 = 1 << 29;
+fn minus(a: Point, b: Point) -> Point {
+    [a[0].wrapping_sub(b[0]), a[1].wrapping_sub(b[1])]
+}
 
-/// `exp(-j 2 pi k / 32)` in Q30, k = 0..16.
-const FACTORS: [[i32; 2]; POINTS / 2] = factors();
+/// Times -j.
+fn back([re, im]: Point) -> Point {
+    [im, re.wrapping_neg()]
+}
+
+/// The transform of four points.
+fn four([a, b, c, d]: [Point; 4]) -> [Point; 4] {
+    let (even, odd) = (plus(a, c), plus(b, d));
+    let (lean, bend) = (minus(a, c), back(minus(b, d)));
+    [plus(even, odd), plus(lean, bend), minus(even, odd), minus(lean, bend)]
+}
+
+/// The transform of eight points.
+fn eight(&[a, b, c, d, e, f, g, h]: &[Point; 8]) -> [Point; 8] {
+    let even = four([a, c, e, g]);
+    let [zero, one, two, three] = four([b, d, f, h]);
+    // Times an odd eighth of a turn: half of it, rounded, twice.
+    let eighth = |[re, im]: Point| {
+        [re.wrapping_add(im), im.wrapping_sub(re)].map(|part| half(part, DIAGONAL).wrapping_mul(2))
+    };
+    let odd = [zero, eighth(one), back(two), back(eighth(three))];
+    let [p, q, r, s] = even;
+    let [t, u, v, w] = odd;
+    [
+        plus(p, t),
+        plus(q, u),
+        plus(r, v),
+        plus(s, w),
+        minus(p, t),
+        minus(q, u),
+        minus(r, v),
+        minus(s, w),
+    ]
+}
+
+/// `x w / 2` for w in Q31, rounded to the nearest.
+fn half(x: i32, w: i32) -> i32 {
+    ((i64::from(x) * i64::from(w) + HALF) >> 32) as i32
+}
+
+/// Half of x turned by a factor, both products rounded.
+fn turn([re, im]: Point, &[cos, sin]: &Point) -> Point {
+    // Minus the product is rounded, not minus what is rounded: that is what the instruction does.
+    let less = ((HALF - i64::from(im) * i64::from(sin)) >> 32) as i32;
+    [half(re, cos).wrapping_add(less), half(re, sin).wrapping_add(half(im, cos))]
+}
+
+const HALF: i64 = 1 << 31;
+
+/// `sqrt(1/2)` in Q31.
+pub(super) const DIAGONAL: i32 = q31(core::f64::consts::FRAC_1_SQRT_2);
+
+/// `exp(-j 2 pi k b / 32)` in Q31, for b = 0..8 and k = 1, 2, 3.
+pub(super) static FACTORS: [[Point; 3]; 8] = factors();
 
 // Const functions cannot use `get_mut`; an index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
-const fn factors() -> [[i32; 2]; POINTS / 2] {
-    let mut table = [[0; 2]; POINTS / 2];
-    let mut k = 0;
-    while k < POINTS / 2 {
-        let (sin, cos) = super::fft::twiddle::sin_cos(k, POINTS);
-        table[k] = [q30(cos), q30(-sin)];
-        k += 1;
+const fn factors() -> [[Point; 3]; 8] {
+    let mut table = [[[0; 2]; 3]; 8];
+    let mut b = 0;
+    while b < 8 {
+        let mut k = 1;
+        while k < 4 {
+            let (sin, cos) = sin_cos(k * b, POINTS);
+            table[b][k - 1] = [q31(cos), q31(-sin)];
+            k += 1;
+        }
+        b += 1;
     }
     table
 }
 
-const fn q30(x: f64) -> i32 {
-    let scaled = x * 1_073_741_824.0;
+/// To the nearest; 1 is one step less, which 32 bits hold.
+const fn q31(x: f64) -> i32 {
+    let scaled = x * 2_147_483_648.0;
+    // A cast saturates.
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
@@ -178,6 +284,7 @@ mod tests {
     use super::*;
     use crate::acquire::sample::{Iq, Real};
     use crate::scalar::Scalar;
+    use num_complex::Complex;
 
     /// The definition in the module's text, in f64.
     fn exact<const N: usize>(x: &[Complex<f64>], centre: i32, i: i32) -> Complex<f64> {
@@ -199,10 +306,10 @@ mod tests {
         };
         let x: std::vec::Vec<_> = (0..N).map(tone).collect();
         let samples = core::array::from_fn(|n| R::of_parts([x[n].re as i16, x[n].im as i16]));
-        let zoom = Oscillator::new(centre, N).zoom::<R, N>(&samples, Codes::Signed12);
+        let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
         for i in -8..=8 {
-            let got = zoom.bin(centre + i);
-            let got = Complex::new(f64::from(got.re), f64::from(got.im)) * f64::from(zoom.unit());
+            let [re, im] = zoom.bin(centre + i).map(f64::from);
+            let got = Complex::new(re, im) * f64::from(zoom.unit());
             let error = (got - exact::<N>(&x, centre, i)).norm_sqr().sqrt();
             assert!(error < 1900.0 * N as f64 * 1e-4, "N {N}, centre {centre}, {i}: {error}");
         }
@@ -225,18 +332,18 @@ mod tests {
     #[test]
     fn rails_do_not_overflow() {
         let samples = [-32768i16; 4096];
-        let zoom = Oscillator::new(16, 4096).zoom::<Real, 4096>(&samples, Codes::Signed16);
-        // All of it in bin 0, within the largest part.
-        assert!(zoom.bin(0).re.unsigned_abs() < 1 << 31);
-        assert!(zoom.bin(0).norm_sqr_wide().sqrt() * f64::from(zoom.unit()) > 8e7);
-    }
-
-    trait Wide {
-        fn norm_sqr_wide(&self) -> f64;
-    }
-    impl Wide for Complex<i32> {
-        fn norm_sqr_wide(&self) -> f64 {
-            f64::from(self.re).powi(2) + f64::from(self.im).powi(2)
-        }
+        let zoom = Oscillator::new::<Real>(16, 4096).zoom::<Real, 4096>(&samples);
+        // All of it in bin 0.
+        let [re, im] = zoom.bin(0).map(|part| f64::from(part) * f64::from(zoom.unit()));
+        assert!(re.hypot(im) > 8e7);
+        // The tone at the centre is as strong as anything can be.
+        let strongest = core::array::from_fn(|n| {
+            let z =
+                f64::unit(100.0 * n as f64 / 1024.0 % 1.0) * 32767.0 * core::f64::consts::SQRT_2;
+            [z.re, z.im].map(|part| part.round().clamp(-32768.0, 32767.0) as i16)
+        });
+        let zoom = Oscillator::new::<Iq>(100, 1024).zoom::<Iq, 1024>(&strongest);
+        let [re, im] = zoom.bin(100).map(|part| f64::from(part) * f64::from(zoom.unit()));
+        assert!((re.hypot(im) / 1024.0 / 32767.0 - 1.22).abs() < 0.1, "{}", re.hypot(im));
     }
 }

@@ -4,6 +4,7 @@
 //! emulator knows no pipeline, no wait states and no cache. [`cycles`] gives a modelled range.
 
 pub mod cycles;
+pub mod locked;
 pub mod plot;
 pub mod quoted;
 pub mod size;

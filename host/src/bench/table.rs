@@ -1,6 +1,6 @@
 //! The counts for people.
 
-use super::Row;
+use super::{Row, locked};
 use comfy_table::{CellAlignment, Table, presets};
 
 /// All rows of one core and length, or more of them.
@@ -42,6 +42,21 @@ pub fn table(rows: &[Row]) -> Table {
         ]);
     }
     for column in table.column_iter_mut().skip(4) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// The stages of blocks that a tracker follows.
+pub fn locked(rows: &[locked::Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(["core", "stage", "mean", "most", "blocks"]);
+    for row in rows {
+        let numbers = [row.mean, row.most, row.blocks as u64].map(|number| number.to_string());
+        table.add_row([row.core, row.stage].map(str::to_owned).into_iter().chain(numbers));
+    }
+    for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table

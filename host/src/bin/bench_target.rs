@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, LENGTHS, Row};
+use picket_host::bench::{self, CORES, Core, LENGTHS, Row};
 use picket_host::{cli, progress};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,6 +26,9 @@ struct Options {
     /// Random blocks that kernels and their definition are compared on, at each length
     #[arg(long, default_value_t = 20)]
     random: u32,
+    /// Counts a block of the tracker instead, N = 1024: measured where its tone is expected, and searched whole
+    #[arg(long, conflicts_with_all = ["n", "k", "plot"])]
+    locked: bool,
     /// Draws instructions over N for the first core into this SVG file
     #[arg(long)]
     plot: Option<PathBuf>,
@@ -44,6 +47,9 @@ fn run(options: Options) -> Result<ExitCode, String> {
         core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M7, M3, M0"))
     });
     let cores = cores.collect::<Result<Vec<_>, _>>()?;
+    if options.locked {
+        return locked(&cores, options.random, options.json);
+    }
     let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n };
     if let Some(n) = lengths.iter().find(|n| !LENGTHS.contains(n)) {
         return Err(format!("N = {n}: choose of 64, 128, ... 4096"));
@@ -103,7 +109,35 @@ fn run(options: Options) -> Result<ExitCode, String> {
     Ok(if unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn print_json(row: &Row) -> Result<(), String> {
+/// The tracker's blocks.
+fn locked(cores: &[&'static Core], random: u32, json: bool) -> Result<ExitCode, String> {
+    let (here, _) = bench::locked::here().map_err(|error| error.to_string())?;
+    let (mut rows, mut same, mut compared, mut unequal) = (Vec::new(), true, 0, 0);
+    for core in cores {
+        let image = bench::locked::image(core).map_err(|error| error.to_string())?;
+        let count =
+            bench::locked::count(core, &image, random).map_err(|error| error.to_string())?;
+        same &= count.telemetry == here;
+        (compared, unequal) = (compared + count.equality.0, unequal + count.equality.1);
+        rows.extend(count.rows);
+    }
+    if json {
+        rows.iter().try_for_each(print_json)?;
+        print_json(&serde_json::json!({ "summary": true, "rows": rows.len(), "same_bits": same,
+            "blocks_compared": compared, "blocks_unequal": unequal,
+        }))?;
+    } else {
+        cli::print_line(&bench::table::locked(&rows).to_string());
+        let bits = if same { "the same bits as on this machine" } else { "OTHER BITS than here" };
+        cli::print_line(&format!(
+            "Instructions of blocks of 1024 samples, counted on emulated cores. Records and tracks: {bits}.\n\
+             Kernel and portable definition: {compared} blocks compared, {unequal} differ."
+        ));
+    }
+    Ok(if same && unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn print_json(row: &impl serde::Serialize) -> Result<(), String> {
     cli::print_line(&serde_json::to_string(row).map_err(|error| error.to_string())?);
     Ok(())
 }

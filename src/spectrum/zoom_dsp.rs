@@ -1,0 +1,292 @@
+//! The loops of [`super::zoom`] on cores with the DSP extension. Each equals its portable definition bit for bit, on
+//! every input; the tests on emulated cores drive both. None branches on data.
+//!
+//! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
+//! save `r4` to `r11` and return by `pop`.
+
+use super::fft::integer::{Pair, Point};
+use super::zoom::{self, DIAGONAL, FACTORS, Factor, LONGEST, POINTS, shift};
+use crate::acquire::sample::{Iq, Real, Record};
+use core::arch::naked_asm;
+use core::mem::MaybeUninit;
+
+/// As [`zoom::mix`].
+pub fn mix<R: Record, const N: usize>(
+    pairs: &[Pair],
+    factors: &[Factor; LONGEST],
+) -> [Point; POINTS] {
+    let length = if R::IQ { N } else { N / 2 };
+    let (from, factor) = (pairs.as_ptr(), factors.as_ptr());
+    // The loops load two pairs at once, from whole words.
+    let fits = length >= 2 * POINTS && N <= LONGEST * POINTS && pairs.len() == length;
+    if !fits || !from.cast::<u32>().is_aligned() || !factor.cast::<u32>().is_aligned() {
+        return zoom::mix::<R, N>(pairs, factors);
+    }
+    let mut points = MaybeUninit::<[Point; POINTS]>::uninit();
+    let to = points.as_mut_ptr().cast();
+    // SAFETY: there are as many pairs as the kernel for N reads, and at least as many factors as it does; it writes 32
+    // points.
+    unsafe {
+        if R::IQ {
+            turned::<N>(from, factor, to)
+        } else {
+            weighed::<N>(from, factor, to)
+        }
+        points.assume_init()
+    }
+}
+
+/// As [`zoom::transform`].
+pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
+    let mut bins = MaybeUninit::<[Point; POINTS]>::uninit();
+    // SAFETY: both are 32 points, and the second pass writes all of its own.
+    unsafe {
+        fours(points.as_mut_ptr(), FACTORS.as_ptr().cast());
+        eights(points.as_mut_ptr(), bins.as_mut_ptr().cast());
+        bins.assume_init()
+    }
+}
+
+/// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each.
+macro_rules! blocks {
+    ($($sum:literal)*) => {
+        concat!(
+            "push {{r4-r11, lr}}
+             add r3, r2, #256
+             2:
+             mov r4, #0
+             mov r5, #0
+             mov r6, #0
+             mov r7, #0
+             .rept {groups}\n",
+            $($sum, "\n",)*
+            ".endr
+             lsr r4, r4, #{shift}
+             lsr r6, r6, #{shift}
+             orr r4, r4, r5, lsl #32-{shift}
+             orr r6, r6, r7, lsl #32-{shift}
+             strd r4, r6, [r2], #8
+             sub r1, r1, #{factors}
+             cmp r2, r3
+             bne 2b
+             pop {{r4-r11, pc}}"
+        )
+    };
+}
+
+/// Real samples: `zoom::weighed` and its shift, for all blocks.
+///
+/// # Safety
+/// `from` must be the N/2 pairs of a record of N = 128 to 4096 samples, `factors` N/32 of them, both at whole words;
+/// `to` 32 points.
+#[unsafe(naked)]
+unsafe extern "C" fn weighed<const N: usize>(
+    from: *const Pair,
+    factors: *const Factor,
+    to: *mut Point,
+) {
+    naked_asm!(
+        blocks!(
+            "ldrd r8, r9, [r0], #8"
+            "ldm r1!, {{r10, r11, r12, lr}}"
+            "smlald r4, r5, r8, r10"
+            "smlald r6, r7, r8, r11"
+            "smlald r4, r5, r9, r12"
+            "smlald r6, r7, r9, lr"
+        ),
+        groups = const N / POINTS / 4,
+        factors = const N / POINTS * size_of::<Factor>(),
+        shift = const shift::<Real, N>(),
+    )
+}
+
+/// I/Q samples: `zoom::turned` and its shift, for all blocks.
+///
+/// # Safety
+/// As [`weighed`], for the N pairs of N = 64 to 4096 samples.
+#[unsafe(naked)]
+unsafe extern "C" fn turned<const N: usize>(
+    from: *const Pair,
+    factors: *const Factor,
+    to: *mut Point,
+) {
+    naked_asm!(
+        blocks!(
+            "ldrd r8, r9, [r0], #8"
+            "ldrd r10, r11, [r1], #8"
+            "smlsld r4, r5, r8, r10"
+            "smlaldx r6, r7, r8, r10"
+            "smlsld r4, r5, r9, r11"
+            "smlaldx r6, r7, r9, r11"
+        ),
+        groups = const N / POINTS / 2,
+        factors = const N / POINTS * size_of::<Factor>(),
+        shift = const shift::<Iq, N>(),
+    )
+}
+
+/// Four points at `$step` bytes from each other, transformed: points 0 (r8, r9), 1 (r6, r7), 2 (r10, r11), 3 (r2, r3).
+macro_rules! four {
+    ($first:literal, $step:literal) => {
+        concat!(
+            "ldrd r2, r3, [r0, #",
+            $first,
+            "]
+             ldrd r4, r5, [r0, #",
+            $first,
+            "+",
+            $step,
+            "]
+             ldrd r6, r7, [r0, #",
+            $first,
+            "+2*",
+            $step,
+            "]
+             ldrd r8, r9, [r0, #",
+            $first,
+            "+3*",
+            $step,
+            "]
+             add r10, r2, r6
+             add r11, r3, r7
+             sub r2, r2, r6
+             sub r3, r3, r7
+             add r6, r4, r8
+             add r7, r5, r9
+             sub r4, r4, r8
+             sub r5, r5, r9
+             add r8, r10, r6
+             add r9, r11, r7
+             sub r10, r10, r6
+             sub r11, r11, r7
+             add r6, r2, r5
+             sub r7, r3, r4
+             sub r2, r2, r5
+             add r3, r3, r4\n"
+        )
+    };
+}
+
+/// `zoom::turn` of a point by the next factor, stored at `$at`.
+macro_rules! turn {
+    ($re:literal, $im:literal, $at:literal) => {
+        concat!(
+            "ldrd r4, r5, [r1], #8\n",
+            "smmulr r12, ",
+            $re,
+            ", r4\n smmlsr r12, ",
+            $im,
+            ", r5, r12\n",
+            "smmulr lr, ",
+            $re,
+            ", r5\n smmlar lr, ",
+            $im,
+            ", r4, lr\n",
+            "strd r12, lr, [r0, #",
+            $at,
+            "]\n"
+        )
+    };
+}
+
+/// The first pass: eight transforms of four points, turned.
+///
+/// # Safety
+/// `points` must be 32 of them, `factors` those of [`zoom::FACTORS`].
+#[unsafe(naked)]
+unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #4",
+        "add r2, r0, #64",
+        "str r2, [sp]",
+        "2:",
+        four!("0", "64"),
+        turn!("r6", "r7", "64"),
+        turn!("r10", "r11", "128"),
+        turn!("r2", "r3", "192"),
+        "asr r8, r8, #1",
+        "asr r9, r9, #1",
+        "strd r8, r9, [r0], #8",
+        "ldr r2, [sp]",
+        "cmp r0, r2",
+        "bne 2b",
+        "add sp, sp, #4",
+        "pop {{r4-r11, pc}}",
+    )
+}
+
+/// The sum of an even part at `$even` and an odd one, to `$sum`, and their difference, to `$difference`. `$re` and `$im`
+/// are what is added to the real and to the imaginary part, `$add` and `$sub` how.
+macro_rules! butterfly {
+    ($even:literal, $re:literal, $im:literal, $add:literal, $sub:literal, $sum:literal, $difference:literal) => {
+        concat!(
+            "ldrd r4, r5, [r0, #",
+            $even,
+            "]\n",
+            "add lr, r4, ",
+            $re,
+            "\n sub r4, r4, ",
+            $re,
+            "\n",
+            $add,
+            " r12, r5, ",
+            $im,
+            "\n ",
+            $sub,
+            " r5, r5, ",
+            $im,
+            "\n",
+            "strd lr, r12, [r1, #",
+            $sum,
+            "]\n strd r4, r5, [r1, #",
+            $difference,
+            "]\n"
+        )
+    };
+}
+
+/// The second pass: four transforms of eight points, each to every fourth bin.
+///
+/// # Safety
+/// `points` and `bins` must be 32 each.
+#[unsafe(naked)]
+unsafe extern "C" fn eights(points: *mut Point, bins: *mut Point) {
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #4",
+        "add r2, r1, #32",
+        "str r2, [sp]",
+        "2:",
+        four!("0", "16"),
+        "strd r8, r9, [r0]",
+        "strd r6, r7, [r0, #16]",
+        "strd r10, r11, [r0, #32]",
+        "strd r2, r3, [r0, #48]",
+        four!("8", "16"),
+        // Points 1 and 3 by an eighth of a turn, halved.
+        "movw r12, #{low}",
+        "movt r12, #{high}",
+        "add r4, r6, r7",
+        "sub r5, r7, r6",
+        "smmulr r6, r4, r12",
+        "smmulr r7, r5, r12",
+        "add r4, r2, r3",
+        "sub r5, r3, r2",
+        "smmulr r2, r4, r12",
+        "smmulr r3, r5, r12",
+        butterfly!("0", "r8", "r9", "add", "sub", "0", "128"),
+        butterfly!("16", "r6, lsl #1", "r7, lsl #1", "add", "sub", "32", "160"),
+        butterfly!("32", "r11", "r10", "sub", "add", "64", "192"),
+        butterfly!("48", "r3, lsl #1", "r2, lsl #1", "sub", "add", "96", "224"),
+        "add r0, r0, #64",
+        "add r1, r1, #8",
+        "ldr r2, [sp]",
+        "cmp r1, r2",
+        "bne 2b",
+        "add sp, sp, #4",
+        "pop {{r4-r11, pc}}",
+        low = const DIAGONAL & 0xffff,
+        high = const DIAGONAL >> 16,
+    )
+}
