@@ -224,8 +224,9 @@ impl Statistics {
     /// instructions each; real ones that touch a rail are counted in a second pass.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
         let (low, high) = codes.rails();
+        // The loop loads several words at once, which must be whole ones: a core stops where they are not.
         #[cfg(dsp)]
-        {
+        if samples.as_ptr().cast::<u32>().is_aligned() {
             let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
             if !R::IQ || parts == 0 {
                 return parts;

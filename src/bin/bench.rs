@@ -126,13 +126,13 @@ impl<R: Record, const N: usize> Equality<R, N> {
                 _ => Codes::Signed16,
             };
             let (low, high) = codes.rails();
-            let weaker = random.next() % codes.bits();
-            let period = if block % 8 == 7 { 1 << (random.next() % 8) } else { N };
+            let weaker = random.draw() % codes.bits();
+            let period = if block % 8 == 7 { 1 << (random.draw() % 8) } else { N };
             for index in 0..N {
                 let repeated =
                     index.checked_sub(period).and_then(|index| samples.get(index)).copied();
                 let mut code = || {
-                    let bits = random.next();
+                    let bits = random.draw();
                     if block % 2 == 0 {
                         return if bits & 1 == 0 { low } else { high };
                     }
