@@ -23,6 +23,9 @@ fn main() -> ! {
     if playback.header.iq || playback.header.n as usize != N {
         fail(Exit::Config, "this image follows real records of 1024 samples");
     }
+    // What the proof of freedom from panics must find.
+    #[cfg(feature = "deliberate-panic")]
+    assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
     let plan = playback.plan::<Real>(N);
     let method = plan.options.method;
     let mut tracker = Tracker::<Real, N>::new(plan);

@@ -6,7 +6,7 @@ pub mod count;
 mod direction;
 pub mod lab;
 mod lidar;
-mod limits;
+pub mod limits;
 mod operations;
 pub mod over_snr;
 mod page;

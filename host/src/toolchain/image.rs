@@ -37,7 +37,8 @@ impl Firmware<'_> {
 
     fn run(&self, echo: bool) -> Result<PathBuf, ToolError> {
         let route = route(self.target)?;
-        let directory = firmware_dir().join(route.directory());
+        // One for each target, so that images for two targets are built side by side.
+        let directory = firmware_dir().join(route.directory()).join(self.target.triple());
         let images = directory.join("images");
         fs::create_dir_all(&images).map_err(io_error(images.display()))?;
         // Another process may build the same binary with other features: the copy belongs to the
