@@ -298,7 +298,7 @@ fn two_vehicles_are_two_tracks() {
         following,
     };
     let mut seen = Vec::new();
-    let trails = follow::run(&file, &pursuit, |sighting| seen.push(*sighting), |_| ()).unwrap();
+    let trails = follow::run(&file, &pursuit, &mut |s| seen.push(*s), &mut |_| ()).unwrap();
     let long: Vec<_> = trails.iter().filter(|trail| trail.blocks > 20).collect();
     println!("{long:#?}");
     let [car, motorcycle] = long[..] else { panic!("{} long tracks", long.len()) };

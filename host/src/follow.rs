@@ -81,11 +81,13 @@ pub struct Trail {
 }
 
 /// Follows the tones of `file`; `sink` has every held track of every block. Gives the tracks, in their order.
+///
+/// Not generic, so that the trackers of all lengths are compiled here, once, and not by every caller.
 pub fn run(
     file: &Path,
     pursuit: &Pursuit,
-    mut sink: impl FnMut(&Sighting),
-    progress: impl FnMut(u64),
+    sink: &mut dyn FnMut(&Sighting),
+    progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Trail>, String> {
     let recording = Recording::open(file, pursuit.read).map_err(text)?;
     if !supported(pursuit.n) {
@@ -123,8 +125,8 @@ pub fn run(
 fn blocks<R: Kind, const N: usize>(
     recording: Recording,
     pursuit: &Pursuit,
-    sink: &mut impl FnMut(&Sighting),
-    mut progress: impl FnMut(u64),
+    sink: &mut dyn FnMut(&Sighting),
+    progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
     let &Pursuit { hop, skip, band_hz, codes, reach, following, .. } = pursuit;
     let rate_hz = recording.rate_hz();

@@ -6,6 +6,7 @@
 use crate::arithmetic::{Arithmetic, Engine, engine, whole};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, Line, Signal, Width, generator};
+use crate::with_kind;
 use indicatif::ProgressBar;
 use picket::acquire::sample::Codes;
 use picket::estimate::uncertainty::bound_bins;
@@ -151,6 +152,15 @@ impl Sweep {
     /// All trials of one signal-to-noise ratio, over all cores: a row for each method. `bar` advances by one
     /// for each trial.
     pub fn run<R: Kind>(&self, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
+        self.run_either(R::IQ, snr_db, bar)
+    }
+
+    /// Not generic, so that it is compiled here, once.
+    fn run_either(&self, iq: bool, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
+        with_kind!(iq, R => self.run_all::<R>(snr_db, bar))
+    }
+
+    fn run_all<R: Kind>(&self, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
         let codes = match self.width {
             Width::Codes(codes) => codes,
             Width::Float => Codes::Signed16,

@@ -171,13 +171,13 @@ fn track(
     };
     let bar = progress::count("samples");
     let mut first = true;
-    let sink = |sighting: &Sighting| {
+    let mut sink = |sighting: &Sighting| {
         if std::mem::take(&mut first) {
             follow::print_heading(style);
         }
         bar.suspend(|| follow::print(sighting, style));
     };
-    let trails = follow::run(&options.file, &pursuit, sink, |samples| bar.inc(samples));
+    let trails = follow::run(&options.file, &pursuit, &mut sink, &mut |samples| bar.inc(samples));
     bar.finish_and_clear();
     follow::print_trails(&trails?, style);
     Ok(ExitCode::SUCCESS)
