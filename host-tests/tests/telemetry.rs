@@ -11,7 +11,7 @@ use picket::report::record::{Health, Record, RecordError};
 use picket::report::{cobs, frame::PAYLOAD};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
-use picket_host::telemetry::{Telemetry, TelemetryError};
+use picket_host::device::{Listener, Said};
 use proptest::prelude::*;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -79,9 +79,9 @@ fn records_come_back_bit_for_bit() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let records: Vec<Record> = (0..10_000).map(|sequence| record(sequence, &mut rng)).collect();
     let bytes: Vec<u8> = records.iter().flat_map(|r| r.to_frame()).collect();
-    let mut telemetry = Telemetry::default();
-    assert_eq!(telemetry.read(&bytes), records);
-    assert_eq!((telemetry.records, telemetry.bad, telemetry.lost), (10_000, 0, 0));
+    let mut listener = Listener::default();
+    assert_eq!(listener.read(&bytes), records.into_iter().map(Said::Record).collect::<Vec<_>>());
+    assert_eq!((listener.records, listener.bad, listener.missing), (10_000, 0, 0));
 }
 
 #[test]
@@ -96,11 +96,11 @@ fn a_float_without_a_value_keeps_its_bits() {
 #[test]
 fn holes_and_restarts_in_the_sequence() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let mut telemetry = Telemetry::default();
+    let mut listener = Listener::default();
     for sequence in [7, 8, 11, 12, 0, 1, 3] {
-        telemetry.read(&record(sequence, &mut rng).to_frame());
+        listener.read(&record(sequence, &mut rng).to_frame());
     }
-    assert_eq!((telemetry.records, telemetry.lost), (7, 3));
+    assert_eq!((listener.records, listener.missing), (7, 3));
 }
 
 #[test]
@@ -132,9 +132,9 @@ fn a_hundred_thousand_damaged_frames_and_none_accepted() {
             _ => bytes.truncate(rng.random_range(1..last)),
         }
         bytes.push(0);
-        for got in Telemetry::default().read(&bytes) {
+        for got in Listener::default().read(&bytes) {
             // Damage may hit nothing but the closing zero, or undo itself: then the record is whole.
-            accepted += u32::from(got.to_bytes() != sent.to_bytes());
+            accepted += u32::from(got != Said::Record(sent));
         }
     }
     assert_eq!(accepted, 0);
@@ -144,43 +144,41 @@ fn a_hundred_thousand_damaged_frames_and_none_accepted() {
 fn noise_between_frames_costs_no_frame() {
     println!("seed 8");
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    let mut telemetry = Telemetry::default();
+    let mut listener = Listener::default();
     let mut got = 0;
     for sequence in 0..1000 {
         let mut noise = vec![0u8; rng.random_range(0..600)];
         rng.fill_bytes(&mut noise);
         noise.push(0);
         noise.extend(record(sequence, &mut rng).to_frame());
-        got += telemetry.read(&noise).len();
+        got += listener.read(&noise).len();
     }
-    assert_eq!((got, telemetry.lost), (1000, 0));
-    assert!(telemetry.bad > 0);
+    assert_eq!((got, listener.missing), (1000, 0));
+    assert!(listener.bad > 0);
 }
 
 #[test]
 fn errors_name_their_cause() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let sent = record(1, &mut rng);
-    let reply = |bytes: &[u8]| {
-        let mut telemetry = Telemetry::default();
-        bytes.iter().find_map(|&b| telemetry.push(b)).unwrap().unwrap_err()
+    let frame = |bytes: &[u8]| {
+        let mut reader = Reader::default();
+        bytes.iter().find_map(|&b| reader.push(b)).unwrap()
     };
+    let reply = |bytes: &[u8]| Record::of_frame(&frame(bytes).unwrap()).unwrap_err();
     let mut newer = sent.to_bytes();
     newer[0] = 9;
-    let frame = frame::encode(Kind::Record, &newer).unwrap();
-    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Version(9)));
-    let frame = frame::encode(Kind::Record, &sent.to_bytes()[..40]).unwrap();
-    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Short));
-    let frame = frame::encode(Kind::End, &[]).unwrap();
-    assert_eq!(reply(&frame), TelemetryError::Record(RecordError::Kind(Kind::End)));
+    let bytes = frame::encode(Kind::Record, &newer).unwrap();
+    assert_eq!(reply(&bytes), RecordError::Version(9));
+    let bytes = frame::encode(Kind::Record, &sent.to_bytes()[..40]).unwrap();
+    assert_eq!(reply(&bytes), RecordError::Short);
+    let bytes = frame::encode(Kind::End, &[]).unwrap();
+    assert_eq!(reply(&bytes), RecordError::Kind(Kind::End));
     let mut damaged = sent.to_frame();
     damaged[20] ^= 0x80;
-    assert!(matches!(reply(&damaged), TelemetryError::Frame(_)));
-    assert_eq!(reply(&[1, 0]), TelemetryError::Frame(FrameError::Truncated));
-    assert_eq!(
-        reply(&[&[7u8; 900][..], &[0]].concat()),
-        TelemetryError::Frame(FrameError::TooLong)
-    );
+    assert!(frame(&damaged).is_err());
+    assert_eq!(frame(&[1, 0]), Err(FrameError::Truncated));
+    assert_eq!(frame(&[&[7u8; 900][..], &[0]].concat()), Err(FrameError::TooLong));
 }
 
 proptest! {

@@ -17,6 +17,5 @@ pub mod report;
 pub mod scenario;
 pub mod simulate;
 pub mod sweep;
-pub mod telemetry;
 pub mod toolchain;
 pub mod watch;

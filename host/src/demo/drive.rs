@@ -4,6 +4,7 @@ use super::measure::{N, play_on};
 use super::options::Options;
 use super::table::table;
 use super::{DemoError, said};
+use crate::device::Said;
 use crate::emulator::Capture;
 use crate::progress;
 use crate::report::chart::{Axis, Chart, Series, Style};
@@ -162,14 +163,18 @@ pub fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError
         }
     }
     let bar = progress::bar(3 * CYCLES as u64, "blocks");
-    let mut records = Vec::new();
-    let telemetry = play_on("tracker_qemu", capture, options, |record| {
-        bar.inc(1);
-        records.push(record);
+    let (mut records, mut follows) = (Vec::new(), Vec::new());
+    play_on("tracker_qemu", capture, options, |said| match said {
+        Said::Record(record) => {
+            bar.inc(1);
+            records.push(record);
+        }
+        Said::Follow(follow) => follows.push(follow),
+        _ => {}
     })
     .map_err(said)?;
     bar.finish_and_clear();
-    Ok((records, telemetry.follows))
+    Ok((records, follows))
 }
 
 /// A report as it arrives: what a frame does not carry is left out.

@@ -3,11 +3,11 @@
 use super::options::Options;
 use super::table::{Answer, Result as Row, Summary};
 use super::{DemoError, said};
+use crate::device::{Listener, Said};
 use crate::emulator::{self, Capture, Machine, RunError};
 use crate::progress;
 use crate::scenario::{self, Bars};
 use crate::simulate::{Kind, Signal, generator};
-use crate::telemetry::Telemetry;
 use crate::toolchain::{Firmware, Profile};
 use picket::acquire::capture::Header;
 use picket::acquire::sample::{Iq, Real};
@@ -142,32 +142,36 @@ fn measured<R: Kind>(
 pub fn play(
     capture: Capture,
     options: &Options,
-    take: impl FnMut(Record),
-) -> Result<Telemetry, RunError> {
-    play_on("frontend_qemu", capture, options, take)
+    mut take: impl FnMut(Record),
+) -> Result<Listener, RunError> {
+    play_on("frontend_qemu", capture, options, |said| {
+        if let Said::Record(record) = said {
+            take(record);
+        }
+    })
 }
 
-/// The same on another image.
+/// The same on another image, and with all that it says.
 pub fn play_on(
     bin: &'static str,
     capture: Capture,
     options: &Options,
-    mut take: impl FnMut(Record),
-) -> Result<Telemetry, RunError> {
+    mut take: impl FnMut(Said),
+) -> Result<Listener, RunError> {
     let features: &[&str] = if options.log { &["mps2", "log"] } else { &["mps2"] };
     let profile = Profile::Release;
     let image = Firmware { bin, target: BOARD.target(), features, profile };
     let image = image.build()?;
-    let mut telemetry = Telemetry::default();
+    let mut listener = Listener::default();
     let outcome = capture.run(BOARD, &image, LIMIT, |piece| {
-        telemetry.read(piece).into_iter().for_each(&mut take);
+        listener.read(piece).into_iter().for_each(&mut take);
     })?;
     if options.log {
         for line in emulator::log_lines(&image, &outcome.log)? {
             eprintln!("firmware: {line}");
         }
     }
-    Ok(telemetry)
+    Ok(listener)
 }
 
 /// The board that has DMA.

@@ -59,7 +59,7 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     }
     let bar = progress::bar(blocks.into(), "blocks");
     let mut arrived = 0;
-    let telemetry = play(capture, options, |record| {
+    let listener = play(capture, options, |record| {
         let line = Line::of(&record, rate_hz, options);
         arrived += 1;
         bar.suspend(|| print_line(&line, options));
@@ -67,7 +67,7 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     })
     .map_err(said)?;
     bar.finish_and_clear();
-    if arrived != blocks || telemetry.lost + telemetry.bad > 0 {
+    if arrived != blocks || listener.missing + listener.bad > 0 {
         return Err(said(format!("{arrived} of {blocks} blocks arrived")));
     }
     Ok(ExitCode::SUCCESS)
