@@ -1,0 +1,222 @@
+//! A drive before a 77 GHz radar, followed by the firmware's tracker: truth, single chirps and tracks side by side.
+
+mod show;
+mod summary;
+
+pub use summary::Summary;
+
+use super::measure::{N, play_on};
+use super::options::Options;
+use super::{DemoError, said};
+use crate::device::Said;
+use crate::emulator::Capture;
+use crate::progress;
+use crate::scenario::drive::{self, CYCLE_S, CYCLES, Scene};
+use crate::simulate::{Line, Signal, generator};
+use picket::acquire::capture::Header;
+use picket::acquire::sample::{Real, Segment, Stamp};
+use picket::config::{Plan, Solver};
+use picket::estimate::tone::Verdict;
+use picket::pipeline::Outcome;
+use picket::report::follow::Follow;
+use picket::report::frame::Reader;
+use picket::report::record::Record;
+use picket::solve::chirp::{Scales, Target};
+use picket::tracker::Tracker;
+use serde::Serialize;
+use std::process::ExitCode;
+
+/// The noise of a sample, in codes.
+const NOISE: f64 = 60.0;
+
+/// Nearer than this to the truth an answer is of the target, in metres and in metres per second.
+const NEAR_M: f64 = 2.0;
+const NEAR_MPS: f64 = 1.0;
+
+/// One chirp. The keys are those of the JSON lines.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The chirp's number.
+    pub row: usize,
+    /// When.
+    pub time_s: f64,
+    /// Signal-to-noise ratio per sample; `None` while the signal is cut off.
+    pub snr_db: Option<f64>,
+    /// Where the target is.
+    pub truth_range_m: f64,
+    /// How fast it approaches.
+    pub truth_velocity_mps: f64,
+    /// What the chirp alone shows.
+    pub single: Option<Answer>,
+    /// What the tracks show: the one that began as the target.
+    pub tracked: Option<Answer>,
+    /// All tracked targets, by number.
+    pub targets: Vec<(u16, Answer)>,
+}
+
+/// A measured target.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Answer {
+    /// Metres.
+    pub range_m: f64,
+    /// Metres per second, positive when approaching.
+    pub velocity_mps: f64,
+    /// One standard deviation.
+    pub sigma_range_m: f64,
+    /// One standard deviation.
+    pub sigma_velocity_mps: f64,
+    /// Whether it may be used.
+    pub verdict: &'static str,
+}
+
+impl From<&Target> for Answer {
+    fn from(target: &Target) -> Self {
+        Answer {
+            range_m: target.range.to_num(),
+            velocity_mps: target.velocity.to_num(),
+            sigma_range_m: target.sigma_range.into(),
+            sigma_velocity_mps: target.sigma_velocity.into(),
+            verdict: target.verdict.name(),
+        }
+    }
+}
+
+/// Drives, prints and draws. Failure: a track is wrong where it says that it is good, or changed hands.
+pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    let (records, follows) = driven(options)?;
+    let rows = rows(&records, &follows);
+    let summary = Summary::of(&rows);
+    if let Some(file) = &options.plot {
+        show::draw(&rows, file)?;
+    }
+    if options.json {
+        for row in &rows {
+            println!("{}", serde_json::to_string(row).map_err(said)?);
+        }
+        println!("{}", serde_json::to_string(&summary).map_err(said)?);
+    } else {
+        show::print(&rows, &summary, options);
+    }
+    // One loss is in the script: the signal is cut off for half a second.
+    let right = summary.tracked_wrong == 0 && summary.numbers.len() <= 2;
+    Ok(if right { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The samples of a chirp's segment.
+fn samples(seed: u64, cycle: usize, segment: usize, scales: &Scales) -> Vec<i16> {
+    let beats = Scene::at(cycle as f64 * CYCLE_S).beats(scales);
+    let lines = beats.into_iter().nth(segment).unwrap_or_default();
+    let lines = lines.into_iter().map(|(cycles, snr_db)| Line {
+        // A real tone is the same at minus its frequency.
+        bins: cycles.abs() * N as f64,
+        amplitude: NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt(),
+        phase: None,
+    });
+    // The first line sets the noise: one of no amplitude to speak of.
+    let mark = Line { bins: 0.0, amplitude: 1e-6, phase: Some(0.0) };
+    let signal = Signal {
+        lines: std::iter::once(mark).chain(lines).collect(),
+        snr_db: 20.0 * (1e-6 / NOISE).log10() - 10.0 * 2f64.log10(),
+        ..Signal::tone(0.0, 0.0, 0.0)
+    };
+    signal.codes::<Real>(N, &mut generator(seed, (3 * cycle + segment) as u64))
+}
+
+fn scales() -> Result<(Plan, Scales), DemoError> {
+    let plan = drive::config().validate::<Real>(N).map_err(said)?;
+    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+    Ok((plan, scales))
+}
+
+/// The whole drive through the firmware.
+pub fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError> {
+    let (_, scales) = scales()?;
+    let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
+    let mut capture = Capture::create(&header).map_err(said)?;
+    for cycle in 0..CYCLES {
+        for segment in 0..3 {
+            capture.push::<Real>(&samples(options.seed, cycle, segment, &scales)).map_err(said)?;
+        }
+    }
+    let bar = progress::bar(3 * CYCLES as u64, "blocks");
+    let (mut records, mut follows) = (Vec::new(), Vec::new());
+    play_on("tracker_qemu", capture, options, |said| match said {
+        Said::Record(record) => {
+            bar.inc(1);
+            records.push(record);
+        }
+        Said::Follow(follow) => follows.push(follow),
+        _ => {}
+    })
+    .map_err(said)?;
+    bar.finish_and_clear();
+    Ok((records, follows))
+}
+
+/// A report as it arrives: what a frame does not carry is left out.
+fn as_sent(follow: &Follow) -> Result<Follow, DemoError> {
+    let mut reader = Reader::default();
+    let frame = follow.to_frame().into_iter().find_map(|byte| reader.push(byte));
+    let frame = frame.ok_or_else(|| said("no frame"))?.map_err(said)?;
+    Follow::of_frame(&frame).map_err(said)
+}
+
+/// What the core's tracker follows on this machine.
+pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
+    let (plan, scales) = scales()?;
+    let mut tracker = Box::new(Tracker::<Real, N>::new(plan));
+    let mut follows = Vec::new();
+    for cycle in 0..CYCLES {
+        for (number, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
+        {
+            let mut block = [0; N];
+            block.copy_from_slice(&samples(seed, cycle, number, &scales));
+            let sequence = (3 * cycle + number) as u32;
+            let stamp = Stamp { sequence, segment, ..Stamp::default() };
+            tracker.block(stamp, &block);
+            follows.push(as_sent(&tracker.follow(&stamp))?);
+        }
+    }
+    Ok(follows)
+}
+
+fn rows(records: &[Record], follows: &[Follow]) -> Vec<Row> {
+    let mut number = None;
+    let mut rows = Vec::new();
+    for row in 0..CYCLES {
+        let time_s = row as f64 * CYCLE_S;
+        let scene = Scene::at(time_s);
+        let last = 3 * row as u32 + 2;
+        let single = records.iter().find(|r| r.measurement.stamp.sequence == last);
+        let single = single.and_then(|record| match &record.measurement.result {
+            Outcome::Target(target) => Some(target.into()),
+            _ => None,
+        });
+        let follow = follows.iter().find(|follow| follow.sequence == last);
+        let targets: Vec<(u16, Answer)> =
+            follow.iter().flat_map(|f| f.targets.iter().map(|(n, t)| (*n, t.into()))).collect();
+        let up = follows.iter().find(|follow| follow.sequence + 2 == last);
+        let alive =
+            |number: &u16| up.is_some_and(|up| up.tracks.iter().any(|t| t.number == *number));
+        // The target is the first that was found near it, for as long as its track lives.
+        number = number.filter(alive).or_else(|| {
+            let near = |(_, answer): &&(u16, Answer)| {
+                answer.verdict == Verdict::Good.name()
+                    && (answer.range_m - scene.range_m).abs() < NEAR_M
+            };
+            targets.iter().find(near).map(|(number, _)| *number)
+        });
+        let tracked = number.and_then(|number| targets.iter().find(|t| t.0 == number)).map(|t| t.1);
+        rows.push(Row {
+            row,
+            time_s,
+            snr_db: scene.snr_db,
+            truth_range_m: scene.range_m,
+            truth_velocity_mps: scene.velocity_mps,
+            single,
+            tracked,
+            targets,
+        });
+    }
+    rows
+}
