@@ -1,0 +1,216 @@
+//! What reads a real record's points: the search, the noise and the bins around a peak.
+
+use super::{Packed, Point};
+use core::arch::naked_asm;
+
+/// What the search has seen, as [`pairs_outwards`] keeps it.
+#[repr(C)]
+pub(super) struct Seen {
+    pub best: u64,
+    pub total: u64,
+    pub at: *const Point,
+}
+
+/// Splits the pairs of points beside the middle, outwards to the first and the last, adds their powers to `seen`
+/// and keeps the strongest, of equal ones the lowest (see [`crate::spectrum::sweep::real`]).
+///
+/// # Safety
+/// `points` must be `2 middle` bytes of points, `factors` the one of the pair nearest the middle, those of the
+/// others before it.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn pairs_outwards(
+    seen: &mut Seen,
+    points: *const Point,
+    middle: usize,
+    factors: *const Packed,
+) {
+    // Where the maximum rises the code leaves its line, and comes back.
+    macro_rules! pair {
+        ($lower:literal, $next:literal, $upper:literal, $end:literal) => {
+            concat!(
+                "ldrd r4, r5, [r0], #-8
+                 ldrd r6, r7, [r2], #8
+                 ldr lr, [r3], #-4
+                 add r12, r4, r6
+                 sub r4, r4, r6
+                 sub r6, r5, r7
+                 add r5, r5, r7
+                 smulwt r7, r4, lr
+                 smulwb r4, r4, lr
+                 smlawt r4, r5, lr, r4
+                 smulwb r5, r5, lr
+                 sub r7, r7, r5
+                 add r5, r7, r12, asr #1
+                 rsb r7, r7, r12, asr #1
+                 add r12, r4, r6, asr #1
+                 sub r4, r4, r6, asr #1
+                 smull r6, lr, r5, r5
+                 smlal r6, lr, r12, r12
+                 adds r10, r10, r6
+                 adc r11, r11, lr
+                 cmp r6, r8
+                 sbcs r5, lr, r9
+                 bhs ",
+                $lower,
+                "f\n",
+                $next,
+                ":
+                 smull r5, r6, r7, r7
+                 smlal r5, r6, r4, r4
+                 adds r10, r10, r5
+                 adc r11, r11, r6
+                 cmp r8, r5
+                 sbcs r7, r9, r6
+                 blo ",
+                $upper,
+                "f\n",
+                $end,
+                ":\n"
+            )
+        };
+    }
+    // The lower bin (r6, lr) wins if it is as strong as any above it, the upper one (r5, r6) if it is stronger than
+    // all below it.
+    macro_rules! risen {
+        ($lower:literal, $next:literal, $upper:literal, $end:literal) => {
+            concat!(
+                $lower,
+                ": mov r8, r6\n mov r9, lr\n add r5, r0, #8\n str r5, [sp, #4]\n b ",
+                $next,
+                "b\n",
+                $upper,
+                ": mov r8, r5\n mov r9, r6\n sub r5, r2, #8\n str r5, [sp, #4]\n b ",
+                $end,
+                "b\n",
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #8",
+        "str r0, [sp]",
+        "ldm r0, {{r8, r9, r10, r11, r12}}", // best, total, at
+        "str r12, [sp, #4]",
+        // r1: the end; r0: towards it; r2: away.
+        "add r2, r1, r2",
+        "sub r0, r2, #8",
+        "add r2, r2, #8",
+        pair!("10", "11", "12", "13"),
+        "2:",
+        "cmp r0, r1",
+        "bls 6f",
+        pair!("20", "21", "22", "23"),
+        pair!("30", "31", "32", "33"),
+        "b 2b",
+        "6:",
+        "ldrd r0, r12, [sp]",
+        "stm r0, {{r8, r9, r10, r11, r12}}",
+        "add sp, sp, #8",
+        "pop {{r4-r11, pc}}",
+        risen!("10", "11", "12", "13"),
+        risen!("20", "21", "22", "23"),
+        risen!("30", "31", "32", "33"),
+    )
+}
+
+/// Sums the powers of half the second difference at every `stride`-th byte from `from` to before `to`.
+///
+/// # Safety
+/// There must be three points at each, and at least one.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn bends(from: *const Point, to: *const Point, stride: usize) -> u64 {
+    naked_asm!(
+        "push {{r4-r10, lr}}",
+        "mov r3, #0",
+        "mov r12, #0",
+        "2:",
+        "ldm r0, {{r4-r9}}",
+        "add r0, r0, r2",
+        "rsb r4, r6, r4, asr #1",
+        "add r4, r4, r8, asr #1",
+        "rsb r5, r7, r5, asr #1",
+        "add r5, r5, r9, asr #1",
+        "smlal r3, r12, r4, r4",
+        "smlal r3, r12, r5, r5",
+        "cmp r0, r1",
+        "blo 2b",
+        "mov r0, r3",
+        "mov r1, r12",
+        "pop {{r4-r10, pc}}",
+    )
+}
+
+/// The two halves of `integer::split_pair` up to its last sums: the point $p in r5, r6 and its mirror $q in r7, r8
+/// give re in r8, im in r5, twice the even part in r9, r7.
+macro_rules! split_pair {
+    () => {
+        "add r9, r5, r7
+         sub r5, r5, r7
+         sub r7, r6, r8
+         add r6, r6, r8
+         smulwt r8, r5, r10
+         smulwb r5, r5, r10
+         smlawt r5, r6, r10, r5
+         smulwb r6, r6, r10
+         sub r8, r8, r6"
+    };
+}
+
+/// Bins below the middle, in ascending order.
+///
+/// # Safety
+/// For each bin in `to..end` there must be a point at `here` and after, one at `there` and before, and a factor
+/// at `factors` and after. There must be at least one.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn span_below(
+    here: *const Point,
+    there: *const Point,
+    factors: *const Packed,
+    to: *mut Point,
+    end: *mut Point,
+) {
+    naked_asm!(
+        "ldr r12, [sp]",
+        "push {{r4-r10, lr}}",
+        "2:",
+        "ldrd r5, r6, [r0], #8",
+        "ldrd r7, r8, [r1], #-8",
+        "ldr r10, [r2], #4",
+        split_pair!(),
+        "add r8, r8, r9, asr #1",
+        "add r5, r5, r7, asr #1",
+        "strd r8, r5, [r3], #8",
+        "cmp r3, r12",
+        "blo 2b",
+        "pop {{r4-r10, pc}}",
+    )
+}
+
+/// Bins above the middle, in ascending order.
+///
+/// # Safety
+/// As [`span_below`], but with the factors at `factors` and before.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn span_above(
+    here: *const Point,
+    there: *const Point,
+    factors: *const Packed,
+    to: *mut Point,
+    end: *mut Point,
+) {
+    naked_asm!(
+        "ldr r12, [sp]",
+        "push {{r4-r10, lr}}",
+        "2:",
+        "ldrd r7, r8, [r0], #8",
+        "ldrd r5, r6, [r1], #-8",
+        "ldr r10, [r2], #-4",
+        split_pair!(),
+        "rsb r8, r8, r9, asr #1",
+        "sub r5, r5, r7, asr #1",
+        "strd r8, r5, [r3], #8",
+        "cmp r3, r12",
+        "blo 2b",
+        "pop {{r4-r10, pc}}",
+    )
+}

@@ -1,0 +1,110 @@
+//! Parts of a radix-4 butterfly, as text for the loops of the passes.
+
+/// The sum r5, r8 and the difference r12, r6 of leg 1 in r12, r6 and leg 3 in `$re`, `$im`.
+macro_rules! sum_outer_legs {
+    ($re:literal, $im:literal) => {
+        concat!(
+            "add r5, r12, ",
+            $re,
+            "\n sub r12, r12, ",
+            $re,
+            "\n add r8, r6, ",
+            $im,
+            "\n sub r6, r6, ",
+            $im,
+            "\n"
+        )
+    };
+}
+
+/// The four sums of those, of leg 2 in r10, r9 and leg 0, not halved, in r7, lr: points 0 (lr, r5), 1 (r8, r6),
+/// 2 (r11, r7), 3 (r10, r9).
+macro_rules! sum_all_legs {
+    () => {
+        "add r11, r10, r7, asr #1
+         rsb r10, r10, r7, asr #1
+         add r7, r9, lr, asr #1
+         rsb r9, r9, lr, asr #1
+         add lr, r11, r5
+         sub r11, r11, r5
+         add r5, r7, r8
+         sub r7, r7, r8
+         add r8, r10, r6
+         sub r10, r10, r6
+         sub r6, r9, r12
+         add r9, r9, r12\n"
+    };
+}
+
+/// `integer::turn` of r5, r6 and of r5, r7: legs 1 and 3, and their sum r5, r8 and difference r12, r6.
+/// The factors are in `$one` and `$three`, the loads given, between which a factor may be loaded.
+macro_rules! outer_legs {
+    ($load1:expr, $one:literal, $load3:expr, $three:literal) => {
+        concat!(
+            $load1, // r5, r6
+            "smulwb r12, r5, ",
+            $one,
+            "\n smulwt r8, r6, ",
+            $one,
+            "\n sub r12, r12, r8\n",
+            "smulwb r6, r6, ",
+            $one,
+            "\n smlawt r6, r5, ",
+            $one,
+            ", r6\n",
+            $load3, // r5, r7
+            "smulwb r8, r5, ",
+            $three,
+            "\n smulwt r9, r7, ",
+            $three,
+            "\n sub r8, r8, r9\n",
+            "smulwb r7, r7, ",
+            $three,
+            "\n smlawt r7, r5, ",
+            $three,
+            ", r7\n",
+            sum_outer_legs!("r8", "r7"),
+        )
+    };
+}
+
+/// Leg 2 turned, leg 0 halved, and the four sums: points 0 (lr, r5), 1 (r8, r6), 2 (r11, r7), 3 (r10, r9).
+macro_rules! inner_legs {
+    ($load2:expr, $two:literal, $load0:expr) => {
+        concat!(
+            $load2, // r7, r9
+            "smulwb r10, r7, ",
+            $two,
+            "\n smulwt r11, r9, ",
+            $two,
+            "\n sub r10, r10, r11\n",
+            "smulwb r9, r9, ",
+            $two,
+            "\n smlawt r9, r7, ",
+            $two,
+            ", r9\n",
+            $load0, // r7, lr
+            sum_all_legs!(),
+        )
+    };
+}
+
+/// The butterfly whose factors are 1: points 0 (r11, r12), 1 (r7, r6), 2 (lr, r10), 3 (r8, r9).
+macro_rules! plain {
+    ($load1:expr, $load3:expr, $load2:expr, $load0:expr) => {
+        concat!(
+            $load1, // r5, r6
+            $load3, // r7, r8
+            "asr r5, r5, #1\n asr r6, r6, #1\n",
+            "add r12, r5, r7, asr #1\n sub r5, r5, r7, asr #1\n",
+            "add r7, r6, r8, asr #1\n sub r6, r6, r8, asr #1\n",
+            $load2, // r8, r9
+            $load0, // r10, r11
+            "asr r8, r8, #1\n asr r9, r9, #1\n",
+            "add lr, r8, r10, asr #1\n rsb r8, r8, r10, asr #1\n",
+            "add r10, r9, r11, asr #1\n rsb r9, r9, r11, asr #1\n",
+            "add r11, lr, r12\n sub lr, lr, r12\n add r12, r10, r7\n sub r10, r10, r7\n",
+            "add r7, r8, r6\n sub r8, r8, r6\n sub r6, r9, r5\n add r9, r9, r5\n",
+        )
+    };
+}

@@ -1,0 +1,175 @@
+//! The first pass, which reads the record in digit-reversed order.
+
+use super::{Pair, Point};
+use core::arch::naked_asm;
+
+/// Reads the digit-reversed position of group h among 4^d (LSR #32 where d is 0) into r5, with r4 = h.
+macro_rules! reversed {
+    () => {
+        "rbit r5, r4
+         and r6, r5, #0x55555555
+         and r5, r5, #0xaaaaaaaa
+         lsr r5, r5, #1
+         orr r5, r5, r6, lsl #1
+         lsr r5, r5, #{unused}"
+    };
+}
+
+/// Stores the packed point in `$x` at `$at`, times the factor in r3. Uses r7.
+macro_rules! widen {
+    ($x:literal, $at:literal) => {
+        concat!(
+            "smulbb r7, ",
+            $x,
+            ", r3\n smultb ",
+            $x,
+            ", ",
+            $x,
+            ", r3\n strd r7, ",
+            $x,
+            ", [r1, #",
+            $at,
+            "]\n"
+        )
+    };
+}
+
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits.
+///
+/// # Safety
+/// `from` and `to` must be M pairs and M points, M = 8 4^d of at most 2048.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
+    from: *const Pair,
+    to: *mut Point,
+) {
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #4",
+        "movw r2, #23170",
+        "movt r2, #23170", // sqrt(1/2) twice
+        "movw r3, #{one}",
+        "movs r4, #0",
+        "str r4, [sp]",
+        "2:",
+        "ldr r4, [sp]",
+        reversed!(),
+        "add lr, r0, r5, lsl #2",
+        "adds r4, #1",
+        "str r4, [sp]",
+        // Four groups, whose first digit is the last of their place.
+        ".rept 4",
+        "ldr r4, [lr]",
+        "ldr r5, [lr, #{leg}]",
+        "ldr r6, [lr, #2*{leg}]",
+        "ldr r7, [lr, #3*{leg}]",
+        "add r11, lr, #4*{leg}",
+        "ldr r8, [r11]",
+        "ldr r9, [r11, #{leg}]",
+        "ldr r10, [r11, #2*{leg}]",
+        "ldr r11, [r11, #3*{leg}]",
+        "add lr, lr, #{leg}/4",
+        "sadd16 r12, r4, r8",
+        "ssub16 r8, r4, r8",
+        "sadd16 r4, r6, r10",
+        "ssub16 r10, r6, r10",
+        "sadd16 r6, r12, r4",  // e0
+        "ssub16 r12, r12, r4", // e2
+        "ssax r4, r8, r10",    // e1
+        "sasx r8, r8, r10",    // e3
+        "sadd16 r10, r5, r9",
+        "ssub16 r9, r5, r9",
+        "sadd16 r5, r7, r11",
+        "ssub16 r11, r7, r11",
+        "sadd16 r7, r10, r5",  // o0
+        "ssub16 r10, r10, r5", // o2
+        "ssax r5, r9, r11",    // o1
+        "sasx r9, r9, r11",    // o3
+        "sadd16 r11, r6, r7",
+        "ssub16 r6, r6, r7",
+        widen!("r11", "0"),
+        widen!("r6", "32"),
+        "ssax r11, r12, r10",
+        "sasx r10, r12, r10",
+        widen!("r11", "16"),
+        widen!("r10", "48"),
+        // Points 1 and 5.
+        "smuad r6, r5, r2",
+        "smusdx r5, r2, r5",
+        "smulbb r7, r4, r3",
+        "smultb r4, r4, r3",
+        "add r10, r7, r6, asr #{fraction}",
+        "add r11, r4, r5, asr #{fraction}",
+        "strd r10, r11, [r1, #8]",
+        "sub r7, r7, r6, asr #{fraction}",
+        "sub r4, r4, r5, asr #{fraction}",
+        "strd r7, r4, [r1, #40]",
+        // Points 3 and 7.
+        "smusdx r6, r2, r9",
+        "smuad r9, r9, r2",
+        "smulbb r7, r8, r3",
+        "smultb r8, r8, r3",
+        "add r10, r7, r6, asr #{fraction}",
+        "sub r11, r8, r9, asr #{fraction}",
+        "strd r10, r11, [r1, #24]",
+        "sub r7, r7, r6, asr #{fraction}",
+        "add r8, r8, r9, asr #{fraction}",
+        "strd r7, r8, [r1, #56]",
+        "add r1, r1, #64",
+        ".endr",
+        "ldr r4, [sp]",
+        "cmp r4, #{outer}",
+        "blo 2b",
+        "add sp, sp, #4",
+        "pop {{r4-r11, pc}}",
+        one = const 1 << SHIFT,
+        fraction = const 15 - SHIFT,
+        // No length beyond 2048 is asked for, but the assembler sees it.
+        leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
+        outer = const M / 32,
+        unused = const 32 - (M / 32).trailing_zeros(),
+    )
+}
+
+/// The first pass in groups of four: `integer::first4` for codes of at most 13 bits. `one` is one shifted up.
+///
+/// # Safety
+/// `from` and `to` must be M pairs and M points, M = 4^d of at most 1024.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mut Point, one: u32) {
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "mov r3, r2",
+        "movs r4, #0",
+        "2:",
+        reversed!(),
+        "add lr, r0, r5, lsl #2",
+        "adds r4, #1",
+        ".rept 4",
+        "ldr r8, [lr]",
+        "ldr r9, [lr, #{leg}]",
+        "ldr r10, [lr, #2*{leg}]",
+        "ldr r11, [lr, #3*{leg}]",
+        "add lr, lr, #{leg}/4",
+        "sadd16 r12, r8, r10",
+        "ssub16 r10, r8, r10",
+        "sadd16 r8, r9, r11",
+        "ssub16 r11, r9, r11",
+        "sadd16 r9, r12, r8",
+        "ssub16 r12, r12, r8",
+        "ssax r8, r10, r11",
+        "sasx r10, r10, r11",
+        widen!("r9", "0"),
+        widen!("r8", "8"),
+        widen!("r12", "16"),
+        widen!("r10", "24"),
+        "add r1, r1, #32",
+        ".endr",
+        "cmp r4, #{outer}",
+        "blo 2b",
+        "pop {{r4-r11, pc}}",
+        leg = const if M <= 1024 { M / 4 * 4 } else { 4 },
+        outer = const M / 16,
+        unused = const 32 - (M / 16).trailing_zeros(),
+    )
+}

@@ -1,0 +1,203 @@
+//! The transform and the search on cores with the DSP extension: whole loops in assembly, because a radix-4
+//! butterfly needs all fourteen registers and the compiler gives assembly twelve. Each kernel equals its portable
+//! definition in [`super::integer`] and [`crate::spectrum::sweep`] bit for bit, on every input; the tests on
+//! emulated cores drive both. No kernel branches on data but the search, where the maximum rises.
+//!
+//! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
+//! save `r4` to `r11` and return by `pop`.
+
+// First: macros are known from here on.
+#[macro_use]
+mod butterfly;
+
+mod bins;
+mod first;
+mod passes;
+mod rails;
+
+use super::integer::{self, Factors, Pair, Point, Scale};
+use super::twiddle::{FineTriple, Packed, Triple};
+use crate::spectrum::sweep::{Sweep, power};
+use bins::{Seen, bends, pairs_outwards, span_above, span_below};
+use core::mem::MaybeUninit;
+use first::{eights, fours};
+use passes::{even, fine, long, short};
+use rails::{all_outside, any_outside};
+
+/// As [`integer::transform`].
+pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
+    let scale = Scale::new(M, bits);
+    if pairs.len() != M || points.len() != M {
+        return scale.exponent;
+    }
+    first_pass::<M>(pairs, &scale, bits, points);
+    let mut length = scale.first;
+    while length < M {
+        // SAFETY: `points` holds M points and `length` divides M; the tables hold the factors of M.
+        unsafe {
+            match integer::factors::<M>(length) {
+                Factors::Short(table) => pass::<M>(points.as_mut_ptr(), length, table),
+                Factors::Fine(table) => fine_pass::<M>(points.as_mut_ptr(), length, table),
+            }
+        }
+        length *= 4;
+    }
+    scale.exponent
+}
+
+/// Codes that leave room for three additions in 16 bits go two at a time.
+fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
+    let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
+    let narrow = bits <= 13;
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the
+    // shift it has built in.
+    unsafe {
+        match (scale.first, scale.shift) {
+            (8, 14) if narrow => eights::<M, 14>(from, to),
+            (8, 13) if narrow => eights::<M, 13>(from, to),
+            (8, 12) if narrow => eights::<M, 12>(from, to),
+            (8, 11) if narrow => eights::<M, 11>(from, to),
+            (4, 0..=14) if narrow && M <= 1024 => fours::<M>(from, to, 1 << scale.shift),
+            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+        }
+    }
+}
+
+/// A radix-4 pass over sub-transforms of `length` points.
+///
+/// # Safety
+/// `points` must be M points and `table` the factors of M or of less, but of at least 4 `length`, which is a power of two
+/// of at most M/4.
+unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Triple]) {
+    let leg = length * size_of::<Point>();
+    let blocks = M / 4 / length;
+    let stride = table.len() / length * size_of::<Triple>();
+    let table = table.as_ptr();
+    // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
+    unsafe {
+        let end = points.add(M);
+        match (length, blocks) {
+            // At least four blocks: the factors stay in registers over all of them.
+            (4, 2..) => short::<4>(points, end, table, stride),
+            (8, 2..) => short::<8>(points, end, table, stride),
+            (16, 2..) => short::<16>(points, end, table, stride),
+            _ => {
+                let mut block = points;
+                while block < end {
+                    match blocks {
+                        1 if length == 128 => even::<1>(block, table),
+                        1 => long::<1>(block, leg, table),
+                        _ => long::<4>(block, leg, table),
+                    }
+                    block = block.add(4 * length);
+                }
+            }
+        }
+    }
+}
+
+/// As [`pass`], with factors of 32 bits.
+///
+/// # Safety
+/// As [`pass`]'s, and `length` must be 16 or more.
+unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
+    let leg = length * size_of::<Point>();
+    let stride = table.len() / length * size_of::<FineTriple>();
+    // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
+    unsafe {
+        let end = points.add(M);
+        let mut block = points;
+        while block < end {
+            fine(block, leg, table.as_ptr(), stride);
+            block = block.add(4 * length);
+        }
+    }
+}
+
+/// As [`crate::spectrum::sweep::real`], for the transform of at least 32 pairs.
+pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+    let middle = points.len() / 2;
+    let centre = points.get(middle).map_or(0, |&x| power(x));
+    let mut seen = Seen { best: centre, total: centre, at: points.as_ptr() };
+    if table.len() < middle || middle < 2 {
+        return Sweep { bin: middle as i32, power: centre, total: centre };
+    }
+    // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, their factors inside `table`.
+    unsafe {
+        seen.at = points.as_ptr().add(middle);
+        let factors = table.as_ptr().add(middle - 1);
+        pairs_outwards(&mut seen, points.as_ptr(), middle * size_of::<Point>(), factors);
+    }
+    let bin = (seen.at as usize).wrapping_sub(points.as_ptr() as usize) / size_of::<Point>();
+    Sweep { bin: bin as i32, power: seen.best, total: seen.total }
+}
+
+/// As [`integer::window`].
+#[inline]
+pub fn window<'a, const K: usize>(
+    points: &[Point],
+    table: &[Packed],
+    first: usize,
+    place: &'a mut MaybeUninit<[Point; K]>,
+) -> &'a [Point; K] {
+    let (length, middle) = (points.len(), points.len() / 2);
+    let last = first.saturating_add(K);
+    if first < 1 || last > length || table.len() < middle || middle == 0 || K == 0 {
+        return place.write([[0; 2]; K]);
+    }
+    let (from, factors, mut to) =
+        (points.as_ptr(), table.as_ptr(), place.as_mut_ptr().cast::<Point>());
+    let below = middle.saturating_sub(first).min(K);
+    // SAFETY: bins first.. are within 1..length, and so are their mirrors; K of them are written, some below the
+    // middle, perhaps that one, and the rest. The factor of each is before the middle.
+    unsafe {
+        if below > 0 {
+            let there = from.add(length - first);
+            span_below(from.add(first), there, factors.add(first), to, to.add(below));
+        }
+        to = to.add(below);
+        let mut next = first + below;
+        if next == middle && next < last {
+            to.write(integer::split(points, table, middle));
+            to = to.add(1);
+            next += 1;
+        }
+        if next < last {
+            let mirror = length - next;
+            span_above(
+                from.add(next),
+                from.add(mirror),
+                factors.add(mirror),
+                to,
+                to.add(last - next),
+            );
+        }
+        place.assume_init_ref()
+    }
+}
+
+/// As [`integer::bend`].
+pub fn bend(points: &[Point], stride: usize) -> u64 {
+    let count = points.len().saturating_sub(2).div_ceil(stride.max(1));
+    if count == 0 {
+        return 0;
+    }
+    let range = points.as_ptr_range();
+    // SAFETY: three points start at each `stride`-th place that is two or more before the end.
+    unsafe { bends(range.start, range.end.sub(2), stride.max(1) * size_of::<Point>()) }
+}
+
+/// How many parts of pairs are at or beyond a rail. Looks at whole groups of eight pairs.
+pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
+    let both = |code: i16| u32::from(code as u16) * 0x1_0001;
+    let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
+    let groups = pairs.as_chunks::<8>().0.as_ptr_range();
+    if groups.is_empty() {
+        return 0;
+    }
+    // SAFETY: the range is inside `pairs`, and not empty.
+    unsafe {
+        let (from, to) = (groups.start.cast(), groups.end.cast());
+        if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
+    }
+}

@@ -1,0 +1,321 @@
+//! The later passes, of radix 4.
+
+use super::{FineTriple, Point, Triple};
+use core::arch::naked_asm;
+
+/// A radix-4 pass over sub-transforms of L points: one factor after the other, each for all blocks, of
+/// which there are at least four.
+///
+/// # Safety
+/// `points..end` must be whole pairs of blocks of 4 L points, `table` the factors, `stride` bytes apart.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn short<const L: usize>(
+    points: *mut Point,
+    end: *mut Point,
+    table: *const Triple,
+    stride: usize,
+) {
+    macro_rules! leg {
+        ($do:literal, $x:literal, $y:literal, $leg:literal, $block:literal) => {
+            concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}+", $block, "*32*{l}]\n")
+        };
+    }
+    macro_rules! first {
+        ($b:literal) => {
+            concat!(
+                plain!(
+                    leg!("ldrd", "r5", "r6", 1, $b),
+                    leg!("ldrd", "r7", "r8", 3, $b),
+                    leg!("ldrd", "r8", "r9", 2, $b),
+                    leg!("ldrd", "r10", "r11", 0, $b)
+                ),
+                leg!("strd", "r11", "r12", 0, $b),
+                leg!("strd", "r7", "r6", 1, $b),
+                leg!("strd", "lr", "r10", 2, $b),
+                leg!("strd", "r8", "r9", 3, $b),
+            )
+        };
+    }
+    macro_rules! turned {
+        ($b:literal) => {
+            concat!(
+                outer_legs!(
+                    leg!("ldrd", "r5", "r6", 1, $b),
+                    "r2",
+                    leg!("ldrd", "r5", "r7", 3, $b),
+                    "r4"
+                ),
+                inner_legs!(leg!("ldrd", "r7", "r9", 2, $b), "r3", leg!("ldrd", "r7", "lr", 0, $b)),
+                leg!("strd", "lr", "r5", 0, $b),
+                leg!("strd", "r8", "r6", 1, $b),
+                leg!("strd", "r11", "r7", 2, $b),
+                leg!("strd", "r10", "r9", 3, $b),
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #16",
+        "add r4, r0, #8",
+        "add r5, r0, #8*{l}",
+        "add r2, r2, r3",
+        "strd r4, r5, [sp]",    // the next point of a leg, and the leg's end
+        "strd r2, r3, [sp, #8]", // its factors, and the stride
+        "2:",
+        first!(0),
+        first!(1),
+        "add r0, r0, #64*{l}",
+        "cmp r0, r1",
+        "blo 2b",
+        "3:",
+        "ldr r0, [sp]",
+        "ldrd r5, r6, [sp, #8]",
+        "ldm r5, {{r2, r3, r4}}",
+        "add r5, r5, r6",
+        "str r5, [sp, #8]",
+        "add r5, r0, #8",
+        "str r5, [sp]",
+        "4:",
+        turned!(0),
+        turned!(1),
+        "add r0, r0, #64*{l}",
+        "cmp r0, r1",
+        "blo 4b",
+        "ldrd r4, r5, [sp]",
+        "cmp r4, r5",
+        "blo 3b",
+        "add sp, sp, #16",
+        "pop {{r4-r11, pc}}",
+        l = const L,
+    )
+}
+
+/// A radix-4 pass over one block whose legs are `leg` bytes, 256 or more, with every `STRIDE`-th factor.
+///
+/// # Safety
+/// `block` must be the four legs, `table` the factors of that many points.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
+    block: *mut Point,
+    leg: usize,
+    table: *const Triple,
+) {
+    macro_rules! turned {
+        () => {
+            concat!(
+                outer_legs!(
+                    "ldr lr, [r4, #-4]\n ldrd r5, r6, [r1]\n",
+                    "lr",
+                    "ldr lr, [r4, #4]\n ldrd r5, r7, [r3]\n",
+                    "lr"
+                ),
+                inner_legs!(
+                    "ldr lr, [r4], #12*{stride}\n ldrd r7, r9, [r2]\n",
+                    "lr",
+                    "ldrd r7, lr, [r0]\n"
+                ),
+                "strd lr, r5, [r0], #8\n strd r8, r6, [r1], #8\n",
+                "strd r11, r7, [r2], #8\n strd r10, r9, [r3], #8\n",
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #4",
+        "add r4, r2, #12*{stride}+4",
+        "add r3, r0, r1",
+        "str r3, [sp]",
+        "add r2, r3, r1",
+        "add r1, r2, r1",
+        // r3, r2, r1 are legs 1, 2, 3: put them in order.
+        "mov r5, r1",
+        "mov r1, r3",
+        "mov r3, r5",
+        plain!(
+            "ldrd r5, r6, [r1]\n",
+            "ldrd r7, r8, [r3]\n",
+            "ldrd r8, r9, [r2]\n",
+            "ldrd r10, r11, [r0]\n"
+        ),
+        "strd r11, r12, [r0], #8",
+        "strd r7, r6, [r1], #8",
+        "strd lr, r10, [r2], #8",
+        "strd r8, r9, [r3], #8",
+        turned!(),
+        "2:",
+        turned!(),
+        turned!(),
+        "ldr r5, [sp]",
+        "cmp r0, r5",
+        "blo 2b",
+        "add sp, sp, #4",
+        "pop {{r4-r11, pc}}",
+        stride = const STRIDE,
+    )
+}
+
+/// [`long`] with factors of 32 bits, which lie `stride` bytes apart; legs of 128 bytes or more.
+///
+/// # Safety
+/// `block` must be the four legs, `table` the factors of that many points.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn fine(
+    block: *mut Point,
+    leg: usize,
+    table: *const FineTriple,
+    stride: usize,
+) {
+    // `integer::turn_finely` of $x, $y by the factor in $cos, $sin, to $re, $im.
+    macro_rules! turn {
+        ($re:literal, $im:literal, $x:literal, $y:literal, $cos:literal, $sin:literal) => {
+            concat!(
+                "smmul ",
+                $re,
+                ", ",
+                $x,
+                ", ",
+                $cos,
+                "\n smmla ",
+                $re,
+                ", ",
+                $y,
+                ", ",
+                $sin,
+                ", ",
+                $re,
+                "\n",
+                "smmul ",
+                $im,
+                ", ",
+                $y,
+                ", ",
+                $cos,
+                "\n smmls ",
+                $im,
+                ", ",
+                $x,
+                ", ",
+                $sin,
+                ", ",
+                $im,
+                "\n",
+            )
+        };
+    }
+    macro_rules! turned {
+        () => {
+            concat!(
+                "ldrd r5, r7, [r1]\n ldrd r8, r9, [r4]\n",
+                turn!("r12", "r6", "r5", "r7", "r8", "r9"),
+                "ldrd r5, r7, [r3]\n ldrd r8, r9, [r4, #16]\n",
+                turn!("r10", "r11", "r5", "r7", "r8", "r9"),
+                sum_outer_legs!("r10", "r11"),
+                "ldrd r7, r11, [r2]\n ldr lr, [r4, #8]\n",
+                "smmul r10, r7, lr\n smmul r9, r11, lr\n",
+                "ldr lr, [r4, #12]\n",
+                "smmla r10, r11, lr, r10\n smmls r9, r7, lr, r9\n",
+                "ldrd r7, lr, [r0]\n",
+                sum_all_legs!(),
+                "strd lr, r5, [r0], #8\n strd r8, r6, [r1], #8\n",
+                "strd r11, r7, [r2], #8\n strd r10, r9, [r3], #8\n",
+                "ldr r5, [sp, #4]\n add r4, r4, r5\n",
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #12",
+        "add r4, r2, r3",
+        "str r3, [sp, #4]",
+        "add r5, r0, r1",
+        "str r5, [sp]",
+        "add r2, r5, r1",
+        "add r3, r2, r1",
+        "mov r1, r5",
+        plain!(
+            "ldrd r5, r6, [r1]\n",
+            "ldrd r7, r8, [r3]\n",
+            "ldrd r8, r9, [r2]\n",
+            "ldrd r10, r11, [r0]\n"
+        ),
+        "strd r11, r12, [r0], #8",
+        "strd r7, r6, [r1], #8",
+        "strd lr, r10, [r2], #8",
+        "strd r8, r9, [r3], #8",
+        turned!(),
+        "2:",
+        turned!(),
+        turned!(),
+        "ldr r5, [sp]",
+        "cmp r0, r5",
+        "blo 2b",
+        "add sp, sp, #12",
+        "pop {{r4-r11, pc}}",
+    )
+}
+
+/// [`long`] for legs of 128 points, which two pointers reach: that leaves registers to load a triple at once.
+///
+/// # Safety
+/// `block` must be 512 points, `table` the factors of that many times `STRIDE`.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn even<const STRIDE: usize>(block: *mut Point, table: *const Triple) {
+    macro_rules! store {
+        ($y0:literal, $y1:literal, $y2:literal, $y3:literal) => {
+            concat!(
+                "strd ",
+                $y0,
+                ", [r0, #-1016]\n strd ",
+                $y1,
+                ", [r0, #8]!\n",
+                "strd ",
+                $y2,
+                ", [r1, #-1016]\n strd ",
+                $y3,
+                ", [r1, #8]!\n",
+            )
+        };
+    }
+    macro_rules! turned {
+        () => {
+            concat!(
+                ".if {stride} == 1
+                 ldm r2!, {{r3, r4, lr}}
+                 .else
+                 ldm r2, {{r3, r4, lr}}
+                 add r2, r2, #12*{stride}
+                 .endif\n",
+                outer_legs!("ldrd r5, r6, [r0, #8]\n", "r3", "ldrd r5, r7, [r1, #8]\n", "lr"),
+                inner_legs!("ldrd r7, r9, [r1, #-1016]\n", "r4", "ldrd r7, lr, [r0, #-1016]\n"),
+                store!("lr, r5", "r8, r6", "r11, r7", "r10, r9")
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #4",
+        "add r2, r1, #12*{stride}",
+        // Eight bytes before legs 1 and 3; the others are 1024 bytes before them.
+        "add r1, r0, #3072-8",
+        "add r0, r0, #1024-8",
+        "add r3, r0, #1024",
+        "str r3, [sp]",
+        plain!(
+            "ldrd r5, r6, [r0, #8]\n",
+            "ldrd r7, r8, [r1, #8]\n",
+            "ldrd r8, r9, [r1, #-1016]\n",
+            "ldrd r10, r11, [r0, #-1016]\n"
+        ),
+        store!("r11, r12", "r7, r6", "lr, r10", "r8, r9"),
+        turned!(),
+        "2:",
+        turned!(),
+        turned!(),
+        "ldr r5, [sp]",
+        "cmp r0, r5",
+        "blo 2b",
+        "add sp, sp, #4",
+        "pop {{r4-r11, pc}}",
+        stride = const STRIDE,
+    )
+}
