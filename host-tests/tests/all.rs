@@ -15,6 +15,7 @@ mod panic_free;
 mod pipeline;
 mod protocol;
 mod recordings;
+mod registers;
 mod signal;
 mod solver;
 mod sweep;

@@ -1,0 +1,215 @@
+//! The board's register words against the chip maker's own description of its registers (the SVD file, by way of
+//! the crate `stm32f4`): every field by its name, every choice by its meaning.
+
+use picket::control::clock::{Source, Speed, Tree};
+use picket::control::guard::{FEED, START, UNLOCK, WATCHDOG};
+use picket::control::pins::{self, PORT_A, PORT_B};
+use picket::control::sampling::{self, Sampling};
+use picket::control::waveform::{DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput};
+use stm32f4::stm32f446 as chip;
+use stm32f4::{R, Readable, Reg, RegisterSpec, W, Writable};
+
+/// The word that naming these fields makes, over zeros.
+fn word<REG: RegisterSpec + Writable>(name: impl FnOnce(&mut W<REG>) -> &mut W<REG>) -> u32
+where
+    REG::Ux: Into<u32>,
+{
+    let memory = std::cell::UnsafeCell::new(0u32);
+    // SAFETY: a register is a cell of at most this width, and this one is only memory.
+    unsafe { (*memory.get().cast::<Reg<REG>>()).write_with_zero(name) }.into()
+}
+
+/// What a register that holds `word` says.
+fn says<REG: RegisterSpec<Ux = u32> + Readable>(
+    word: u32,
+    asks: impl FnOnce(&R<REG>) -> bool,
+) -> bool {
+    let memory = std::cell::UnsafeCell::new(word);
+    // SAFETY: a register is a cell of its width, and this one is only memory.
+    let register = unsafe { &*memory.get().cast::<Reg<REG>>() };
+    asks(&register.read())
+}
+
+#[test]
+fn clocks() {
+    use chip::{flash, rcc};
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    // SAFETY: the numbers fit their fields.
+    let pll = word(|w: &mut rcc::pllcfgr::W| unsafe {
+        w.pllsrc().hse().pllm().bits(4).plln().bits(180).pllp().div2().pllq().bits(8).pllr().bits(2)
+    });
+    assert_eq!(tree.pll, Some(pll));
+    // SAFETY: the numbers fit their fields.
+    let pll = word(|w: &mut rcc::pllcfgr::W| unsafe {
+        w.pllsrc().hsi().pllm().bits(8).plln().bits(144).pllp().div2().pllq().bits(8).pllr().bits(2)
+    });
+    assert_eq!(Tree::new(Speed::Mhz144, Source::HsiPll).pll, Some(pll));
+    let cfgr =
+        word(|w: &mut rcc::cfgr::W| w.sw().pll().ppre1().div4().ppre2().div2().hpre().div1());
+    // Undivided has many spellings, of which ours is zero.
+    assert_eq!(tree.cfgr, cfgr & !0xF0);
+    let acr = word(|w: &mut flash::acr::W| {
+        w.latency().ws5().prften().enabled().icen().enabled().dcen().enabled()
+    });
+    assert_eq!(tree.flash, acr);
+    let ahb1 = word(|w: &mut rcc::ahb1enr::W| {
+        w.gpioaen().enabled().gpioben().enabled().dma1en().enabled().dma2en().enabled()
+    });
+    let apb1 = word(|w: &mut rcc::apb1enr::W| {
+        w.tim2en().enabled().tim3en().enabled().tim4en().enabled().tim5en().enabled();
+        w.usart2en().enabled().pwren().enabled().dacen().enabled()
+    });
+    let apb2 =
+        word(|w: &mut rcc::apb2enr::W| w.adc1en().enabled().adc2en().enabled().spi1en().enabled());
+    assert_eq!((pins::AHB1, pins::APB1, pins::APB2), (ahb1, apb1, apb2));
+}
+
+#[test]
+fn converters_of_real_records() {
+    use chip::{adc_common, adc1};
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    let converter = Sampling::plan(&tree, 100e3, false).unwrap().converter(&tree);
+    let common = word(|w: &mut adc_common::ccr::W| w.multi().independent().adcpre().div4());
+    let cr1 = word(|w: &mut adc1::cr1::W| w.ovrie().enabled().res().twelve_bit());
+    let cr2 = word(|w: &mut adc1::cr2::W| {
+        w.adon().enabled().cont().single().dma().enabled().dds().continuous();
+        w.extsel().tim3trgo().exten().rising_edge()
+    });
+    let smpr2 = word(|w: &mut adc1::smpr2::W| w.smp0().cycles144().smp1().cycles144());
+    // SAFETY: the numbers fit their fields.
+    let sqr3 = word(|w: &mut adc1::sqr3::W| unsafe { w.sq1().bits(0) });
+    assert_eq!((converter.common, converter.cr1, converter.cr2), (common, cr1, cr2));
+    assert_eq!((converter.smpr2, converter.sqr3), (smpr2, sqr3));
+    assert!(says(sampling::ADC_SR_OVR, |r: &adc1::sr::R| r.ovr().is_overrun()));
+}
+
+#[test]
+fn converters_of_iq_records() {
+    use chip::{adc_common, adc1};
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    let converter = Sampling::plan(&tree, 1.5e6, true).unwrap().converter(&tree);
+    let common = word(|w: &mut adc_common::ccr::W| {
+        w.multi().dual_r().dma().mode2().dds().continuous().adcpre().div4()
+    });
+    let cr2 = word(|w: &mut adc1::cr2::W| {
+        w.adon().enabled().cont().continuous().extsel().tim3trgo().exten().rising_edge()
+    });
+    let second = word(|w: &mut adc1::cr2::W| w.adon().enabled().cont().continuous());
+    // SAFETY: the numbers fit their fields.
+    let sqr3 = word(|w: &mut adc1::sqr3::W| unsafe { w.sq1().bits(1) });
+    assert_eq!((converter.common, converter.cr2), (common, cr2));
+    assert_eq!((converter.second_cr2, converter.second_sqr3), (second, sqr3));
+}
+
+#[test]
+fn streams() {
+    use chip::dma2::{lisr, st};
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    for iq in [false, true] {
+        let stream = Sampling::plan(&tree, 1e5, iq).unwrap().stream();
+        let control = word(|w: &mut st::cr::W| {
+            // SAFETY: a number of three bits.
+            unsafe { w.chsel().bits(0) };
+            w.dbm().enabled().pl().very_high().minc().incremented();
+            w.circ().enabled().tcie().enabled().teie().enabled().dmeie().enabled();
+            w.dir().peripheral_to_memory();
+            if iq {
+                w.msize().bits32().psize().bits32()
+            } else {
+                w.msize().bits16().psize().bits16()
+            }
+        });
+        assert_eq!(stream.control, control);
+    }
+    let dac = word(|w: &mut st::cr::W| {
+        // SAFETY: a number of three bits.
+        unsafe { w.chsel().bits(7) };
+        w.pl().high().msize().bits16().psize().bits16().minc().incremented();
+        w.circ().enabled().dir().memory_to_peripheral()
+    });
+    assert_eq!(DAC_STREAM, dac);
+    assert_eq!(sampling::STREAM_EN, word(|w: &mut st::cr::W| w.en().enabled()));
+    assert_eq!(sampling::STREAM_CT, word(|w: &mut st::cr::W| w.ct().memory1()));
+    let flags = |asks: fn(&lisr::R) -> bool, word| says(word, asks);
+    assert!(flags(|r: &lisr::R| r.tcif0().is_complete(), sampling::STREAM_0_COMPLETE));
+    assert!(flags(|r| r.teif0().is_error() && r.dmeif0().is_error(), sampling::STREAM_0_ERRORS));
+    assert!(flags(
+        |r| !r.feif0().is_error() && !r.tcif0().is_complete(),
+        sampling::STREAM_0_ERRORS
+    ));
+}
+
+#[test]
+fn chirp_and_synchronisation() {
+    use chip::{dac, tim2};
+    let control = word(|w: &mut dac::cr::W| {
+        w.en1().enabled().ten1().enabled().tsel1().tim4trgo().dmaen1().enabled()
+    });
+    assert_eq!(DAC_CR, control);
+    assert!(says(DAC_SR_UNDERRUN, |r: &dac::sr::R| r.dmaudr1().is_underrun()));
+    assert_eq!(sampling::TIMER_CR2_UPDATE, word(|w: &mut tim2::cr2::W| w.mms().update()));
+    assert_eq!(
+        sampling::TIMER_SMCR_COUNT_TIM3,
+        word(|w: &mut tim2::smcr::W| w.ts().itr2().sms().ext_clock_mode())
+    );
+    let output = SyncOutput::new(3, 1088);
+    let mode = word(|w: &mut tim2::ccmr2_output::W| {
+        w.cc3s().output().oc3m().pwm_mode1().oc3pe().enabled()
+    });
+    let enable = word(|w: &mut tim2::ccer::W| w.cc3e().enabled());
+    assert_eq!((output.mode, output.enable), (mode, enable));
+    let input = SyncInput::new(1000).unwrap();
+    let one_pulse = word(|w: &mut tim2::cr1::W| w.opm().enabled());
+    let first_output = word(|w: &mut tim2::cr2::W| w.mms().compare_oc1());
+    let start = word(|w: &mut tim2::smcr::W| w.ts().ti2fp2().sms().trigger_mode());
+    let gate = word(|w: &mut tim2::smcr::W| w.ts().itr1().sms().gated_mode());
+    assert_eq!((input.control, input.control2), (one_pulse, first_output));
+    assert_eq!((input.slave, input.gate), (start, gate));
+    // One half of the register is an output, the other an input: two views of it.
+    let compare = word(|w: &mut tim2::ccmr1_output::W| w.oc1m().pwm_mode2());
+    let capture = word(|w: &mut tim2::ccmr1_input::W| w.cc2s().ti2());
+    assert_eq!(input.mode, compare | capture);
+}
+
+#[test]
+fn pins_and_bus() {
+    use chip::{gpioa, gpiob, spi1};
+    // Over the reset values, which are the debugger's pins.
+    let mode = word(|w: &mut gpioa::moder::W| {
+        w.moder0().analog().moder1().analog().moder2().alternate().moder3().alternate();
+        w.moder4().analog().moder5().alternate().moder7().alternate();
+        w.moder13().alternate().moder14().alternate().moder15().alternate()
+    });
+    let alternate =
+        word(|w: &mut gpioa::afrl::W| w.afrl2().af7().afrl3().af7().afrl5().af5().afrl7().af5());
+    assert_eq!((PORT_A.mode, PORT_A.alternate[0]), (mode, alternate));
+    let mode = word(|w: &mut gpiob::moder::W| {
+        w.moder3().alternate().moder4().alternate().moder5().output().moder6().output();
+        w.moder10().alternate()
+    });
+    assert_eq!(PORT_B.mode, mode);
+    let switch = |name: fn(&mut gpiob::bsrr::W) -> &mut gpiob::bsrr::W| word(name);
+    assert_eq!(
+        [pins::LE_HIGH, pins::LE_LOW],
+        [switch(|w| w.bs6().set_()), switch(|w| w.br6().reset())]
+    );
+    assert_eq!(
+        [pins::CE_HIGH, pins::CE_LOW],
+        [switch(|w| w.bs5().set_()), switch(|w| w.br5().reset())]
+    );
+    let bus = word(|w: &mut spi1::cr1::W| {
+        w.ssm().enabled().ssi().slave_not_selected().spe().enabled().br().div16().mstr().master()
+    });
+    assert_eq!(pins::SPI_CR1, bus);
+}
+
+#[test]
+fn watchdog() {
+    use chip::iwdg;
+    let key = |name: fn(&mut iwdg::kr::W) -> &mut iwdg::kr::W| word(name);
+    assert_eq!(
+        [START, FEED, UNLOCK],
+        [key(|w| w.key().start()), key(|w| w.key().feed()), key(|w| w.key().unlock())]
+    );
+    assert_eq!(WATCHDOG.prescaler, word(|w: &mut iwdg::pr::W| w.pr().divide_by64()));
+}
