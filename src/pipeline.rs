@@ -58,7 +58,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 
     /// Follows another plan from the next block on.
-    pub fn follow(&mut self, plan: Plan) {
+    pub fn adopt(&mut self, plan: Plan) {
         self.plan = plan;
         self.ramps = Ramps::new();
     }

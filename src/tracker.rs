@@ -31,9 +31,24 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         Self { pipeline: Pipeline::new(plan), tracks, locks }
     }
 
+    /// Follows another plan from the next block on, and nothing that was followed before.
+    pub fn adopt(&mut self, plan: Plan) {
+        self.pipeline.adopt(plan);
+        self.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
+        self.locks.iter_mut().for_each(|lock| *lock = None);
+    }
+
+    /// Whether its plan follows tones at all.
+    pub const fn follows(&self) -> bool {
+        self.pipeline.plan().tracking.most > 0
+    }
+
     /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
-    /// locked, where that is expected.
+    /// locked, where that is expected. A plan that follows no tones makes it a pipeline.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        if !self.follows() {
+            return self.pipeline.block(stamp, samples);
+        }
         if let Some(measurement) = self.locked(stamp, samples) {
             return measurement;
         }

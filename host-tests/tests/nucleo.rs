@@ -5,7 +5,7 @@
 
 use picket::acquire::frontend::{Counters, Timing};
 use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
-use picket::config::{Config, Scene};
+use picket::config::{Config, Following, Scene};
 use picket::control::clock::{Source, Speed, Tree};
 use picket::control::settings::{Drive, Instrument, Settings};
 use picket::estimate::tone::Verdict;
@@ -15,6 +15,7 @@ use picket::report::command::{Command, Refusal, Request};
 use picket::report::record::{Health, Record as Telemetry};
 use picket::report::status::Status;
 use picket::solve::chirp::Shape;
+use picket::tracker::Tracker;
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Board, image};
@@ -32,7 +33,7 @@ const SEED: u64 = 446;
 
 fn played() -> &'static PathBuf {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    IMAGE.get_or_init(|| image(true).unwrap_or_else(|error| panic!("{error}")))
+    IMAGE.get_or_init(|| image(true, false).unwrap_or_else(|error| panic!("{error}")))
 }
 
 fn tree() -> Tree {
@@ -179,6 +180,70 @@ fn instructions_of_a_block() {
     // image starts.
     println!("{longest} instructions for a block of {N}");
     assert!(longest > 10_000 && longest < 45_000, "{longest}");
+}
+
+/// The image that follows tones: records and tracks to the bit, and how long the core is awake at the fastest rate.
+#[test]
+fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let image = image(true, true).unwrap_or_else(|error| panic!("{error}"));
+    let mut board = Board::start_counted(&image).unwrap();
+    boot(&mut board);
+    let following = Following { most: 1, refresh: 16, ..Following::default() };
+    let settings = Settings::default();
+    let settings = Settings { config: Config { following, ..settings.config }, ..settings };
+    board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    assert!(boot(&mut board).measuring);
+    let instrument = settings.validate(N, &tree()).unwrap();
+    let mut tracker = Box::new(Tracker::<Real, N>::new(instrument.plan));
+    let method = instrument.plan.options.method;
+    let (mut short, mut whole) = (Vec::new(), Vec::new());
+    for number in 0..40 {
+        let samples = tone(200.3 + 0.05 * number as f64, 900.0, 30.0, &mut rng);
+        status(&mut board);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        let stamp = instrument.timing.stamp(number, false);
+        let measurement = tracker.block(stamp, &samples);
+        let expected = Telemetry { measurement, method, health: Health::default() };
+        assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
+        let follow = board.expect(|said| match said {
+            Said::Follow(follow) => Some(follow),
+            _ => None,
+        });
+        let follow = follow.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(follow.to_frame(), tracker.follow(&stamp).to_frame(), "block {number}");
+        let way = if follow.locked { &mut short } else { &mut whole };
+        way.push(status(&mut board).longest);
+    }
+    // Searched: the first two, and one of 16.
+    assert!(short.len() >= 34 && whole.len() >= 4, "{short:?} {whole:?}");
+    let mean = |counts: &[u32]| counts.iter().sum::<u32>() / counts.len() as u32;
+    let (locked, searched) = (mean(&short), mean(&whole));
+    // At 2.4 MS/s a block lasts 61,440 cycles of 144 MHz; 1.3 cycles an instruction are modelled, not measured.
+    let load = |instructions: u32| 1.3 * f64::from(instructions) / 61_440.0;
+    let held = (15.0 * load(locked) + load(searched)) / 16.0;
+    println!(
+        "{locked} instructions for a block of a held tone, {searched} for a search: at 2.4 MS/s the measurement takes {:.0} % and {:.0} % of the time, {:.0} % with a search every 16 blocks",
+        100.0 * load(locked),
+        100.0 * load(searched),
+        100.0 * held
+    );
+    assert!(held < 0.3, "{held}");
+    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    println!("flash {} B, RAM {} B and {stack} B of stack", footprint.flash, footprint.ram);
+    assert!(footprint.flash <= flash::TRACKING.flash, "{footprint:?}");
+    assert!(footprint.ram + u64::from(stack) <= flash::TRACKING.ram, "{footprint:?}, {stack}");
+}
+
+#[test]
+fn an_image_that_does_not_follow_says_so() {
+    let (mut board, _) = start();
+    let following = Following { most: 1, ..Following::default() };
+    let settings = Settings::default();
+    let settings = Settings { config: Config { following, ..settings.config }, ..settings };
+    let refused = board.request(Command::SetSettings(settings, N)).unwrap();
+    assert_eq!(refused, Err(Refusal::Settings([12, 0])));
 }
 
 #[test]

@@ -21,10 +21,12 @@ use tempfile::TempDir;
 /// The image's name.
 pub const IMAGE: &str = "frontend_nucleo";
 
-/// The image for the board, or for the emulator.
-pub fn image(played: bool) -> Result<PathBuf, toolchain::ToolError> {
-    let features: &[&str] = if played { &["played"] } else { &["nucleo"] };
-    Firmware { bin: IMAGE, target: Target::M4f, features, profile: Profile::Size }.build()
+/// The image for the board, or for the emulator; the one that measures block by block, or the one that follows tones.
+pub fn image(played: bool, tracking: bool) -> Result<PathBuf, toolchain::ToolError> {
+    let mut features = vec![if played { "played" } else { "nucleo" }];
+    features.extend(tracking.then_some("tracking"));
+    let (target, profile) = (Target::M4f, Profile::Size);
+    Firmware { bin: IMAGE, target, features: &features, profile }.build()
 }
 
 /// Addresses of what is played; see `board::nucleo_f446re::PLAYED`.

@@ -12,6 +12,9 @@ use std::process::{Command, Stdio};
 /// Flash and RAM that the image may take.
 pub const BUDGET: Footprint = Footprint { flash: 96 << 10, ram: 40 << 10 };
 
+/// What the image that follows tones may take: the chip has four times as much.
+pub const TRACKING: Footprint = Footprint { flash: 128 << 10, ram: 48 << 10 };
+
 const CHIP: &str = "STM32F446RETx";
 const START: u32 = 0x0800_0000;
 
@@ -66,6 +69,8 @@ pub struct Image {
     pub binary: PathBuf,
     /// What it takes.
     pub footprint: Footprint,
+    /// What it may take.
+    pub budget: Footprint,
     /// The checksum that the board reports of itself.
     pub program: u32,
 }
@@ -73,7 +78,7 @@ pub struct Image {
 impl fmt::Display for Image {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Footprint { flash, ram } = self.footprint;
-        let Footprint { flash: most_flash, ram: most_ram } = BUDGET;
+        let Footprint { flash: most_flash, ram: most_ram } = self.budget;
         write!(
             f,
             "program {:08x}: flash {flash} of {most_flash} B, RAM {ram} of {most_ram} B without the stack\n{}",
@@ -83,13 +88,14 @@ impl fmt::Display for Image {
     }
 }
 
-/// Builds the image.
-pub fn build() -> Result<Image, FlashError> {
-    let elf = board::image(false)?;
+/// Builds the image, or the one that follows tones.
+pub fn build(tracking: bool) -> Result<Image, FlashError> {
+    let elf = board::image(false, tracking)?;
     let bytes = binary(&elf)?;
     let binary = firmware_dir().join("picket-nucleo.bin");
     std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
-    Ok(Image { footprint: Footprint::of(&elf)?, program: checksum(&elf)?, elf, binary })
+    let budget = if tracking { TRACKING } else { BUDGET };
+    Ok(Image { footprint: Footprint::of(&elf)?, budget, program: checksum(&elf)?, elf, binary })
 }
 
 /// The checksum that the board reports of itself: CRC-32 of the parts of its image one after the other, without what lies between

@@ -138,6 +138,8 @@ pub enum SettingsError {
     Calibration,
     /// I/Q records have the converters' offset at 0 Hz, far above any signal: the band must lie on one side of it.
     Offset,
+    /// This image does not follow tones: it is built without the feature `tracking`.
+    Tracking,
 }
 
 /// Bins around 0 Hz that the offset takes.
@@ -158,6 +160,7 @@ impl SettingsError {
             SettingsError::Sync => [9, 0],
             SettingsError::Calibration => [10, 0],
             SettingsError::Offset => [11, 0],
+            SettingsError::Tracking => [12, 0],
         }
     }
 
@@ -178,6 +181,9 @@ impl SettingsError {
             10 => "calibration: at most 1000 ppm, slope 0.5 to 2",
             11 => {
                 "I/Q: the converters' offset lies at 0 Hz, so search a band on one side of it, three bins away or more"
+            }
+            12 => {
+                "this image does not follow tones: flash one that is built with --tracking, or follow 0"
             }
             _ => "the settings do not work",
         }

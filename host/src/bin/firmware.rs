@@ -23,11 +23,12 @@ enum Work {
 }
 
 /// The images for each core, with the board's feature. The M0 has no board yet: its library alone.
-const IMAGES: [(Target, &[&str], &[&str]); 5] = [
+const IMAGES: [(Target, &[&str], &[&str]); 6] = [
     (Target::M0, &[], &[]),
-    (Target::M3, &["bench", "core_check"], &["mps2"]),
-    (Target::M4f, &["bench", "core_check"], &["mps2"]),
+    (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
+    (Target::M4f, &["bench", "bench_locked", "core_check"], &["mps2"]),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
+    (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
 ];
 

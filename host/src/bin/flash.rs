@@ -9,6 +9,9 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo flash", version)]
 struct Options {
+    /// The image that also follows tones from block to block: see `follow` in docs/board.md
+    #[arg(long)]
+    tracking: bool,
     /// Stops before the probe
     #[arg(long)]
     dry_run: bool,
@@ -16,7 +19,7 @@ struct Options {
 
 fn main() -> ExitCode {
     cli::main(|options: Options| -> Result<ExitCode, FlashError> {
-        let image = flash::build()?;
+        let image = flash::build(options.tracking)?;
         println!("{image}");
         if !options.dry_run {
             flash::write(&image)?;

@@ -5,6 +5,7 @@ use picket::acquire::sample::Segment;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
 use picket::report::boot::Boot;
+use picket::report::follow::Follow;
 use picket::report::record::Record;
 use picket::report::status::Status;
 use picket::solve::chirp::Ambiguity;
@@ -218,6 +219,30 @@ pub fn boot(boot: &Boot) -> String {
         boot.n,
         if boot.measuring { "measuring" } else { "stopped" },
     )
+}
+
+/// What a device follows as JSON: a line for each track, and one for each target.
+pub fn follow(follow: &Follow, scale: &Scale) -> Vec<String> {
+    let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+    let tracks = follow.tracks.iter().map(|track| {
+        serde_json::json!({
+            "track": track.number, "sequence": follow.sequence, "segment": segment(follow.segment),
+            "locked": follow.locked, "state": track.state.name(), "misses": track.misses,
+            "frequency_cycles_per_sample": track.frequency.cycles(),
+            "sigma_cycles_per_sample": track.sigma, "rate_cycles_per_sample_per_block": track.rate,
+            "frequency_hz": hertz(track.frequency.cycles()), "sigma_hz": hertz(track.sigma.into()),
+            "verdict": track.verdict.name(),
+        })
+    });
+    let targets = follow.targets.iter().map(|(number, target)| {
+        serde_json::json!({
+            "target": number, "sequence": follow.sequence,
+            "range_m": target.range.to_num::<f64>(), "sigma_range_m": target.sigma_range,
+            "velocity_mps": target.velocity.to_num::<f64>(),
+            "sigma_velocity_mps": target.sigma_velocity, "verdict": target.verdict.name(),
+        })
+    });
+    tracks.chain(targets).map(|line| line.to_string()).collect()
 }
 
 /// A device's status as JSON.

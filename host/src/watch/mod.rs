@@ -217,7 +217,9 @@ impl Watch {
             Said::Status(status) if self.style == Style::Jsonl => {
                 print_line(&line::status(&status))
             }
-            // No image with a serial port of its own follows tones yet.
+            Said::Follow(follow) if self.style == Style::Jsonl => {
+                line::follow(&follow, &self.scale).iter().for_each(|line| print_line(line))
+            }
             Said::Status(_) | Said::Answer(..) | Said::Follow(_) => {}
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::{WatchError, io};
 use picket::acquire::sample::Codes;
-use picket::config::{Config, Scene};
+use picket::config::{Config, Following, Scene};
 use picket::control::clock::Speed;
 use picket::control::settings::{Calibration, Drive, Settings};
 use picket::estimate::least_squares::Reach;
@@ -24,6 +24,7 @@ struct Fields {
     reach: u8,
     false_alarm: f64,
     scene: Scenes,
+    follow: Follow,
     drive: Drives,
     guard: u16,
     report_every: u16,
@@ -39,6 +40,34 @@ enum Scenes {
     Tone,
     Doppler { wavelength_m: f64, angle_rad: f64 },
     Chirp { shape: Shapes, wavelength_m: f64, bandwidth_hz: f64 },
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Follow {
+    most: u8,
+    refresh: u8,
+    agility: f32,
+    acceleration_bins: f32,
+    rate_bins: f32,
+}
+
+impl Default for Follow {
+    fn default() -> Self {
+        Self::of(&Following::default())
+    }
+}
+
+impl Follow {
+    fn of(following: &Following) -> Self {
+        let &Following { most, refresh, agility, acceleration_bins, rate_bins } = following;
+        Self { most, refresh, agility, acceleration_bins, rate_bins }
+    }
+
+    fn following(&self) -> Following {
+        let &Self { most, refresh, agility, acceleration_bins, rate_bins } = self;
+        Following { most, refresh, agility, acceleration_bins, rate_bins }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -93,6 +122,7 @@ impl Fields {
                     Scenes::Chirp { shape, wavelength_m, bandwidth_hz }
                 }
             },
+            follow: Follow::of(&config.following),
             drive: match settings.drive {
                 Drive::Off => Drives::Off,
                 Drive::Dac { low, high } => Drives::Dac { low, high },
@@ -155,6 +185,7 @@ impl Fields {
             reach,
             false_alarm: self.false_alarm,
             scene,
+            following: self.follow.following(),
             ..Config::default()
         };
         let calibration = Calibration {
@@ -206,7 +237,8 @@ mod tests {
             bandwidth_hz: 2e8,
             duration_s: 0.0,
         };
-        let config = Config { scene, ..Settings::default().config };
+        let following = Following { most: 1, refresh: 16, ..Following::default() };
+        let config = Config { scene, following, ..Settings::default().config };
         let drive = Drive::Adf4159 { reference_hz: 8e7, start_hz: 24e9, divider: 2 };
         for settings in [
             Settings::default(),

@@ -4,6 +4,7 @@
 //! the next program and resets the chip. Start and stop are settings like the others.
 
 use super::converter::{self, Slot};
+use super::measurer::Measurer;
 use super::serial::Serial;
 use super::storage::{self, Flash};
 use super::trace::{Legacy, Stack, WORDS};
@@ -13,7 +14,7 @@ use crate::acquire::sample::{Iq, Real};
 use crate::control::clock::Tree;
 use crate::control::settings::{Instrument as Plan, Settings, SettingsError};
 use crate::control::slots;
-use crate::pipeline::{Measurement, Pipeline};
+use crate::pipeline::Measurement;
 use crate::report::boot::{Boot, Causes, LastEnd};
 use crate::report::command::{Answer, Command, Refusal, Request};
 use crate::report::frame::{Kind, Reader, WIRE};
@@ -21,13 +22,6 @@ use crate::report::record::{Health, Record};
 use crate::report::status::{Raw, Status};
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
-use static_cell::ConstStaticCell;
-
-/// The pipeline for the kind of record in use.
-enum Measurer {
-    Real(&'static mut Pipeline<Real, N>),
-    Iq(&'static mut Pipeline<Iq, N>),
-}
 
 /// The instrument.
 pub struct Instrument {
@@ -86,7 +80,7 @@ impl Instrument {
         start::watchdog();
         let serial = Serial::start(tree.apb1_hz)?;
         // On a slower clock than was asked for, settings that were right may not work: then the board waits for others.
-        let (plan, unfit) = match wanted.validate(N, &tree) {
+        let (plan, unfit) = match validated(&wanted, &tree) {
             Ok(plan) => (plan, false),
             Err(_) => {
                 let safe = Settings { start: false, ..Settings::default() };
@@ -176,7 +170,11 @@ impl Instrument {
     fn report(&mut self, measurement: Measurement, since: Counters) {
         let method = self.plan.plan.options.method;
         let health = Health { lost: since.lost(), faults: since.faults() };
+        let stamp = measurement.stamp;
         self.serial.send(&Record { measurement, method, health }.to_frame());
+        if let Some(follow) = self.measurer.followed(&stamp) {
+            self.serial.send(&follow.to_frame());
+        }
     }
 
     /// Sends what the line takes of the block that is being captured.
@@ -305,7 +303,15 @@ fn check(settings: &Settings, n: usize, tree: &Tree) -> Result<Plan, Refusal> {
     if n != N {
         return Err(refused(SettingsError::Length));
     }
-    settings.validate(N, &Tree::new(settings.speed, tree.source)).map_err(refused)
+    validated(settings, &Tree::new(settings.speed, tree.source)).map_err(refused)
+}
+
+/// Settings that this image can follow.
+fn validated(settings: &Settings, tree: &Tree) -> Result<Plan, SettingsError> {
+    if settings.config.following.most > 0 && !Measurer::FOLLOWS {
+        return Err(SettingsError::Tracking);
+    }
+    settings.validate(N, tree)
 }
 
 /// As many bytes of the samples as a piece holds, from byte `from` on, little-endian.
@@ -336,28 +342,5 @@ fn boot_record(
         n: N as u32,
         core_hz: tree.core_hz,
         last,
-    }
-}
-
-impl Measurer {
-    /// The pipeline for these settings. Both are filled before the program runs: built here, they would pass over the stack.
-    fn take(plan: &Plan) -> Option<Self> {
-        const IDLE: crate::config::Plan = crate::config::Plan::IDLE;
-        static REAL: ConstStaticCell<Pipeline<Real, N>> = ConstStaticCell::new(Pipeline::new(IDLE));
-        static IQ: ConstStaticCell<Pipeline<Iq, N>> = ConstStaticCell::new(Pipeline::new(IDLE));
-        let (real, iq) = (REAL.try_take()?, IQ.try_take()?);
-        real.follow(plan.plan);
-        iq.follow(plan.plan);
-        Some(if plan.settings.iq { Measurer::Iq(iq) } else { Measurer::Real(real) })
-    }
-
-    /// Measures a block behind its guard.
-    fn block(&mut self, block: &Block<Slot>, guard: u16) -> Measurement {
-        match self {
-            Measurer::Real(pipeline) => {
-                pipeline.block(block.stamp, block.slot.samples::<Real>(guard))
-            }
-            Measurer::Iq(pipeline) => pipeline.block(block.stamp, block.slot.samples::<Iq>(guard)),
-        }
     }
 }

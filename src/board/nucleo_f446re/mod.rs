@@ -6,6 +6,7 @@
 pub mod chirp;
 pub mod converter;
 pub mod instrument;
+mod measurer;
 pub mod serial;
 pub mod start;
 pub mod storage;
