@@ -16,6 +16,7 @@ pub mod reference;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod spectrogram;
 pub mod sweep;
 pub mod toolchain;
 pub mod watch;

@@ -61,6 +61,30 @@ fn lines(program: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
 }
 
 #[test]
+fn tracks_are_drawn_over_the_spectrogram() {
+    let tone = wav("followed.wav", spec(1, 16), 40 * 1024);
+    for name in ["tracks.svg", "tracks.png"] {
+        let picture = file(name, &[]);
+        let rows = lines(ANALYZE, &[&tone, "--track", "--json", "--plot", &picture]);
+        assert_eq!(rows.last().unwrap()["summary"], true);
+        let bytes = fs::read(&picture).unwrap();
+        if name.ends_with("png") {
+            assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000);
+            continue;
+        }
+        let text = String::from_utf8(bytes).unwrap();
+        // The line's values are in the metadata, the spectrogram's cells behind it.
+        assert!(text.contains("track 0: ") && text.contains("[0.192,"), "{}", &text[..400]);
+        let frequency = rows[0]["frequency_hz"].as_f64().unwrap();
+        assert!((frequency - 800.0).abs() < 0.01, "{frequency}");
+        let cells = text.matches("<rect").count();
+        assert!((40..4000).contains(&cells), "{cells}");
+    }
+    refused(ANALYZE, &[&tone, "--track", "--plot", "tracks.gif"], "name the picture .svg or .png");
+    refused(ANALYZE, &[&tone, "--plot", "tracks.svg"], "--track");
+}
+
+#[test]
 fn files_that_cannot_be_read() {
     let none = file("none.bin", &[]);
     let odd = file("odd.bin", &[1, 2, 3]);

@@ -2,6 +2,7 @@
 //!
 //! Fonts come with the program (DejaVu Sans), so a machine without any draws the same picture.
 
+use super::field::Field;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
@@ -165,20 +166,25 @@ const FONT: &str = "sans-serif";
 impl Chart {
     /// The chart as SVG without a background, its ink the colour of the text around it.
     pub fn inline_svg(&self) -> Result<String, String> {
-        Ok(self.svg_in(None)?.replace(INK_TEXT, "currentColor"))
+        Ok(self.svg_in(None, None)?.replace(INK_TEXT, "currentColor"))
     }
 
     /// The chart as an SVG file of its own, on white, with the points' values as JSON in its metadata.
     pub fn svg(&self) -> Result<String, String> {
+        self.svg_over(None)
+    }
+
+    fn svg_over(&self, field: Option<&Field>) -> Result<String, String> {
         let points = self.series.iter().map(|s| (s.label.clone(), serde_json::json!(s.points)));
         let values = serde_json::Value::Object(points.collect()).to_string();
-        let text = self.svg_in(Some(WHITE))?.replace(INK_TEXT, "#202020");
+        let text = self.svg_in(Some(WHITE), field)?.replace(INK_TEXT, "#202020");
         Ok(text.replacen(">\n", &format!(">\n<metadata>{}</metadata>\n", escape(&values)), 1))
     }
 
-    fn svg_in(&self, ground: Option<RGBColor>) -> Result<String, String> {
+    fn svg_in(&self, ground: Option<RGBColor>, field: Option<&Field>) -> Result<String, String> {
         let mut text = String::new();
-        self.draw(SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), ground, 1.0)?;
+        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        self.draw(root, ground, field, 1.0)?;
         // A width of its own would not follow the page's.
         let (width, height) = SIZE;
         Ok(text.replacen(
@@ -190,16 +196,25 @@ impl Chart {
 
     /// The chart as a PNG file, with twice the points a side.
     pub fn png(&self, file: &std::path::Path) -> Result<(), String> {
+        self.png_over(None, file)
+    }
+
+    fn png_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
         let size = (2 * SIZE.0, 2 * SIZE.1);
-        self.draw(BitMapBackend::new(file, size).into_drawing_area(), Some(WHITE), 2.0)
+        self.draw(BitMapBackend::new(file, size).into_drawing_area(), Some(WHITE), field, 2.0)
     }
 
     /// The chart as a file: SVG or PNG, by its name.
     pub fn save(&self, file: &std::path::Path) -> Result<(), String> {
+        self.save_over(None, file)
+    }
+
+    /// The same with a field behind the lines.
+    pub fn save_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
         match file.extension().and_then(|suffix| suffix.to_str()) {
-            Some("svg") => std::fs::write(file, self.svg()?)
+            Some("svg") => std::fs::write(file, self.svg_over(field)?)
                 .map_err(|error| format!("{}: {error}", file.display())),
-            Some("png") => self.png(file),
+            Some("png") => self.png_over(field, file),
             _ => Err(format!("{}: name it .svg or .png", file.display())),
         }
     }
@@ -208,6 +223,7 @@ impl Chart {
         &self,
         root: DrawingArea<DB, Shift>,
         ground: Option<RGBColor>,
+        field: Option<&Field>,
         scale: f64,
     ) -> Result<(), String> {
         static FONTS: Once = Once::new();
@@ -215,7 +231,8 @@ impl Chart {
             // It is a font: nothing can go wrong that a test would not see.
             let _ = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
         });
-        self.plot(&root, ground, scale).map_err(|error| format!("{}: {error}", self.name))?;
+        self.plot(&root, ground, field, scale)
+            .map_err(|error| format!("{}: {error}", self.name))?;
         root.present().map_err(|error| format!("{}: {error}", self.name))
     }
 
@@ -223,6 +240,7 @@ impl Chart {
         &self,
         root: &DrawingArea<DB, Shift>,
         ground: Option<RGBColor>,
+        field: Option<&Field>,
         scale: f64,
     ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
         if let Some(ground) = ground {
@@ -244,6 +262,10 @@ impl Chart {
             .x_label_area_size(pixels(50.0))
             .y_label_area_size(pixels(78.0))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
+        let patches = field.map(Field::patches).unwrap_or_default();
+        chart.draw_series(
+            patches.into_iter().map(|(corners, c)| Rectangle::new(corners, c.filled())),
+        )?;
         chart
             .configure_mesh()
             .x_desc(self.x.label)

@@ -4,6 +4,7 @@
 pub mod chart;
 pub mod count;
 mod direction;
+pub mod field;
 pub mod lab;
 mod lidar;
 pub mod limits;
