@@ -311,14 +311,17 @@ pub fn enable(line: usize) {
 /// A handler in the vector table.
 pub type Handler = unsafe extern "C" fn();
 
-/// Handlers of the first 64 interrupts.
-pub type Handlers = [Handler; 64];
+/// Armv6-M, which `build.rs` tells by its products, has half as many interrupts.
+const LINES: usize = if cfg!(short_products) { 32 } else { 64 };
+
+/// Handlers of the first interrupts, as many as any core here needs.
+pub type Handlers = [Handler; LINES];
 
 /// The table with the handlers named, and for all other interrupts one that stops the image.
 // Const functions cannot use `get_mut`; an index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
 pub const fn handlers(named: &[(usize, Handler)]) -> Handlers {
-    let mut table: Handlers = [unexpected; 64];
+    let mut table: Handlers = [unexpected; LINES];
     let mut index = 0;
     while index < named.len() {
         table[named[index].0] = named[index].1;
