@@ -14,6 +14,7 @@ mod nucleo;
 mod panic_free;
 mod pipeline;
 mod protocol;
+mod q15;
 mod recordings;
 mod registers;
 mod signal;

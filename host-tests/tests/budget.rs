@@ -1,7 +1,7 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, Count, locked};
+use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, locked};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,11 +11,17 @@ const MARGIN: f64 = 0.01;
 
 /// `budget.json`: what may be spent on the Cortex-M4F.
 #[derive(Deserialize)]
+struct Budgets {
+    engines: BTreeMap<String, Budget>,
+    /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
+    locked: BTreeMap<String, u64>,
+}
+
+/// What an engine may spend.
+#[derive(Deserialize)]
 struct Budget {
     /// Instructions of each stage, by record length.
     instructions: BTreeMap<usize, BTreeMap<String, u64>>,
-    /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
-    locked: BTreeMap<String, u64>,
     /// Bytes of the pipeline with two records, by record length.
     ram_bytes: BTreeMap<usize, u64>,
     /// Bytes of code and tables for a measurement of one record length.
@@ -24,7 +30,7 @@ struct Budget {
     snr_db: BTreeMap<usize, [f64; 2]>,
 }
 
-fn budget() -> Budget {
+fn budgets() -> Budgets {
     serde_json::from_str(include_str!("../budget.json")).unwrap()
 }
 
@@ -32,13 +38,13 @@ fn core(name: &str) -> &'static Core {
     CORES.iter().find(|core| core.name == name).unwrap()
 }
 
-fn count(core: &Core, image: &Path, n: usize, random: u32) -> Count {
-    let count = bench::count(core, image, n, Reach::Eight, random);
+fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> Count {
+    let count = bench::count(core, engine, image, n, Reach::Eight, random);
     count.unwrap_or_else(|error| panic!("{}, N = {n}: {error}", core.name))
 }
 
-fn image(core: &Core) -> PathBuf {
-    bench::image(core, false).unwrap_or_else(|error| panic!("{error}"))
+fn image(core: &Core, engine: &Engine) -> PathBuf {
+    bench::image(core, engine, false).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// All that exceeds its budget, so that one run tells everything.
@@ -60,27 +66,36 @@ impl Excess {
 
 #[test]
 fn the_budget_is_kept() {
-    let (budget, core, mut excess) = (budget(), core("M4F"), Excess::default());
-    let image = image(core);
-    for (&n, stages) in &budget.instructions {
-        let count = count(core, &image, n, 0);
-        for (stage, &allowed) in stages {
-            let spent = count.instructions(stage).unwrap();
-            excess.check(&format!("N = {n}, {stage}, instructions"), spent, allowed);
-        }
-        let ram = count.pipeline_bytes().unwrap();
-        excess.check(&format!("N = {n}, bytes of RAM"), ram, budget.ram_bytes[&n]);
-        if let Some(&allowed) = budget.code_and_table_bytes.get(&n) {
-            let code = bench::size::code(&image, n).unwrap() + bench::table_bytes(n);
-            excess.check(&format!("N = {n}, bytes of code and tables"), code, allowed);
-        }
-        let (reached, least) = (count.snr_db().unwrap(), budget.snr_db[&n]);
-        println!("N = {n}, signal to error: {reached:.2?} dB");
-        if reached[0] < least[0] || reached[1] < least[1] {
-            excess.0.push(format!("N = {n}, signal to error: {reached:.2?} of {least:.2?} dB"));
-        }
+    let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
+    for engine in &ENGINES {
+        excess.check_engine(core, engine, &budgets.engines[engine.name]);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+impl Excess {
+    fn check_engine(&mut self, core: &Core, engine: &Engine, budget: &Budget) {
+        let image = image(core, engine);
+        for (&n, stages) in &budget.instructions {
+            let (name, count) =
+                (format!("{}, N = {n}", engine.name), count(core, engine, &image, n, 0));
+            for (stage, &allowed) in stages {
+                let spent = count.instructions(stage).unwrap();
+                self.check(&format!("{name}, {stage}, instructions"), spent, allowed);
+            }
+            let ram = count.pipeline_bytes().unwrap();
+            self.check(&format!("{name}, bytes of RAM"), ram, budget.ram_bytes[&n]);
+            if let Some(&allowed) = budget.code_and_table_bytes.get(&n) {
+                let code = bench::size::code(&image, n).unwrap() + engine.table_bytes(n);
+                self.check(&format!("{name}, bytes of code and tables"), code, allowed);
+            }
+            let (reached, least) = (count.snr_db().unwrap(), budget.snr_db[&n]);
+            println!("{name}, signal to error: {reached:.2?} dB");
+            if reached[0] < least[0] || reached[1] < least[1] {
+                self.0.push(format!("{name}, signal to error: {reached:.2?} of {least:.2?} dB"));
+            }
+        }
+    }
 }
 
 /// Random blocks and periodic ones, of every width and strength, at the rails and between; as many more as the variable
@@ -91,13 +106,18 @@ fn the_kernels_equal_their_definition() {
         std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     // The M7 runs the M4F's image. An image for the M33 is built only for the long run: elsewhere the instrument's is compared.
     let cores: &[&str] = if random.is_some() { &["M4F", "M7", "M33"] } else { &["M4F", "M7"] };
-    for core in cores.iter().map(|name| core(name)) {
-        let image = image(core);
+    for (core, engine) in cores.iter().flat_map(|name| ENGINES.iter().map(|e| (core(name), e))) {
+        let image = image(core, engine);
         for n in bench::LENGTHS {
             let blocks = random.unwrap_or(60_000 / n as u32);
-            let (compared, unequal) = count(core, &image, n, blocks).equality();
-            println!("{}, N = {n}: {compared} blocks, {unequal} differ", core.name);
-            assert!(compared > u64::from(blocks) && unequal == 0, "{}, N = {n}", core.name);
+            let (compared, unequal) = count(core, engine, &image, n, blocks).equality();
+            let name = format!("{}, {}, N = {n}", core.name, engine.name);
+            println!("{name}: {compared} blocks, {unequal} differ");
+            assert!(compared > u64::from(blocks) && unequal == 0, "{name}");
+            let iq = bench::compare_iq(core, &image, n, blocks.div_ceil(4));
+            let (compared, unequal) = iq.unwrap_or_else(|error| panic!("{name}: {error}"));
+            println!("{name}, I/Q: {compared} blocks, {unequal} differ");
+            assert!(compared > 0 && unequal == 0, "{name}, I/Q");
         }
     }
 }
@@ -108,7 +128,7 @@ fn the_kernels_equal_their_definition() {
 fn a_locked_block_keeps_its_budget_and_its_bits() {
     let random: Option<u32> =
         std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
-    let (budget, mut excess) = (budget(), Excess::default());
+    let (budgets, mut excess) = (budgets(), Excess::default());
     let (here, held) = locked::here().unwrap();
     // One of 16 blocks is searched, and the first two, and one where the noise rises by 20 dB and more.
     assert!(held >= 115, "{held}");
@@ -125,7 +145,7 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
         if core.name != "M4F" {
             continue;
         }
-        for (stage, &allowed) in &budget.locked {
+        for (stage, &allowed) in &budgets.locked {
             let row = count.stage(stage).unwrap();
             println!("{stage}: at most {}", row.most);
             excess.check(&format!("{stage}, instructions"), row.mean, allowed);
@@ -133,7 +153,7 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
         let [short, whole] = ["lock", "whole"].map(|name| count.stage(name).unwrap().mean);
         // The mixing, the transform, the fit and the checks of what they found: nine times cheaper than the whole way
         // less the search for clipped samples, which both make.
-        assert!(short <= 4500 && 8 * short < whole - budget.locked["clipped"], "{short}, {whole}");
+        assert!(short <= 4500 && 8 * short < whole - budgets.locked["clipped"], "{short}, {whole}");
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

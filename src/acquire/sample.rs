@@ -101,7 +101,7 @@ impl Record for Iq {
 }
 
 /// A number that a transform stores: one part of a complex point.
-pub trait Part: Copy + core::fmt::Debug + Send + Sync + 'static {
+pub trait Part: Copy + PartialEq + core::fmt::Debug + Send + Sync + 'static {
     /// Zero.
     const ZERO: Self;
 }

@@ -3,10 +3,12 @@
 //! | engine | numbers | memory for N real samples | signal to error, N = 1024 |
 //! |---|---|---|---|
 //! | [`I32`] | `i32`, Q15 factors | 4 N bytes | 92 dB and more, 0 and -40 dBFS |
+//! | [`Q15`] | `i16`, Q15 factors, block floating point | 2 N bytes | TODO |
 //!
 //! A [`Spectrum`](super::Spectrum) names its engine in its type; what reads a spectrum takes any.
 
-use super::fft::{self, integer, twiddle::splits};
+use super::fft::{self, integer, q15, twiddle::splits};
+use super::narrow;
 use super::sweep::{self, Sweep};
 use crate::acquire::sample::{Codes, Part, Record};
 use core::mem::MaybeUninit;
@@ -34,6 +36,9 @@ macro_rules! by_length {
 pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// What a part of a point is stored as.
     type Part: Part;
+
+    /// True where the middle of unsigned codes is taken away first, so that bin 0 lacks it.
+    const CENTRED: bool;
 
     /// Transforms a record. The result is the exponent of its bins: times two to it they are in codes.
     fn transform<R: Record, const N: usize>(
@@ -106,6 +111,7 @@ pub struct I32;
 
 impl Engine for I32 {
     type Part = i32;
+    const CENTRED: bool = false;
 
     fn transform<R: Record, const N: usize>(
         pairs: &[Pair],
@@ -154,5 +160,73 @@ impl Engine for I32 {
 
     fn bend(points: &[Point], stride: usize) -> u64 {
         fft::bend(points, stride)
+    }
+}
+
+/// Half the memory: 16-bit block floating point, see [`q15`].
+#[derive(Clone, Copy, Debug)]
+pub struct Q15;
+
+impl Engine for Q15 {
+    type Part = i16;
+    const CENTRED: bool = true;
+
+    fn transform<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [Pair],
+    ) -> i32 {
+        #[cfg(dsp)]
+        return by_length!(R, N, fft::kernel_q15::transform, (pairs, codes, points));
+        #[cfg(not(dsp))]
+        Self::transform_portably::<R, N>(pairs, codes, points)
+    }
+
+    fn transform_portably<R: Record, const N: usize>(
+        pairs: &[Pair],
+        codes: Codes,
+        points: &mut [Pair],
+    ) -> i32 {
+        by_length!(R, N, q15::transform, (pairs, codes, points))
+    }
+
+    #[inline]
+    fn bin<R: Record, const N: usize>(points: &[Pair], k: usize) -> Point {
+        if R::IQ {
+            return points.get(k).copied().map_or([0; 2], narrow::wide);
+        }
+        narrow::split(points, const { splits(N) }, k)
+    }
+
+    #[inline]
+    fn search<R: Record, const N: usize>(points: &[Pair], bins: RangeInclusive<usize>) -> Sweep {
+        #[cfg(dsp)]
+        if !R::IQ && is_whole::<N>(&bins) {
+            let table = const { splits(N) };
+            return by_length!(R, N, fft::kernel_q15::sweep, (points, table));
+        }
+        Self::search_portably::<R, N>(points, bins)
+    }
+
+    fn search_portably<R: Record, const N: usize>(
+        points: &[Pair],
+        bins: RangeInclusive<usize>,
+    ) -> Sweep {
+        if !R::IQ && is_whole::<N>(&bins) {
+            return by_length!(R, N, narrow::sweep, (points, const { splits(N) }));
+        }
+        if R::IQ
+            && let Some(points) = points.get(bins.clone())
+        {
+            return narrow::over(points, *bins.start());
+        }
+        one_by_one::<Self, R, N>(points, bins)
+    }
+
+    fn bend(points: &[Pair], stride: usize) -> u64 {
+        #[cfg(dsp)]
+        return fft::kernel_q15::bend(points, stride);
+        #[cfg(not(dsp))]
+        narrow::bend(points, stride)
     }
 }

@@ -3,6 +3,7 @@
 pub mod bins;
 pub mod engine;
 pub mod fft;
+pub mod narrow;
 pub mod peak;
 pub mod sweep;
 pub mod zoom;
@@ -11,6 +12,7 @@ mod zoom_dsp;
 
 use crate::acquire::sample::{Cells as _, Codes, Record};
 use core::mem::MaybeUninit;
+use core::ops::RangeInclusive;
 use engine::{Engine, I32};
 use fft::integer::Point;
 use num_complex::Complex;
@@ -72,12 +74,24 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
 
     /// The strongest bin of a band, of equal ones the lowest, and the power of all.
     pub(crate) fn search(&self, band: Band) -> Sweep {
+        self.search_by(band, E::search::<R, N>)
+    }
+
+    /// [`Spectrum::search`] by its definition in portable code.
+    pub(crate) fn search_portably(&self, band: Band) -> Sweep {
+        self.search_by(band, E::search_portably::<R, N>)
+    }
+
+    #[inline(always)]
+    fn search_by(
+        &self,
+        band: Band,
+        search: fn(&[[E::Part; 2]], RangeInclusive<usize>) -> Sweep,
+    ) -> Sweep {
         let last = if R::IQ { N - 1 } else { N / 2 };
         let ends = usize::try_from(band.low).ok().zip(usize::try_from(band.high).ok());
         match ends {
-            Some((low, high)) if low <= high && high <= last => {
-                E::search::<R, N>(self.points(), low..=high)
-            }
+            Some((low, high)) if low <= high && high <= last => search(self.points(), low..=high),
             // Bins that wrap round or are mirrored.
             _ => (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
                 sweep.see(k as usize, self.power(k));

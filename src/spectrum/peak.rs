@@ -6,7 +6,7 @@
 use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
-use super::sweep::power;
+use super::sweep::{Sweep, power};
 use crate::acquire::sample::Record;
 use core::mem::MaybeUninit;
 
@@ -153,6 +153,27 @@ pub fn find<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search(band);
+    let mut place = MaybeUninit::uninit();
+    let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
+    of(&found, band, around)
+}
+
+/// [`find`] by its definition in portable code: what kernels are compared with.
+pub fn find_portably<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    band: Band,
+) -> Option<Peak> {
+    let found = spectrum.search_portably(band);
+    let around = core::array::from_fn(|index| {
+        let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
+        [x.re, x.im]
+    });
+    of(&found, band, &around)
+}
+
+/// The peak that a sweep over a band has found, with the bins around it.
+#[inline(always)]
+fn of(found: &Sweep, band: Band, around: &[Point; 2 * SKIRT as usize + 1]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }
@@ -160,29 +181,27 @@ pub fn find<R: Record, const N: usize>(
         low: band.low.max(found.bin.wrapping_sub(SKIRT)),
         high: band.high.min(found.bin.wrapping_add(SKIRT)),
     };
-    let mut peak = Peak {
-        bin: found.bin,
-        power: [0, found.power, 0],
-        floor: found.total,
-        floor_bins: band.width().saturating_sub(skirt.width()),
-    };
-    let mut place = MaybeUninit::<[Point; 2 * SKIRT as usize + 1]>::uninit();
-    let bins = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    if skirt.width() as usize == bins.len() {
-        peak.floor = bins.iter().fold(peak.floor, |floor, &bin| floor.wrapping_sub(power(bin)));
+    let mut skirt_power = 0u64;
+    if skirt.width() as usize == around.len() {
+        skirt_power = around.iter().fold(0, |sum, &bin| sum.wrapping_add(power(bin)));
     } else {
-        let within = bins.iter().zip(found.bin.wrapping_sub(SKIRT)..);
+        let within = around.iter().zip(found.bin.wrapping_sub(SKIRT)..);
         for (&bin, _) in within.filter(|(_, k)| (skirt.low..=skirt.high).contains(k)) {
-            peak.floor = peak.floor.wrapping_sub(power(bin));
+            skirt_power = skirt_power.wrapping_add(power(bin));
         }
     }
-    if let Some(&[before, _, after]) =
-        bins.get(SKIRT as usize - 1..).and_then(|bins| bins.first_chunk())
-    {
-        peak.power[0] = if found.bin > band.low { power(before) } else { 0 };
-        peak.power[2] = if found.bin < band.high { power(after) } else { 0 };
-    }
-    Some(peak)
+    let [before, peak, after] = *around.get(SKIRT as usize - 1..)?.first_chunk()?;
+    Some(Peak {
+        bin: found.bin,
+        power: [
+            if found.bin > band.low { power(before) } else { 0 },
+            power(peak),
+            if found.bin < band.high { power(after) } else { 0 },
+        ],
+        // An engine may sum up without rounding what it splits with.
+        floor: found.total.saturating_sub(skirt_power),
+        floor_bins: band.width().saturating_sub(skirt.width()),
+    })
 }
 
 /// Searches a part of a band, `gate`, with the noise floor of all of it.

@@ -13,7 +13,7 @@ pub mod table;
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
 use picket::acquire::capture::Header;
-use picket::acquire::sample::Real;
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
@@ -52,10 +52,30 @@ pub const CORES: [Core; 5] = [
 /// The record lengths.
 pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 
-/// Ours.
-pub const ENGINE: &str = "picket-i32";
+/// An engine of ours (see [`picket::spectrum::engine`]), and the image that counts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Engine {
+    /// What the table calls it.
+    pub name: &'static str,
+    /// The image.
+    pub bin: &'static str,
+}
 
-/// Stages of a measurement by our engine, as the image names them: the transform, the search for the peak and the noise floor,
+impl Engine {
+    /// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
+    pub fn table_bytes(&self, n: usize) -> u64 {
+        let fine = if *self == ENGINES[0] { twiddle::fine_passes(n / 2) } else { &[] };
+        // Where there are such, the short passes take theirs from a small table.
+        let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
+        (size_of_val(short) + size_of_val(fine) + size_of_val(twiddle::splits(n))) as u64
+    }
+}
+
+/// Our engines, the default first.
+pub const ENGINES: [Engine; 2] =
+    [Engine { name: "picket-i32", bin: "bench" }, Engine { name: "picket-q15", bin: "bench_q15" }];
+
+/// Stages of a measurement by an engine of ours, as the image names them: the transform, the search for the peak and the noise floor,
 /// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it.
 pub const STAGES: [&str; 6] = ["fft", "peak", "fft_peak", "estimator", "clipped", "measurement"];
 
@@ -97,18 +117,20 @@ const BLOCKS: [(f64, f64); 3] = [(2046.4, 0.0), (20.464, 0.0), (900.0, 500.0)];
 const SEED: u64 = 20_220_222;
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// The image, with or without the other people's transforms.
-pub fn image(core: &Core, rivals: bool) -> Result<PathBuf, ToolError> {
+/// The image that counts an engine; that of the default with or without the other people's transforms.
+pub fn image(core: &Core, engine: &Engine, rivals: bool) -> Result<PathBuf, ToolError> {
+    let rivals = rivals && *engine == ENGINES[0];
     let features: &[&str] = if rivals { &["mps2", "rivals"] } else { &["mps2"] };
-    Firmware { bin: "bench", target: core.target, features, profile: Profile::Release }.build()
+    Firmware { bin: engine.bin, target: core.target, features, profile: Profile::Release }.build()
 }
 
 /// What the image counted.
 #[derive(Clone, Debug)]
 pub struct Count {
     core: Core,
+    engine: Engine,
     n: usize,
-    figures: HashMap<String, Vec<u64>>,
+    figures: Figures,
     /// Ours and the rivals', full scale and 40 dB below.
     snr_db: HashMap<String, [f64; 2]>,
 }
@@ -116,6 +138,7 @@ pub struct Count {
 /// Counts the instructions for records of `n` samples, and drives kernels and definition with `random` blocks.
 pub fn count(
     core: &Core,
+    engine: &Engine,
     image: &Path,
     n: usize,
     reach: Reach,
@@ -128,13 +151,40 @@ pub fn count(
     let config = Config { reach, arithmetic, ..Config::default() };
     let header =
         Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS.len() as u32) };
-    let mut capture = Capture::create(&header)?;
     let blocks = BLOCKS.map(|(amplitude, noise)| block(n, amplitude, noise));
-    for block in &blocks {
-        capture.push::<Real>(block)?;
+    let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
+    let snr_db = ratios(engine, n, &blocks, &figures, &results);
+    Ok(Count { core: *core, engine: *engine, n, figures, snr_db })
+}
+
+/// Drives kernels and definition with `random` I/Q records of `n` samples; how many blocks were compared, and how many of
+/// them differed.
+pub fn compare_iq(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    random: u32,
+) -> Result<(u64, u64), RunError> {
+    let header = Header { period_us: random, ..Header::of::<Iq>(Config::default(), n as u32, 0) };
+    Ok(equality(&run::<Iq>(core, image, &header, &[])?.0))
+}
+
+/// What an image has counted, by name, block by block.
+type Figures = HashMap<String, Vec<u64>>;
+
+/// What an image counts of these blocks, and its results.
+fn run<R: Record>(
+    core: &Core,
+    image: &Path,
+    header: &Header,
+    blocks: &[Vec<R::Sample>],
+) -> Result<(Figures, Vec<u8>), RunError> {
+    let mut capture = Capture::create(header)?;
+    for block in blocks {
+        capture.push::<R>(block)?;
     }
     let outcome = capture.run(core.machine, image, LIMIT, |_| {})?;
-    let mut figures: HashMap<String, Vec<u64>> = HashMap::new();
+    let mut figures = Figures::new();
     for line in outcome.messages.lines() {
         if let Some((name, value)) = line.split_once('=')
             && let Ok(value) = value.parse()
@@ -142,8 +192,12 @@ pub fn count(
             figures.entry(name.into()).or_default().push(value);
         }
     }
-    let snr_db = ratios(n, &blocks, &figures, &outcome.results);
-    Ok(Count { core: *core, n, figures, snr_db })
+    Ok((figures, outcome.results))
+}
+
+fn equality(figures: &Figures) -> (u64, u64) {
+    let figure = |name| figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
+    (figure("compared"), figure("unequal"))
 }
 
 fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
@@ -160,13 +214,14 @@ fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
 /// Signal-to-error ratios of every transform that was run, over the bins between DC and Nyquist. Each engine scales
 /// in its own way, so the gain that fits best is taken out.
 fn ratios(
+    ours: &Engine,
     n: usize,
     blocks: &[Vec<i16>],
-    figures: &HashMap<String, Vec<u64>>,
+    figures: &Figures,
     results: &[u8],
 ) -> HashMap<String, [f64; 2]> {
     let names = RIVALS.into_iter().filter(|name| figures.contains_key(*name));
-    let names: Vec<&str> = std::iter::once(ENGINE).chain(names).collect();
+    let names: Vec<&str> = std::iter::once(ours.name).chain(names).collect();
     let float = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
     let values: Vec<Complex<f64>> = results
         .chunks_exact(8)
@@ -203,14 +258,12 @@ impl Count {
 
     /// The ratio of a full-scale tone to the error of our transform, and of one 40 dB below, in dB.
     pub fn snr_db(&self) -> Option<[f64; 2]> {
-        self.snr_db.get(ENGINE).copied()
+        self.snr_db.get(self.engine.name).copied()
     }
 
     /// How many blocks were transformed by kernel and definition, and how many of them differed.
     pub fn equality(&self) -> (u64, u64) {
-        let figure =
-            |name| self.figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
-        (figure("compared"), figure("unequal"))
+        equality(&self.figures)
     }
 
     /// Bytes of a pipeline's memory with two records for the converter to fill in turn, and its result.
@@ -224,7 +277,7 @@ impl Count {
         let snr = |engine: &str, which: usize| self.snr_db.get(engine).map(|pair| pair[which]);
         let spectrum = self.figures.get("spectrum_bytes").and_then(|f| f.last().copied());
         let row = |engine: &str, stage: &str, name: &str| {
-            let ours = engine == ENGINE;
+            let ours = engine == self.engine.name;
             let instructions = self.instructions(name)?;
             let transform = stage.starts_with("fft");
             Some(Row {
@@ -238,7 +291,7 @@ impl Count {
                     (true, _) => spectrum.map(|bytes| bytes + 2 * self.n as u64),
                     (false, _) => quoted::ram(engine, self.n),
                 },
-                table_bytes: ours.then(|| table_bytes(self.n)),
+                table_bytes: ours.then(|| self.engine.table_bytes(self.n)),
                 code_bytes: code.filter(|_| ours && stage == "measurement"),
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
@@ -246,15 +299,7 @@ impl Count {
                 source: "measured",
             })
         };
-        let ours = STAGES.iter().filter_map(|stage| row(ENGINE, stage, stage));
+        let ours = STAGES.iter().filter_map(|stage| row(self.engine.name, stage, stage));
         ours.chain(RIVALS.iter().filter_map(|rival| row(rival, "fft", rival))).collect()
     }
-}
-
-/// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
-pub fn table_bytes(n: usize) -> u64 {
-    let fine = twiddle::fine_passes(n / 2);
-    // Where there are such, the short passes take theirs from a small table.
-    let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
-    (size_of_val(short) + size_of_val(fine) + size_of_val(twiddle::splits(n))) as u64
 }

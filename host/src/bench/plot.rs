@@ -6,7 +6,7 @@ use crate::report::chart::{Axis, Chart, Series, Style};
 /// Instructions a sample over N on `core`: of our transform with search and of our measurement, of the others' transforms.
 pub fn chart(rows: &[Row], core: &str) -> Chart {
     let wanted = |row: &&Row| match row.engine.as_str() {
-        super::ENGINE => row.stage == "fft_peak" || row.stage == "measurement",
+        name if name.starts_with("picket") => row.stage == "fft_peak" || row.stage == "measurement",
         _ => row.stage == "fft",
     };
     let chosen: Vec<&Row> = rows.iter().filter(|row| row.core == core).filter(wanted).collect();

@@ -2,7 +2,8 @@
 
 use clap::Parser;
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, LENGTHS, Row};
+use picket_host::bench::{self, CORES, Core, ENGINES, LENGTHS, Row};
+use picket_host::toolchain::ToolError;
 use picket_host::{cli, progress};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,6 +18,9 @@ struct Options {
     /// Cores, separated by commas: M4F, M33, M7, M3, M0
     #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
     core: Vec<String>,
+    /// Engines of ours, separated by commas: i32, q15
+    #[arg(long, value_delimiter = ',', default_value = "i32,q15")]
+    engine: Vec<String>,
     /// Record lengths, separated by commas
     #[arg(long, value_delimiter = ',')]
     n: Vec<usize>,
@@ -60,15 +64,27 @@ fn run(options: Options) -> Result<ExitCode, String> {
         16 => Reach::Sixteen,
         k => return Err(format!("K = {k}: choose 4, 8 or 16")),
     };
-    let bar = progress::bar((cores.len() * lengths.len()) as u64, "runs");
+    let engines = options.engine.iter().map(|name| {
+        let engine = ENGINES.iter().find(|engine| engine.name.ends_with(name.as_str()));
+        engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15"))
+    });
+    let engines = engines.collect::<Result<Vec<_>, _>>()?;
+    let bar = progress::bar((cores.len() * lengths.len() * engines.len()) as u64, "runs");
     let (mut rows, mut compared, mut unequal) = (Vec::new(), 0, 0);
     for core in cores {
-        let image = bench::image(core, true).map_err(|error| error.to_string())?;
+        let images = engines.iter().map(|&engine| Ok((engine, bench::image(core, engine, true)?)));
+        let images = images.collect::<Result<Vec<_>, ToolError>>().map_err(|e| e.to_string())?;
         for &n in &lengths {
-            let counts = bench::count(core, &image, n, reach, options.random);
-            let count = counts.map_err(|error| error.to_string())?;
-            let code = bench::size::code(&image, n).map_err(|error| error.to_string())?;
-            let mut new = count.rows(Some(code));
+            let mut new = Vec::new();
+            for (engine, image) in &images {
+                let counts = bench::count(core, engine, image, n, reach, options.random);
+                let count = counts.map_err(|error| error.to_string())?;
+                let code = bench::size::code(image, n).map_err(|error| error.to_string())?;
+                let (blocks, different) = count.equality();
+                (compared, unequal) = (compared + blocks, unequal + different);
+                new.extend(count.rows(Some(code)));
+                bar.inc(1);
+            }
             if core.name == "M4F" {
                 new.extend(bench::quoted::rows(n));
             }
@@ -77,10 +93,7 @@ fn run(options: Options) -> Result<ExitCode, String> {
                     print_json(row)?;
                 }
             }
-            let (blocks, different) = count.equality();
-            (compared, unequal) = (compared + blocks, unequal + different);
             rows.extend(new);
-            bar.inc(1);
         }
     }
     bar.finish_and_clear();

@@ -117,7 +117,7 @@ pub(super) fn first_pass<const M: usize>(
 }
 
 /// The position, among `count = 4^d` groups, that the digits of `group` in base 4 read backwards.
-fn reversed(group: usize, count: usize) -> usize {
+pub(super) fn reversed(group: usize, count: usize) -> usize {
     let bits = count.trailing_zeros();
     if bits == 0 {
         return 0;

@@ -4,6 +4,9 @@
 pub mod integer;
 #[cfg(dsp)]
 pub mod kernel_dsp;
+#[cfg(dsp)]
+pub mod kernel_q15;
+pub mod q15;
 pub mod twiddle;
 
 #[cfg(not(dsp))]

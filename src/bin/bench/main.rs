@@ -1,0 +1,31 @@
+//! Counts instructions: every stage of a measurement of the capture's blocks, and, in an image with the feature
+//! `rivals`, other people's transforms of the same blocks. Also compares the kernels with their
+//! definition, on the capture's blocks and on random ones.
+//!
+//! The header's period, which has no other meaning here, is the number of random blocks.
+#![no_std]
+#![no_main]
+
+mod equality;
+#[cfg(feature = "rivals")]
+mod rivals;
+mod stages;
+
+use cortex_m_rt::entry;
+use picket::acquire::capture::for_record;
+use picket::board::halt::{Exit, exit};
+use picket::board::mps2::{Timer, handlers};
+use picket::board::playback::Playback;
+use picket::spectrum::engine::I32;
+use stages::Stages;
+
+picket::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    let playback = Playback::open();
+    let (iq, n) = (playback.header.iq, playback.header.n as usize);
+    Timer::ONE.run_free();
+    for_record(iq, n, Stages::<I32>::new(playback));
+    exit(Exit::Done)
+}

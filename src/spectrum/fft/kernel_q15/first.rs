@@ -1,0 +1,351 @@
+//! The record's magnitude and the first pass.
+
+use super::super::integer::Pair;
+use super::super::q15::{self, DIAGONAL, first_radix};
+use crate::acquire::sample::Codes;
+use core::arch::naked_asm;
+
+/// As [`q15::extremes`], of which it may find less than all where the rest does not matter to [`q15::shift`].
+pub fn extremes(pairs: &[Pair], codes: Codes) -> [i16; 2] {
+    let groups = pairs.as_chunks::<8>().0.as_ptr_range();
+    if groups.is_empty() || !groups.start.cast::<u32>().is_aligned() {
+        return q15::extremes(pairs);
+    }
+    let enough = if codes.bits() < 16 { q15::WIDE } else { u16::MAX };
+    let mut seen = [[i16::MAX; 2], [i16::MIN; 2]];
+    // SAFETY: the range is inside `pairs`, aligned and not empty.
+    unsafe {
+        let (from, to) = (groups.start.cast(), groups.end.cast());
+        range(from, to, &mut seen, u32::from(enough) * 0x1_0001);
+    }
+    let [[a, b], [c, d]] = seen;
+    [a.min(b), c.max(d)]
+}
+
+/// As [`q15::first_pass`]; `points` must be aligned to words.
+pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &mut [Pair]) -> bool {
+    let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
+    let Ok(up) = u32::try_from(shift) else {
+        return q15::first_pass::<M>(pairs, codes, shift, points);
+    };
+    let centre = (q15::first_centre::<M>(codes, shift) as u16) as u32 * 0x1_0001;
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many; `points` is aligned.
+    let q = unsafe {
+        match (first_radix(M), up) {
+            (8, 0) => eights::<M, false>(from, to, centre, 0),
+            (8, _) => eights::<M, true>(from, to, centre, up),
+            (_, 0) => fours::<M, false>(from, to, centre, 0),
+            (_, _) => fours::<M, true>(from, to, centre, up),
+        }
+    };
+    q != 0
+}
+
+/// The lowest and the highest of either half of words, beyond what `seen` holds; may end where the two of a half are
+/// further apart than in `enough`.
+///
+/// # Safety
+/// `from..to` must be groups of eight aligned words, at least one.
+#[unsafe(naked)]
+unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2], enough: u32) {
+    // The larger of each half to $x, the smaller to lr, and on to the highest and the lowest.
+    macro_rules! look {
+        ($($x:literal, $y:literal);*) => {
+            concat!($(
+                "ssub16 lr, ", $x, ", ", $y, "\n sel lr, ", $y, ", ", $x, "\n sel ", $x, ", ", $x, ", ", $y, "\n",
+                "ssub16 ", $y, ", ", $x, ", r12\n sel r12, ", $x, ", r12\n",
+                "ssub16 ", $y, ", lr, r2\n sel r2, r2, lr\n",
+            )*)
+        };
+    }
+    naked_asm!(
+        "push {{r2, r4-r11, lr}}",
+        "ldrd r2, r12, [r2]",
+        "2:",
+        "ldm r0!, {{r4-r11}}",
+        look!("r4", "r5"; "r6", "r7"; "r8", "r9"; "r10", "r11"),
+        "ssub16 lr, r12, r2",
+        "uqsub16 lr, lr, r3",
+        "cmp lr, #0",
+        "bne 3f",
+        "cmp r0, r1",
+        "blo 2b",
+        "3:",
+        "pop {{r4}}",
+        "strd r2, r12, [r4]",
+        "pop {{r4-r11, pc}}",
+    )
+}
+
+/// Where a group of the first pass starts: the number of four groups is at [sp], the record at [sp, #4]; gives r0.
+macro_rules! next_groups {
+    () => {
+        lines!(
+            "ldr r4, [sp]",
+            "rbit r5, r4",
+            "and r6, r5, #0x55555555",
+            "and r5, r5, #0xaaaaaaaa",
+            "lsr r5, r5, #1",
+            "orr r5, r5, r6, lsl #1",
+            "lsr r5, r5, #{unused}",
+            "ldr r0, [sp, #4]",
+            "add r0, r0, r5, lsl #2",
+            "adds r4, #1",
+            "str r4, [sp]"
+        )
+    };
+}
+
+/// Puts the mask and the number of bits of a shift at [sp, #8], from r3.
+macro_rules! keep_shift {
+    () => {
+        lines!(
+            "movw r4, #0xffff",
+            "lsl r5, r4, r3",
+            "orr r4, r4, r5, lsl #16",
+            "strd r4, r3, [sp, #8]"
+        )
+    };
+}
+
+/// Shifts packed pairs up: a mask takes away what the lower half has pushed into the upper one. Uses r3, r12.
+macro_rules! up {
+    ($($x:literal),*) => {
+        concat!(
+            "ldrd r12, r3, [sp, #8]\n",
+            $("lsl ", $x, ", ", $x, ", r3\n and ", $x, ", ", $x, ", r12\n",)*
+        )
+    };
+}
+
+/// The four-point transform of $a to $d: 0 in $c, 1 in $a, 2 in $free, 3 in $b... in place but for one register.
+macro_rules! four_points {
+    ($a:literal, $b:literal, $c:literal, $d:literal, $free:literal) => {
+        concat!(
+            "sadd16 ",
+            $free,
+            ", ",
+            $a,
+            ", ",
+            $c,
+            "\n ssub16 ",
+            $c,
+            ", ",
+            $a,
+            ", ",
+            $c,
+            "\n",
+            "sadd16 ",
+            $a,
+            ", ",
+            $b,
+            ", ",
+            $d,
+            "\n ssub16 ",
+            $d,
+            ", ",
+            $b,
+            ", ",
+            $d,
+            "\n",
+            "sadd16 ",
+            $b,
+            ", ",
+            $free,
+            ", ",
+            $a,
+            "\n ssub16 ",
+            $free,
+            ", ",
+            $free,
+            ", ",
+            $a,
+            "\n",
+            "ssax ",
+            $a,
+            ", ",
+            $c,
+            ", ",
+            $d,
+            "\n sasx ",
+            $c,
+            ", ",
+            $c,
+            ", ",
+            $d,
+            "\n",
+        )
+    };
+}
+
+/// $x exp(-j pi/4), with sqrt(1/2) twice in r2 and its rounding in r3.
+macro_rules! diagonal {
+    ($x:literal, $free:literal) => {
+        concat!(
+            "smlsdx ",
+            $free,
+            ", r2, ",
+            $x,
+            ", r3\n smlad ",
+            $x,
+            ", ",
+            $x,
+            ", r2, r3\n",
+            "lsl ",
+            $free,
+            ", ",
+            $free,
+            ", #1\n pkhtb ",
+            $x,
+            ", ",
+            $free,
+            ", ",
+            $x,
+            ", asr #15\n",
+        )
+    };
+}
+
+/// The first pass in groups of eight: `q15::first8`, of parts shifted up by `shift` if `UP`; `centre` is that of a
+/// group's sum.
+///
+/// # Safety
+/// `from` and `to` must be M pairs and M aligned points, M = 8 4^d of at most 2048.
+#[unsafe(naked)]
+unsafe extern "C" fn eights<const M: usize, const UP: bool>(
+    from: *const Pair,
+    to: *mut Pair,
+    centre: u32,
+    shift: u32,
+) -> u32 {
+    naked_asm!(
+        enter!(16),
+        "str r12, [sp]",
+        "str r0, [sp, #4]",
+        "mov lr, r2",
+        "sub r1, r1, #8",
+        ".if {up}",
+        keep_shift!(),
+        ".endif",
+        "movw r2, #{diagonal}",
+        "movt r2, #{diagonal}",
+        "movw r3, #0x4000",
+        "2:",
+        next_groups!(),
+        // Four groups, whose first digit is the last of their place.
+        ".rept 4",
+        "ldr r4, [r0]",
+        "ldr r5, [r0, #{leg}]",
+        "ldr r6, [r0, #2*{leg}]",
+        "ldr r7, [r0, #3*{leg}]",
+        ".if {leg} == 1024",
+        "add r11, r0, #4*{leg}",
+        "ldr r8, [r11]",
+        "ldr r9, [r11, #{leg}]",
+        "ldr r10, [r11, #2*{leg}]",
+        "ldr r11, [r11, #3*{leg}]",
+        ".else",
+        "ldr r8, [r0, #4*{leg_}]",
+        "ldr r9, [r0, #5*{leg_}]",
+        "ldr r10, [r0, #6*{leg_}]",
+        "ldr r11, [r0, #7*{leg_}]",
+        ".endif",
+        "add r0, r0, #{leg}/4",
+        ".if {up}",
+        up!("r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11"),
+        "movw r3, #0x4000",
+        ".endif",
+        four_points!("r4", "r6", "r8", "r10", "r12"), // 0 r6, 1 r4, 2 r12, 3 r8
+        four_points!("r5", "r7", "r9", "r11", "r10"), // 0 r7, 1 r5, 2 r10, 3 r9
+        "sadd16 r11, r6, r7",
+        "ssub16 r6, r6, r7",
+        "ssub16 r11, r11, lr",
+        "ssax r7, r12, r10",
+        "sasx r10, r12, r10",
+        look!("r12": "r11", "r6", "r7", "r10"),
+        diagonal!("r5", "r12"),
+        "sadd16 r12, r4, r5",
+        "ssub16 r5, r4, r5",
+        look!("r4": "r12", "r5"),
+        "strd r11, r12, [r1, #8]",
+        "strd r6, r5, [r1, #24]",
+        diagonal!("r9", "r12"),
+        "ssax r11, r8, r9",
+        "sasx r8, r8, r9",
+        look!("r12": "r11", "r8"),
+        "strd r7, r11, [r1, #16]",
+        "strd r10, r8, [r1, #32]!",
+        ".endr",
+        "ldr r4, [sp]",
+        "cmp r4, #{outer}",
+        "blo 2b",
+        leave!(16),
+        diagonal = const DIAGONAL,
+        up = const UP as u32,
+        // No length beyond 2048 is asked for, but the assembler sees it.
+        leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
+        leg_ = const if M <= 512 { M / 8 * 4 } else { 4 },
+        outer = const M / 32,
+        unused = const 32 - (M / 32).trailing_zeros(),
+    )
+}
+
+/// The first pass in groups of four: `q15::first4`, otherwise as [`eights`].
+///
+/// # Safety
+/// `from` and `to` must be M pairs and M aligned points, M = 4^d of at most 4096.
+#[unsafe(naked)]
+unsafe extern "C" fn fours<const M: usize, const UP: bool>(
+    from: *const Pair,
+    to: *mut Pair,
+    centre: u32,
+    shift: u32,
+) -> u32 {
+    naked_asm!(
+        enter!(16),
+        "str r12, [sp]",
+        "str r0, [sp, #4]",
+        "mov lr, r2",
+        "sub r1, r1, #8",
+        ".if {up}",
+        keep_shift!(),
+        ".endif",
+        "2:",
+        next_groups!(),
+        ".rept 4",
+        "ldr r4, [r0]",
+        ".if {leg} <= 1024",
+        "ldr r5, [r0, #{leg_}]",
+        "ldr r6, [r0, #2*{leg_}]",
+        "ldr r7, [r0, #3*{leg_}]",
+        ".else",
+        "add r7, r0, #{leg}",
+        "ldr r5, [r7]",
+        "add r7, r7, #{leg}",
+        "ldr r6, [r7]",
+        "add r7, r7, #{leg}",
+        "ldr r7, [r7]",
+        ".endif",
+        "add r0, r0, #{leg}/4",
+        ".if {up}",
+        up!("r4", "r5", "r6", "r7"),
+        ".endif",
+        four_points!("r4", "r5", "r6", "r7", "r8"), // 0 r5, 1 r4, 2 r8, 3 r6
+        "ssub16 r10, r5, lr",
+        "mov r11, r4",
+        "mov r9, r6",
+        look!("r12": "r10", "r11", "r8", "r9"),
+        "strd r10, r11, [r1, #8]",
+        "strd r8, r9, [r1, #16]!",
+        ".endr",
+        "ldr r4, [sp]",
+        "cmp r4, #{outer}",
+        "blo 2b",
+        leave!(16),
+        up = const UP as u32,
+        leg = const M,
+        leg_ = const if M <= 1024 { M } else { 4 },
+        outer = const M / 16,
+        unused = const 32 - (M / 16).trailing_zeros(),
+    )
+}

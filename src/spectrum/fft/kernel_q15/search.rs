@@ -1,0 +1,207 @@
+//! The search.
+
+use super::super::integer::Pair;
+use super::super::twiddle::Packed;
+use crate::spectrum::narrow::{self, SPARSE};
+use crate::spectrum::sweep::Sweep;
+use core::arch::naked_asm;
+
+/// As [`narrow::sweep`].
+pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+    let middle = M / 2;
+    if points.len() != M || table.len() < middle || middle <= SPARSE {
+        return Sweep::from(middle);
+    }
+    let centre = points.get(middle).map_or(0, |&p| narrow::power(p));
+    let from = points.as_ptr();
+    let mut seen = Seen { total: centre as u64, best: centre, at: from.wrapping_add(middle) };
+    // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, an odd number of them, their factors
+    // inside `table`.
+    unsafe {
+        let (lower, upper) = (from.add(SPARSE), from.add(M - SPARSE));
+        seen.best = centre.max((strongest_pair(lower, upper) >> 1) - 1);
+        let factors = (table.as_ptr() as usize).wrapping_sub(from as usize);
+        pairs_outwards(&mut seen, from, from.add(middle), factors);
+    }
+    let bin = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Pair>();
+    narrow::swept(bin, seen.best, seen.total)
+}
+
+/// As [`narrow::bend`].
+pub fn bend(points: &[Pair], stride: usize) -> u64 {
+    let (count, stride) = (points.len().saturating_sub(2), stride.max(1));
+    if count == 0 || !points.as_ptr().cast::<u32>().is_aligned() {
+        return narrow::bend(points, stride);
+    }
+    let range = points.as_ptr_range();
+    // SAFETY: three aligned points start at each `stride`-th place that is two or more before the end.
+    let sum = unsafe { bends(range.start, range.end.sub(2), stride * size_of::<Pair>()) };
+    narrow::halved(sum)
+}
+
+/// What the search has seen, as [`pairs_outwards`] keeps it.
+#[repr(C)]
+struct Seen {
+    total: u64,
+    best: i32,
+    at: *const Pair,
+}
+
+/// Looks at the pairs of points beside `middle`, outwards to the second point and the last.
+///
+/// # Safety
+/// There must be an odd number of pairs, three or more, in aligned points from `points` on; `factors` is how many bytes
+/// behind a point its factor is.
+#[unsafe(naked)]
+unsafe extern "C" fn pairs_outwards(
+    seen: &mut Seen,
+    points: *const Pair,
+    middle: *const Pair,
+    factors: usize,
+) {
+    // Points $p and $q, below and above: their sum of powers is counted in r10, r11; where it is as strong as r8 the
+    // code leaves its line.
+    macro_rules! pair {
+        ($p:literal, $q:literal, $out:literal, $back:literal) => {
+            concat!(
+                "smuad r12, ",
+                $p,
+                ", ",
+                $p,
+                "\n smlad lr, ",
+                $q,
+                ", ",
+                $q,
+                ", r12\n",
+                "adds r10, r10, lr\n adc r11, r11, #0\n cmp lr, r8\n bge ",
+                $out,
+                "f\n",
+                $back,
+                ":\n",
+            )
+        };
+    }
+    // The lower bin wins if it is as strong as any above it, the upper one if it is stronger than all below it.
+    // $down and $up are how far beyond them r0 and r2 have moved.
+    macro_rules! risen {
+        ($p:literal, $q:literal, $out:literal, $back:literal, $down:literal, $up:literal) => {
+            concat!(
+                $out,
+                ":\n add r9, r0, #",
+                $down,
+                "\n ldr r9, [r3, r9]\n",
+                "smuadx ",
+                $p,
+                ", ",
+                $p,
+                ", ",
+                $q,
+                "\n rsb r12, lr, r12, lsl #1\n",
+                "smulwt r12, r12, r9\n smulwb ",
+                $p,
+                ", ",
+                $p,
+                ", r9\n sub r12, r12, ",
+                $p,
+                ", lsl #1\n",
+                "add ",
+                $p,
+                ", r12, lr, asr #1\n rsb r12, r12, lr, asr #1\n",
+                "cmp ",
+                $p,
+                ", r8\n itt ge\n movge r8, ",
+                $p,
+                "\n addge r1, r0, #",
+                $down,
+                "\n",
+                "cmp r12, r8\n itt gt\n movgt r8, r12\n subgt r1, r2, #",
+                $up,
+                "\n",
+                "b ",
+                $back,
+                "b\n",
+            )
+        };
+    }
+    naked_asm!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #8",
+        "strd r0, r1, [sp]",
+        "ldm r0, {{r10, r11}}",
+        "ldr r8, [r0, #8]",
+        "mov r1, r2",     // the strongest bin
+        "sub r0, r2, #4", // downwards
+        "add r2, r2, #4", // upwards
+        "ldr r5, [r0], #-4",
+        "ldr r6, [r2], #4",
+        pair!("r5", "r6", "10", "11"),
+        // Two pairs at once, each of two words.
+        "sub r0, r0, #4",
+        "2:",
+        "ldrd r4, r5, [r0], #-8",
+        "ldrd r6, r7, [r2], #8",
+        pair!("r5", "r6", "20", "21"),
+        pair!("r4", "r7", "30", "31"),
+        "ldr r9, [sp, #4]",
+        "cmp r0, r9",
+        "bhs 2b",
+        "ldr r0, [sp]",
+        "strd r10, r11, [r0]",
+        "strd r8, r1, [r0, #8]",
+        "add sp, sp, #8",
+        "pop {{r4-r11, pc}}",
+        risen!("r5", "r6", "10", "11", "4", "4"),
+        risen!("r5", "r6", "20", "21", "12", "8"),
+        risen!("r4", "r7", "30", "31", "8", "4"),
+    )
+}
+
+/// The largest sum of powers of every [`SPARSE`]-th pair of points, from the outermost to before they meet.
+///
+/// # Safety
+/// `lower..=upper` must be aligned points, more than one.
+#[unsafe(naked)]
+unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i32 {
+    naked_asm!(
+        "push {{r4, lr}}",
+        "mov r12, #0",
+        "2:",
+        "ldr r2, [r0], #4*{sparse}",
+        "ldr r3, [r1], #-4*{sparse}",
+        "smuad r2, r2, r2",
+        "smlad r2, r3, r3, r2",
+        "cmp r2, r12",
+        "it gt",
+        "movgt r12, r2",
+        "cmp r0, r1",
+        "blo 2b",
+        "mov r0, r12",
+        "pop {{r4, pc}}",
+        sparse = const SPARSE,
+    )
+}
+
+/// Sums the powers of the second difference at every `stride`-th byte from `from` to before `to`.
+///
+/// # Safety
+/// There must be three aligned points at each, and at least one.
+#[unsafe(naked)]
+unsafe extern "C" fn bends(from: *const Pair, to: *const Pair, stride: usize) -> u64 {
+    naked_asm!(
+        "push {{r4-r6, lr}}",
+        "mov r3, #0",
+        "mov r12, #0",
+        "2:",
+        "ldm r0, {{r4, r5, r6}}",
+        "add r0, r0, r2",
+        "qsub16 r4, r4, r5",
+        "qsub16 r6, r6, r5",
+        "qadd16 r4, r4, r6",
+        "smlald r3, r12, r4, r4",
+        "cmp r0, r1",
+        "blo 2b",
+        "mov r0, r3",
+        "mov r1, r12",
+        "pop {{r4-r6, pc}}",
+    )
+}

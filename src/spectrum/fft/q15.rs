@@ -1,0 +1,313 @@
+//! The 16-bit FFT: block floating point, packed Q15 twiddles, half the memory of [`super::integer`]. This portable code
+//! is the definition; the kernels of `kernel_q15` equal it bit for bit.
+//!
+//! A record is shifted so that its largest part just fills 12 bits, passes of radix 8 or 4 and then 4 follow, and every
+//! later pass halves once, or twice where a part of its input needs more than 14 bits. Products and halved sums are
+//! rounded to nearest.
+//!
+//! # Growth bound
+//!
+//! Of a point z, let m be the largest `|z|` of all. The record is shifted so that no part exceeds 2894, and m is at most
+//! 4093. The first pass adds eight points: m is at most 32742. (Or twice as large parts, and four points.) A later pass adds four points, each halved: m
+//! doubles. It does so only where every part was within -2^13..2^13, so m was at most 11585; elsewhere the sums are
+//! halved again, and m stays. Rounding, and factors whose magnitude exceeds 1 by 2^-16, add less than 4 a pass, and there
+//! are five at most. So `|z|` never exceeds 32762, nor does a sum inside a butterfly, of two halved points: no part
+//! reaches 32767. Sums wrap, which is exact where the result fits.
+//!
+//! # Bins
+//!
+//! Stored are points of 16 bits. A bin is split from them in 32 bits, ten bits further left ([`FRACTION`]): the split
+//! adds hardly any rounding of its own. A split bin is at most sqrt 2 times the larger of its two points, and all powers
+//! sum to less than `4096 2^30 2^20 = 2^62`.
+
+use super::integer::Pair;
+use super::twiddle::{self, Packed, Triple};
+use crate::acquire::sample::Codes;
+
+/// By how many bits a bin is finer than a stored point.
+pub const FRACTION: u32 = 10;
+
+/// The largest magnitude of a part that a first pass of radix 8 takes; one of radix 4 takes twice as much.
+const LARGEST: i32 = 2894;
+
+/// sqrt(1/2) in Q15.
+pub(super) const DIAGONAL: i32 = 23170;
+
+/// An `M`-point complex transform of `M` pairs of samples. Returns the exponent of the bins.
+///
+/// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
+pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
+    let shift = shift::<M>(codes, extremes(pairs));
+    let mut large = first_pass::<M>(pairs, codes, shift, points);
+    let table = const { twiddle::passes(M) };
+    let (mut exponent, mut length) = (-shift, first_radix(M));
+    while length < M {
+        exponent += 1 + i32::from(large);
+        large = radix4(points, length, table, M / 4 / length, large);
+        length *= 4;
+    }
+    exponent - FRACTION as i32
+}
+
+/// The radix of the first pass: 8 or 4.
+pub(super) const fn first_radix(m: usize) -> usize {
+    if m.trailing_zeros().is_multiple_of(2) { 4 } else { 8 }
+}
+
+/// What is taken away from codes: the middle between their rails.
+pub(super) const fn centre(codes: Codes) -> i16 {
+    match codes {
+        Codes::Unsigned12 => 2048,
+        Codes::Signed12 | Codes::Signed16 => 0,
+    }
+}
+
+/// By how much codes between these two are shifted up; down where it is negative, which codes of 12 bits never need.
+pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 {
+    let centre = i32::from(centre(codes));
+    let largest = (i32::from(high) - centre).max(centre - i32::from(low));
+    let allowed = LARGEST * 8 / first_radix(M) as i32;
+    let mut shift = if codes.bits() < 16 { 0 } else { -4 };
+    while shift < 11 && largest << (shift + 5) <= allowed << 4 {
+        shift += 1;
+    }
+    // Where four points are added a single bit gains nothing: the next pass would halve twice.
+    if shift == 1 && first_radix(M) == 4 { 0 } else { shift }
+}
+
+/// A spread of codes of 12 bits from which on [`shift`] is zero.
+#[cfg_attr(not(dsp), allow(dead_code))]
+pub(super) const WIDE: u16 = LARGEST as u16;
+
+/// The lowest and the highest part.
+pub(super) fn extremes(pairs: &[Pair]) -> [i16; 2] {
+    pairs.as_flattened().iter().fold([i16::MAX, i16::MIN], |[low, high], &code| {
+        [if code < low { code } else { low }, if code > high { code } else { high }]
+    })
+}
+
+/// The first pass, of radix 4 or 8. True where a part is large (see [`Large`]).
+pub(super) fn first_pass<const M: usize>(
+    pairs: &[Pair],
+    codes: Codes,
+    shift: i32,
+    points: &mut [Pair],
+) -> bool {
+    // An array's length the compiler knows: it checks no index below.
+    let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
+        return false;
+    };
+    let centre = [first_centre::<M>(codes, shift); 2];
+    let load = |at: usize| scaled(pairs.get(at).copied().unwrap_or_default(), shift);
+    if first_radix(M) == 8 {
+        first8::<M>(load, centre, points)
+    } else {
+        first4::<M>(load, centre, points)
+    }
+}
+
+/// The centre of the first point of each group of the first pass. All of the group's codes have it in their sum, the other
+/// points have it in a difference.
+pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i16 {
+    let up = if shift > 0 { shift } else { 0 };
+    (((centre(codes) as i32) * first_radix(M) as i32) << up) as i16
+}
+
+/// Is there a pass of sub-transforms of `length` points?
+#[cfg_attr(not(dsp), allow(dead_code))]
+pub(super) const fn has_pass(m: usize, length: usize) -> bool {
+    let blocks = m / length / 4;
+    length >= first_radix(m) && blocks >= 1 && blocks.trailing_zeros().is_multiple_of(2)
+}
+
+/// A pair shifted up, or down and rounded.
+#[inline(always)]
+fn scaled(pair: Pair, shift: i32) -> Pair {
+    if shift >= 0 {
+        return pair.map(|part| part << shift);
+    }
+    let down = shift.unsigned_abs().min(15);
+    pair.map(|part| ((i32::from(part) + (1 << (down - 1))) >> down) as i16)
+}
+
+fn first4<const M: usize>(load: impl Fn(usize) -> Pair, centre: Pair, points: &mut [Pair]) -> bool {
+    let (quarter, mut large) = (M / 4, Large::default());
+    for (group, out) in points.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        let at = super::integer::reversed(group, quarter) & (quarter - 1);
+        let x = |leg: usize| load(at + leg * quarter);
+        let [y0, y1, y2, y3] = dft4(x(0), x(1), x(2), x(3));
+        *out = [sub(y0, centre), y1, y2, y3];
+        large.look(out);
+    }
+    large.seen()
+}
+
+/// Only the four diagonal products are inexact.
+fn first8<const M: usize>(load: impl Fn(usize) -> Pair, centre: Pair, points: &mut [Pair]) -> bool {
+    let (eighth, mut large) = (M / 8, Large::default());
+    for (group, out) in points.as_chunks_mut::<8>().0.iter_mut().enumerate() {
+        let at = super::integer::reversed(group, eighth) & (eighth - 1);
+        let x = |leg: usize| load(at + leg * eighth);
+        let [e0, e1, e2, e3] = dft4(x(0), x(2), x(4), x(6));
+        let [o0, o1, o2, o3] = dft4(x(1), x(3), x(5), x(7));
+        let (o1, o3) = (diagonal(o1), diagonal(o3));
+        *out = [
+            sub(add(e0, o0), centre),
+            add(e1, o1),
+            back(e2, o2),
+            back(e3, o3),
+            sub(e0, o0),
+            sub(e1, o1),
+            forward(e2, o2),
+            forward(e3, o3),
+        ];
+        large.look(out);
+    }
+    large.seen()
+}
+
+/// A radix-4 pass over sub-transforms of `length` points; halves once, or twice. Its factors are every `stride`-th
+/// of `table`. True where a part of the result is large.
+pub(super) fn radix4(
+    points: &mut [Pair],
+    length: usize,
+    table: &[Triple],
+    stride: usize,
+    twice: bool,
+) -> bool {
+    let (mut rest, mut large) = (points, Large::default());
+    while let Some((block, tail)) = rest.split_at_mut_checked(4 * length) {
+        rest = tail;
+        let Some((low, high)) = block.split_at_mut_checked(2 * length) else {
+            return large.seen();
+        };
+        let Some((a, b)) = low.split_at_mut_checked(length) else {
+            return large.seen();
+        };
+        let Some((c, d)) = high.split_at_mut_checked(length) else {
+            return large.seen();
+        };
+        let mut legs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
+        let mut count = 0u32;
+        let mut finish =
+            |a: &mut Pair, b: &mut Pair, c: &mut Pair, d: &mut Pair, turned: [Pair; 3]| {
+                let out = butterfly(*a, turned, twice, count & 2 == 0);
+                count += 1;
+                large.look(&out);
+                [*a, *b, *c, *d] = out;
+            };
+        if let Some(((a, b), (c, d))) = legs.next() {
+            let halved = [*b, *c, *d].map(|x| half(x, 1));
+            finish(a, b, c, d, halved);
+        }
+        let mut index = stride;
+        for ((a, b), (c, d)) in legs {
+            let Some(&[w1, w2, w3]) = table.get(index) else {
+                return large.seen();
+            };
+            index += stride;
+            let turned = [turn(*b, w1), turn(*c, w2), turn(*d, w3)];
+            finish(a, b, c, d, turned);
+        }
+    }
+    large.seen()
+}
+
+/// The radix-4 butterfly of a point and three already turned and halved.
+///
+/// The first point is rounded up twice and down twice by turns, and with it the sums that are halved again. Rounded in one way they
+/// would all be off by an eighth to a quarter on average; a constant over the bins is a pulse at the record's start, which a
+/// noise estimate under Hann's window does not see, and a fit does.
+#[inline(always)]
+fn butterfly(a: Pair, [b, c, d]: [Pair; 3], twice: bool, first: bool) -> [Pair; 4] {
+    let a = half(a, if first { 1 } else { second(twice) });
+    let (sum, difference) = (add(b, d), sub(b, d));
+    let (even, odd) = (add(a, c), sub(a, c));
+    if !twice {
+        return [add(even, sum), back(odd, difference), sub(even, sum), forward(odd, difference)];
+    }
+    let minus = |x: i16| -i32::from(x);
+    let plus = |x: i16| i32::from(x);
+    let mean = |x: Pair, y: [i32; 2]| {
+        [(plus(x[0]) + y[0]) >> 1, (plus(x[1]) + y[1]) >> 1].map(|x| x as i16)
+    };
+    [
+        mean(even, sum.map(plus)),
+        mean(odd, [plus(difference[1]), minus(difference[0])]),
+        mean(even, sum.map(minus)),
+        mean(odd, [minus(difference[1]), plus(difference[0])]),
+    ]
+}
+
+/// What rounds the first point of every second pair of butterflies.
+pub(super) const fn second(twice: bool) -> i32 {
+    if twice { 2 } else { 0 }
+}
+
+/// The four-point transform.
+#[inline(always)]
+fn dft4(a: Pair, b: Pair, c: Pair, d: Pair) -> [Pair; 4] {
+    let (sum, difference) = (add(b, d), sub(b, d));
+    let (even, odd) = (add(a, c), sub(a, c));
+    [add(even, sum), back(odd, difference), sub(even, sum), forward(odd, difference)]
+}
+
+/// x exp(-j pi/4), rounded.
+#[inline(always)]
+fn diagonal([re, im]: Pair) -> Pair {
+    let (re, im) = (i32::from(re), i32::from(im));
+    [((re + im) * DIAGONAL + 0x4000) >> 15, ((im - re) * DIAGONAL + 0x4000) >> 15].map(|x| x as i16)
+}
+
+/// x (cos - j sin) / 2, rounded, by a factor packed `cos | -sin << 16`.
+#[inline(always)]
+fn turn([re, im]: Pair, w: Packed) -> Pair {
+    let (re, im) = (i32::from(re), i32::from(im));
+    let (cos, sin) = (i32::from(w as i16), w as i32 >> 16);
+    let rounded = |x: i32| (x.wrapping_add(0x8000) >> 16) as i16;
+    [rounded((re * cos).wrapping_sub(im * sin)), rounded((re * sin).wrapping_add(im * cos))]
+}
+
+#[inline(always)]
+fn half(x: Pair, more: i32) -> Pair {
+    x.map(|part| ((i32::from(part) + more) >> 1) as i16)
+}
+
+#[inline(always)]
+fn add(a: Pair, b: Pair) -> Pair {
+    [a[0].wrapping_add(b[0]), a[1].wrapping_add(b[1])]
+}
+
+#[inline(always)]
+fn sub(a: Pair, b: Pair) -> Pair {
+    [a[0].wrapping_sub(b[0]), a[1].wrapping_sub(b[1])]
+}
+
+/// a - j b
+#[inline(always)]
+fn back(a: Pair, b: Pair) -> Pair {
+    [a[0].wrapping_add(b[1]), a[1].wrapping_sub(b[0])]
+}
+
+/// a + j b
+#[inline(always)]
+fn forward(a: Pair, b: Pair) -> Pair {
+    [a[0].wrapping_sub(b[1]), a[1].wrapping_add(b[0])]
+}
+
+/// Has a part been outside -2^13..2^13?
+#[derive(Default)]
+struct Large(u16);
+
+impl Large {
+    #[inline(always)]
+    fn look(&mut self, points: &[Pair]) {
+        for part in points.as_flattened() {
+            self.0 |= part.wrapping_add(1 << 13) as u16;
+        }
+    }
+
+    const fn seen(&self) -> bool {
+        self.0 >= 1 << 14
+    }
+}

@@ -1,0 +1,150 @@
+//! What is read from a spectrum of 16-bit points (see [`super::fft::q15`]): bins, the search over them and the bend.
+
+use super::fft::integer::{Pair, Point, split_pair};
+use super::fft::q15::FRACTION;
+use super::fft::twiddle::Packed;
+use super::sweep::Sweep;
+
+/// By how much a power is more than that of stored points.
+const SQUARES: u32 = 2 * FRACTION;
+
+/// Every how manieth pair is looked at beforehand.
+pub(super) const SPARSE: usize = 8;
+
+/// A stored point in units of bins.
+#[inline(always)]
+pub fn wide([re, im]: Pair) -> Point {
+    [i32::from(re) << FRACTION, i32::from(im) << FRACTION]
+}
+
+/// Bin `k`, 0..=M, of a real record from the M points of its transform as pairs; `table` is
+/// [`twiddle::splits`](super::fft::twiddle::splits).
+pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
+    let (length, middle) = (points.len(), points.len() / 2);
+    let at = |k: usize| points.get(k).copied().map_or([0; 2], wide);
+    let mirror = length.wrapping_sub(k);
+    let factor = |k: usize| table.get(k).copied().unwrap_or(0);
+    if k == 0 || mirror == 0 {
+        // Bins 0 and N/2 are real.
+        let [re, im] = at(0);
+        [if k == 0 { re + im } else { re - im }, 0]
+    } else if k == middle {
+        // Bin N/4 needs no product: X = conj Z.
+        let [re, im] = at(k);
+        [re, -im]
+    } else if k < middle {
+        split_pair(at(k), at(mirror), factor(k))[0]
+    } else {
+        split_pair(at(mirror), at(k), factor(mirror))[1]
+    }
+}
+
+/// Sweeps bins 1..M of a real record from the M points of its transform.
+///
+/// Of two points p = Z[k] and q = Z[M-k] the powers of bins k and M-k follow without the bins themselves:
+///
+/// ```text
+/// A = |p|^2   B = |q|^2   D = Im p q      |X|^2 = (A + B)/2 +- ((A - B) sin - 2 D cos)/2
+/// ```
+///
+/// Their sum is A + B: where that is below the strongest bin so far, neither can be stronger, and most pairs end
+/// there, the more of them because of a look at every eighth pair beforehand. Outwards from the middle, as
+/// [`super::sweep::real`].
+pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+    let middle = M / 2;
+    // An array's length the compiler knows: it checks no index below.
+    let (Ok(points), Some(table)) = (<&[Pair; M]>::try_from(points), table.get(..middle)) else {
+        return Sweep::from(middle);
+    };
+    let centre = points.get(middle).map_or(0, |&p| power(p));
+    let (mut bin, mut total) = (middle, u64::from(centre as u32));
+    let mut best = centre.max(sure::<M>(points));
+    for away in 1..middle {
+        let (lower, upper) = (middle - away, middle + away);
+        let Some((&p, &q)) = points.get(lower).zip(points.get(upper)) else {
+            break;
+        };
+        let (a, b) = (power(p), power(q));
+        let sum = a.wrapping_add(b);
+        total = total.wrapping_add(u64::from(sum as u32));
+        if sum < best {
+            continue;
+        }
+        let lean = lean(a.wrapping_sub(b), cross(p, q), table.get(lower).copied().unwrap_or(0));
+        let [x, y] = [(sum >> 1).wrapping_add(lean), (sum >> 1).wrapping_sub(lean)];
+        if x >= best {
+            (best, bin) = (x, lower);
+        }
+        if y > best {
+            (best, bin) = (y, upper);
+        }
+    }
+    swept(bin, best, total)
+}
+
+/// Less than the power of the strongest bin, but not much: the stronger bin of a pair has half their sum or more.
+fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
+    let mut most = 0;
+    for lower in (SPARSE..M / 2).step_by(SPARSE) {
+        if let Some((&p, &q)) = points.get(lower).zip(points.get(M - lower)) {
+            most = power(p).wrapping_add(power(q)).max(most);
+        }
+    }
+    (most >> 1) - 1
+}
+
+/// A sweep of powers of stored points, in units of bins.
+pub(super) const fn swept(bin: usize, best: i32, total: u64) -> Sweep {
+    Sweep { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
+}
+
+/// `((B - A) sin + 2 D cos) / 2` by a factor packed `-cos | -sin << 16`.
+#[inline(always)]
+fn lean(difference: i32, cross: i32, w: Packed) -> i32 {
+    let upper = |x: i32, w: i32| ((i64::from(x) * i64::from(w)) >> 16) as i32;
+    let sine = upper(difference, w as i32 >> 16);
+    sine.wrapping_sub(upper(cross, i32::from(w as i16)) << 1)
+}
+
+/// `|p|^2`
+#[inline(always)]
+pub(super) fn power([re, im]: Pair) -> i32 {
+    let square = |x: i16| i32::from(x) * i32::from(x);
+    square(re).wrapping_add(square(im))
+}
+
+/// `Im p q`
+#[inline(always)]
+fn cross(p: Pair, q: Pair) -> i32 {
+    let product = |x: i16, y: i16| i32::from(x) * i32::from(y);
+    product(p[0], q[1]).wrapping_add(product(p[1], q[0]))
+}
+
+/// Sweeps bins that are stored as they are, the first of them number `first`.
+pub fn over(bins: &[Pair], first: usize) -> Sweep {
+    let mut sweep = Sweep::from(first);
+    for (&bin, k) in bins.iter().zip(first..) {
+        sweep.see(k, u64::from(power(bin) as u32));
+    }
+    Sweep { power: sweep.power << SQUARES, total: sweep.total << SQUARES, ..sweep }
+}
+
+/// The sum of the powers of half the second difference around every `stride`-th point from the second on, as
+/// [`super::fft::integer::bend`]. A difference that 16 bits do not hold saturates: that takes a line there.
+pub fn bend(points: &[Pair], stride: usize) -> u64 {
+    let (mut sum, mut rest) = (0u64, points);
+    while let Some(&[left, centre, right]) = rest.first_chunk() {
+        let bent = |left: i16, centre: i16, right: i16| {
+            left.saturating_sub(centre).saturating_add(right.saturating_sub(centre))
+        };
+        let bent = [bent(left[0], centre[0], right[0]), bent(left[1], centre[1], right[1])];
+        sum = sum.wrapping_add(u64::from(power(bent) as u32));
+        rest = rest.get(stride.max(1)..).unwrap_or(&[]);
+    }
+    halved(sum)
+}
+
+/// Powers of differences of stored points, as those of half the differences in units of bins.
+pub(super) const fn halved(sum: u64) -> u64 {
+    sum << (SQUARES - 2)
+}
