@@ -86,7 +86,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     fn search_by(
         &self,
         band: Band,
-        search: fn(&[[E::Part; 2]], RangeInclusive<usize>) -> Sweep,
+        search: impl Fn(&[[E::Part; 2]], RangeInclusive<usize>) -> Sweep,
     ) -> Sweep {
         let last = if R::IQ { N - 1 } else { N / 2 };
         let ends = usize::try_from(band.low).ok().zip(usize::try_from(band.high).ok());
