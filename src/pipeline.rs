@@ -43,7 +43,7 @@ pub enum Outcome {
 }
 
 /// ADC samples in, measurements out. Owns its work memory: `4 N` bytes for real records, `8 N` for
-/// I/Q.
+/// I/Q; half of it with the engine [`Q15`](crate::spectrum::engine::Q15).
 #[derive(Clone, Debug)]
 pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
     plan: Plan,
