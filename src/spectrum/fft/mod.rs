@@ -1,5 +1,6 @@
 //! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
-//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`.
+//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`. [`q15`] is the 16-bit one, and
+//! `kernel_q15` its loops.
 
 pub mod integer;
 #[cfg(dsp)]
