@@ -41,7 +41,7 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
 
 /// Sweeps bins 1..M of a real record from the M points of its transform.
 ///
-/// Of two points p = Z[k] and q = Z[M-k] the powers of bins k and M-k follow without the bins themselves:
+/// Of two points `p = Z[k]` and `q = Z[M-k]` the powers of bins k and M-k follow without the bins themselves:
 ///
 /// ```text
 /// A = |p|^2   B = |q|^2   D = Im p q      |X|^2 = (A + B)/2 +- ((A - B) sin - 2 D cos)/2
@@ -130,7 +130,7 @@ pub fn over(bins: &[Pair], first: usize) -> Sweep {
 }
 
 /// The sum of the powers of half the second difference around every `stride`-th point from the second on, as
-/// [`super::fft::integer::bend`]. A difference that 16 bits do not hold saturates: that takes a line there.
+/// `fft::integer::bend`. A difference that 16 bits do not hold saturates: that takes a line there.
 pub fn bend(points: &[Pair], stride: usize) -> u64 {
     let (mut sum, mut rest) = (0u64, points);
     while let Some(&[left, centre, right]) = rest.first_chunk() {
