@@ -15,6 +15,7 @@ fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rustc-check-cfg=cfg(an505)");
+    println!("cargo:rustc-check-cfg=cfg(armv8m)");
     println!("cargo:rustc-check-cfg=cfg(dsp)");
     println!("cargo:rustc-check-cfg=cfg(short_products)");
     if variable("CARGO_CFG_TARGET_OS") != "none" {
@@ -27,13 +28,16 @@ fn main() -> io::Result<()> {
     if variable("TARGET").starts_with("thumbv6m") {
         println!("cargo:rustc-cfg=short_products");
     }
-    let an505 = variable("TARGET").starts_with("thumbv8m");
+    let armv8m = variable("TARGET").starts_with("thumbv8m");
+    if armv8m {
+        println!("cargo:rustc-cfg=armv8m");
+    }
     if env::var_os("CARGO_FEATURE_MPS2").is_some() {
-        if an505 {
+        if armv8m {
             println!("cargo:rustc-cfg=an505");
         }
         let names = ["_flash_origin", "_flash_length", "_ram_origin", "_ram_length"];
-        for (name, value) in names.iter().zip(if an505 { AN505 } else { AN386 }) {
+        for (name, value) in names.iter().zip(if armv8m { AN505 } else { AN386 }) {
             println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
         }
     }

@@ -195,6 +195,22 @@ impl Plan {
         }
     }
 
+    /// The plan of [`Config::default`] for records of kind `R` and `n` samples, but with eight bins on each side, made by the
+    /// compiler: a program that has nothing to set needs no code to check it.
+    pub const fn tone<R: Record>(n: usize) -> Self {
+        let band = if R::IQ { Band::iq(n) } else { Band::real(n) };
+        Plan {
+            band,
+            options: Options {
+                method: Method::LeastSquares.of_kind::<R>(),
+                reach: Reach::Eight,
+                arithmetic: Arithmetic::of_core(),
+                threshold: Threshold::new(band.width(), FALSE_ALARM),
+            },
+            ..Self::IDLE
+        }
+    }
+
     /// A plan that finds nothing, for a pipeline in memory that is filled before the program runs.
     pub const IDLE: Self = Plan {
         codes: Codes::Signed12,

@@ -65,15 +65,23 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 
     /// Measures one block.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        let (clipped, tone) = self.tone(&stamp, samples);
+        Measurement { stamp, clipped, tone, result: self.solve(&stamp, tone) }
+    }
+
+    /// Measures one block as far as its tone, and counts the samples that touch a rail: all that a program needs whose scene
+    /// is a tone. It has no solver in it.
+    #[inline]
+    pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
         let clipped = Statistics::clipped::<R>(samples, self.plan.codes);
         self.spectrum.transform(samples, self.plan.codes);
         let tone = match peak::find(&self.spectrum, self.plan.band) {
             Some(peak) => {
-                measure(&self.spectrum, samples, &peak, clipped, &stamp, &self.plan.options)
+                measure(&self.spectrum, samples, &peak, clipped, stamp, &self.plan.options)
             }
             None => Tone::default(),
         };
-        Measurement { stamp, clipped, tone, result: self.solve(&stamp, tone) }
+        (clipped, tone)
     }
 
     /// What the pipeline follows.

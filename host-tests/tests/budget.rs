@@ -1,7 +1,7 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, locked};
+use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,16 @@ use std::path::{Path, PathBuf};
 /// A figure may exceed its budget by so much: what another compiler of the same language does to code that is not assembly.
 const MARGIN: f64 = 0.01;
 
-/// `budget.json`: what may be spent on the Cortex-M4F.
+/// `budget.json`: what may be spent, on the Cortex-M4F where nothing else is said.
 #[derive(Deserialize)]
 struct Budgets {
     engines: BTreeMap<String, Budget>,
     /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
     locked: BTreeMap<String, u64>,
+    /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage.
+    portable: BTreeMap<String, BTreeMap<String, u64>>,
+    /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
+    smallest_image: BTreeMap<String, u64>,
 }
 
 /// What an engine may spend.
@@ -43,8 +47,8 @@ fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> C
     count.unwrap_or_else(|error| panic!("{}, N = {n}: {error}", core.name))
 }
 
-fn image(core: &Core, engine: &Engine) -> PathBuf {
-    bench::image(core, engine, false).unwrap_or_else(|error| panic!("{error}"))
+fn image(core: &Core, engine: &Engine, scope: Scope) -> PathBuf {
+    bench::image(core, engine, scope).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// All that exceeds its budget, so that one run tells everything.
@@ -75,7 +79,7 @@ fn the_budget_is_kept() {
 
 impl Excess {
     fn check_engine(&mut self, core: &Core, engine: &Engine, budget: &Budget) {
-        let image = image(core, engine);
+        let image = image(core, engine, Scope::Ours);
         for (&n, stages) in &budget.instructions {
             let (name, count) =
                 (format!("{}, N = {n}", engine.name), count(core, engine, &image, n, 0));
@@ -98,6 +102,30 @@ impl Excess {
     }
 }
 
+#[test]
+fn the_budget_is_kept_without_the_dsp_extension() {
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    for (name, stages) in &budgets.portable {
+        let (core, engine) = (core(name), &ENGINES[0]);
+        let count = count(core, engine, &image(core, engine, Scope::Short), 1024, 0);
+        for (stage, &allowed) in stages {
+            let spent = count.instructions(stage).unwrap();
+            excess.check(&format!("{name}, {stage}, instructions"), spent, allowed);
+        }
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+fn the_smallest_image_keeps_its_size() {
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    for (name, &allowed) in &budgets.smallest_image {
+        let spent = size::smallest(core(name)).unwrap_or_else(|error| panic!("{error}"));
+        excess.check(&format!("{name}, bytes of the smallest image"), spent, allowed);
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
 /// Random blocks and periodic ones, of every width and strength, at the rails and between; as many more as the variable
 /// `PICKET_RANDOM_BLOCKS` says, for each length and core.
 #[test]
@@ -107,7 +135,7 @@ fn the_kernels_equal_their_definition() {
     // The M7 runs the M4F's image. An image for the M33 is built only for the long run: elsewhere the instrument's is compared.
     let cores: &[&str] = if random.is_some() { &["M4F", "M7", "M33"] } else { &["M4F", "M7"] };
     for (core, engine) in cores.iter().flat_map(|name| ENGINES.iter().map(|e| (core(name), e))) {
-        let image = image(core, engine);
+        let image = image(core, engine, Scope::Ours);
         for n in bench::LENGTHS {
             let blocks = random.unwrap_or(60_000 / n as u32);
             let (compared, unequal) = count(core, engine, &image, n, blocks).equality();

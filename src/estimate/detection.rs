@@ -1,6 +1,5 @@
 //! Is a peak a tone, or the largest of many bins of noise?
 
-use crate::scalar::Scalar;
 use crate::spectrum::peak::Peak;
 
 /// The probability, for each block, that noise alone passes for a tone.
@@ -26,9 +25,11 @@ impl Threshold {
 
     /// For a search of `bins` bins and a false-alarm probability within 1e-30..=0.5 (a value beyond is
     /// brought there).
-    pub fn new(bins: u32, false_alarm: f64) -> Self {
-        let pfa = if false_alarm >= 1e-30 { false_alarm.min(0.5) } else { 1e-30 };
-        Self { log: f64::from(bins.max(1)).log_e() as f32 - pfa.log_e() as f32 }
+    pub const fn new(bins: u32, false_alarm: f64) -> Self {
+        // `max` takes the number where the other is not one.
+        let pfa = false_alarm.max(1e-30).min(0.5);
+        let bins = if bins == 0 { 1 } else { bins };
+        Self { log: log(bins as f64 / pfa) as f32 }
     }
 
     /// By how much a peak must exceed the mean of `floor_bins` other bins. Infinite without them.
@@ -37,14 +38,66 @@ impl Threshold {
             return f32::INFINITY;
         }
         let m = floor_bins as f32;
-        m * libm::expm1f(self.log / m)
+        m * raised(self.log / m)
     }
 
     /// True when the peak is a tone. A floor of zero, as of a signal without any noise, detects.
     ///
     /// The floor includes the leakage of a strong tone: right for this decision, not for sigma.
     pub fn detects(&self, peak: &Peak) -> bool {
-        peak.power[1] as f32 * peak.floor_bins as f32
-            > self.over(peak.floor_bins) * peak.floor as f32
+        let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
+        let power = peak.power[1] as f32 * bins;
+        // m (exp(L/m) - 1) is below 2 L where L is not above m: most tones need no exponential.
+        self.log <= bins && power > 2.0 * self.log * floor
+            || power > self.over(peak.floor_bins) * floor
+    }
+}
+
+/// `exp(x) - 1` of a number that is not negative: for 0..=1/8 by the series, else by squaring.
+fn raised(x: f32) -> f32 {
+    let (mut small, mut squarings) = (x.min(100.0), 0);
+    while small > 0.125 {
+        small *= 0.5;
+        squarings += 1;
+    }
+    let series = 1.0 + small * (0.25 + small * (1.0 / 20.0));
+    let mut y = small * (1.0 + small * (0.5 + small * (1.0 / 6.0) * series));
+    for _ in 0..squarings {
+        y *= y + 2.0;
+    }
+    y
+}
+
+/// The natural logarithm of a positive, normal number, within 1e-9: the compiler can run it.
+const fn log(x: f64) -> f64 {
+    // x = 2^power m with m within 1..2; ln m = 2 artanh((m - 1)/(m + 1)), whose argument is below 1/3.
+    let power = (x.to_bits() >> 52) as i32 - 1023;
+    let m = f64::from_bits(x.to_bits() & 0xf_ffff_ffff_ffff | 1023 << 52);
+    let z = (m - 1.0) / (m + 1.0);
+    let (mut series, mut k) = (0.0, 17);
+    while k > 0 {
+        series = series * z * z + 1.0 / k as f64;
+        k -= 2;
+    }
+    power as f64 * core::f64::consts::LN_2 + 2.0 * z * series
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn exponentials() {
+        for x in [0.0, 1e-4, 0.02, 0.124, 0.126, 0.5, 1.0, 3.0, 20.0, 80.0] {
+            let ratio = super::raised(x) / libm::expm1f(x);
+            assert!(x == 0.0 || (ratio - 1.0).abs() < 2e-5, "{x}: {ratio}");
+        }
+        assert_eq!(super::raised(f32::INFINITY), f32::INFINITY);
+    }
+
+    #[test]
+    fn logarithms() {
+        for x in [1e-30, 0.4, 1.0, 1.999, 2.0, 3.5, 511e6, 4096e30] {
+            let error = super::log(x) - libm::log(x);
+            assert!(error.abs() <= 1e-9, "{x}: {error:e}");
+        }
     }
 }

@@ -24,15 +24,22 @@ pub enum Arithmetic {
     Fixed,
 }
 
-impl Default for Arithmetic {
+impl Arithmetic {
     /// Fixed on microcontrollers without a floating-point unit, else float. Each gives the same bits on
     /// every machine; the two differ by less than a tenth of the Cramer-Rao bound.
-    fn default() -> Self {
+    pub const fn of_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
         } else {
             Arithmetic::Float
         }
+    }
+}
+
+impl Default for Arithmetic {
+    /// [`Arithmetic::of_core`].
+    fn default() -> Self {
+        Self::of_core()
     }
 }
 
@@ -63,12 +70,14 @@ pub fn measure<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
-    let fit = |reach, course| match options.arithmetic {
+    let arithmetic =
+        if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
+    let fit = |reach, course| match arithmetic {
         Arithmetic::Float => least_squares::fit_at(spectrum, peak.bin, reach, course),
         Arithmetic::Fixed => least_squares::fixed::fit(spectrum, peak.bin, reach, course),
     };
     let method = options.method;
-    let own = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+    let own = method.is_least_squares() || !cfg!(feature = "methods");
     let fit = if own {
         fit(options.reach, Course::Usual)
     } else {
@@ -79,7 +88,7 @@ pub fn measure<R: Record, const N: usize>(
     let Some(fit) = fit else {
         return Tone::default();
     };
-    let noise = match options.arithmetic {
+    let noise = match arithmetic {
         Arithmetic::Float => noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
         Arithmetic::Fixed => noise_fixed::power::<R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
     };
@@ -151,6 +160,9 @@ impl Seen {
 
 /// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
 fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
+    if (4..N as i32 / 2 - 4).contains(&peak) {
+        return false;
+    }
     let f = peak as f32 + offset;
     f < 1.5 || f > (N / 2) as f32 - 1.5
 }
@@ -169,11 +181,18 @@ pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usize) -> T {
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
+    // Half the freedom times the power of a bin, n noise.
+    let half = (n as i32).wrapping_mul(fit.freedom.max(1) as i32);
+    let expected = noise * (T::of_i32(half) * T::of(0.5));
+    let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
+    // No fit has the freedom to make twice the noise improbable.
+    if rest <= expected + expected {
+        return T::one();
+    }
     let freedom = fit.freedom.max(1) as f32;
     let others = 2.0 * noise_bins as f32;
     let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / others)).root();
     let root = 1.0 + DEVIATIONS * deviation;
-    let expected = noise * T::of_i32(n as i32) * T::of(0.5) * T::of(freedom.into());
-    let ratio = (fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr()) / expected;
+    let ratio = rest / expected;
     if ratio > T::of((root * root * root).into()) { ratio } else { T::one() }
 }

@@ -314,9 +314,15 @@ impl Method {
         }
     }
 
-    /// Whether it is right for records of kind `R`.
+    /// Whether it is right for records of kind `R`, and in the program: without the feature `methods` only least squares
+    /// is.
     pub const fn fits<R: Record>(self) -> bool {
-        self.records().include::<R>()
+        self.records().include::<R>() && (cfg!(feature = "methods") || self.is_least_squares())
+    }
+
+    /// Whether it is least squares, in either form.
+    pub const fn is_least_squares(self) -> bool {
+        matches!(self, Method::LeastSquares | Method::LeastSquaresReal)
     }
 
     /// The offset as the target computes it: Rife's and Z-Rife's in integers throughout, the others' in `f32`

@@ -119,9 +119,9 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
         count += range.len().saturating_sub(2).div_ceil(stride) as i32;
     }
     // Halves were summed: of 6 P a quarter.
-    let power = T::of_u64(sum) / (T::of(1.5) * T::of_i32(count.max(1)) * T::of_i32(N as i32));
+    let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) * N as i32) * T::of(0.5));
     let parts = if R::IQ { 2.0 } else { 1.0 };
-    (power * unit * unit).max(T::of(ROUNDING * parts))
+    (power * (unit * unit)).max(T::of(ROUNDING * parts))
 }
 
 /// How many bins the estimate reads, but for second differences.

@@ -33,12 +33,9 @@ pub const CLIPPED: f32 = 0.01;
 /// places was 2e-3 bin at 5 % and 0.021 bin at 20 %: above 1 %, 1e-3 bin is added in quadrature,
 /// above 5 %, 1e-2 bin.
 pub fn widened(sigma: f32, clipped: f32) -> f32 {
-    let bias = if clipped > 0.05 {
-        1e-2
-    } else if clipped > CLIPPED {
-        1e-3
-    } else {
-        0.0
-    };
+    if clipped <= CLIPPED {
+        return sigma;
+    }
+    let bias = if clipped > 0.05 { 1e-2 } else { 1e-3 };
     (sigma * sigma + bias * bias).root()
 }

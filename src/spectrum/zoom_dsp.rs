@@ -4,10 +4,10 @@
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
 //! save `r4` to `r11` and return by `pop`.
 
+use super::fft::assembly::kernel;
 use super::fft::integer::{Pair, Point};
 use super::zoom::{self, DIAGONAL, FACTORS, Factor, LONGEST, POINTS, shift};
 use crate::acquire::sample::{Iq, Real, Record};
-use core::arch::naked_asm;
 use core::mem::MaybeUninit;
 
 /// As [`zoom::mix`].
@@ -85,7 +85,7 @@ unsafe extern "C" fn weighed<const N: usize>(
     factors: *const Factor,
     to: *mut Point,
 ) {
-    naked_asm!(
+    kernel!(
         blocks!(
             "ldrd r8, r9, [r0], #8"
             "ldm r1!, {{r10, r11, r12, lr}}"
@@ -110,7 +110,7 @@ unsafe extern "C" fn turned<const N: usize>(
     factors: *const Factor,
     to: *mut Point,
 ) {
-    naked_asm!(
+    kernel!(
         blocks!(
             "ldrd r8, r9, [r0], #8"
             "ldrd r10, r11, [r1], #8"
@@ -195,7 +195,7 @@ macro_rules! turn {
 /// `points` must be 32 of them, `factors` those of [`zoom::FACTORS`].
 #[unsafe(naked)]
 unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #4",
         "add r2, r0, #64",
@@ -252,7 +252,7 @@ macro_rules! butterfly {
 /// `points` and `bins` must be 32 each.
 #[unsafe(naked)]
 unsafe extern "C" fn eights(points: *mut Point, bins: *mut Point) {
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #4",
         "add r2, r1, #32",

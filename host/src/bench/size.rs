@@ -1,7 +1,8 @@
 //! How much machine code a measurement of one record length takes.
 
-use crate::emulator::RunError;
-use crate::toolchain::io_error;
+use super::Core;
+use crate::emulator::{Footprint, RunError};
+use crate::toolchain::{Firmware, Profile, io_error};
 use object::{Object, ObjectSymbol, SymbolKind};
 use std::fs;
 use std::io;
@@ -44,4 +45,16 @@ pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
     };
     let functions = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text);
     Ok(functions.filter(|symbol| symbol.name().is_ok_and(wanted)).map(|symbol| symbol.size()).sum())
+}
+
+/// Bytes of program memory, code and tables, of the image that measures real records of 1,024 samples by the default method
+/// and does nothing else, built for size: its start-up and its vector table are counted, too.
+pub fn smallest(core: &Core) -> Result<u64, RunError> {
+    let image = Firmware {
+        bin: "single",
+        target: core.target,
+        features: &["mps2"],
+        profile: Profile::Size,
+    };
+    Ok(Footprint::of(&image.build()?)?.flash)
 }

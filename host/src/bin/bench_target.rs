@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, ENGINES, LENGTHS, Row};
+use picket_host::bench::{self, CORES, Core, ENGINES, LENGTHS, Row, Scope};
 use picket_host::toolchain::ToolError;
 use picket_host::{cli, progress};
 use std::path::PathBuf;
@@ -72,7 +72,8 @@ fn run(options: Options) -> Result<ExitCode, String> {
     let bar = progress::bar((cores.len() * lengths.len() * engines.len()) as u64, "runs");
     let (mut rows, mut compared, mut unequal) = (Vec::new(), 0, 0);
     for core in cores {
-        let images = engines.iter().map(|&engine| Ok((engine, bench::image(core, engine, true)?)));
+        let images =
+            engines.iter().map(|&engine| Ok((engine, bench::image(core, engine, Scope::All)?)));
         let images = images.collect::<Result<Vec<_>, ToolError>>().map_err(|e| e.to_string())?;
         for &n in &lengths {
             let mut new = Vec::new();

@@ -48,6 +48,10 @@ impl Firmware<'_> {
         command.args(["build", "--package", "picket", "--bin", self.bin]);
         command.args(["--target", self.target.triple(), "--profile", self.profile.name()]);
         command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
+        if self.bin == "single" {
+            // What a user who has nothing to choose builds.
+            command.arg("--no-default-features");
+        }
         if self.features.contains(&"log") {
             command.env("DEFMT_LOG", "info");
         }

@@ -12,7 +12,8 @@ mod rivals;
 mod stages;
 
 use cortex_m_rt::entry;
-use picket::acquire::capture::for_record;
+use picket::acquire::capture::{ForRecord, for_record};
+use picket::acquire::sample::Real;
 use picket::board::halt::{Exit, exit};
 use picket::board::mps2::{Timer, handlers};
 use picket::board::playback::Playback;
@@ -26,6 +27,11 @@ fn main() -> ! {
     let playback = Playback::open();
     let (iq, n) = (playback.header.iq, playback.header.n as usize);
     Timer::ONE.run_free();
-    for_record(iq, n, Stages::<I32>::new(playback));
+    let stages = Stages::<I32>::new(playback);
+    if !cfg!(feature = "short") {
+        for_record(iq, n, stages);
+    } else if !iq && n == 1024 {
+        stages.run::<Real, 1024>();
+    }
     exit(Exit::Done)
 }

@@ -29,7 +29,7 @@
 use super::series::{circle, cosine, line_shape, sinc};
 use super::{
     Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances,
-    first_two, limit,
+    limit,
 };
 use crate::scalar::Scalar;
 use crate::spectrum::bins::REACH;
@@ -38,49 +38,32 @@ use num_complex::Complex;
 
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
-pub(super) struct Side<T> {
-    pub u: T,
-    pub s: T,
-    pub x: Complex<T>,
-    pub v: T,
+struct Side<T> {
+    u: T,
+    s: T,
+    x: Complex<T>,
+    v: T,
 }
 
 /// The eight sums over the bins beside the peak.
-pub(super) struct Sums<T> {
-    pub aa: T,
-    pub s1: T,
-    pub bb: T,
-    pub dd: T,
-    pub r1: T,
-    pub r2: T,
-    pub q1: T,
-    pub q2: T,
-}
-
-/// The bins beside the peak, in whatever arithmetic.
-pub(super) trait Sides<T> {
-    /// The sums at p.
-    fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model `a + j b` leaves.
-    fn residual(&self, p: T, line: Complex<T>) -> T;
-    /// How many bins there are.
-    fn count(&self) -> usize;
+struct Sums<T> {
+    aa: T,
+    s1: T,
+    bb: T,
+    dd: T,
+    r1: T,
+    r2: T,
+    q1: T,
+    q2: T,
 }
 
 /// The bins in the form of the module's equations.
-pub(super) struct Problem<T, S> {
-    pub peak: i32,
-    pub last: i32,
-    pub e: T,
-    pub c: T,
-    pub centre: Complex<T>,
-    /// The peak's neighbours.
-    pub near: Vec<Side<T>, 2>,
-    pub sides: S,
-}
-
-struct Floats<T> {
+struct Problem<T> {
+    peak: i32,
+    last: i32,
     e: T,
+    c: T,
+    centre: Complex<T>,
     sides: Vec<Side<T>, { 2 * REACH }>,
 }
 
@@ -110,9 +93,9 @@ pub(super) fn fit<T: Scalar>(
     Some(Problem::new(n, peak, bin, reach, distance).fit(course))
 }
 
-impl<T: Scalar, S: Sides<T>> Problem<T, S> {
+impl<T: Scalar> Problem<T> {
     /// Gauss and Newton's steps.
-    pub fn fit(&self, course: Course<T>) -> Fit<T> {
+    fn fit(&self, course: Course<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
         let (start, steps, settled) = match course {
@@ -162,7 +145,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     fn start(&self) -> T {
         let Complex { re: a, im: b } = self.centre;
         let (mut above, mut below) = (T::zero(), T::zero());
-        for side in &self.near {
+        for side in self.sides.iter().take(2) {
             let x = side.x;
             let (re, im) = (x.re - a + self.e * side.u * b, x.im - side.s * b);
             above = above + side.u * (x.re * re + x.im * im);
@@ -179,7 +162,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
 
     /// The sums at p, and what follows from them.
     fn step(&self, p: T) -> Step<T> {
-        let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sides.sums(p);
+        let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, r1, r2) = (aa + T::one(), r1 + self.centre.re, r2 + self.centre.im);
         let (e, c2) = (self.e, self.c + self.c);
@@ -211,7 +194,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     fn finish(&self, d: T, p: T, step: &Step<T>) -> Fit<T> {
         let Complex { re: a, im: b } = step.line;
         let bent = self.e * p;
-        let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).sqrt();
+        let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).root();
         let ratio = if d == T::zero() { T::one() } else { p / d };
         let line = Complex::new((a - bent * b) / s, b) * (ratio / line_shape(d));
         Fit {
@@ -220,13 +203,11 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             information: step.information,
             peak: step.line,
             lever: Complex::new(p, T::zero()),
-            residual: (self.centre - step.line).norm_sqr() + self.sides.residual(p, step.line),
-            freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
+            residual: (self.centre - step.line).norm_sqr() + self.residual(p, step.line),
+            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
         }
     }
-}
 
-impl<T: Scalar> Problem<T, Floats<T>> {
     fn new(
         n: i32,
         peak: i32,
@@ -252,13 +233,9 @@ impl<T: Scalar> Problem<T, Floats<T>> {
                 let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
             }
         }
-        let near = first_two(sides.iter().copied());
-        let sides = Floats { e, sides };
-        Self { peak, last: n / 2 - 1, e, c, centre: bin(0), near, sides }
+        Self { peak, last: n / 2 - 1, e, c, centre: bin(0), sides }
     }
-}
 
-impl<T: Scalar> Sides<T> for Floats<T> {
     fn sums(&self, p: T) -> Sums<T> {
         let zero = T::zero();
         let mut sums =
@@ -286,9 +263,5 @@ impl<T: Scalar> Sides<T> for Floats<T> {
             (side.x - model * h).norm_sqr()
         };
         self.sides.iter().fold(T::zero(), |sum, side| sum + left(side))
-    }
-
-    fn count(&self) -> usize {
-        self.sides.len()
     }
 }

@@ -248,18 +248,28 @@ pub(crate) fn window<'a, const K: usize>(
     if first < 1 || first.saturating_add(K) > length {
         return bins;
     }
-    for (bin, k) in bins.iter_mut().zip(first..) {
-        let mirror = length.wrapping_sub(k);
-        let (lower, upper) = (k.min(mirror), k.max(mirror));
-        let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
-        *bin = match pair {
-            Some(((&p, &q), &w)) => {
-                let [x, y] = split_pair(p, q, w);
-                if k == lower { x } else { y }
-            }
-            // The middle has no factor.
-            None => split(points, table, middle),
-        };
+    // Bins on one side of the middle come from pairs that lie one after the other.
+    let (last, far) = (first + K, length.wrapping_sub(first));
+    let low = last <= middle;
+    let (near, mirrored) =
+        if low { (first..last, far - K + 1..far + 1) } else { (far - K + 1..far + 1, first..last) };
+    let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
+    if low && let Some(((near, mirrored), table)) = pairs {
+        let pairs = near.iter().zip(mirrored.iter().rev()).zip(table);
+        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
+            *bin = split_pair(p, q, w)[0];
+        }
+    } else if first > middle
+        && let Some(((near, mirrored), table)) = pairs
+    {
+        let pairs = near.iter().rev().zip(mirrored).zip(table.iter().rev());
+        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
+            *bin = split_pair(p, q, w)[1];
+        }
+    } else {
+        for (bin, k) in bins.iter_mut().zip(first..) {
+            *bin = split(points, table, k);
+        }
     }
     bins
 }

@@ -2,6 +2,8 @@
 //! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`. [`q15`] is the 16-bit one, and
 //! `kernel_q15` its loops.
 
+#[cfg(dsp)]
+pub(super) mod assembly;
 pub mod integer;
 #[cfg(dsp)]
 pub mod kernel_dsp;

@@ -1,7 +1,7 @@
 //! What reads a real record's points: the search, the noise and the bins around a peak.
 
 use super::{Packed, Point};
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// What the search has seen, as [`pairs_outwards`] keeps it.
 #[repr(C)]
@@ -85,7 +85,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #8",
         "str r0, [sp]",
@@ -119,7 +119,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
 /// There must be three points at each, and at least one.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn bends(from: *const Point, to: *const Point, stride: usize) -> u64 {
-    naked_asm!(
+    kernel!(
         "push {{r4-r10, lr}}",
         "mov r3, #0",
         "mov r12, #0",
@@ -169,7 +169,7 @@ pub(super) unsafe extern "C" fn span_below(
     to: *mut Point,
     end: *mut Point,
 ) {
-    naked_asm!(
+    kernel!(
         "ldr r12, [sp]",
         "push {{r4-r10, lr}}",
         "2:",
@@ -198,7 +198,7 @@ pub(super) unsafe extern "C" fn span_above(
     to: *mut Point,
     end: *mut Point,
 ) {
-    naked_asm!(
+    kernel!(
         "ldr r12, [sp]",
         "push {{r4-r10, lr}}",
         "2:",

@@ -1,7 +1,7 @@
 //! The first pass, which reads the record in digit-reversed order.
 
 use super::{Pair, Point};
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// Reads the digit-reversed position of group h among 4^d (LSR #32 where d is 0) into r5, with r4 = h.
 macro_rules! reversed {
@@ -43,7 +43,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
     from: *const Pair,
     to: *mut Point,
 ) {
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #4",
         "movw r2, #23170",
@@ -137,7 +137,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
 /// `from` and `to` must be M pairs and M points, M = 4^d of at most 1024.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mut Point, one: u32) {
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "mov r3, r2",
         "movs r4, #0",

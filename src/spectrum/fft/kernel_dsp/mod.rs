@@ -70,22 +70,23 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
 /// of at most M/4.
 unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Triple]) {
     let leg = length * size_of::<Point>();
-    let blocks = M / 4 / length;
-    let stride = table.len() / length * size_of::<Triple>();
+    let blocks = M / 4 / length.max(1);
+    let stride = table.len() / length.max(1) * size_of::<Triple>();
     let table = table.as_ptr();
     // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
         match (length, blocks) {
             // At least four blocks: the factors stay in registers over all of them.
-            (4, 2..) => short::<4>(points, end, table, stride),
-            (8, 2..) => short::<8>(points, end, table, stride),
-            (16, 2..) => short::<16>(points, end, table, stride),
+            // What the first pass leaves is known of M: an image for one length holds no other's kernels.
+            (4, 2..) if const { is_even(M) } => short::<4>(points, end, table, stride),
+            (8, 2..) if const { !is_even(M) } => short::<8>(points, end, table, stride),
+            (16, 2..) if const { is_even(M) } => short::<16>(points, end, table, stride),
             _ => {
                 let mut block = points;
                 while block < end {
                     match blocks {
-                        1 if length == 128 => even::<1>(block, table),
+                        1 if const { M == 512 } => even::<1>(block, table),
                         1 => long::<1>(block, leg, table),
                         _ => long::<4>(block, leg, table),
                     }
@@ -96,13 +97,18 @@ unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Tripl
     }
 }
 
+/// Whether the first pass of an `m`-point transform is of radix 4.
+const fn is_even(m: usize) -> bool {
+    Scale::new(m, 12).first == 4
+}
+
 /// As [`pass`], with factors of 32 bits.
 ///
 /// # Safety
 /// As [`pass`]'s, and `length` must be 16 or more.
 unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
     let leg = length * size_of::<Point>();
-    let stride = table.len() / length * size_of::<FineTriple>();
+    let stride = table.len() / length.max(1) * size_of::<FineTriple>();
     // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);

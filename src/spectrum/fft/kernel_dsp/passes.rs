@@ -1,7 +1,7 @@
 //! The later passes, of radix 4.
 
 use super::{FineTriple, Point, Triple};
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// A radix-4 pass over sub-transforms of L points: one factor after the other, each for all blocks, of
 /// which there are at least four.
@@ -53,7 +53,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #16",
         "add r4, r0, #8",
@@ -119,7 +119,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #4",
         "add r4, r2, #12*{stride}+4",
@@ -222,7 +222,7 @@ pub(super) unsafe extern "C" fn fine(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #12",
         "add r4, r2, r3",
@@ -291,7 +291,7 @@ pub(super) unsafe extern "C" fn even<const STRIDE: usize>(block: *mut Point, tab
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #4",
         "add r2, r1, #12*{stride}",

@@ -1,6 +1,6 @@
 //! Samples that touch a rail.
 
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// Other than 0 where a half of a word is outside `low..=high`, each given in both halves.
 ///
@@ -23,7 +23,7 @@ pub(super) unsafe extern "C" fn any_outside(
             )*)
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "mov r12, #0",
         "2:",
@@ -55,7 +55,7 @@ pub(super) unsafe extern "C" fn all_outside(
             )*)
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "mov r12, #0",
         "2:",

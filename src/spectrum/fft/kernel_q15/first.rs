@@ -3,7 +3,7 @@
 use super::super::integer::Pair;
 use super::super::q15::{self, DIAGONAL, first_radix};
 use crate::acquire::sample::Codes;
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// As [`q15::extremes`], of which it may find less than all where the rest does not matter to [`q15::shift`].
 pub fn extremes(pairs: &[Pair], codes: Codes) -> [i16; 2] {
@@ -58,7 +58,7 @@ unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2
             )*)
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r2, r4-r11, lr}}",
         "ldrd r2, r12, [r2]",
         "2:",
@@ -218,7 +218,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
     centre: u32,
     shift: u32,
 ) -> u32 {
-    naked_asm!(
+    kernel!(
         enter!(16),
         "str r12, [sp]",
         "str r0, [sp, #4]",
@@ -301,7 +301,7 @@ unsafe extern "C" fn fours<const M: usize, const UP: bool>(
     centre: u32,
     shift: u32,
 ) -> u32 {
-    naked_asm!(
+    kernel!(
         enter!(16),
         "str r12, [sp]",
         "str r0, [sp, #4]",

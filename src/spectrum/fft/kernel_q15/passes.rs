@@ -3,7 +3,7 @@
 use super::super::integer::Pair;
 use super::super::q15::second;
 use super::super::twiddle::Triple;
-use core::arch::naked_asm;
+use crate::spectrum::fft::assembly::kernel;
 
 /// The pass of sub-transforms of L points, as [`q15::radix4`](super::super::q15::radix4).
 ///
@@ -164,7 +164,7 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
             ".if {next} == 0\n add r0, r0, #16*{l}\n .endif\n"
         };
     }
-    naked_asm!(
+    kernel!(
         enter!(16),
         "add r4, r0, #4",
         "add r5, r0, #4*{l}",
@@ -254,7 +254,7 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         enter!(4),
         // Legs 0 and 1 by one pointer, 2 and 3 by the other.
         "add r2, r1, #12",

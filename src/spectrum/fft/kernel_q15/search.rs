@@ -2,9 +2,9 @@
 
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
+use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::narrow::{self, SPARSE};
 use crate::spectrum::sweep::Sweep;
-use core::arch::naked_asm;
 
 /// As [`narrow::sweep`].
 pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
@@ -123,7 +123,7 @@ unsafe extern "C" fn pairs_outwards(
             )
         };
     }
-    naked_asm!(
+    kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #8",
         "strd r0, r1, [sp]",
@@ -162,7 +162,7 @@ unsafe extern "C" fn pairs_outwards(
 /// `lower..=upper` must be aligned points, more than one.
 #[unsafe(naked)]
 unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i32 {
-    naked_asm!(
+    kernel!(
         "push {{r4, lr}}",
         "mov r12, #0",
         "2:",
@@ -187,7 +187,7 @@ unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i
 /// There must be three aligned points at each, and at least one.
 #[unsafe(naked)]
 unsafe extern "C" fn bends(from: *const Pair, to: *const Pair, stride: usize) -> u64 {
-    naked_asm!(
+    kernel!(
         "push {{r4-r6, lr}}",
         "mov r3, #0",
         "mov r12, #0",

@@ -1,0 +1,160 @@
+//! The fit of [`super::super::iq`] with the sums in integers.
+
+use super::{ROOM, around, held, nearest, product, quantised, shape};
+use crate::estimate::least_squares::{Course, Fit, first_two, iq};
+use crate::scalar::Scalar as _;
+use crate::spectrum::bins::REACH;
+use crate::spectrum::fft::integer::Point;
+use crate::spectrum::fft::twiddle::sin_cos;
+use core::f64::consts::PI;
+use heapless::Vec;
+use num_complex::Complex;
+
+const SINGLE: f32 = 1.0 / 67_108_864.0; // 2^-26
+
+/// 2^-32, the unit of sums of weights.
+const WEIGHT: f32 = SINGLE / 64.0;
+
+/// For a distance i of 1..=16 bins, `e = pi/N`: `tan(e i)/e` in Q23, `tan(e i)` in Q29, its square in Q29 and
+/// `cos^2(e i)` in Q26.
+pub(super) struct Distance {
+    u: i32,
+    tangent: i32,
+    square: i32,
+    inverse_m: i32,
+}
+
+/// Those of i = 1..=16.
+pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
+    let mut table = [const { Distance { u: 0, tangent: 0, square: 0, inverse_m: 0 } }; REACH];
+    let mut i = 1;
+    while i <= REACH {
+        let (sin, cos) = sin_cos(i, 2 * N);
+        let tangent = sin / cos;
+        // The compiler runs this: an index out of range would not build.
+        #[allow(clippy::indexing_slicing)]
+        {
+            table[i - 1] = Distance {
+                u: nearest(tangent / (PI / N as f64), 23),
+                tangent: nearest(tangent, 29),
+                square: nearest(tangent * tangent, 29),
+                inverse_m: nearest(cos * cos, 26),
+            };
+        }
+        i += 1;
+    }
+    table
+}
+
+/// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
+pub(super) fn fit(
+    n: i32,
+    bins: &[Point],
+    table: &[Distance; REACH],
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let unit = f32::two_to(exponent);
+    let &[re, im] = bins.get(bins.len() / 2)?;
+    let centre = Complex::new(re as f32, im as f32) * unit;
+    if centre.norm_sqr() <= 0.0 {
+        return None;
+    }
+    let scale = f32::two_to(exponent + ROOM as i32);
+    let mut sides = Vec::new();
+    for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
+        for sign in [-1, 1] {
+            if let Some(x) = around(bins, sign * i) {
+                // The vector holds every distance up to the reach.
+                let _ = sides.push(Side::new(x, distance, sign));
+            }
+        }
+    }
+    let e = core::f32::consts::PI / n as f32;
+    let near = first_two(sides.iter().map(|side: &Side| side.float(scale)));
+    Some(iq::Problem { e, centre, near, sides: Sides { scale, sides } }.fit(course))
+}
+
+/// One bin of an I/Q record.
+struct Side {
+    u: i32,
+    m: i32,
+    inverse_m: i32,
+    y: [i32; 2],
+}
+
+struct Sides {
+    scale: f32,
+    sides: Vec<Side, { 2 * REACH }>,
+}
+
+impl Side {
+    fn new(x: [i32; 2], distance: &Distance, sign: i32) -> Self {
+        let lean = sign * distance.tangent;
+        let y = [
+            held(i64::from(x[0]) + (product(lean, x[1]) >> 29)),
+            held(i64::from(x[1]) - (product(lean, x[0]) >> 29)),
+        ];
+        // 1/m = 1/(1 + tan^2) = cos^2.
+        let m = (1i32 << 29) + distance.square;
+        Self { u: sign * distance.u, m, inverse_m: distance.inverse_m, y }
+    }
+
+    fn float(&self, scale: f32) -> iq::Side<f32> {
+        iq::Side {
+            u: self.u as f32 * (SINGLE * 8.0),
+            m: self.m as f32 * (SINGLE / 8.0),
+            y: Complex::new(self.y[0] as f32, self.y[1] as f32) * scale,
+        }
+    }
+}
+
+impl iq::Sides<f32> for Sides {
+    fn sums(&self, p: f32) -> iq::Sums<f32> {
+        let p = quantised(p, 23);
+        let (mut aa, mut bb, mut dd) = (0i64, 0i64, 0i64);
+        let (mut pp, mut qq) = ([0i64; 2], [0i64; 2]);
+        for side in &self.sides {
+            let (h, slope) = shape(p, side.u);
+            let mh = held(product(side.m, h) >> 29);
+            let ms = held(product(side.m, slope) >> 29);
+            aa = aa.saturating_add(product(mh, h) >> 20);
+            bb = bb.saturating_add(product(mh, slope) >> 16);
+            dd = dd.saturating_add(product(ms, slope) >> 12);
+            for (sum, y) in pp.iter_mut().zip(side.y) {
+                *sum = sum.saturating_add(product(h, y) >> 10);
+            }
+            for (sum, y) in qq.iter_mut().zip(side.y) {
+                *sum = sum.saturating_add(product(slope, y) >> 6);
+            }
+        }
+        let bins = self.scale * (SINGLE * 1024.0);
+        iq::Sums {
+            aa: aa as f32 * WEIGHT,
+            bb: bb as f32 * WEIGHT,
+            dd: dd as f32 * WEIGHT,
+            pp: Complex::new(pp[0] as f32, pp[1] as f32) * bins,
+            qq: Complex::new(qq[0] as f32, qq[1] as f32) * bins,
+        }
+    }
+
+    fn residual(&self, p: f32, c: Complex<f32>) -> f32 {
+        let p = quantised(p, 23);
+        let c = [(c.re / self.scale) as i32, (c.im / self.scale) as i32];
+        let mut sum = 0i64;
+        for side in &self.sides {
+            let (h, _) = shape(p, side.u);
+            let mh = held(product(side.m, h) >> 29);
+            for (y, c) in side.y.into_iter().zip(c) {
+                let left = held(i64::from(y) - (product(c, mh) >> 26));
+                let share = held(product(left, side.inverse_m) >> 26);
+                sum = sum.saturating_add(product(left, share));
+            }
+        }
+        sum as f32 * self.scale * self.scale
+    }
+
+    fn count(&self) -> usize {
+        self.sides.len()
+    }
+}

@@ -1,0 +1,123 @@
+//! Both fits for cores without an FPU: the sums over the bins in integers, what follows from them in numbers that are
+//! cheaper there than floats; only the [`Fit`] itself is `f32`.
+//!
+//! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256), h in Q26, h' in Q22,
+//! sines in Q26; bins as the FFT stores them, less two bits. The difference from `f32` is 0.02 of the
+//! Cramer-Rao bound at 60 dB and N = 4096, rms, and less elsewhere.
+
+mod equations;
+mod inverse;
+mod iq;
+mod real;
+mod scaled;
+
+use super::{Course, Fit, Reach};
+use crate::acquire::sample::Record;
+use crate::scalar::Scalar as _;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
+use core::mem::MaybeUninit;
+use scaled::Scaled;
+
+/// The bits by which the FFT's bins are shifted down.
+pub(crate) const ROOM: u32 = 2;
+
+/// 1 in Q30.
+const ONE: i32 = 1 << 30;
+
+/// As [`super::fit`], from the spectrum itself.
+pub fn fit<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    reach: Reach,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let first = peak.wrapping_sub(reach as i32);
+    let exponent = spectrum.exponent();
+    let fit = |bins: &[Point]| {
+        if R::IQ {
+            iq::fit(N as i32, bins, const { &iq::distances::<N>() }, exponent, course)
+        } else {
+            real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
+        }
+    };
+    match reach {
+        Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),
+        Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
+        Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
+    }
+}
+
+/// The bin `away` from the middle one.
+fn around(bins: &[Point], away: i32) -> Option<[i32; 2]> {
+    let place = usize::try_from((bins.len() / 2) as i32 + away).ok()?;
+    bins.get(place).map(|&[re, im]| [re >> ROOM, im >> ROOM])
+}
+
+pub(crate) fn bin<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    k: i32,
+) -> [i32; 2] {
+    let x = spectrum.bin(k);
+    [x.re >> ROOM, x.im >> ROOM]
+}
+
+const fn nearest(x: f64, bits: u32) -> i32 {
+    (x * (1u64 << bits) as f64 + 0.5) as i32
+}
+
+/// `x` with so many fractional bits, saturated.
+pub(crate) fn quantised(x: f32, bits: u32) -> i32 {
+    (x * (1u32 << bits) as f32) as i32
+}
+
+/// The whole product.
+#[inline(always)]
+pub(crate) fn product(a: i32, b: i32) -> i64 {
+    if cfg!(short_products) {
+        // Without an instruction for it a library would take 64 bits times 64.
+        let [a, b] = [a, b].map(|x| [x >> 16, x & 0xffff]);
+        let low = (a[1] as u32).wrapping_mul(b[1] as u32);
+        let middle = i64::from(a[0].wrapping_mul(b[1])) + i64::from(a[1].wrapping_mul(b[0]));
+        return (i64::from(a[0].wrapping_mul(b[0])) << 32) + (middle << 16) + i64::from(low);
+    }
+    i64::from(a) * i64::from(b)
+}
+
+/// The product of two numbers in Q30, or of one with any other, in the other's format.
+#[inline(always)]
+fn times(a: i32, b: i32) -> i32 {
+    (product(a, b) >> 30) as i32
+}
+
+#[allow(clippy::manual_clamp)] // `clamp` checks its bounds
+pub(crate) fn held(x: i64) -> i32 {
+    x.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32
+}
+
+/// h in Q26 and h' in Q22, for p and u in Q23. Nearer than 1/16 bin a frequency counts as 1/16 away, so nothing
+/// overflows.
+#[inline(always)]
+fn shape(p: i32, u: i32) -> (i32, i32) {
+    let difference = p.wrapping_sub(u);
+    let size = difference.unsigned_abs().max((1 << 19) + 1).min(i32::MAX as u32);
+    let room = size.leading_zeros().wrapping_sub(1) & 31;
+    // 1/(size 2^room) = inverse / 2^61 and 1/|p - u| = 2^(23 + room) times that: in Q26, inverse >> (12 - room).
+    let inverse = (inverse::of(size << room) >> 12u32.saturating_sub(room)) as i32;
+    let inverse = if difference < 0 { -inverse } else { inverse };
+    let h = (product(p, inverse) >> 23) as i32;
+    let slope = (product((1 << 26) - h, inverse) >> 30) as i32;
+    (h, slope)
+}
+
+/// The sum of products.
+#[inline(always)]
+fn add(sum: &mut i64, a: i32, b: i32) {
+    *sum = sum.wrapping_add(product(a, b));
+}
+
+/// The square root of a positive number in Q28.
+fn root(square: i32) -> Scaled {
+    Scaled::of_float((square.max(1) as f32).root(), -14)
+}

@@ -1,0 +1,326 @@
+//! The fit of [`super::super::real`] for cores without an FPU.
+
+use super::equations::{Place, Step, Sums};
+use super::scaled::Scaled;
+use super::{ONE, ROOM, add, around, nearest, product, root, shape, times};
+use crate::estimate::least_squares::{
+    Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
+};
+use crate::spectrum::bins::REACH;
+use crate::spectrum::fft::integer::Point;
+use crate::spectrum::fft::twiddle::sin_cos;
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use heapless::Vec;
+use num_complex::Complex;
+use num_traits::One as _;
+
+/// What the fit needs to know of a bin `i` bins from the peak, `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 - cos e i)/e^2` in
+/// Q22 and `1 - cos e i` in Q26.
+pub(super) struct Distance {
+    near: i32,
+    bend: i32,
+    versine: i32,
+}
+
+/// Those of i = 1..=16.
+pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
+    let mut table = [const { Distance { near: 0, bend: 0, versine: 0 } }; REACH];
+    let e = TAU / N as f64;
+    let mut i = 1;
+    while i <= REACH {
+        let (sin, cos) = sin_cos(i, 2 * N);
+        let versine = 2.0 * sin * sin;
+        // The compiler runs this: an index out of range would not build.
+        #[allow(clippy::indexing_slicing)]
+        {
+            table[i - 1] = Distance {
+                near: nearest(2.0 * sin * cos / e, 23),
+                bend: nearest(versine / (e * e), 22),
+                versine: nearest(versine, 26),
+            };
+        }
+        i += 1;
+    }
+    table
+}
+
+/// A bin beside the peak.
+struct Side {
+    u: i32,
+    s: i32,
+    x: [i32; 2],
+    /// s Im
+    y: i32,
+}
+
+/// Where the peak is, in Q30.
+struct Peak {
+    e: i32,
+    c: i32,
+    centre: [i32; 2],
+}
+
+/// An offset, its p, dp/dd, and p/d.
+struct Offset {
+    d: i32,
+    p: i32,
+    speed: i32,
+    ratio: i32,
+}
+
+const fn bins(x: f64) -> i32 {
+    nearest(x, 30)
+}
+
+/// Fits a tone to the bins around `peak`, the middle one of `bins`, whose unit is `2^exponent` codes.
+pub(super) fn fit(
+    n: i32,
+    peak: i32,
+    bins: &[Point],
+    table: &[Distance; REACH],
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let last = n / 2 - 1;
+    let centre = around(bins, 0)?;
+    if peak < 1 || peak > last || centre == [0; 2] {
+        return None;
+    }
+    // One turn in Q30, less as many bits as N has.
+    let e = (TAU * f64::from(ONE) + 0.5) as i64 >> n.trailing_zeros();
+    let place = Peak { e: e as i32, c: lean(peak, n), centre };
+    let mut sides: Vec<Side, { 2 * REACH }> = Vec::new();
+    for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
+        let bend = (product(place.c, distance.bend) >> 29) as i32;
+        let lean = (product(place.c, distance.near) >> 27) as i32;
+        let still = (1 << 26) - distance.versine;
+        for (k, near, s) in [(-i, -distance.near, still - lean), (i, distance.near, still + lean)] {
+            if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
+                // The vector holds every distance up to the reach.
+                let y = (product(s, x[1]) >> 26) as i32;
+                let _ = sides.push(Side { u: near + bend, s, x, y });
+            }
+        }
+    }
+    Some(place.fit(peak, last, &sides, exponent + ROOM as i32, course))
+}
+
+/// c = e cot(2 pi peak / n) in Q30, which is never above 1. Towards DC and Nyquist, where it matters, it is computed
+/// without the sine of a small angle.
+fn lean(peak: i32, n: i32) -> i32 {
+    let mirrored = n / 2 - peak;
+    let k = peak.min(mirrored);
+    let low = 8 * k <= n;
+    // The angle, or what a right one is more, as a share of a right angle in Q30.
+    let bits = 32u32.wrapping_sub(n.trailing_zeros()) & 31;
+    let share = if low { k << bits } else { (n / 4 - k) << bits };
+    let x = (product(share, const { nearest(FRAC_PI_2, 29) }) >> 29) as i32;
+    let z = times(x, x);
+    let (cos, sinc) = (cosine(z), sinc(z));
+    let c = if low {
+        Scaled::new(cos, 0) / Scaled::new(sinc, 0) / Scaled::new(k, 0)
+    } else {
+        let e = Scaled::new(x, -30) * Scaled::new(const { bins(FRAC_PI_4) }, 3 - 30);
+        e * Scaled::new(sinc, 0) / Scaled::new(cos, 0) / Scaled::new(n, 0)
+    };
+    let c = c.bits(30);
+    if peak == k { c } else { -c }
+}
+
+/// `c0 + z (c1 + z (...))` in Q30.
+macro_rules! horner {
+    ($z:expr, $last:expr) => { const { series($last) } };
+    ($z:expr, $c:expr, $($rest:expr),+) => { const { series($c) } + times($z, horner!($z, $($rest),+)) };
+}
+
+const fn series(x: f64) -> i32 {
+    (x * (1u64 << 30) as f64) as i32
+}
+
+/// `cos x` of `z = x^2`, |x| <= pi/4.
+fn cosine(z: i32) -> i32 {
+    horner!(z, 1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0)
+}
+
+/// `sin(x) / x` of `z = x^2`, |x| <= pi/4.
+fn sinc(z: i32) -> i32 {
+    horner!(z, 1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0)
+}
+
+impl Peak {
+    /// As [`super::super::real::Problem::fit`].
+    fn fit(
+        &self,
+        peak: i32,
+        last: i32,
+        sides: &[Side],
+        unit: i32,
+        course: Course<f32>,
+    ) -> Fit<f32> {
+        let (start, steps, settled) = match course {
+            Course::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
+            Course::Usual => (self.start(sides), 2, SETTLED),
+            Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
+        };
+        // The tone stays between DC and Nyquist.
+        let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
+        let high = if peak >= last { ONE - bins(EDGE_LIMIT) } else { bins(OFFSET_LIMIT) };
+        let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));
+        let place = Place {
+            e: Scaled::new(self.e, -30),
+            twice_c: Scaled::new(self.c, -29),
+            centre: Complex::new(Scaled::new(self.centre[0], 0), Scaled::new(self.centre[1], 0)),
+            total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
+        };
+        let mut step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
+        let mut taken = 0;
+        let (mut line, mut speed) = (step.line, Scaled::new(at.speed, -30));
+        while taken < steps {
+            if taken > 0 {
+                step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
+            }
+            taken += 1;
+            speed = Scaled::new(at.speed, -30);
+            let forward = limit((step.forward / speed).bits(30), STEP_LIMIT);
+            let next = self.at((at.d + forward).max(low).min(high));
+            let moved = next.d - at.d;
+            let onward = Scaled::new(next.p - at.p, -30);
+            line = Complex::new(
+                step.line.re + step.slope.re * onward,
+                step.line.im + step.slope.im * onward,
+            );
+            at = next;
+            if moved.abs() <= bins(settled) {
+                break;
+            }
+        }
+        self.finish(
+            &at,
+            &Step { line, information: step.information * speed * speed, ..step },
+            sides,
+            unit,
+        )
+    }
+
+    /// p of an offset d.
+    fn at(&self, d: i32) -> Offset {
+        let angle = times(self.e, d);
+        let y = times(angle, angle);
+        let cos = ONE - (y >> 1) + times(times(y, y), const { bins(1.0 / 24.0) });
+        let sinc =
+            ONE - times(y, const { bins(1.0 / 6.0) } - times(y, const { bins(1.0 / 120.0) }));
+        let lean = times(self.c, d);
+        let ratio = sinc + times(lean, ONE / 2 - times(y, const { bins(1.0 / 24.0) }));
+        Offset { d, p: times(d, ratio), speed: cos + times(lean, sinc), ratio }
+    }
+
+    /// `1 + 2 c p - e^2 p^2`, the square of the ratio of the sines of tone and peak.
+    fn root(&self, p: i32) -> Scaled {
+        let angle = times(self.e, p);
+        // In Q28, as it may be up to 4.
+        root((ONE >> 2) + (times(self.c, p) >> 1) - (times(angle, angle) >> 2))
+    }
+
+    /// The offset from the peak and its two neighbours, see [`super::super::real`].
+    fn start(&self, sides: &[Side]) -> i32 {
+        let [a, b] = self.centre;
+        let (mut above, mut below) = (Scaled::new(0, 0), Scaled::new(0, 0));
+        for side in sides.iter().take(2) {
+            let slant = (product(self.e, side.u) >> 27) as i32;
+            let re = (side.x[0] - a).wrapping_add((product(slant, b) >> 26) as i32);
+            let im = side.x[1].wrapping_sub((product(side.s, b) >> 26) as i32);
+            let across = product(side.x[0], re).wrapping_add(product(side.x[1], im));
+            above = above + Scaled::new(side.u, -23) * Scaled::of_sum(across, 0);
+            let size = product(re, re).wrapping_add(product(im, im));
+            below = below + Scaled::of_sum(size, 0);
+        }
+        let p = limit((above / below).bits(30), START_LIMIT);
+        let half = (Scaled::new(p, -30) / (Scaled::one() + self.root(p))).bits(30);
+        let tangent = times(self.e, half);
+        let third = times(times(tangent, tangent), const { bins(1.0 / 3.0) });
+        times(half, ONE - third) << 1
+    }
+
+    /// As [`super::super::real::Problem::finish`].
+    fn finish(&self, at: &Offset, step: &Step, sides: &[Side], unit: i32) -> Fit<f32> {
+        let Complex { re: a, im: b } = step.line;
+        // sin(pi d) / (pi d), by doubling the angle twice.
+        let x = times(at.d, const { bins(FRAC_PI_4) });
+        let z = times(x, x);
+        let cos = cosine(z);
+        let shape = times(times(sinc(z), cos), (times(cos, cos) - ONE / 2) << 1);
+        let scale = Scaled::new(at.ratio, 0) / Scaled::new(shape, 0);
+        let bent = Scaled::new(times(self.e, at.p), -30) * b;
+        let line = Complex::new((a - bent) * scale / self.root(at.p), b * scale);
+        let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
+        let left = self.residual(at.p, [(a - bent).bits(0), bent.bits(0), b.bits(0)], sides);
+        Fit {
+            offset: Scaled::new(at.d, -30).float(0),
+            line: float(line),
+            information: step.information.float(2 * unit),
+            peak: float(step.line),
+            lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
+            residual: left.float(2 * unit),
+            freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
+        }
+    }
+
+    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e p b`, and its imaginary
+    /// part `b s h`.
+    fn residual(&self, p: i32, [turning, still, b]: [i32; 3], sides: &[Side]) -> Scaled {
+        let ([re, im], p) = (self.centre, narrow(p));
+        let mut sum = squares(re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b));
+        for side in sides {
+            let (h, _) = shape(p, side.u);
+            let re = (product(turning, h) >> 26) as i32;
+            let im = (product((product(b, h) >> 26) as i32, side.s) >> 26) as i32;
+            sum = sum.wrapping_add(squares(
+                side.x[0].wrapping_sub(re.wrapping_add(still)),
+                side.x[1].wrapping_sub(im),
+            ));
+        }
+        Scaled::of_sum((sum >> 1) as i64, 1)
+    }
+}
+
+/// Powers of bins sum to less than 2^60; what a fitted model leaves of them to less than all of it.
+fn squares(re: i32, im: i32) -> u64 {
+    (product(re, re) as u64).wrapping_add(product(im, im) as u64)
+}
+
+/// The sums at p.
+fn sums(sides: &[Side], p: i32) -> Sums {
+    let p = narrow(p);
+    let (mut aa, mut s1, mut bb, mut dd) = (0, 0i64, 0, 0);
+    let (mut r1, mut r2, mut q1, mut q2) = (0, 0, 0, 0);
+    for side in sides {
+        let (h, slope) = shape(p, side.u);
+        add(&mut aa, h, h);
+        s1 += i64::from(slope);
+        add(&mut bb, h, slope);
+        add(&mut dd, slope, slope);
+        add(&mut r1, h, side.x[0]);
+        add(&mut r2, h, side.y);
+        add(&mut q1, slope, side.x[0]);
+        add(&mut q2, slope, side.y);
+    }
+    Sums {
+        aa: Scaled::of_sum(aa, -52),
+        s1: Scaled::of_sum(s1, -22),
+        bb: Scaled::of_sum(bb, -48),
+        dd: Scaled::of_sum(dd, -44),
+        r1: Scaled::of_sum(r1, -26),
+        r2: Scaled::of_sum(r2, -26),
+        q1: Scaled::of_sum(q1, -22),
+        q2: Scaled::of_sum(q2, -22),
+    }
+}
+
+/// From Q30 to Q23.
+fn narrow(p: i32) -> i32 {
+    (p + (1 << 6)) >> 7
+}
+
+fn limit(x: i32, bound: f64) -> i32 {
+    x.max(-bins(bound)).min(bins(bound))
+}
