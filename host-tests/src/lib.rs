@@ -1,6 +1,27 @@
 //! Tests of Picket that need more than one module; see `tests/`.
 
+use picket_host::toolchain::{Firmware, Profile, Target};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Builds all images of a core that the tests run, at their first need: one after the other they would leave half of the
+/// host idle. What does not build is told by the test that wants it.
+pub fn prepare_images(target: Target) {
+    static PREPARED: Mutex<Vec<Target>> = Mutex::new(Vec::new());
+    let mut prepared = PREPARED.lock().unwrap_or_else(PoisonError::into_inner);
+    if prepared.contains(&target) {
+        return;
+    }
+    prepared.push(target);
+    let (bin, others): (_, &[_]) = match target {
+        Target::M4f => ("core_check", &["bench", "bench_q15", "bench_locked"]),
+        Target::M3 => ("core_check", &["bench_locked"]),
+        Target::M33 => ("frontend_qemu", &["tracker_qemu"]),
+        Target::M0 => return,
+    };
+    let _ = Firmware { bin, target, features: &["mps2"], profile: Profile::Release }
+        .build_beside(others);
+}
 
 /// A file of the reference material, which lies beside the repository or where `PICKET_SHARED` says. Where it
 /// is absent a test can only say that it was skipped: `None`, and that line is printed.

@@ -1,5 +1,6 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
+use host_tests::prepare_images;
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
 use serde::Deserialize;
@@ -48,6 +49,7 @@ fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> C
 }
 
 fn image(core: &Core, engine: &Engine, scope: Scope) -> PathBuf {
+    prepare_images(core.target);
     bench::image(core, engine, scope).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -163,6 +165,7 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
     let cores: &[&str] =
         if random.is_some() { &["M4F", "M7", "M3", "M33"] } else { &["M4F", "M7", "M3"] };
     for core in cores.iter().map(|name| core(name)) {
+        prepare_images(core.target);
         let image = locked::image(core).unwrap_or_else(|error| panic!("{error}"));
         let count = locked::count(core, &image, random.unwrap_or(100) / 10)
             .unwrap_or_else(|error| panic!("{}: {error}", core.name));

@@ -1,5 +1,6 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
+use host_tests::prepare_images;
 use picket::acquire::capture::{ForRecord, Header, for_record};
 use picket::acquire::sample::{Codes, Iq, Real, Record, Segment};
 use picket::config::{Config, Scene};
@@ -20,6 +21,7 @@ const SEED: u64 = 20_220_222;
 const LIMIT: Duration = Duration::from_secs(300);
 
 fn image(bin: &str, machine: Machine) -> PathBuf {
+    prepare_images(machine.target());
     let firmware =
         Firmware { bin, target: machine.target(), features: &["mps2"], profile: Profile::Release };
     firmware.build().unwrap_or_else(|error| panic!("{error}"))

@@ -27,18 +27,23 @@ impl Firmware<'_> {
     /// goes to stderr when that is a terminal. Returns the ELF file, which no other combination
     /// of features overwrites.
     pub fn build(&self) -> Result<PathBuf, ToolError> {
-        self.run(io::stderr().is_terminal())
+        self.run(io::stderr().is_terminal(), &[])
+    }
+
+    /// As [`Firmware::build`], with images beside it that differ in nothing but their name: cargo links them on all
+    /// of the host's cores at once, and finds them ready when they are asked for.
+    pub fn build_beside(&self, others: &[&str]) -> Result<PathBuf, ToolError> {
+        self.run(io::stderr().is_terminal(), others)
     }
 
     /// As [`Firmware::build`], but prints nothing of cargo's: for images meant to fail.
     pub fn build_quietly(&self) -> Result<PathBuf, ToolError> {
-        self.run(false)
+        self.run(false, &[])
     }
 
-    fn run(&self, echo: bool) -> Result<PathBuf, ToolError> {
+    fn run(&self, echo: bool, others: &[&str]) -> Result<PathBuf, ToolError> {
         let route = route(self.target)?;
-        // One for each target, so that images for two targets are built side by side.
-        let directory = firmware_dir().join(route.directory()).join(self.target.triple());
+        let directory = firmware_dir().join(route.directory());
         let images = directory.join("images");
         fs::create_dir_all(&images).map_err(io_error(images.display()))?;
         // Another process may build the same binary with other features: the copy belongs to the
@@ -46,6 +51,7 @@ impl Firmware<'_> {
         let _lock = locked(&directory.join("build.lock"))?;
         let mut command = cargo();
         command.args(["build", "--package", "picket", "--bin", self.bin]);
+        command.args(others.iter().flat_map(|bin| ["--bin", bin]));
         command.args(["--target", self.target.triple(), "--profile", self.profile.name()]);
         command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
         if self.bin == "single" {
