@@ -3,6 +3,7 @@
 use crate::toolchain::{self, ToolError, io_error};
 use picket::acquire::capture::Header;
 use picket::acquire::sample::Record;
+use std::collections::HashMap;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
@@ -77,6 +78,19 @@ impl Outcome {
         self.messages
             .lines()
             .find_map(|line| line.strip_prefix(name)?.strip_prefix('=')?.parse().ok())
+    }
+
+    /// Every figure, by name, in the order it came.
+    pub fn figures(&self) -> HashMap<String, Vec<u64>> {
+        let mut figures = HashMap::<_, Vec<_>>::new();
+        for line in self.messages.lines() {
+            if let Some((name, value)) = line.split_once('=')
+                && let Ok(value) = value.parse()
+            {
+                figures.entry(name.into()).or_default().push(value);
+            }
+        }
+        figures
     }
 }
 

@@ -1,6 +1,6 @@
 //! Instructions of a block that is measured where its tone is expected, beside those of the whole way on the same block.
 
-use super::{Core, LIMIT, SEED};
+use super::{Core, LIMIT, SEED, equality};
 use crate::emulator::{Capture, RunError};
 use crate::simulate::{Line, Signal, generator};
 use crate::toolchain::{Firmware, Profile, ToolError};
@@ -12,7 +12,6 @@ use picket::pipeline::Measurement;
 use picket::report::record::{Health, Record};
 use picket::tracker::Tracker;
 use serde::Serialize;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Samples in a block: what the image takes.
@@ -96,14 +95,7 @@ pub fn count(core: &Core, image: &Path, random: u32) -> Result<Count, RunError> 
     }
     let mut telemetry = Vec::new();
     let outcome = capture.run(core.machine, image, LIMIT, |bytes| telemetry.extend(bytes))?;
-    let mut figures = HashMap::<&str, Vec<u64>>::new();
-    for line in outcome.messages.lines() {
-        if let Some((name, value)) = line.split_once('=')
-            && let Ok(value) = value.parse()
-        {
-            figures.entry(name).or_default().push(value);
-        }
-    }
+    let figures = outcome.figures();
     let instructions = |ticks: f64| (ticks * core.machine.instructions_per_tick()).round() as u64;
     let rows = STAGES.iter().filter_map(|&stage| {
         let counts = figures.get(stage)?;
@@ -116,8 +108,7 @@ pub fn count(core: &Core, image: &Path, random: u32) -> Result<Count, RunError> 
         })
     });
     let rows = rows.collect();
-    let figure = |name| figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
-    Ok(Count { rows, telemetry, equality: (figure("compared"), figure("unequal")) })
+    Ok(Count { rows, telemetry, equality: equality(&figures) })
 }
 
 fn header() -> Header {

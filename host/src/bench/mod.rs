@@ -198,15 +198,7 @@ fn run<R: Record>(
         capture.push::<R>(block)?;
     }
     let outcome = capture.run(core.machine, image, LIMIT, |_| {})?;
-    let mut figures = Figures::new();
-    for line in outcome.messages.lines() {
-        if let Some((name, value)) = line.split_once('=')
-            && let Ok(value) = value.parse()
-        {
-            figures.entry(name.into()).or_default().push(value);
-        }
-    }
-    Ok((figures, outcome.results))
+    Ok((outcome.figures(), outcome.results))
 }
 
 fn equality(figures: &Figures) -> (u64, u64) {
