@@ -15,13 +15,6 @@ use std::sync::OnceLock;
 
 const NAME: &str = "qemu-system-arm";
 
-/// Starts the unpacked emulator with the libraries that came with it.
-const STARTER: &str = r#"#!/bin/sh
-root=$(dirname "$0")/root
-libraries=$(find "$root/lib" "$root/usr/lib" -name '*-linux-gnu*' -type d 2>/dev/null | tr '\n' ':')
-LD_LIBRARY_PATH=$libraries${LD_LIBRARY_PATH:-/usr/lib} exec "$root/usr/bin/qemu-system-arm" "$@"
-"#;
-
 /// The path of `qemu-system-arm`; unpacks it where it is missing.
 pub fn qemu() -> Result<PathBuf, ToolError> {
     static FOUND: OnceLock<PathBuf> = OnceLock::new();
@@ -51,7 +44,7 @@ fn unpacked() -> Result<PathBuf, ToolError> {
         let root = half.join("root");
         fs::create_dir_all(&root).map_err(io_error(root.display()))?;
         unpack(&half, &root)?;
-        write_starter(&half.join(NAME))?;
+        write_starter(&half.join(NAME), &root)?;
         fs::rename(&half, &place).map_err(io_error(place.display()))?;
     }
     Ok(starter)
@@ -72,7 +65,20 @@ fn unpack(directory: &Path, root: &Path) -> Result<(), ToolError> {
     Ok(())
 }
 
-fn write_starter(path: &Path) -> Result<(), ToolError> {
-    fs::write(path, STARTER).map_err(io_error(path.display()))?;
+/// Starts the unpacked emulator with the libraries that came with it, wherever the target directory is.
+fn write_starter(path: &Path, root: &Path) -> Result<(), ToolError> {
+    // Debian keeps them in a folder of the machine's name.
+    let folders = ["lib", "usr/lib"].into_iter().flat_map(|parent| {
+        let entries = fs::read_dir(root.join(parent)).into_iter().flatten().flatten();
+        let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+        names.filter(|name| name.contains("-linux-gnu")).map(move |name| format!("{parent}/{name}"))
+    });
+    let libraries: String = folders.map(|folder| format!("$root/{folder}:")).collect();
+    let text = format!(
+        "#!/bin/sh\n\
+         root=$(dirname \"$0\")/root\n\
+         LD_LIBRARY_PATH={libraries}${{LD_LIBRARY_PATH:-/usr/lib}} exec \"$root/usr/bin/{NAME}\" \"$@\"\n"
+    );
+    fs::write(path, text).map_err(io_error(path.display()))?;
     fs::set_permissions(path, Permissions::from_mode(0o755)).map_err(io_error(path.display()))
 }
