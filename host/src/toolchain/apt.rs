@@ -6,6 +6,7 @@ use super::process::{ask, locked, on_path};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Installs packages, as root only and never at the price of removing a package.
 pub(super) fn install(what: &str, packages: &[&str]) -> Result<(), ToolError> {
@@ -42,7 +43,8 @@ fn prepared(refused: &impl Fn(&str) -> ToolError) -> Result<File, ToolError> {
     let directory = firmware_dir();
     fs::create_dir_all(&directory).map_err(io_error(directory.display()))?;
     let lock = locked(&directory.join("apt.lock"))?;
-    if is_root() {
+    static UPDATED: AtomicBool = AtomicBool::new(false);
+    if is_root() && !UPDATED.swap(true, Ordering::Relaxed) {
         // A failed update is no reason to stop: the lists at hand may do.
         let _ = apt(&["update"], None, refused);
     }
