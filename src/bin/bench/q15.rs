@@ -6,20 +6,12 @@ mod equality;
 mod stages;
 
 use cortex_m_rt::entry;
-use picket::acquire::capture::for_record;
-use picket::board::halt::{Exit, exit};
-use picket::board::mps2::{Timer, handlers};
-use picket::board::playback::Playback;
+use picket::board::mps2::handlers;
 use picket::spectrum::engine::Q15;
-use stages::Stages;
 
 picket::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    let playback = Playback::open();
-    let (iq, n) = (playback.header.iq, playback.header.n as usize);
-    Timer::ONE.run_free();
-    for_record(iq, n, Stages::<Q15>::new(playback));
-    exit(Exit::Done)
+    stages::play::<Q15>()
 }
