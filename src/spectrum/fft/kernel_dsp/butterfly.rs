@@ -108,3 +108,29 @@ macro_rules! plain {
         )
     };
 }
+
+/// The first butterfly of four legs at r0 to r3, which move on.
+macro_rules! plain_of_legs {
+    () => {
+        concat!(
+            plain!(
+                "ldrd r5, r6, [r1]\n",
+                "ldrd r7, r8, [r3]\n",
+                "ldrd r8, r9, [r2]\n",
+                "ldrd r10, r11, [r0]\n"
+            ),
+            "strd r11, r12, [r0], #8\n strd r7, r6, [r1], #8\n",
+            "strd lr, r10, [r2], #8\n strd r8, r9, [r3], #8\n",
+        )
+    };
+}
+
+/// Stores what [`sum_all_legs`] gives to four legs at r0 to r3, which move on.
+macro_rules! store_to_legs {
+    () => {
+        "strd lr, r5, [r0], #8
+         strd r8, r6, [r1], #8
+         strd r11, r7, [r2], #8
+         strd r10, r9, [r3], #8\n"
+    };
+}

@@ -114,8 +114,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
                     "lr",
                     "ldrd r7, lr, [r0]\n"
                 ),
-                "strd lr, r5, [r0], #8\n strd r8, r6, [r1], #8\n",
-                "strd r11, r7, [r2], #8\n strd r10, r9, [r3], #8\n",
+                store_to_legs!(),
             )
         };
     }
@@ -131,16 +130,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
         "mov r5, r1",
         "mov r1, r3",
         "mov r3, r5",
-        plain!(
-            "ldrd r5, r6, [r1]\n",
-            "ldrd r7, r8, [r3]\n",
-            "ldrd r8, r9, [r2]\n",
-            "ldrd r10, r11, [r0]\n"
-        ),
-        "strd r11, r12, [r0], #8",
-        "strd r7, r6, [r1], #8",
-        "strd lr, r10, [r2], #8",
-        "strd r8, r9, [r3], #8",
+        plain_of_legs!(),
         turned!(),
         "2:",
         turned!(),
@@ -216,8 +206,7 @@ pub(super) unsafe extern "C" fn fine(
                 "smmla r10, r11, lr, r10\n smmls r9, r7, lr, r9\n",
                 "ldrd r7, lr, [r0]\n",
                 sum_all_legs!(),
-                "strd lr, r5, [r0], #8\n strd r8, r6, [r1], #8\n",
-                "strd r11, r7, [r2], #8\n strd r10, r9, [r3], #8\n",
+                store_to_legs!(),
                 "ldr r5, [sp, #4]\n add r4, r4, r5\n",
             )
         };
@@ -232,16 +221,7 @@ pub(super) unsafe extern "C" fn fine(
         "add r2, r5, r1",
         "add r3, r2, r1",
         "mov r1, r5",
-        plain!(
-            "ldrd r5, r6, [r1]\n",
-            "ldrd r7, r8, [r3]\n",
-            "ldrd r8, r9, [r2]\n",
-            "ldrd r10, r11, [r0]\n"
-        ),
-        "strd r11, r12, [r0], #8",
-        "strd r7, r6, [r1], #8",
-        "strd lr, r10, [r2], #8",
-        "strd r8, r9, [r3], #8",
+        plain_of_legs!(),
         turned!(),
         "2:",
         turned!(),
