@@ -26,7 +26,11 @@ enum Work {
 const IMAGES: [(Target, &[&str], &[&str]); 6] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
-    (Target::M4f, &["bench", "bench_locked", "core_check"], &["mps2"]),
+    (
+        Target::M4f,
+        &["bench", "bench_locked", "bench_q15", "bench_short", "core_check", "single"],
+        &["mps2"],
+    ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
     (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),

@@ -12,12 +12,18 @@ mod rivals;
 mod stages;
 
 use cortex_m_rt::entry;
+use picket::acquire::capture::for_record;
+use picket::board::halt::{Exit, exit};
 use picket::board::mps2::handlers;
 use picket::spectrum::engine::I32;
+use stages::Stages;
 
 picket::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    stages::play::<I32>()
+    let stages = Stages::<I32>::open();
+    let (iq, n) = stages.kind();
+    for_record(iq, n, stages);
+    exit(Exit::Done)
 }

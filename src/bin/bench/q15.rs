@@ -6,12 +6,18 @@ mod equality;
 mod stages;
 
 use cortex_m_rt::entry;
+use picket::acquire::capture::for_record;
+use picket::board::halt::{Exit, exit};
 use picket::board::mps2::handlers;
 use picket::spectrum::engine::Q15;
+use stages::Stages;
 
 picket::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    stages::play::<Q15>()
+    let stages = Stages::<Q15>::open();
+    let (iq, n) = stages.kind();
+    for_record(iq, n, stages);
+    exit(Exit::Done)
 }

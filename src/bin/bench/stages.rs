@@ -3,10 +3,9 @@
 use crate::equality::Equality;
 use core::hint::black_box;
 use core::marker::PhantomData;
-use picket::acquire::capture::{ForRecord, decode, for_record};
-use picket::acquire::sample::{Real, Record, Statistics};
+use picket::acquire::capture::{ForRecord, decode};
+use picket::acquire::sample::{Record, Statistics};
 use picket::board::count::count;
-use picket::board::halt::{Exit, exit};
 use picket::board::mps2::{Timer, Uart, figure};
 use picket::board::playback::{Playback, Results};
 use picket::estimate::measure::measure;
@@ -16,29 +15,22 @@ use picket::spectrum::engine::Engine;
 use picket::spectrum::fft::twiddle::MAX_LENGTH;
 use picket::spectrum::peak;
 
-/// What both images do: counts the capture by an engine.
-pub fn play<E: Engine>() -> ! {
-    let playback = Playback::open();
-    let (iq, n) = (playback.header.iq, playback.header.n as usize);
-    Timer::ONE.run_free();
-    let stages = Stages::<E>::new(playback);
-    if !cfg!(feature = "short") {
-        for_record(iq, n, stages);
-    } else if !iq && n == 1024 {
-        stages.run::<Real, 1024>();
-    }
-    exit(Exit::Done)
-}
-
 /// Counts what the capture holds.
-struct Stages<E> {
+pub struct Stages<E> {
     playback: Playback,
     engine: PhantomData<E>,
 }
 
 impl<E> Stages<E> {
-    fn new(playback: Playback) -> Self {
+    pub fn open() -> Self {
+        let playback = Playback::open();
+        Timer::ONE.run_free();
         Self { playback, engine: PhantomData }
+    }
+
+    /// The kind of the capture's records: are they I/Q, and how long?
+    pub fn kind(&self) -> (bool, usize) {
+        (self.playback.header.iq, self.playback.header.n as usize)
     }
 }
 
