@@ -1,5 +1,7 @@
 //! Tests of Picket that need more than one module; see `tests/`.
 
+pub mod figures;
+
 use picket_host::toolchain::{Firmware, Profile, Target};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};

@@ -5,6 +5,7 @@ mod budget;
 mod emulated;
 mod estimators;
 mod fft;
+mod figures;
 mod frontend;
 mod golden;
 mod least_squares;

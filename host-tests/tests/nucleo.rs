@@ -3,6 +3,7 @@
 //!
 //! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
 
+use host_tests::figures::Document;
 use picket::acquire::frontend::{Counters, Timing};
 use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
 use picket::config::{Config, Following, Scene};
@@ -160,6 +161,12 @@ fn thousands_of_blocks_and_every_record_right() {
     );
     assert!(footprint.flash <= flash::BUDGET.flash, "{footprint:?}");
     assert!(ram <= flash::BUDGET.ram, "{footprint:?} and {} of stack", status.stack);
+    let board = Document::board();
+    board.assert_states(
+        "flash # of # B, RAM # of # B without the stack",
+        &[footprint.flash, flash::BUDGET.flash, footprint.ram, flash::BUDGET.ram]
+            .map(|bytes| bytes as f64),
+    );
 }
 
 #[test]
@@ -180,6 +187,8 @@ fn instructions_of_a_block() {
     // image starts.
     println!("{longest} instructions for a block of {N}");
     assert!(longest > 10_000 && longest < 45_000, "{longest}");
+    Document::board()
+        .assert_states("a block of 1024 takes this image # instructions", &[longest.into()]);
 }
 
 /// The image that follows tones: records and tracks to the bit, and how long the core is awake at the fastest rate.
@@ -230,10 +239,17 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         100.0 * held
     );
     assert!(held < 0.3, "{held}");
+    let document = Document::board();
+    document.assert_states("in # instructions instead of #", &[locked.into(), searched.into()]);
     let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
     println!("flash {} B, RAM {} B and {stack} B of stack", footprint.flash, footprint.ram);
     assert!(footprint.flash <= flash::TRACKING.flash, "{footprint:?}");
-    assert!(footprint.ram + u64::from(stack) <= flash::TRACKING.ram, "{footprint:?}, {stack}");
+    let ram = footprint.ram + u64::from(stack);
+    assert!(ram <= flash::TRACKING.ram, "{footprint:?}, {stack}");
+    document.assert_states(
+        "takes # B of flash and # B of RAM with its stack",
+        &[footprint.flash as f64, ram as f64],
+    );
 }
 
 #[test]

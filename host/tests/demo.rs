@@ -6,7 +6,7 @@ use picket_host::demo::options::Options;
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 fn demo(arguments: &[&str]) -> Output {
@@ -120,29 +120,42 @@ fn track(path: &Path) -> HashMap<u64, f64> {
         .collect()
 }
 
-#[test]
-fn the_car_follows_its_reference_track() {
-    let data = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"));
-    let file = data.join("cw24_car_moto_towards_i16_48000.bin");
+/// Where other people's recordings are, beside the repository.
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+const CAR: &str = "cw24_car_moto_towards_i16_48000.bin";
+
+/// The demo's arguments for the recording of a car; none, and a line that says so, where that is absent.
+fn replay_of_the_car() -> Option<Vec<String>> {
+    let file = Path::new(DATA).join(CAR);
     if !file.exists() {
         println!("skipped: the recording of a car is not beside the repository");
-        return;
+        return None;
     }
-    let lines = lines(&[
-        "--replay",
-        file.to_str().unwrap(),
-        "--rate",
-        "48000",
-        "--n",
-        "4096",
-        "--band",
-        "300:2500",
-        "--carrier-hz",
-        "24e9",
-        "--json",
-    ]);
+    let readme = include_str!("../../README.md");
+    let (_, options) = readme.split_once("$ cargo demo -- --replay car.bin ").unwrap();
+    let options = options.lines().next().unwrap().split(' ').map(str::to_owned);
+    Some(["--replay".into(), file.to_str().unwrap().into()].into_iter().chain(options).collect())
+}
+
+#[test]
+fn the_readme_shows_what_a_replay_prints() {
+    let Some(arguments) = replay_of_the_car() else { return };
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let printed = String::from_utf8(demo(&arguments).stdout).unwrap();
+    let (_, shown) = include_str!("../../README.md").split_once("--replay car.bin").unwrap();
+    let (shown, _) = shown.split_once("\n```").unwrap();
+    for line in shown.lines().skip(1) {
+        assert!(printed.lines().any(|other| other.trim_end() == line), "not printed: {line}");
+    }
+}
+
+#[test]
+fn the_car_follows_its_reference_track() {
+    let Some(mut arguments) = replay_of_the_car() else { return };
+    arguments.push("--json".into());
+    let lines = lines(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(lines.len(), 252);
-    let track = track(&data.join("cw24_car_moto_towards_ref_track.csv"));
+    let track = track(&Path::new(DATA).join("cw24_car_moto_towards_ref_track.csv"));
     let mut compared = 0;
     for line in &lines {
         let start = number(line, "block") as u64 * 4096;

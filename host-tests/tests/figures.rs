@@ -1,0 +1,50 @@
+//! The speed that the README states is the budget, which `budget.rs` holds against what is counted.
+
+use host_tests::figures::Document;
+use serde_json::Value;
+
+fn budgets() -> Value {
+    serde_json::from_str(include_str!("../budget.json")).unwrap()
+}
+
+#[test]
+fn the_readme_states_the_budget() {
+    let (readme, budgets) = (Document::readme(), budgets());
+    let figure = |path: &str| budgets.pointer(path).and_then(Value::as_f64).expect(path);
+    let i32 =
+        |n: &str, stage: &str| figure(&format!("/engines/picket-i32/instructions/{n}/{stage}"));
+    let q15 =
+        |n: &str, stage: &str| figure(&format!("/engines/picket-q15/instructions/{n}/{stage}"));
+    readme.assert_states(
+        "| **Picket: FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
+    );
+    readme.assert_states(
+        "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
+    );
+    readme.assert_states(
+        "| **The same with the 16-bit engine: FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| q15(n, "fft_peak")),
+    );
+    readme
+        .assert_states("| **All of it, with that engine** | | # |", &[q15("1024", "measurement")]);
+    readme.assert_states(
+        "# bytes of RAM at N = 1024 with two records and the result, where the default needs #",
+        &["picket-q15", "picket-i32"]
+            .map(|engine| figure(&format!("/engines/{engine}/ram_bytes/1024"))),
+    );
+    readme.assert_states(
+        "on the M3 FFT and peak take #, frequency, sigma and verdict # more, all of it #",
+        &["fft_peak", "estimator", "measurement"]
+            .map(|stage| figure(&format!("/portable/M3/{stage}"))),
+    );
+    readme.assert_states(
+        "takes # instructions a block of 1024, and # with the search for clipped samples and the filter, where a whole measurement takes #",
+        &["lock", "locked", "whole"].map(|stage| figure(&format!("/locked/{stage}"))),
+    );
+    readme.assert_states(
+        "calls `Pipeline::tone`: # KB of program memory",
+        &[figure("/smallest_image/M4F") / 1000.0],
+    );
+}
