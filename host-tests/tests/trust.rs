@@ -78,6 +78,47 @@ fn noise_and_sigma_are_right() {
     noise_and_sigma::<Real, 1024>(Some(0.3), 10.0);
 }
 
+/// Interferers outside the searched band, 10 dB stronger than the tone: they are lines, not noise.
+fn interferers<R: Kind, const N: usize>(count: usize) {
+    let (seed, tone_amplitude, snr_db) = (4711 + count as u64, 150.0, 0.0);
+    let noise = sigma(tone_amplitude, snr_db);
+    let n = N as f64;
+    let band_hz = Some((n / 32.0, n / 8.0));
+    let config = Config { rate_hz: n, band_hz, ..Config::default() };
+    let plan = config.validate::<R>(N).unwrap();
+    let seen = trials(seed, 2000, |rng| {
+        let line = |rng: &mut rand_chacha::ChaCha8Rng, from: f64, to: f64, amplitude| Line {
+            bins: n * rng.random_range(from..to),
+            amplitude,
+            phase: rng.random_range(0.0..std::f64::consts::TAU),
+        };
+        let mut lines = vec![line(rng, 0.04, 0.11, tone_amplitude)];
+        lines.extend((0..count).map(|_| line(rng, 0.3, 0.48, 10f64.sqrt() * tone_amplitude)));
+        let record = R::record::<N>(rng, &lines, noise);
+        let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &record).tone;
+        let sigma = f64::from(tone.sigma) * n;
+        (f64::from(tone.snr_db()) - snr_db, error::<R, N>(&tone, lines[0].bins) / sigma)
+    });
+    let bias = mean(seen.iter().map(|t| t.0));
+    let square = mean(seen.iter().filter(|t| t.1.abs() < 10.0).map(|t| t.1.powi(2)));
+    println!(
+        "{count} interferers, I/Q {}, N {N}, seed {seed}: SNR {bias:+.3} dB, (error/sigma)^2 {square:.3}",
+        R::IQ
+    );
+    assert!(seen.iter().all(|t| t.1.abs() < 10.0));
+    // The interferers' own leakage is some hundredths of the noise.
+    assert!(bias.abs() <= 0.4 && (0.85..=1.2).contains(&square), "{bias}, {square}");
+}
+
+#[test]
+fn lines_outside_the_band_are_not_noise() {
+    for count in [1, 2] {
+        interferers::<Real, 1024>(count);
+        interferers::<Real, 4096>(count);
+        interferers::<Iq, 1024>(count);
+    }
+}
+
 /// How often bins of noise pass for a tone, over the nominal probability, and its standard error.
 fn false_alarms<const N: usize>(pfa: f64, blocks: u64) -> (f64, f64) {
     let (seed, band) = (77, Band::real(N));

@@ -23,12 +23,17 @@
 //! image, where they are taken, it is below -120 dB. White noise of power P for each bin gives them a power
 //! of 6 P, and every second one is nearly independent: 128 of them spread 0.39 dB. Integers
 //! throughout, so the same for both arithmetics.
+//!
+//! There may be other lines, an interferer outside the searched band or another target: they are not noise. So the differences are
+//! summed in eight groups, each a stretch of the spectrum, and a group far louder than the median one is left out. That holds up to
+//! lines in three of the eight.
 
 use super::least_squares::{Fit, circle};
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
+use heapless::Vec;
 use num_complex::Complex;
 
 /// How many bins the default noise estimate reads, at most. Half as many cost half the time and spread
@@ -113,15 +118,79 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     let available: usize = ranges.iter().map(|range| range.len()).sum();
     // Not fewer than the accuracy wants, but where there are more of them not many more.
     let stride = (available / (BINS / 2 - BINS / 32).max(1)).max(2);
-    let (mut sum, mut count) = (0u64, 0);
+    let mut groups = Groups::of(available / stride);
     for range in ranges {
-        sum = sum.wrapping_add(spectrum.bend(range, stride));
-        count += range.len().saturating_sub(2).div_ceil(stride) as i32;
+        groups.see(range, stride, |part| spectrum.bend(part, stride));
     }
+    let (sum, count) = groups.quiet();
     // Halves were summed: of 6 P a quarter.
-    let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) * N as i32) * T::of(0.5));
+    let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) as i32 * N as i32) * T::of(0.5));
     let parts = if R::IQ { 2.0 } else { 1.0 };
     (power * (unit * unit)).max(T::of(ROUNDING * parts))
+}
+
+/// Sums of second differences, those of neighbouring stretches apart.
+struct Groups {
+    /// How many differences are in a group.
+    each: usize,
+    /// The sums of whole groups.
+    sums: Vec<u64, 16>,
+    /// The sum of all.
+    total: u64,
+    /// How many there are of all.
+    count: usize,
+}
+
+impl Groups {
+    const WANTED: usize = 8;
+
+    fn of(differences: usize) -> Self {
+        Self { each: (differences / Self::WANTED).max(1), sums: Vec::new(), total: 0, count: 0 }
+    }
+
+    /// Takes every `stride`-th second difference of a range, which `bend` sums.
+    fn see<P>(&mut self, range: &[P], stride: usize, bend: impl Fn(&[P]) -> u64) {
+        let mut count = range.len().saturating_sub(2).div_ceil(stride.max(1));
+        self.count += count;
+        let mut rest = range;
+        while count >= self.each && !self.sums.is_full() {
+            let Some(part) = rest.get(..(self.each - 1) * stride + 3) else { break };
+            let sum = bend(part);
+            // There is room.
+            let _ = self.sums.push(sum);
+            self.total = self.total.wrapping_add(sum);
+            rest = rest.get(self.each * stride..).unwrap_or(&[]);
+            count -= self.each;
+        }
+        self.total = self.total.wrapping_add(bend(rest));
+    }
+
+    /// The sum of the differences without those of groups that hold a line, and how many they are.
+    fn quiet(&self) -> (u64, usize) {
+        let all = (self.total, self.count);
+        let loudest = self.sums.iter().copied().max().unwrap_or(0);
+        // 1.6 times the mean: beyond it are the loudest groups of one record of noise in six.
+        let room = 16u32.saturating_sub(self.total.leading_zeros());
+        let scaled = |sum: u64, times: usize| (sum >> room).wrapping_mul(times as u64);
+        if scaled(loudest, 5 * self.count) <= scaled(self.total, 8 * self.each) {
+            return all;
+        }
+        let median = self.median();
+        // 2.5 times the median: one record of noise in 5000.
+        if loudest >> 1 <= median.saturating_add(median >> 2) {
+            return all;
+        }
+        let kept = self.sums.iter().filter(|&&sum| sum >> 1 <= median);
+        let (sum, groups) = kept.fold((0u64, 0), |(sum, n), x| (sum.wrapping_add(*x), n + 1));
+        (sum, groups * self.each)
+    }
+
+    /// The sum that half of the groups do not reach: no sorting, they are few.
+    fn median(&self) -> u64 {
+        let half = self.sums.len() / 2;
+        let below = |x: u64| self.sums.iter().filter(|&&y| y < x).count();
+        self.sums.iter().copied().filter(|&x| below(x) <= half).max().unwrap_or(0)
+    }
 }
 
 /// How many bins the estimate reads, but for second differences.
