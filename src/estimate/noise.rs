@@ -25,8 +25,8 @@
 //! throughout, so the same for both arithmetics.
 //!
 //! There may be other lines, an interferer outside the searched band or another target: they are not noise. So the differences are
-//! summed in eight groups, each a stretch of the spectrum, and a group far louder than the median one is left out. That holds up to
-//! lines in three of the eight.
+//! summed stretch by stretch of the spectrum, five or more, and one is left out while it is more than twice as loud as the mean of
+//! the others: up to lines in two of five.
 
 use super::least_squares::{Fit, circle};
 use crate::acquire::sample::Record;
@@ -118,79 +118,61 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     let available: usize = ranges.iter().map(|range| range.len()).sum();
     // Not fewer than the accuracy wants, but where there are more of them not many more.
     let stride = (available / (BINS / 2 - BINS / 32).max(1)).max(2);
-    let mut groups = Groups::of(available / stride);
-    for range in ranges {
-        groups.see(range, stride, |part| spectrum.bend(part, stride));
-    }
-    let (sum, count) = groups.quiet();
+    let (sum, count) = quiet(ranges, stride, BINS / 8, |part| spectrum.bend(part, stride));
     // Halves were summed: of 6 P a quarter.
     let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) as i32 * N as i32) * T::of(0.5));
     let parts = if R::IQ { 2.0 } else { 1.0 };
     (power * (unit * unit)).max(T::of(ROUNDING * parts))
 }
 
-/// Sums of second differences, those of neighbouring stretches apart.
-struct Groups {
-    /// How many differences are in a group.
-    each: usize,
-    /// The sums of whole groups.
-    sums: Vec<u64, 16>,
-    /// The sum of all.
-    total: u64,
-    /// How many there are of all.
-    count: usize,
+/// A sum of second differences, and of how many.
+type Stretch = (u64, usize);
+
+/// What `bend` sums over every `stride`-th second difference of these ranges, without the stretches of about `each` differences
+/// that hold a line.
+#[inline(always)]
+fn quiet<P>(ranges: [&[P]; 3], stride: usize, each: usize, bend: impl Fn(&[P]) -> u64) -> Stretch {
+    let mut stretches = Vec::<Stretch, 12>::new();
+    let (mut total, mut count) = (0u64, 0);
+    for range in &ranges {
+        let mut left = range.len().saturating_sub(2).div_ceil(stride.max(1));
+        let each = left / (left / each.max(1)).max(1);
+        let mut rest = *range;
+        while left > 0 {
+            // The last one takes what is over.
+            let taken = if left < 2 * each { left } else { each };
+            let sum = bend(rest.get(..(taken - 1) * stride + 3).unwrap_or(rest));
+            rest = rest.get(taken * stride..).unwrap_or(&[]);
+            (total, count, left) = (total.wrapping_add(sum), count + taken, left - taken);
+            // There is room: no more than eight are wanted, and one more in each range.
+            let _ = stretches.push((sum, taken));
+        }
+    }
+    without_lines(stretches, (total, count))
 }
 
-impl Groups {
-    const WANTED: usize = 8;
-
-    fn of(differences: usize) -> Self {
-        Self { each: (differences / Self::WANTED).max(1), sums: Vec::new(), total: 0, count: 0 }
-    }
-
-    /// Takes every `stride`-th second difference of a range, which `bend` sums.
-    fn see<P>(&mut self, range: &[P], stride: usize, bend: impl Fn(&[P]) -> u64) {
-        let mut count = range.len().saturating_sub(2).div_ceil(stride.max(1));
-        self.count += count;
-        let mut rest = range;
-        while count >= self.each && !self.sums.is_full() {
-            let Some(part) = rest.get(..(self.each - 1) * stride + 3) else { break };
-            let sum = bend(part);
-            // There is room.
-            let _ = self.sums.push(sum);
-            self.total = self.total.wrapping_add(sum);
-            rest = rest.get(self.each * stride..).unwrap_or(&[]);
-            count -= self.each;
+/// The sum of all stretches but those that are more than twice as loud as the mean of the others: so is one of noise in
+/// a record of fifty.
+fn without_lines(mut stretches: Vec<Stretch, 12>, all: Stretch) -> Stretch {
+    let (mut total, mut count) = all;
+    // In 24 bits, so that a product with a count is in 32.
+    let shift = 40u32.saturating_sub(total.leading_zeros());
+    let mut loudness = (total >> shift) as u32;
+    for _ in 0..stretches.len() / 2 {
+        let before = count;
+        for (sum, taken) in &mut stretches {
+            let own = (*sum >> shift) as u32;
+            let (rest, others) = (loudness.wrapping_sub(own), count.wrapping_sub(*taken));
+            if own.wrapping_mul(others as u32) > rest.wrapping_mul(2 * *taken as u32) {
+                (total, count, loudness) = (total.wrapping_sub(*sum), others, rest);
+                (*sum, *taken) = (0, 0);
+            }
         }
-        self.total = self.total.wrapping_add(bend(rest));
-    }
-
-    /// The sum of the differences without those of groups that hold a line, and how many they are.
-    fn quiet(&self) -> (u64, usize) {
-        let all = (self.total, self.count);
-        let loudest = self.sums.iter().copied().max().unwrap_or(0);
-        // 1.6 times the mean: beyond it are the loudest groups of one record of noise in six.
-        let room = 16u32.saturating_sub(self.total.leading_zeros());
-        let scaled = |sum: u64, times: usize| (sum >> room).wrapping_mul(times as u64);
-        if scaled(loudest, 5 * self.count) <= scaled(self.total, 8 * self.each) {
-            return all;
+        if count == before {
+            break;
         }
-        let median = self.median();
-        // 2.5 times the median: one record of noise in 5000.
-        if loudest >> 1 <= median.saturating_add(median >> 2) {
-            return all;
-        }
-        let kept = self.sums.iter().filter(|&&sum| sum >> 1 <= median);
-        let (sum, groups) = kept.fold((0u64, 0), |(sum, n), x| (sum.wrapping_add(*x), n + 1));
-        (sum, groups * self.each)
     }
-
-    /// The sum that half of the groups do not reach: no sorting, they are few.
-    fn median(&self) -> u64 {
-        let half = self.sums.len() / 2;
-        let below = |x: u64| self.sums.iter().filter(|&&y| y < x).count();
-        self.sums.iter().copied().filter(|&x| below(x) <= half).max().unwrap_or(0)
-    }
+    (total, count)
 }
 
 /// How many bins the estimate reads, but for second differences.
