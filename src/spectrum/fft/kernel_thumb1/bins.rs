@@ -39,10 +39,10 @@ impl Outwards {
     }
 }
 
-/// Adds to r0 : r4, upper word first, the square of what `$high` and `$low` are the halves of, but for twice their product,
-/// which it leaves in `$high`. Uses `$t`; `$low` is lost.
+/// Adds to r0 : `$sum`, upper word first, the square of what `$high` and `$low` are the halves of, but for twice their
+/// product, which it leaves in `$high`. Uses `$t`; `$low` is lost.
 macro_rules! square {
-    ($high:literal, $low:literal, $t:literal) => {
+    ($sum:literal, $high:literal, $low:literal, $t:literal) => {
         concat!(
             "movs ",
             $t,
@@ -73,7 +73,11 @@ macro_rules! square {
             ", ",
             $low,
             "\n",
-            "adds r4, r4, ",
+            "adds ",
+            $sum,
+            ", ",
+            $sum,
+            ", ",
             $low,
             "\n",
             "movs ",
@@ -86,9 +90,9 @@ macro_rules! square {
     };
 }
 
-/// Adds `2^17` times `$x` to r0 : r4. Uses `$t`.
+/// Adds `2^17` times `$x` to r0 : `$sum`. Uses `$t`.
 macro_rules! cross {
-    ($x:literal, $t:literal) => {
+    ($sum:literal, $x:literal, $t:literal) => {
         concat!(
             "lsls ",
             $t,
@@ -100,7 +104,11 @@ macro_rules! cross {
             ", ",
             $x,
             ", #15\n",
-            "adds r4, r4, ",
+            "adds ",
+            $sum,
+            ", ",
+            $sum,
+            ", ",
             $t,
             "\n",
             "adcs r0, ",
@@ -166,20 +174,20 @@ pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
         "muls r4, r4, r4",
         "asrs r2, r5, #16",
         "uxth r5, r5",
-        square!("r2", "r5", "r3"),
+        square!("r4", "r2", "r5", "r3"),
         "adds r1, r1, r2",
         // The half sum.
         "mov r2, r10",
         "asrs r5, r2, #16",
         "uxth r2, r2",
-        square!("r5", "r2", "r3"),
+        square!("r4", "r5", "r2", "r3"),
         "adds r1, r1, r5",
         "mov r2, r11",
         "asrs r5, r2, #16",
         "uxth r2, r2",
-        square!("r5", "r2", "r3"),
+        square!("r4", "r5", "r2", "r3"),
         "adds r1, r1, r5",
-        cross!("r1", "r3"),
+        cross!("r4", "r1", "r3"),
         "ldr r1, [sp]",
         "ldr r2, [sp, #4]",
         "adds r1, r1, r4",
@@ -233,8 +241,8 @@ pub(super) unsafe extern "C" fn bends(
                 ", ",
                 $x,
                 "\n",
-                square!("r2", $x, "r3"),
-                cross!("r2", "r3"),
+                square!("r6", "r2", $x, "r3"),
+                cross!("r6", "r2", "r3"),
             )
         };
     }
@@ -261,16 +269,14 @@ pub(super) unsafe extern "C" fn bends(
         "subs r1, r1, r3",
         "adds r5, r1, r5",
         "adds r1, r0, r4",
-        "movs r4, r6",
         "mov r0, r8",
         add!("r1"),
         add!("r5"),
         "mov r8, r0",
-        "movs r6, r4",
         "cmp r7, r12",
         "blo 2b",
         "movs r1, r0",
-        "movs r0, r4",
+        "movs r0, r6",
         "pop {{r4}}",
         "mov r8, r4",
         "pop {{r4-r7, pc}}",

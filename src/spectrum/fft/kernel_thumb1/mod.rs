@@ -6,6 +6,7 @@
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else.
 
 mod bins;
+mod first;
 mod passes;
 
 use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
@@ -13,6 +14,7 @@ use super::twiddle::{Packed, Triple};
 use crate::spectrum::narrow::SPARSE;
 use crate::spectrum::sweep::{Sweep, power};
 use bins::{Outwards, bends, pairs_outwards};
+use first::eights;
 use passes::pass;
 
 pub(crate) use integer::window;
@@ -23,7 +25,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     if pairs.len() != M || points.len() != M {
         return scale.exponent;
     }
-    integer::first_pass::<M>(pairs, &scale, bits, points);
+    first_pass::<M>(pairs, &scale, bits, points);
     let mut length = scale.first;
     while length < M {
         match integer::factors::<M>(length) {
@@ -49,6 +51,29 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
         length *= 4;
     }
     scale.exponent
+}
+
+/// Codes that leave room for seven additions in 16 bits go two at a time.
+fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
+    let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the shift it has
+    // built in.
+    unsafe {
+        match scale.shift {
+            14 if bits <= 13 && const { shifts(M, 14) } => eights::<M, 14>(from, to),
+            13 if bits <= 13 && const { shifts(M, 13) } => eights::<M, 13>(from, to),
+            12 if bits <= 13 && const { shifts(M, 12) } => eights::<M, 12>(from, to),
+            11 if bits <= 13 && const { shifts(M, 11) } => eights::<M, 11>(from, to),
+            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+        }
+    }
+}
+
+/// Whether an `m`-point transform whose first pass is of radix 8 shifts codes of 12 or 13 bits by so much: an image holds no
+/// kernel that it has no use for.
+const fn shifts(m: usize, shift: u32) -> bool {
+    let [short, long] = [Scale::new(m, 12), Scale::new(m, 13)];
+    short.first == 8 && (short.shift == shift || long.shift == shift)
 }
 
 /// As [`crate::spectrum::sweep::real`].
