@@ -1,5 +1,5 @@
 //! The integer FFT: `i32` data, packed Q15 twiddles; Q31 in the longer passes of 2048 points and more. This portable code is the definition of the
-//! target's arithmetic; the kernels of `kernel_dsp` equal it bit for bit.
+//! target's arithmetic; the kernels of `kernel_dsp` and `kernel_thumb1` equal it bit for bit.
 //!
 //! A real record of N samples is transformed as N/2 pairs; its bins are split from the result where they are
 //! wanted ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.

@@ -1,6 +1,6 @@
 //! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
-//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`. [`q15`] is the 16-bit one, and
-//! `kernel_q15` its loops.
+//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of `kernel_thumb1`.
+//! [`q15`] is the 16-bit one, and `kernel_q15` its loops.
 
 #[cfg(any(dsp, short_products))]
 pub(super) mod assembly;

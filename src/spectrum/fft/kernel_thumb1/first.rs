@@ -8,7 +8,7 @@ use crate::spectrum::fft::assembly::kernel;
 /// Two codes are added at once, as `re + 2^16 im`: the sum of eight fits in 16 bits.
 ///
 /// # Safety
-/// `from` and `to` must be M pairs and M points, M = 8 4^d.
+/// `from` and `to` must be M pairs, the first at a whole word, and M points, M = 8 4^d.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
     from: *const Pair,

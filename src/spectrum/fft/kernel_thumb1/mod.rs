@@ -53,17 +53,19 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
-/// Codes that leave room for seven additions in 16 bits go two at a time.
+/// Codes that leave room for seven additions in 16 bits go two at a time, where they begin at a whole word: others the core
+/// does not load.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
+    let fits = bits <= 13 && from.cast::<u32>().is_aligned();
     // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the shift it has
     // built in.
     unsafe {
         match scale.shift {
-            14 if bits <= 13 && const { shifts(M, 14) } => eights::<M, 14>(from, to),
-            13 if bits <= 13 && const { shifts(M, 13) } => eights::<M, 13>(from, to),
-            12 if bits <= 13 && const { shifts(M, 12) } => eights::<M, 12>(from, to),
-            11 if bits <= 13 && const { shifts(M, 11) } => eights::<M, 11>(from, to),
+            14 if fits && const { shifts(M, 14) } => eights::<M, 14>(from, to),
+            13 if fits && const { shifts(M, 13) } => eights::<M, 13>(from, to),
+            12 if fits && const { shifts(M, 12) } => eights::<M, 12>(from, to),
+            11 if fits && const { shifts(M, 11) } => eights::<M, 11>(from, to),
             _ => integer::first_pass::<M>(pairs, scale, bits, points),
         }
     }
