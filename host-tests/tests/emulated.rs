@@ -11,19 +11,18 @@ use picket::report::frame::Reader;
 use picket::report::record::{Health, Record as Telemetry};
 use picket::solve::chirp::Shape;
 use picket_host::emulator::{Capture, Machine, Outcome, RunError};
-use picket_host::toolchain::{Firmware, Profile};
+use picket_host::toolchain::{Firmware, Profile, Target};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 const SEED: u64 = 20_220_222;
 const LIMIT: Duration = Duration::from_secs(300);
 
-fn image(bin: &str, machine: Machine) -> PathBuf {
-    prepare_images(machine.target());
-    let firmware =
-        Firmware { bin, target: machine.target(), features: &["mps2"], profile: Profile::Release };
+fn image(bin: &str, target: Target) -> PathBuf {
+    prepare_images(target);
+    let firmware = Firmware { bin, target, features: &["mps2"], profile: Profile::Release };
     firmware.build().unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -83,9 +82,12 @@ fn here(header: &Header) -> (Capture, Vec<u8>) {
 }
 
 fn there(capture: Capture, machine: Machine, bin: &str) -> Result<(Outcome, Vec<u8>), RunError> {
+    run(capture, machine, &image(bin, machine.target()))
+}
+
+fn run(capture: Capture, machine: Machine, image: &Path) -> Result<(Outcome, Vec<u8>), RunError> {
     let mut telemetry = Vec::new();
-    let image = image(bin, machine);
-    let outcome = capture.run(machine, &image, LIMIT, |bytes| telemetry.extend(bytes))?;
+    let outcome = capture.run(machine, image, LIMIT, |bytes| telemetry.extend(bytes))?;
     Ok((outcome, telemetry))
 }
 
@@ -142,15 +144,18 @@ fn headers() -> Vec<Header> {
     headers
 }
 
-fn same_bits_on(machine: Machine, bin: &str) {
+fn same_bits_on(machine: Machine, target: Target, bin: &str) {
     println!("seed {SEED}");
+    let image = image(bin, target);
     let headers = headers();
     for header in &headers {
-        let what =
-            format!("{machine:?}, {:?}, iq {}, n {}", header.config.method, header.iq, header.n);
+        let what = format!(
+            "{target:?} on {machine:?}, {:?}, iq {}, n {}",
+            header.config.method, header.iq, header.n
+        );
         let (capture, ours) = here(header);
         let (outcome, theirs) =
-            there(capture, machine, bin).unwrap_or_else(|error| panic!("{what}: {error}"));
+            run(capture, machine, &image).unwrap_or_else(|error| panic!("{what}: {error}"));
         assert_eq!(records(&ours).len(), header.blocks as usize);
         assert_same(&ours, &theirs, &what);
         print!("{what}: {} blocks the same", header.blocks);
@@ -162,24 +167,34 @@ fn same_bits_on(machine: Machine, bin: &str) {
     }
 }
 
+/// In the long run, for which another image is built. The M0's code runs on the M3's board, see `bench::CORES`.
+#[test]
+fn cortex_m0_gives_the_same_bits() {
+    if std::env::var_os("PICKET_RANDOM_BLOCKS").is_none() {
+        println!("skipped: PICKET_RANDOM_BLOCKS is not set");
+        return;
+    }
+    same_bits_on(Machine::An385, Target::M0, "core_check");
+}
+
 #[test]
 fn cortex_m3_gives_the_same_bits() {
-    same_bits_on(Machine::An385, "core_check");
+    same_bits_on(Machine::An385, Target::M3, "core_check");
 }
 
 #[test]
 fn cortex_m4f_gives_the_same_bits() {
-    same_bits_on(Machine::An386, "core_check");
+    same_bits_on(Machine::An386, Target::M4f, "core_check");
 }
 
 #[test]
 fn cortex_m7_gives_the_same_bits() {
-    same_bits_on(Machine::An500, "core_check");
+    same_bits_on(Machine::An500, Target::M4f, "core_check");
 }
 
 #[test]
 fn cortex_m33_gives_the_same_bits() {
-    same_bits_on(Machine::An505, "frontend_qemu");
+    same_bits_on(Machine::An505, Target::M33, "frontend_qemu");
 }
 
 #[test]

@@ -40,6 +40,11 @@ fn the_readme_states_the_budget() {
             .map(|stage| figure(&format!("/portable/M3/{stage}"))),
     );
     readme.assert_states(
+        "on M0 and M0+ it is # (the FFT alone #), # and #",
+        &["fft_peak", "fft", "estimator", "measurement"]
+            .map(|stage| figure(&format!("/portable/M0/{stage}"))),
+    );
+    readme.assert_states(
         "takes # instructions a block of 1024, and # with the search for clipped samples and the filter, where a whole measurement takes #",
         &["lock", "locked", "whole"].map(|stage| figure(&format!("/locked/{stage}"))),
     );

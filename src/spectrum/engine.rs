@@ -87,6 +87,9 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// The sum of the powers of half the second difference of the points, in units of bins, around every `stride`-th
     /// one from the second on.
     fn bend(points: &[[Self::Part; 2]], stride: usize) -> u64;
+
+    /// [`Engine::bend`] by its definition in portable code.
+    fn bend_portably(points: &[[Self::Part; 2]], stride: usize) -> u64;
 }
 
 /// Is this the whole of a real record's spectrum but DC and Nyquist?
@@ -161,6 +164,10 @@ impl Engine for I32 {
     fn bend(points: &[Point], stride: usize) -> u64 {
         fft::bend(points, stride)
     }
+
+    fn bend_portably(points: &[Point], stride: usize) -> u64 {
+        integer::bend(points, stride)
+    }
 }
 
 /// Half the memory: 16-bit block floating point, see [`q15`].
@@ -227,6 +234,10 @@ impl Engine for Q15 {
         #[cfg(dsp)]
         return fft::kernel_q15::bend(points, stride);
         #[cfg(not(dsp))]
+        Self::bend_portably(points, stride)
+    }
+
+    fn bend_portably(points: &[Pair], stride: usize) -> u64 {
         narrow::bend(points, stride)
     }
 }

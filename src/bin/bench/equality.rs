@@ -31,7 +31,13 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
             && self.kernel.exponent() == self.definition.exponent();
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
         self.compared = self.compared.wrapping_add(1);
-        if !same || find(&self.kernel, band) != find_portably(&self.definition, band) {
+        let bends = |stride: usize| {
+            E::bend(self.kernel.points(), stride) == E::bend_portably(self.kernel.points(), stride)
+        };
+        if !same
+            || find(&self.kernel, band) != find_portably(&self.definition, band)
+            || !(1..4).all(bends)
+        {
             self.unequal = self.unequal.wrapping_add(1);
         }
     }

@@ -1,6 +1,6 @@
 //! Assembly of whole functions.
 
-/// `naked_asm!` whose assembler knows the DSP extension.
+/// `naked_asm!` whose assembler knows the DSP extension, where there is one.
 ///
 /// The symbols of such functions are read by an assembler that knows the target but not `-Ctarget-cpu`: Armv7E-M means the
 /// extension, Armv8-M does not.

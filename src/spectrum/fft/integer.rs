@@ -1,5 +1,5 @@
 //! The integer FFT: `i32` data, packed Q15 twiddles; Q31 in the longer passes of 2048 points and more. This portable code is the definition of the
-//! target's arithmetic; the kernels of `kernel_dsp` equal it bit for bit.
+//! target's arithmetic; the kernels of `kernel_dsp` and `kernel_thumb1` equal it bit for bit.
 //!
 //! A real record of N samples is transformed as N/2 pairs; its bins are split from the result where they are
 //! wanted ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.
@@ -173,7 +173,7 @@ fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, poi
 /// `table`. (A macro, because of a generic function the compiler makes a pass that is a tenth slower on the M3.)
 macro_rules! radix4 {
     ($name:ident, $triple:ty, $turn:ident) => {
-        fn $name(points: &mut [Point], length: usize, table: &[$triple], stride: usize) {
+        pub(super) fn $name(points: &mut [Point], length: usize, table: &[$triple], stride: usize) {
             let mut rest = points;
             while let Some((block, tail)) = rest.split_at_mut_checked(4 * length) {
                 rest = tail;
@@ -282,7 +282,6 @@ pub(crate) fn window<'a, const K: usize>(
 /// from the second on.
 ///
 /// That is a bin under Hann's window, so it fits in 32 bits as the bins do, and all powers together in 63.
-#[cfg_attr(dsp, allow(dead_code))]
 pub(crate) fn bend(points: &[Point], stride: usize) -> u64 {
     let half = |left: i32, centre: i32, right: i32| {
         (left >> 1).wrapping_sub(centre).wrapping_add(right >> 1)

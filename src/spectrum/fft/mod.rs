@@ -1,25 +1,29 @@
 //! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
-//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`. [`q15`] is the 16-bit one, and
-//! `kernel_q15` its loops.
+//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of `kernel_thumb1`.
+//! [`q15`] is the 16-bit one, and `kernel_q15` its loops.
 
-#[cfg(dsp)]
+#[cfg(any(dsp, short_products))]
 pub(super) mod assembly;
 pub mod integer;
 #[cfg(dsp)]
 pub mod kernel_dsp;
 #[cfg(dsp)]
 pub mod kernel_q15;
+#[cfg(short_products)]
+pub mod kernel_thumb1;
 pub mod q15;
 pub mod twiddle;
 
-#[cfg(not(dsp))]
+#[cfg(not(any(dsp, short_products)))]
 pub(super) use super::sweep::real as sweep;
-#[cfg(not(dsp))]
+#[cfg(any(dsp, short_products))]
+pub(super) use engine::sweep;
+#[cfg(not(any(dsp, short_products)))]
 use integer as engine;
 #[cfg(dsp)]
 use kernel_dsp as engine;
-#[cfg(dsp)]
-pub(super) use kernel_dsp::sweep;
+#[cfg(short_products)]
+use kernel_thumb1 as engine;
 
 pub(crate) use engine::bend;
 pub(super) use engine::{transform, window};

@@ -85,10 +85,26 @@ pub(crate) fn product(a: i32, b: i32) -> i64 {
     i64::from(a) * i64::from(b)
 }
 
+/// The product of two numbers, of which `a` is 2^30 in size or less, shifted down by K bits, 16 to 31.
+#[inline(always)]
+fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
+    if cfg!(short_products) { by_halves::<K>(a, b) } else { (product(a, b) >> K) as i32 }
+}
+
+/// [`shifted`] without the whole product. Halves are signed, the upper ones rounded: so the mixed products and the carry
+/// together fit in 32 bits.
+#[inline(always)]
+fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
+    let [(a, b), (c, d)] = [a, b].map(|x| (((x >> 15) + 1) >> 1, i32::from(x as i16)));
+    let middle = a.wrapping_mul(d).wrapping_add(b.wrapping_mul(c));
+    let middle = middle.wrapping_add(b.wrapping_mul(d) >> 16);
+    (a.wrapping_mul(c) << (32 - K)).wrapping_add(middle >> (K - 16))
+}
+
 /// The product of two numbers in Q30, or of one with any other, in the other's format.
 #[inline(always)]
 fn times(a: i32, b: i32) -> i32 {
-    (product(a, b) >> 30) as i32
+    shifted::<30>(a, b)
 }
 
 #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
@@ -106,8 +122,8 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
     // 1/(size 2^room) = inverse / 2^61 and 1/|p - u| = 2^(23 + room) times that: in Q26, inverse >> (12 - room).
     let inverse = (inverse::of(size << room) >> 12u32.saturating_sub(room)) as i32;
     let inverse = if difference < 0 { -inverse } else { inverse };
-    let h = (product(p, inverse) >> 23) as i32;
-    let slope = (product((1 << 26) - h, inverse) >> 30) as i32;
+    let h = shifted::<23>(p, inverse);
+    let slope = shifted::<30>(inverse, (1 << 26) - h);
     (h, slope)
 }
 
@@ -120,4 +136,33 @@ fn add(sum: &mut i64, a: i32, b: i32) {
 /// The square root of a positive number in Q28.
 fn root(square: i32) -> Scaled {
     Scaled::of_float((square.max(1) as f32).root(), -14)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_by_halves_are_the_whole_ones_shifted() {
+        let mut state = 1u32;
+        let mut draw = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state as i32 >> (state >> 9 & 15)
+        };
+        let ends = [i32::MIN, i32::MIN + 0x8000, -0x8000, -1, 0, 0x7fff, 0x8000, i32::MAX];
+        let check = |a: i32, b: i32| {
+            let wide = i64::from(a) * i64::from(b);
+            assert_eq!(by_halves::<16>(a, b), (wide >> 16) as i32, "{a} {b}");
+            assert_eq!(by_halves::<23>(a, b), (wide >> 23) as i32, "{a} {b}");
+            assert_eq!(by_halves::<31>(a, b), (wide >> 31) as i32, "{a} {b}");
+        };
+        for b in ends {
+            for a in ends.map(|a| a >> 1).into_iter().chain([-(1 << 30), 1 << 30]) {
+                check(a, b);
+            }
+        }
+        for _ in 0..100_000 {
+            check(draw() >> 1, draw());
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::equations::{Place, Step, Sums};
 use super::scaled::Scaled;
-use super::{ONE, ROOM, add, around, nearest, product, root, shape, times};
+use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, times};
 use crate::estimate::least_squares::{
     Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
 };
@@ -91,13 +91,13 @@ pub(super) fn fit(
     let place = Peak { e: e as i32, c: lean(peak, n), centre };
     let mut sides: Vec<Side, { 2 * REACH }> = Vec::new();
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
-        let bend = (product(place.c, distance.bend) >> 29) as i32;
-        let lean = (product(place.c, distance.near) >> 27) as i32;
+        let bend = shifted::<29>(place.c, distance.bend);
+        let lean = shifted::<27>(place.c, distance.near);
         let still = (1 << 26) - distance.versine;
         for (k, near, s) in [(-i, -distance.near, still - lean), (i, distance.near, still + lean)] {
             if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
                 // The vector holds every distance up to the reach.
-                let y = (product(s, x[1]) >> 26) as i32;
+                let y = shifted::<26>(s, x[1]);
                 let _ = sides.push(Side { u: near + bend, s, x, y });
             }
         }
@@ -114,7 +114,7 @@ fn lean(peak: i32, n: i32) -> i32 {
     // The angle, or what a right one is more, as a share of a right angle in Q30.
     let bits = 32u32.wrapping_sub(n.trailing_zeros()) & 31;
     let share = if low { k << bits } else { (n / 4 - k) << bits };
-    let x = (product(share, const { nearest(FRAC_PI_2, 29) }) >> 29) as i32;
+    let x = shifted::<29>(share, const { nearest(FRAC_PI_2, 29) });
     let z = times(x, x);
     let (cos, sinc) = (cosine(z), sinc(z));
     let c = if low {
@@ -226,9 +226,9 @@ impl Peak {
         let [a, b] = self.centre;
         let (mut above, mut below) = (Scaled::new(0, 0), Scaled::new(0, 0));
         for side in sides.iter().take(2) {
-            let slant = (product(self.e, side.u) >> 27) as i32;
-            let re = (side.x[0] - a).wrapping_add((product(slant, b) >> 26) as i32);
-            let im = side.x[1].wrapping_sub((product(side.s, b) >> 26) as i32);
+            let slant = shifted::<27>(self.e, side.u);
+            let re = (side.x[0] - a).wrapping_add(shifted::<26>(slant, b));
+            let im = side.x[1].wrapping_sub(shifted::<26>(side.s, b));
             let across = product(side.x[0], re).wrapping_add(product(side.x[1], im));
             above = above + Scaled::new(side.u, -23) * Scaled::of_sum(across, 0);
             let size = product(re, re).wrapping_add(product(im, im));
@@ -272,8 +272,8 @@ impl Peak {
         let mut sum = squares(re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b));
         for side in sides {
             let (h, _) = shape(p, side.u);
-            let re = (product(turning, h) >> 26) as i32;
-            let im = (product((product(b, h) >> 26) as i32, side.s) >> 26) as i32;
+            let re = shifted::<26>(h, turning);
+            let im = shifted::<26>(side.s, shifted::<26>(h, b));
             sum = sum.wrapping_add(squares(
                 side.x[0].wrapping_sub(re.wrapping_add(still)),
                 side.x[1].wrapping_sub(im),

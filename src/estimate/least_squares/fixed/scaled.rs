@@ -1,6 +1,6 @@
 //! A number for cores without an FPU: a fifth of the cost of a software `f32`, and six bits finer.
 
-use super::{inverse, product};
+use super::{inverse, shifted};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use num_traits::One;
 
@@ -107,13 +107,12 @@ impl Mul for Scaled {
 
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        let wide = product(self.mantissa, other.mantissa);
         let exponent = self.exponent.wrapping_add(other.exponent);
-        let mantissa = (wide >> WIDTH) as i32;
+        let mantissa = shifted::<WIDTH>(self.mantissa, other.mantissa);
         if mantissa.unsigned_abs() >> (WIDTH - 1) != 0 {
             return Self { mantissa, exponent: exponent.wrapping_add(WIDTH as i32) };
         }
-        let mantissa = (wide >> (WIDTH - 1)) as i32;
+        let mantissa = shifted::<{ WIDTH - 1 }>(self.mantissa, other.mantissa);
         Self { mantissa, exponent: exponent.wrapping_add(WIDTH as i32 - 1) }
     }
 }

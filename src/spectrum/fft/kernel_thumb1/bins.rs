@@ -1,0 +1,284 @@
+//! What reads a real record's points: the search and the noise.
+
+use super::passes::turn;
+use super::{Packed, Point};
+use crate::spectrum::fft::assembly::kernel;
+
+/// How far [`pairs_outwards`] is.
+#[repr(C)]
+pub(super) struct Outwards {
+    /// The sum of half the powers of both bins of the pairs so far.
+    pub total: u64,
+    /// From so much of it in one pair on the kernel stops behind that pair.
+    pub least: u64,
+    /// The next pair's upper point.
+    upper: *const Point,
+    /// Its factor.
+    factor: *const Packed,
+    /// What the addresses of a lower point and of the one behind its upper point add up to.
+    sum: usize,
+    /// Behind the last upper point.
+    end: *const Point,
+}
+
+impl Outwards {
+    /// From the middle of these points on; `table` must hold as many factors as there are points before it.
+    pub fn new<const M: usize>(points: &[Point; M], table: &[Packed]) -> Self {
+        let range = points.as_ptr_range();
+        let upper = range.start.wrapping_add(M / 2 + 1);
+        let factor = table.as_ptr().wrapping_add(M / 2 - 1);
+        let sum = (upper.addr()).wrapping_mul(2).wrapping_sub(size_of::<Point>());
+        Self { total: 0, least: 0, upper, factor, sum, end: range.end }
+    }
+
+    /// The places of the last pair.
+    pub fn last<const M: usize>(&self, points: &[Point; M]) -> (usize, usize) {
+        let bytes = self.upper.addr().wrapping_sub(points.as_ptr().addr());
+        let upper = (bytes / size_of::<Point>()).wrapping_sub(1);
+        (M.wrapping_sub(upper), upper)
+    }
+}
+
+/// Adds to r0 : `$sum`, upper word first, the square of what `$high` and `$low` are the halves of, but for twice their
+/// product, which it leaves in `$high`. Uses `$t`; `$low` is lost.
+macro_rules! square {
+    ($sum:literal, $high:literal, $low:literal, $t:literal) => {
+        concat!(
+            "movs ",
+            $t,
+            ", ",
+            $high,
+            "\n",
+            "muls ",
+            $t,
+            ", ",
+            $t,
+            ", ",
+            $t,
+            "\n",
+            "adds r0, r0, ",
+            $t,
+            "\n",
+            "muls ",
+            $high,
+            ", ",
+            $low,
+            ", ",
+            $high,
+            "\n",
+            "muls ",
+            $low,
+            ", ",
+            $low,
+            ", ",
+            $low,
+            "\n",
+            "adds ",
+            $sum,
+            ", ",
+            $sum,
+            ", ",
+            $low,
+            "\n",
+            "movs ",
+            $t,
+            ", #0\n",
+            "adcs r0, ",
+            $t,
+            "\n",
+        )
+    };
+}
+
+/// Adds `2^17` times `$x` to r0 : `$sum`. Uses `$t`.
+macro_rules! cross {
+    ($sum:literal, $x:literal, $t:literal) => {
+        concat!(
+            "lsls ",
+            $t,
+            ", ",
+            $x,
+            ", #17\n",
+            "asrs ",
+            $x,
+            ", ",
+            $x,
+            ", #15\n",
+            "adds ",
+            $sum,
+            ", ",
+            $sum,
+            ", ",
+            $t,
+            "\n",
+            "adcs r0, ",
+            $x,
+            "\n",
+        )
+    };
+}
+
+/// Splits pairs of points outwards from where `state` says, adds up half the powers of their bins, and stops behind a pair
+/// that has `least` or more: then the result is true.
+///
+/// Sums of a lower half's product with an upper one fit two by two: the parts of a pair's half sum, and of the turned
+/// half difference, are each a bin of a record of half the length.
+///
+/// # Safety
+/// `state` must be one of [`Outwards::new`], as this left it but for `least`.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
+    kernel!(
+        "push {{r4-r7, lr}}",
+        "mov r4, r8",
+        "mov r5, r9",
+        "mov r6, r10",
+        "mov r7, r11",
+        "push {{r0, r4-r7}}",
+        "ldm r0!, {{r1, r2, r3, r4}}", // total, least
+        "push {{r1, r2, r3, r4}}",
+        "ldm r0!, {{r1, r2, r3, r4}}",
+        "movs r7, r1",
+        "mov r9, r2",
+        "mov r8, r3",
+        "mov r12, r4",
+        "movs r0, #0",
+        "cmp r7, r12",
+        "beq 4f",
+        "2:",
+        "ldm r7!, {{r2, r3}}",
+        "mov r6, r8",
+        "subs r6, r6, r7",
+        "ldm r6!, {{r0, r1}}",
+        "adds r4, r0, r2",
+        "subs r0, r0, r2",
+        "subs r2, r1, r3",
+        "adds r1, r1, r3",
+        "asrs r4, r4, #1",
+        "asrs r2, r2, #1",
+        "mov r10, r4",
+        "mov r11, r2",
+        "mov r6, r9",
+        "ldr r3, [r6]",
+        "subs r6, r6, #4",
+        "mov r9, r6",
+        "asrs r2, r3, #16",
+        "sxth r3, r3",
+        turn!(),
+        // The turned half difference.
+        "asrs r0, r4, #16",
+        "uxth r4, r4",
+        "movs r1, r0",
+        "muls r0, r0, r0",
+        "muls r1, r4, r1",
+        "muls r4, r4, r4",
+        "asrs r2, r5, #16",
+        "uxth r5, r5",
+        square!("r4", "r2", "r5", "r3"),
+        "adds r1, r1, r2",
+        // The half sum.
+        "mov r2, r10",
+        "asrs r5, r2, #16",
+        "uxth r2, r2",
+        square!("r4", "r5", "r2", "r3"),
+        "adds r1, r1, r5",
+        "mov r2, r11",
+        "asrs r5, r2, #16",
+        "uxth r2, r2",
+        square!("r4", "r5", "r2", "r3"),
+        "adds r1, r1, r5",
+        cross!("r4", "r1", "r3"),
+        "ldr r1, [sp]",
+        "ldr r2, [sp, #4]",
+        "adds r1, r1, r4",
+        "adcs r2, r0",
+        "str r1, [sp]",
+        "str r2, [sp, #4]",
+        "ldr r1, [sp, #8]",
+        "ldr r2, [sp, #12]",
+        "subs r4, r4, r1",
+        "sbcs r0, r2",
+        "bhs 3f",
+        "cmp r7, r12",
+        "bne 2b",
+        "movs r0, #0",
+        "b 4f",
+        "3:",
+        "movs r0, #1",
+        "4:",
+        "pop {{r1, r2, r3, r4, r5}}", // total, least, state
+        "stm r5!, {{r1, r2}}",
+        "mov r2, r9",
+        "str r7, [r5, #8]",
+        "str r2, [r5, #12]",
+        "pop {{r4-r7}}",
+        "mov r8, r4",
+        "mov r9, r5",
+        "mov r10, r6",
+        "mov r11, r7",
+        "pop {{r4-r7, pc}}",
+    )
+}
+
+/// The sum of the powers of half the second difference of the points that start at each `stride` bytes before `last`.
+///
+/// # Safety
+/// Three points must be readable at each such place, and one there must be.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn bends(
+    from: *const Point,
+    last: *const Point,
+    stride: usize,
+) -> u64 {
+    // Adds the square of `$x`, which is lost as r2 and r3 are.
+    macro_rules! add {
+        ($x:literal) => {
+            concat!(
+                "asrs r2, ",
+                $x,
+                ", #16\n uxth ",
+                $x,
+                ", ",
+                $x,
+                "\n",
+                square!("r6", "r2", $x, "r3"),
+                cross!("r6", "r2", "r3"),
+            )
+        };
+    }
+    kernel!(
+        "push {{r4-r7, lr}}",
+        "movs r7, r0",
+        "mov r12, r1",
+        "subs r2, r2, #24",
+        "mov lr, r2",
+        "mov r4, r8",
+        "push {{r4}}",
+        "movs r4, #0",
+        "mov r8, r4",
+        "movs r6, #0",
+        "2:",
+        // r6 is the lower word of the sum, r8 the upper one.
+        "ldm r7!, {{r0, r1, r2, r3, r4, r5}}",
+        "add r7, lr",
+        "asrs r0, r0, #1",
+        "asrs r1, r1, #1",
+        "asrs r4, r4, #1",
+        "asrs r5, r5, #1",
+        "subs r0, r0, r2",
+        "subs r1, r1, r3",
+        "adds r5, r1, r5",
+        "adds r1, r0, r4",
+        "mov r0, r8",
+        add!("r1"),
+        add!("r5"),
+        "mov r8, r0",
+        "cmp r7, r12",
+        "blo 2b",
+        "movs r1, r0",
+        "movs r0, r6",
+        "pop {{r4}}",
+        "mov r8, r4",
+        "pop {{r4-r7, pc}}",
+    )
+}

@@ -1,0 +1,141 @@
+//! The transform and the search on Armv6-M, which multiplies 32 bits by 32 to 32 and has eight registers for most
+//! instructions: whole loops in assembly, which split a number into halves once for all its products and keep constants
+//! and sums in the other registers. Each kernel equals its portable definition in [`super::integer`] and
+//! [`crate::spectrum::sweep`] bit for bit, for every record.
+//!
+//! The functions are naked: what they do to registers and memory is written in them and nowhere else.
+
+mod bins;
+mod first;
+mod passes;
+
+use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
+use super::twiddle::{Packed, Triple};
+use crate::spectrum::narrow::SPARSE;
+use crate::spectrum::sweep::{Sweep, power};
+use bins::{Outwards, bends, pairs_outwards};
+use first::eights;
+use passes::pass;
+
+pub(crate) use integer::window;
+
+/// As [`integer::transform`].
+pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
+    let scale = Scale::new(M, bits);
+    if pairs.len() != M || points.len() != M {
+        return scale.exponent;
+    }
+    first_pass::<M>(pairs, &scale, bits, points);
+    let mut length = scale.first;
+    while length < M {
+        match integer::factors::<M>(length) {
+            Factors::Short(table) => {
+                let stride = table.len() / length.max(1) * size_of::<Triple>();
+                let range = points.as_mut_ptr_range();
+                // SAFETY: `points` holds M points, which 4 `length` divides; the table holds the factors of 4 `length`
+                // or of a multiple.
+                unsafe {
+                    pass(
+                        range.start,
+                        range.end,
+                        length * size_of::<Point>(),
+                        table.as_ptr(),
+                        stride,
+                    )
+                }
+            }
+            Factors::Fine(table) => {
+                integer::radix4_finely(points, length, table, table.len() / length.max(1))
+            }
+        }
+        length *= 4;
+    }
+    scale.exponent
+}
+
+/// Codes that leave room for seven additions in 16 bits go two at a time, where they begin at a whole word: others the core
+/// does not load.
+fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
+    let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
+    let fits = bits <= 13 && from.cast::<u32>().is_aligned();
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the shift it has
+    // built in.
+    unsafe {
+        match scale.shift {
+            14 if fits && const { shifts(M, 14) } => eights::<M, 14>(from, to),
+            13 if fits && const { shifts(M, 13) } => eights::<M, 13>(from, to),
+            12 if fits && const { shifts(M, 12) } => eights::<M, 12>(from, to),
+            11 if fits && const { shifts(M, 11) } => eights::<M, 11>(from, to),
+            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+        }
+    }
+}
+
+/// Whether an `m`-point transform whose first pass is of radix 8 shifts codes of 12 or 13 bits by so much: an image holds no
+/// kernel that it has no use for.
+const fn shifts(m: usize, shift: u32) -> bool {
+    let [short, long] = [Scale::new(m, 12), Scale::new(m, 13)];
+    short.first == 8 && (short.shift == shift || long.shift == shift)
+}
+
+/// As [`crate::spectrum::sweep::real`].
+///
+/// Of the bins X and Y of a pair the kernel adds up `(|X|^2 + |Y|^2) / 2`, which is the sum of four squares, and stops
+/// where that leaves room for a bin as strong as one that is known.
+pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+    let middle = M / 2;
+    let mut sweep = Sweep::from(middle);
+    let (Ok(points), true) = (<&[Point; M]>::try_from(points), table.len() >= middle) else {
+        return sweep;
+    };
+    sweep.see(middle, points.get(middle).map_or(0, |&x| power(x)));
+    let sure = sure(points);
+    let mut state = Outwards::new(points, table);
+    loop {
+        state.least = sweep.power.max(sure).div_ceil(2);
+        // SAFETY: the state is of M points and as many factors as lie before their middle.
+        let found = unsafe { pairs_outwards(&mut state) };
+        let Some((lower, upper)) = found.then(|| state.last(points)) else {
+            break;
+        };
+        let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
+        if let Some(((&p, &q), &w)) = pair {
+            let [x, y] = split_pair(p, q, w).map(power);
+            if x >= sweep.power {
+                (sweep.power, sweep.bin) = (x, lower as i32);
+            }
+            if y > sweep.power {
+                (sweep.power, sweep.bin) = (y, upper as i32);
+            }
+        }
+    }
+    Sweep { total: sweep.total.wrapping_add(state.total << 1), ..sweep }
+}
+
+/// Not more than the power of the strongest bin, by the largest part of every so manieth pair of points.
+///
+/// The mean power of a pair's bins is that of its points, which is half the square of a part or more; less what factors
+/// and products are rounded by.
+fn sure<const M: usize>(points: &[Point; M]) -> u64 {
+    let size = |part: i32| (part ^ (part >> 31)) as u32;
+    let mut most = 0;
+    for lower in (SPARSE..M / 2).step_by(SPARSE) {
+        for k in [lower, M - lower] {
+            if let Some(&[re, im]) = points.get(k) {
+                most = most.max(size(re)).max(size(im));
+            }
+        }
+    }
+    let part = (most - (most >> 12)).saturating_sub(4);
+    power([part as i32, 0]) >> 1
+}
+
+/// As [`integer::bend`].
+pub fn bend(points: &[Point], stride: usize) -> u64 {
+    if points.len() < 3 {
+        return 0;
+    }
+    let range = points.as_ptr_range();
+    // SAFETY: three points start at each `stride`-th place that is two or more before the end.
+    unsafe { bends(range.start, range.end.wrapping_sub(2), stride.max(1) * size_of::<Point>()) }
+}
