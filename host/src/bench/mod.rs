@@ -39,6 +39,13 @@ pub struct Core {
     pub target: Target,
 }
 
+impl Core {
+    /// Does it compute with floats?
+    pub const fn has_fpu(&self) -> bool {
+        matches!(self.target, Target::M4f | Target::M33)
+    }
+}
+
 /// The cores, the reference first. The M0's code runs on the M3's board: Armv6-M is a part of Armv7-M, so the
 /// same instructions are executed, and the M0's own board has no memory for the longer records.
 pub const CORES: [Core; 5] = [
@@ -62,8 +69,22 @@ pub struct Engine {
 }
 
 impl Engine {
+    /// Is the transform our own: are its loops to be compared with their definition, is its code ours to count?
+    pub fn is_own(&self) -> bool {
+        *self != FLOAT
+    }
+
+    /// Is it for this core? Floats are for those that compute with them.
+    pub fn is_for(&self, core: &Core) -> bool {
+        *self != FLOAT || core.has_fpu()
+    }
+
     /// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
     pub fn table_bytes(&self, n: usize) -> u64 {
+        if *self == FLOAT {
+            // The crate's one table: a quarter of a sine for 4096 points, without 0.
+            return 4 * (4096 / 4 - 1);
+        }
         let fine = if *self == ENGINES[0] { twiddle::fine_passes(n / 2) } else { &[] };
         // Where there are such, the short passes take theirs from a small table.
         let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
@@ -72,8 +93,14 @@ impl Engine {
 }
 
 /// Our engines, the default first.
-pub const ENGINES: [Engine; 2] =
-    [Engine { name: "picket-i32", bin: "bench" }, Engine { name: "picket-q15", bin: "bench_q15" }];
+pub const ENGINES: [Engine; 3] = [
+    Engine { name: "picket-i32", bin: "bench" },
+    Engine { name: "picket-q15", bin: "bench_q15" },
+    FLOAT,
+];
+
+/// The one that is somebody else's transform.
+pub const FLOAT: Engine = Engine { name: "picket-f32", bin: "bench_f32" };
 
 /// Stages of a measurement by an engine of ours, as the image names them: the transform, the search for the peak and the noise floor,
 /// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it.
@@ -158,10 +185,7 @@ pub fn count(
     reach: Reach,
     random: u32,
 ) -> Result<Count, RunError> {
-    let arithmetic = match core.target {
-        Target::M4f | Target::M33 => Arithmetic::Float,
-        Target::M0 | Target::M3 => Arithmetic::Fixed,
-    };
+    let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
     let config = Config { reach, arithmetic, ..Config::default() };
     let header =
         Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS.len() as u32) };
@@ -298,7 +322,7 @@ impl Count {
                     (false, _) => quoted::ram(engine, self.n),
                 },
                 table_bytes: ours.then(|| self.engine.table_bytes(self.n)),
-                code_bytes: code.filter(|_| ours && stage == "measurement"),
+                code_bytes: code.filter(|_| ours && self.engine.is_own() && stage == "measurement"),
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
                 model_cycles: cycles::range(self.core.target, instructions),
