@@ -85,6 +85,7 @@ impl Excess {
         for (&n, stages) in &budget.instructions {
             let (name, count) =
                 (format!("{}, N = {n}", engine.name), count(core, engine, &image, n, 0));
+            assert_second_step(&name, &count);
             for (stage, &allowed) in stages {
                 let spent = count.instructions(stage).unwrap();
                 self.check(&format!("{name}, {stage}, instructions"), spent, allowed);
@@ -104,12 +105,21 @@ impl Excess {
     }
 }
 
+/// The budget of an estimate is that of one with two steps, which the tone in noise takes and the others do not.
+fn assert_second_step(name: &str, count: &Count) {
+    let each: Vec<u64> = count.each("estimator").collect();
+    println!("{name}, estimator, full scale, weak and in noise: {each:?}");
+    // A step over 17 bins takes no less.
+    assert!(each[2] > each[0].max(each[1]) + 350, "{name}: {each:?}");
+}
+
 #[test]
 fn the_budget_is_kept_without_the_dsp_extension() {
     let (budgets, mut excess) = (budgets(), Excess::default());
     for (name, stages) in &budgets.portable {
         let (core, engine) = (core(name), &ENGINES[0]);
         let count = count(core, engine, &image(core, engine, Scope::Short), 1024, 0);
+        assert_second_step(name, &count);
         for (stage, &allowed) in stages {
             let spent = count.instructions(stage).unwrap();
             excess.check(&format!("{name}, {stage}, instructions"), spent, allowed);

@@ -138,10 +138,10 @@ pub struct Row {
     pub source: &'static str,
 }
 
-/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
-/// their rounding, so that an estimate is found at once; the third takes a second step.
-const BLOCKS: [(f64, f64); 3] = [(2046.4, 0.0), (20.464, 0.0), (900.0, 500.0)];
-const SEED: u64 = 20_220_222;
+/// The blocks that are measured.
+const BLOCKS: usize = 3;
+/// One with which the tone in noise takes a second step at every length.
+const SEED: u64 = 2;
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// What an image counts.
@@ -188,8 +188,8 @@ pub fn count(
     let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
     let config = Config { reach, arithmetic, ..Config::default() };
     let header =
-        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS.len() as u32) };
-    let blocks = BLOCKS.map(|(amplitude, noise)| block(n, amplitude, noise));
+        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS as u32) };
+    let blocks = blocks(n);
     let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, snr_db })
@@ -228,6 +228,14 @@ fn run<R: Record>(
 fn equality(figures: &Figures) -> (u64, u64) {
     let figure = |name| figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
     (figure("compared"), figure("unequal"))
+}
+
+/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
+/// their rounding, so that an estimate is found at once; the third is near the threshold, and takes a second step at any length.
+fn blocks(n: usize) -> [Vec<i16>; BLOCKS] {
+    const NOISE: f64 = 800.0;
+    [(2046.4, 0.0), (20.464, 0.0), (7.0 * NOISE / (n as f64).sqrt(), NOISE)]
+        .map(|(amplitude, noise)| block(n, amplitude, noise))
 }
 
 fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
@@ -282,8 +290,14 @@ fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
 impl Count {
     /// The most instructions that a stage took, of all blocks.
     pub fn instructions(&self, stage: &str) -> Option<u64> {
-        let ticks = *self.figures.get(stage)?.iter().max()?;
-        Some((ticks as f64 * self.core.machine.instructions_per_tick()).round() as u64)
+        self.each(stage).max()
+    }
+
+    /// The instructions that a stage took of a full-scale tone, of a weak one, and of one in noise.
+    pub fn each(&self, stage: &str) -> impl Iterator<Item = u64> {
+        let rate = self.core.machine.instructions_per_tick();
+        let ticks = self.figures.get(stage).into_iter().flatten();
+        ticks.map(move |&ticks| (ticks as f64 * rate).round() as u64)
     }
 
     /// The ratio of a full-scale tone to the error of our transform, and of one 40 dB below, in dB.
