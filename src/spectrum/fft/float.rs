@@ -19,7 +19,7 @@
 //! # Precision
 //!
 //! Of a full-scale tone the error is the transform's, 136 dB below at N = 1024. A bin is cut to an integer where it is read,
-//! towards zero, as cores convert; of a tone 40 dB weaker that is most of the error, 115 dB below (I/Q: 112). A converter's own
+//! towards zero, which is one instruction; of a tone 40 dB weaker that is most of the error, 115 dB below (I/Q: 112). A converter's own
 //! rounding is 80 dB more. The figures are asserted in `host-tests/tests/f32.rs`.
 
 use super::integer::{Pair, Point};
@@ -32,7 +32,7 @@ pub type Float = [f32; 2];
 
 /// Transforms a record of `N` samples in place of `points`. Returns the exponent of the bins.
 ///
-/// Lengths that do not fit `N` leave `points` as they are; the callers' types rule that out.
+/// Points that do not fit `N` are not transformed; the callers' types rule that out.
 #[inline]
 pub fn transform<R: Record, const N: usize>(
     pairs: &[Pair],
