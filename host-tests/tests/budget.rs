@@ -1,6 +1,7 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use host_tests::prepare_images;
+use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
 use serde::Deserialize;
@@ -16,6 +17,8 @@ struct Budgets {
     engines: BTreeMap<String, Budget>,
     /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
     locked: BTreeMap<String, u64>,
+    /// Instructions of the search for the peak in so many bins of 1,024 samples, real and I/Q.
+    band: BTreeMap<u32, [u64; 2]>,
     /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage.
     portable: BTreeMap<String, BTreeMap<String, u64>>,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
@@ -103,6 +106,22 @@ impl Excess {
             }
         }
     }
+}
+
+/// A band costs in proportion to its width.
+#[test]
+fn the_budget_is_kept_in_a_band() {
+    let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
+    let image = image(core, &ENGINES[0], Scope::Ours);
+    for (&width, &[real, iq]) in &budgets.band {
+        // The tone is at bin 101.
+        let bins = 90..=89 + width;
+        let spent = bench::search::<Real>(core, &image, 1024, bins.clone()).unwrap();
+        excess.check(&format!("{width} bins of N = 1024, search, instructions"), spent, real);
+        let spent = bench::search::<Iq>(core, &image, 1024, bins).unwrap();
+        excess.check(&format!("{width} bins of N = 1024, I/Q, search, instructions"), spent, iq);
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }
 
 /// The budget of an estimate is that of one with two steps, which the tone in noise takes and the others do not.

@@ -99,6 +99,34 @@ fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
     *bins.start() == 1 && *bins.end() == N / 2 - 1
 }
 
+/// Sweeps bins of a real record, 0 and N/2 one by one, the others a window at a time, the last of which may begin before the bins
+/// that are left.
+fn by_windows<E: Engine, R: Record, const N: usize>(
+    points: &[[E::Part; 2]],
+    bins: RangeInclusive<usize>,
+) -> Sweep {
+    // As wide as others that look around a peak; the shortest records have nearly twice as many bins.
+    const WIDTH: usize = 17;
+    let mut place = MaybeUninit::uninit();
+    let (mut sweep, mut next) = (Sweep::from(*bins.start()), *bins.start());
+    let end = bins.end().saturating_add(1);
+    while next < end {
+        let single = next == 0 || next >= N / 2;
+        if single {
+            sweep.see(next, sweep::power(E::bin::<R, N>(points, next)));
+            next += 1;
+            continue;
+        }
+        let start = next.min(N / 2 - WIDTH);
+        let window = E::window::<R, N, WIDTH>(points, start, &mut place);
+        let left = window.get(next.wrapping_sub(start)..).unwrap_or(&[]);
+        let left = left.get(..end - next).unwrap_or(left);
+        sweep = sweep.then(sweep::over(left, next, core::convert::identity));
+        next += left.len().max(1);
+    }
+    sweep
+}
+
 fn one_by_one<E: Engine, R: Record, const N: usize>(
     points: &[[E::Part; 2]],
     bins: RangeInclusive<usize>,
@@ -160,7 +188,7 @@ impl Engine for I32 {
         {
             return sweep::over(points, *bins.start(), core::convert::identity);
         }
-        one_by_one::<Self, R, N>(points, bins)
+        by_windows::<Self, R, N>(points, bins)
     }
 
     fn bend(points: &[Point], stride: usize) -> u64 {

@@ -30,6 +30,13 @@ impl Sweep {
         }
     }
 
+    /// This and a sweep over bins above it.
+    pub(super) const fn then(self, above: Self) -> Self {
+        let total = self.total.wrapping_add(above.total);
+        let stronger = if above.power > self.power { above } else { self };
+        Self { total, ..stronger }
+    }
+
     /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
     #[cold]
     #[inline(never)]

@@ -25,6 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -193,6 +194,23 @@ pub fn count(
     let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, snr_db })
+}
+
+/// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.
+pub fn search<R: Record>(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    bins: RangeInclusive<u32>,
+) -> Result<u64, RunError> {
+    // At this rate a bin is a hertz.
+    let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
+    let config = Config { rate_hz: n as f64, band_hz, ..Config::default() };
+    let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, BLOCKS as u32) };
+    let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
+    let (figures, _) = run::<R>(core, image, &header, &blocks(n).map(pairs))?;
+    let most = figures.get("peak").and_then(|ticks| ticks.iter().max());
+    Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)
 }
 
 /// Drives kernels and definition with `random` I/Q records of `n` samples; how many blocks were compared, and how many of
