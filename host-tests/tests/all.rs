@@ -4,6 +4,7 @@
 mod budget;
 mod emulated;
 mod estimators;
+mod f32;
 mod fft;
 mod figures;
 mod frontend;

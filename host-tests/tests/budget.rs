@@ -1,6 +1,7 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use host_tests::prepare_images;
+use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
 use serde::Deserialize;
@@ -16,6 +17,8 @@ struct Budgets {
     engines: BTreeMap<String, Budget>,
     /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
     locked: BTreeMap<String, u64>,
+    /// Instructions of the search for the peak in so many bins of 1,024 samples, real and I/Q.
+    band: BTreeMap<u32, [u64; 2]>,
     /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage.
     portable: BTreeMap<String, BTreeMap<String, u64>>,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
@@ -85,6 +88,7 @@ impl Excess {
         for (&n, stages) in &budget.instructions {
             let (name, count) =
                 (format!("{}, N = {n}", engine.name), count(core, engine, &image, n, 0));
+            assert_second_step(&name, &count);
             for (stage, &allowed) in stages {
                 let spent = count.instructions(stage).unwrap();
                 self.check(&format!("{name}, {stage}, instructions"), spent, allowed);
@@ -104,6 +108,30 @@ impl Excess {
     }
 }
 
+/// A band costs in proportion to its width.
+#[test]
+fn the_budget_is_kept_in_a_band() {
+    let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
+    let image = image(core, &ENGINES[0], Scope::Ours);
+    for (&width, &[real, iq]) in &budgets.band {
+        // The tone is at bin 101.
+        let bins = 90..=89 + width;
+        let spent = bench::search::<Real>(core, &image, 1024, bins.clone()).unwrap();
+        excess.check(&format!("{width} bins of N = 1024, search, instructions"), spent, real);
+        let spent = bench::search::<Iq>(core, &image, 1024, bins).unwrap();
+        excess.check(&format!("{width} bins of N = 1024, I/Q, search, instructions"), spent, iq);
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+/// The budget of an estimate is that of one with two steps, which the tone in noise takes and the others do not.
+fn assert_second_step(name: &str, count: &Count) {
+    let each: Vec<u64> = count.each("estimator").collect();
+    println!("{name}, estimator, full scale, weak and in noise: {each:?}");
+    // A step over 17 bins takes no less.
+    assert!(each[2] > each[0].max(each[1]) + 350, "{name}: {each:?}");
+}
+
 #[test]
 fn the_budget_is_kept_without_the_dsp_extension() {
     let (budgets, mut excess) = (budgets(), Excess::default());
@@ -113,6 +141,7 @@ fn the_budget_is_kept_without_the_dsp_extension() {
         let count = count(core, engine, &image(core, engine, Scope::Short), 1024, 200);
         let (compared, unequal) = count.equality();
         assert!(compared > 200 && unequal == 0, "{name}: {unequal} of {compared} blocks differ");
+        assert_second_step(name, &count);
         for (stage, &allowed) in stages {
             let spent = count.instructions(stage).unwrap();
             excess.check(&format!("{name}, {stage}, instructions"), spent, allowed);
@@ -141,7 +170,8 @@ fn the_kernels_equal_their_definition() {
     // elsewhere the instrument's is compared, and the one length that counts.
     let cores: &[&str] =
         if random.is_some() { &["M4F", "M7", "M33", "M0"] } else { &["M4F", "M7"] };
-    for (core, engine) in cores.iter().flat_map(|name| ENGINES.iter().map(|e| (core(name), e))) {
+    let engines = || ENGINES.iter().filter(|engine| engine.is_own());
+    for (core, engine) in cores.iter().flat_map(|name| engines().map(|e| (core(name), e))) {
         let image = image(core, engine, Scope::Ours);
         for n in bench::LENGTHS {
             let blocks = random.unwrap_or(60_000 / n as u32);

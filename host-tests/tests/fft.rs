@@ -3,6 +3,7 @@
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::{Engine, I32};
+use picket::spectrum::peak::{Band, find, find_portably};
 use picket_transform::{Transform, num_complex::Complex};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -152,4 +153,27 @@ fn check_extremes<const N: usize>() {
 fn no_extreme_overflows() {
     println!("seed 7");
     each_length!(check_extremes);
+}
+
+/// Every part of a short spectrum, and of longer ones many, as bin by bin.
+fn check_parts<const N: usize>() {
+    let step = N / 64;
+    for samples in extremes::<N>(Codes::Signed12) {
+        let mut spectrum = Spectrum::<Real, N>::new();
+        spectrum.transform(&samples, Codes::Signed12);
+        let last = N as i32 / 2 - 1;
+        for low in (1..=last).step_by(step) {
+            for high in (low..=last).step_by(step) {
+                let band = Band { low, high };
+                assert_eq!(find(&spectrum, band), find_portably(&spectrum, band), "{N} {band:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_part_is_searched_as_bin_by_bin() {
+    check_parts::<64>();
+    check_parts::<128>();
+    check_parts::<1024>();
 }

@@ -29,13 +29,30 @@ fn the_readme_states_the_budget() {
     );
     readme
         .assert_states("| **All of it, with that engine** | | # |", &[q15("1024", "measurement")]);
+    let f32 =
+        |n: &str, stage: &str| figure(&format!("/engines/picket-f32/instructions/{n}/{stage}"));
+    readme.assert_states(
+        "| **With the float engine (by microfft): FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| f32(n, "fft_peak")),
+    );
+    readme.assert_states(
+        "| **All of it, with that engine** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| f32(n, "measurement")),
+    );
+    let each = |kind: &str| {
+        (figure(&format!("/band/400/{kind}")) - figure(&format!("/band/100/{kind}"))) / 300.0
+    };
+    readme.assert_states(
+        "a further bin costs # instructions, or # of an I/Q record; of a whole real spectrum a bin costs #.",
+        &[each("0"), each("1"), i32("1024", "peak") / 511.0],
+    );
     readme.assert_states(
         "# bytes of RAM at N = 1024 with two records and the result, where the default needs #",
         &["picket-q15", "picket-i32"]
             .map(|engine| figure(&format!("/engines/{engine}/ram_bytes/1024"))),
     );
     readme.assert_states(
-        "on the M3 FFT and peak take #, frequency, sigma and verdict # more, all of it #",
+        "on the M3 FFT and peak take #, frequency, sigma and verdict at most # more, all of it #",
         &["fft_peak", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M3/{stage}"))),
     );

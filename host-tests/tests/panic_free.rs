@@ -30,6 +30,12 @@ fn the_core_cannot_panic_on_cortex_m4f() {
     assert_proved("core_check", Target::M4f, &[Profile::Release, Profile::Size]);
 }
 
+/// The float engine's transform is a crate that indexes and unwraps: only an optimiser for speed sees that none of it fails.
+#[test]
+fn the_float_engine_cannot_panic_on_cortex_m4f() {
+    assert_proved("bench_f32", Target::M4f, &[Profile::Release]);
+}
+
 #[test]
 fn the_instrument_cannot_panic_on_cortex_m33() {
     assert_proved("frontend_qemu", Target::M33, &[Profile::Release]);

@@ -2,12 +2,10 @@
 
 use crate::each_length;
 use crate::fft::{compare_by, iq_tone, tone, worst_by};
-use crate::signal::{Kind, anywhere, error, mean, trials};
-use picket::acquire::sample::{Codes, Iq, Real, Stamp};
-use picket::config::Config;
+use crate::signal::{Kind, anywhere, error, mean, measure_by, trials};
+use picket::acquire::sample::{Codes, Iq, Real};
 use picket::estimate::tone::Verdict;
-use picket::pipeline::Pipeline;
-use picket::spectrum::engine::Q15;
+use picket::spectrum::engine::{Engine, Q15};
 use picket::spectrum::fft::q15::FRACTION;
 
 #[test]
@@ -41,15 +39,23 @@ fn no_extreme_overflows() {
     each_length!(check_extremes);
 }
 
+/// What [`found`] saw of many tones.
+pub struct Found {
+    /// The mean of `(error / sigma)^2`.
+    pub square: f64,
+    /// The share with a good verdict.
+    pub good: f64,
+    /// The largest error in bins.
+    pub worst: f64,
+}
+
 /// Tones in noise of half a code, so that at full scale the engine's rounding is most of the noise, and 40 dB below the noise
-/// that of the converter: each is found where it is, and sigma holds for its errors.
-fn check_sigma<R: Kind, const N: usize>(name: &str, amplitude: f64) {
+/// that of the converter.
+pub fn found<R: Kind, const N: usize, E: Engine>(name: &str, amplitude: f64) -> Found {
     const SEED: u64 = 1500;
     let seen = trials(SEED, 1000, |rng| {
         let line = anywhere::<R, N>(rng, amplitude);
-        let plan = Config::default().validate::<R>(N).unwrap();
-        let samples = R::record::<N>(rng, &[line], 0.5);
-        let tone = Pipeline::<R, N, Q15>::new(plan).block(Stamp::default(), &samples).tone;
+        let tone = measure_by::<R, N, E>(&R::record::<N>(rng, &[line], 0.5));
         let verdict = matches!(tone.verdict, Verdict::Good | Verdict::NearEdge);
         (error::<R, N>(&tone, line.bins), f64::from(tone.sigma) * N as f64, verdict)
     });
@@ -60,6 +66,12 @@ fn check_sigma<R: Kind, const N: usize>(name: &str, amplitude: f64) {
     println!(
         "{name}, {N}, seed {SEED}: (error/sigma)^2 {square:.3}, sigma {sigma:.1e} bins, good {good:.3}, worst {worst:.1e}"
     );
+    Found { square, good, worst }
+}
+
+/// Each is found where it is, and sigma holds for its errors.
+fn check_sigma<R: Kind, const N: usize>(name: &str, amplitude: f64) {
+    let Found { square, good, worst } = found::<R, N, Q15>(name, amplitude);
     // The strong tone of a long record shows the Q15 factors' error, which is not white: one record in a hundred reads
     // `Unresolved` for it.
     let long = N > 1024 && amplitude > 1000.0;

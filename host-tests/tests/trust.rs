@@ -8,6 +8,7 @@ use picket::estimate::detection::Threshold;
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
+use picket::spectrum::engine::{Engine, I32};
 use picket::spectrum::peak::{Band, Search};
 use rand::RngExt;
 use rand_distr::Exp1;
@@ -15,12 +16,20 @@ use rayon::prelude::*;
 
 /// trust.md 1 (noise) and 2 (sigma). Rounding to codes is noise too: a twelfth of a squared code.
 fn noise_and_sigma<R: Kind, const N: usize>(sigma_codes: Option<f64>, snr_db: f64) {
+    noise_and_sigma_by::<R, N, I32>(sigma_codes, snr_db);
+}
+
+/// The same by any engine.
+pub fn noise_and_sigma_by<R: Kind, const N: usize, E: Engine>(
+    sigma_codes: Option<f64>,
+    snr_db: f64,
+) {
     let amplitude = sigma_codes.map_or(amplitude(snr_db), |s| s * (2.0 * db(snr_db)).sqrt());
     let noise = sigma(amplitude, snr_db);
     let seed = (5000.0 + snr_db * 10.0) as u64;
     let seen = trials(seed, 3000, |rng| {
         let line = anywhere::<R, N>(rng, amplitude);
-        let tone = measure::<R, N>(&R::record::<N>(rng, &[line], noise));
+        let tone = measure_by::<R, N, E>(&R::record::<N>(rng, &[line], noise));
         let truth = 10.0 * (amplitude.powi(2) / 2.0 / (noise.powi(2) + 1.0 / 12.0)).log10();
         (
             f64::from(tone.snr_db()) - truth,

@@ -26,6 +26,14 @@ impl Codes {
         }
     }
 
+    /// The middle between the rails, that of signed ones rounded up.
+    pub const fn middle(self) -> i16 {
+        match self {
+            Codes::Unsigned12 => 2048,
+            Codes::Signed12 | Codes::Signed16 => 0,
+        }
+    }
+
     /// The width of a code as a signed number.
     pub const fn bits(self) -> u32 {
         match self {

@@ -30,6 +30,13 @@ impl Sweep {
         }
     }
 
+    /// This and a sweep over bins above it.
+    pub(super) const fn then(self, above: Self) -> Self {
+        let total = self.total.wrapping_add(above.total);
+        let stronger = if above.power > self.power { above } else { self };
+        Self { total, ..stronger }
+    }
+
     /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
     #[cold]
     #[inline(never)]
@@ -38,13 +45,18 @@ impl Sweep {
     }
 }
 
-/// Sweeps bins that are stored as they are, the first of them number `first`.
-pub fn over(bins: &[Point], first: usize) -> Sweep {
-    let mut sweep = Sweep::from(first);
+/// Sweeps bins that are stored as they are, the first of them number `first`; `point` gives one in integers.
+#[inline(always)]
+pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Sweep {
+    let (mut sweep, mut total) = (Sweep::from(first), 0u64);
     for (&bin, k) in bins.iter().zip(first..) {
-        sweep.see(k, power(bin));
+        let power = power(point(bin));
+        total = total.wrapping_add(power);
+        if power > sweep.power {
+            sweep.rise(power, k);
+        }
     }
-    sweep
+    Sweep { total, ..sweep }
 }
 
 /// Sweeps bins 1..M of a real record from the M points of its transform; `table` is

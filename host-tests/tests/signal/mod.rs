@@ -5,6 +5,7 @@ use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
 use picket::config::Config;
 use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
+use picket::spectrum::engine::{Engine, I32};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -163,8 +164,13 @@ impl Kind for Iq {
 
 /// The tone of a record by the whole pipeline, in its default configuration.
 pub fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
+    measure_by::<R, N, I32>(samples)
+}
+
+/// The same by any engine.
+pub fn measure_by<R: Kind, const N: usize, E: Engine>(samples: &[R::Sample; N]) -> Tone {
     let plan = Config::default().validate::<R>(N).unwrap();
-    Pipeline::<R, N>::new(plan).block(Stamp::default(), samples).tone
+    Pipeline::<R, N, E>::new(plan).block(Stamp::default(), samples).tone
 }
 
 /// The error of a tone in bins, round the circle for I/Q.

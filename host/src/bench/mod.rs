@@ -25,6 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -37,6 +38,13 @@ pub struct Core {
     pub machine: Machine,
     /// What the image is built for.
     pub target: Target,
+}
+
+impl Core {
+    /// Does it compute with floats?
+    pub const fn has_fpu(&self) -> bool {
+        matches!(self.target, Target::M4f | Target::M33)
+    }
 }
 
 /// The cores, the reference first. The M0's code runs on the M3's board: Armv6-M is a part of Armv7-M, so the
@@ -62,8 +70,22 @@ pub struct Engine {
 }
 
 impl Engine {
+    /// Is the transform our own: are its loops to be compared with their definition, is its code ours to count?
+    pub fn is_own(&self) -> bool {
+        *self != FLOAT
+    }
+
+    /// Is it for this core? Floats are for those that compute with them.
+    pub fn is_for(&self, core: &Core) -> bool {
+        *self != FLOAT || core.has_fpu()
+    }
+
     /// Bytes of the tables for a real record of `n` samples: factors of the passes and of the split.
     pub fn table_bytes(&self, n: usize) -> u64 {
+        if *self == FLOAT {
+            // The crate's one table: a quarter of a sine for 4096 points, without 0.
+            return 4 * (4096 / 4 - 1);
+        }
         let fine = if *self == ENGINES[0] { twiddle::fine_passes(n / 2) } else { &[] };
         // Where there are such, the short passes take theirs from a small table.
         let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
@@ -72,8 +94,14 @@ impl Engine {
 }
 
 /// Our engines, the default first.
-pub const ENGINES: [Engine; 2] =
-    [Engine { name: "picket-i32", bin: "bench" }, Engine { name: "picket-q15", bin: "bench_q15" }];
+pub const ENGINES: [Engine; 3] = [
+    Engine { name: "picket-i32", bin: "bench" },
+    Engine { name: "picket-q15", bin: "bench_q15" },
+    FLOAT,
+];
+
+/// The one that is somebody else's transform.
+pub const FLOAT: Engine = Engine { name: "picket-f32", bin: "bench_f32" };
 
 /// Stages of a measurement by an engine of ours, as the image names them: the transform, the search for the peak and the noise floor,
 /// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it.
@@ -111,10 +139,10 @@ pub struct Row {
     pub source: &'static str,
 }
 
-/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
-/// their rounding, so that an estimate is found at once; the third takes a second step.
-const BLOCKS: [(f64, f64); 3] = [(2046.4, 0.0), (20.464, 0.0), (900.0, 500.0)];
-const SEED: u64 = 20_220_222;
+/// The blocks that are measured.
+const BLOCKS: usize = 3;
+/// One with which the tone in noise takes a second step at every length.
+const SEED: u64 = 2;
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// What an image counts.
@@ -158,17 +186,31 @@ pub fn count(
     reach: Reach,
     random: u32,
 ) -> Result<Count, RunError> {
-    let arithmetic = match core.target {
-        Target::M4f | Target::M33 => Arithmetic::Float,
-        Target::M0 | Target::M3 => Arithmetic::Fixed,
-    };
+    let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
     let config = Config { reach, arithmetic, ..Config::default() };
     let header =
-        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS.len() as u32) };
-    let blocks = BLOCKS.map(|(amplitude, noise)| block(n, amplitude, noise));
+        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS as u32) };
+    let blocks = blocks(n);
     let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, snr_db })
+}
+
+/// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.
+pub fn search<R: Record>(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    bins: RangeInclusive<u32>,
+) -> Result<u64, RunError> {
+    // At this rate a bin is a hertz.
+    let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
+    let config = Config { rate_hz: n as f64, band_hz, ..Config::default() };
+    let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, BLOCKS as u32) };
+    let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
+    let (figures, _) = run::<R>(core, image, &header, &blocks(n).map(pairs))?;
+    let most = figures.get("peak").and_then(|ticks| ticks.iter().max());
+    Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)
 }
 
 /// Drives kernels and definition with `random` I/Q records of `n` samples; how many blocks were compared, and how many of
@@ -204,6 +246,14 @@ fn run<R: Record>(
 fn equality(figures: &Figures) -> (u64, u64) {
     let figure = |name| figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
     (figure("compared"), figure("unequal"))
+}
+
+/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
+/// their rounding, so that an estimate is found at once; the third is near the threshold, and takes a second step at any length.
+fn blocks(n: usize) -> [Vec<i16>; BLOCKS] {
+    const NOISE: f64 = 800.0;
+    [(2046.4, 0.0), (20.464, 0.0), (7.0 * NOISE / (n as f64).sqrt(), NOISE)]
+        .map(|(amplitude, noise)| block(n, amplitude, noise))
 }
 
 fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
@@ -258,8 +308,14 @@ fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
 impl Count {
     /// The most instructions that a stage took, of all blocks.
     pub fn instructions(&self, stage: &str) -> Option<u64> {
-        let ticks = *self.figures.get(stage)?.iter().max()?;
-        Some((ticks as f64 * self.core.machine.instructions_per_tick()).round() as u64)
+        self.each(stage).max()
+    }
+
+    /// The instructions that a stage took of a full-scale tone, of a weak one, and of one in noise.
+    pub fn each(&self, stage: &str) -> impl Iterator<Item = u64> {
+        let rate = self.core.machine.instructions_per_tick();
+        let ticks = self.figures.get(stage).into_iter().flatten();
+        ticks.map(move |&ticks| (ticks as f64 * rate).round() as u64)
     }
 
     /// The ratio of a full-scale tone to the error of our transform, and of one 40 dB below, in dB.
@@ -298,7 +354,7 @@ impl Count {
                     (false, _) => quoted::ram(engine, self.n),
                 },
                 table_bytes: ours.then(|| self.engine.table_bytes(self.n)),
-                code_bytes: code.filter(|_| ours && stage == "measurement"),
+                code_bytes: code.filter(|_| ours && self.engine.is_own() && stage == "measurement"),
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
                 model_cycles: cycles::range(self.core.target, instructions),

@@ -18,8 +18,8 @@ struct Options {
     /// Cores, separated by commas: M4F, M33, M7, M3, M0
     #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
     core: Vec<String>,
-    /// Engines of ours, separated by commas: i32, q15
-    #[arg(long, value_delimiter = ',', default_value = "i32,q15")]
+    /// Engines of ours, separated by commas: i32, q15, f32, the last on cores with an FPU
+    #[arg(long, value_delimiter = ',', default_value = "i32,q15,f32")]
     engine: Vec<String>,
     /// Record lengths, separated by commas
     #[arg(long, value_delimiter = ',')]
@@ -66,14 +66,16 @@ fn run(options: Options) -> Result<ExitCode, String> {
     };
     let engines = options.engine.iter().map(|name| {
         let engine = ENGINES.iter().find(|engine| engine.name.ends_with(name.as_str()));
-        engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15"))
+        engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15, f32"))
     });
     let engines = engines.collect::<Result<Vec<_>, _>>()?;
-    let bar = progress::bar((cores.len() * lengths.len() * engines.len()) as u64, "runs");
+    let pairs: usize =
+        cores.iter().map(|core| engines.iter().filter(|engine| engine.is_for(core)).count()).sum();
+    let bar = progress::bar((pairs * lengths.len()) as u64, "runs");
     let (mut rows, mut compared, mut unequal) = (Vec::new(), 0, 0);
     for core in cores {
-        let images =
-            engines.iter().map(|&engine| Ok((engine, bench::image(core, engine, Scope::All)?)));
+        let engines = engines.iter().filter(|engine| engine.is_for(core));
+        let images = engines.map(|&engine| Ok((engine, bench::image(core, engine, Scope::All)?)));
         let images = images.collect::<Result<Vec<_>, ToolError>>().map_err(|e| e.to_string())?;
         for &n in &lengths {
             let mut new = Vec::new();

@@ -1,9 +1,11 @@
 //! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
 //! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of `kernel_thumb1`.
-//! [`q15`] is the 16-bit one, and `kernel_q15` its loops.
+//! [`q15`] is the 16-bit one, and `kernel_q15` its loops. `float`, with the feature `microfft`, is somebody else's.
 
 #[cfg(any(dsp, short_products))]
 pub(super) mod assembly;
+#[cfg(feature = "microfft")]
+pub mod float;
 pub mod integer;
 #[cfg(dsp)]
 pub mod kernel_dsp;

@@ -54,17 +54,9 @@ pub(super) const fn first_radix(m: usize) -> usize {
     if m.trailing_zeros().is_multiple_of(2) { 4 } else { 8 }
 }
 
-/// What is taken away from codes: the middle between their rails.
-pub(super) const fn centre(codes: Codes) -> i16 {
-    match codes {
-        Codes::Unsigned12 => 2048,
-        Codes::Signed12 | Codes::Signed16 => 0,
-    }
-}
-
 /// By how much codes between these two are shifted up; down where it is negative, which codes of 12 bits never need.
 pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 {
-    let centre = i32::from(centre(codes));
+    let centre = i32::from(codes.middle());
     let largest = (i32::from(high) - centre).max(centre - i32::from(low));
     let allowed = LARGEST * 8 / first_radix(M) as i32;
     let mut shift = if codes.bits() < 16 { 0 } else { -4 };
@@ -110,7 +102,7 @@ pub(super) fn first_pass<const M: usize>(
 /// points have it in a difference.
 pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i16 {
     let up = if shift > 0 { shift } else { 0 };
-    (((centre(codes) as i32) * first_radix(M) as i32) << up) as i16
+    (((codes.middle() as i32) * first_radix(M) as i32) << up) as i16
 }
 
 /// Is there a pass of sub-transforms of `length` points?

@@ -1,0 +1,136 @@
+//! The float engine: its error, its extremes, and the tones found with it.
+
+use crate::each_length;
+use crate::fft::{compare_by, iq_tone, tone, worst_by};
+use crate::q15::{Found, found};
+use crate::signal::{Kind, rng};
+use crate::trust::noise_and_sigma_by;
+use host_tests::prepare_images;
+use picket::acquire::capture::Header;
+use picket::acquire::sample::{Codes, Iq, Real};
+use picket::config::Config;
+use picket::spectrum::Spectrum;
+use picket::spectrum::engine::F32;
+use picket_host::bench::{self, CORES, Core, FLOAT, Scope};
+use picket_host::emulator::Capture;
+use picket_host::toolchain::Target;
+use rand::RngExt;
+use std::path::Path;
+use std::time::Duration;
+
+#[test]
+fn snr_against_float64() {
+    // The weak tone's error is that of bins cut to integers, not the transform's.
+    for (name, amplitude, bars) in
+        [("full scale", 2047.0, [136.0; 2]), ("-40 dBFS", 20.47, [115.0, 112.0])]
+    {
+        let mut least = [f64::INFINITY; 2];
+        for bin in [5.3, 64.0, 100.37, 255.5, 256.0, 300.2, 505.1] {
+            let samples = tone(bin, amplitude, 0.3);
+            let (_, real) = compare_by::<Real, 1024, F32>(&samples, Codes::Signed12);
+            let pairs = iq_tone(bin, amplitude, 0.3);
+            let (_, iq) = compare_by::<Iq, 1024, F32>(&pairs, Codes::Signed12);
+            println!("{name}, bin {bin}: real {real:.2} dB, I/Q {iq:.2} dB");
+            least = [least[0].min(real), least[1].min(iq)];
+        }
+        assert!(least.iter().zip(&bars).all(|(least, bar)| least >= bar), "{name}: {least:?}");
+    }
+}
+
+/// Each of the transform's log2 N steps may round by 2^-24 of the largest sum, 2^31 units, some twice.
+fn check_extremes<const N: usize>() {
+    for codes in [Codes::Signed12, Codes::Signed16, Codes::Unsigned12] {
+        let worst = worst_by::<N, F32>(codes);
+        println!("{N} {codes:?}: {worst:.1} stored units");
+        assert!(worst < 2.0 * 128.0 * f64::from(N.ilog2()), "{N} {codes:?}: {worst}");
+    }
+}
+
+#[test]
+fn no_extreme_overflows() {
+    println!("seed 7");
+    each_length!(check_extremes);
+}
+
+/// Each is found where it is, and sigma holds for its errors.
+fn check_sigma<R: Kind, const N: usize>(name: &str, amplitude: f64) {
+    let Found { square, good, worst } = found::<R, N, F32>(name, amplitude);
+    assert!(good > 0.99 && worst < 0.01 && (0.88..=1.15).contains(&square), "{name}");
+}
+
+#[test]
+fn tones_are_found_with_the_right_sigma() {
+    for (name, amplitude) in [("0 dBFS", 2044.0), ("-40 dBFS", 20.47)] {
+        check_sigma::<Real, 256>(name, amplitude);
+        check_sigma::<Real, 1024>(name, amplitude);
+        check_sigma::<Real, 4096>(name, amplitude);
+        check_sigma::<Iq, 256>(name, amplitude);
+        check_sigma::<Iq, 1024>(name, amplitude);
+    }
+}
+
+/// As the default engine's, in `trust`: no bias of the noise, and sigma right. Long records have the noise from second differences
+/// of the bins, short ones from the bins themselves.
+#[test]
+fn noise_and_sigma_are_right() {
+    for snr_db in [10.0, 30.0, 60.0] {
+        noise_and_sigma_by::<Real, 256, F32>(None, snr_db);
+        noise_and_sigma_by::<Real, 1024, F32>(None, snr_db);
+        noise_and_sigma_by::<Real, 4096, F32>(None, snr_db);
+        noise_and_sigma_by::<Iq, 256, F32>(None, snr_db);
+        noise_and_sigma_by::<Iq, 1024, F32>(None, snr_db);
+    }
+    // From 2 dB above the threshold, and noise below a code.
+    noise_and_sigma_by::<Real, 1024, F32>(None, -8.4);
+    noise_and_sigma_by::<Real, 4096, F32>(None, -14.2);
+    noise_and_sigma_by::<Real, 1024, F32>(Some(0.3), 60.0);
+    noise_and_sigma_by::<Real, 1024, F32>(Some(0.3), 10.0);
+}
+
+/// Random records of every strength: their bins by the counting image, to the last bit.
+fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
+    const SEED: u64 = 1501;
+    const BLOCKS: u64 = 8;
+    let codes = [Codes::Signed12, Codes::Unsigned12, Codes::Signed16][N.ilog2() as usize % 3];
+    let config = Config { codes, ..Config::default() };
+    let header = Header { period_us: 0, ..Header::of::<R>(config, N as u32, BLOCKS as u32) };
+    let (mut capture, mut spectrum) =
+        (Capture::create(&header).unwrap(), Spectrum::<R, N, F32>::new());
+    let (low, high) = codes.rails();
+    let mut here: Vec<[f32; 2]> = Vec::new();
+    for block in 0..BLOCKS {
+        let mut rng = rng(SEED ^ N as u64, block);
+        let (middle, span) = (codes.middle(), (i32::from(high) - i32::from(low)) >> block);
+        let mut code = || {
+            let code = i32::from(middle) + rng.random_range(-span / 2..=span / 2);
+            code.clamp(low.into(), high.into()) as i16
+        };
+        let samples: [R::Sample; N] = std::array::from_fn(|_| R::of_parts([code(), code()]));
+        capture.push::<R>(&samples).unwrap();
+        spectrum.transform(&samples, codes);
+        // The image writes so many, as floats, which these integers are.
+        let bins = (0..N as i32 / 2).map(|k| spectrum.bin(k));
+        here.extend(bins.map(|bin| [bin.re as f32, bin.im as f32]));
+    }
+    let outcome = capture.run(core.machine, image, Duration::from_secs(300), |_| {}).unwrap();
+    let floats = outcome.results.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes));
+    let there: Vec<f32> = floats.collect();
+    let same = here.as_flattened() == there;
+    println!("{}, {codes:?}, N = {N}, I/Q {}, seed {SEED}: same bins {same}", core.name, R::IQ);
+    assert!(same, "{}, N = {N}", core.name);
+}
+
+#[test]
+fn emulated_cores_give_the_same_bits() {
+    for core in CORES.iter().filter(|core| core.target == Target::M4f) {
+        prepare_images(core.target);
+        let image = bench::image(core, &FLOAT, Scope::Ours).unwrap();
+        check_bits::<Real, 64>(core, &image);
+        check_bits::<Real, 256>(core, &image);
+        check_bits::<Real, 1024>(core, &image);
+        check_bits::<Real, 4096>(core, &image);
+        check_bits::<Iq, 128>(core, &image);
+        check_bits::<Iq, 512>(core, &image);
+        check_bits::<Iq, 4096>(core, &image);
+    }
+}
