@@ -161,6 +161,7 @@ impl core::error::Error for ConfigError {}
 
 /// How tones become targets.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u8)]
 pub enum Solver {
     /// They do not.
     None,
@@ -211,18 +212,19 @@ impl Plan {
         }
     }
 
-    /// A plan that finds nothing, for a pipeline in memory that is filled before the program runs.
+    /// A plan to be replaced by another, for a pipeline in memory that is there before the program runs: all of it is zeros, which
+    /// take no place in the program.
     pub const IDLE: Self = Plan {
         codes: Codes::Signed12,
         band: Band { low: 0, high: 0 },
         options: Options {
-            method: Method::LeastSquares,
+            method: Method::Rife,
             reach: Reach::Four,
             arithmetic: Arithmetic::Float,
-            threshold: Threshold::NEVER,
+            threshold: Threshold::ZERO,
         },
         solver: Solver::None,
-        tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 1, refresh: 0 },
+        tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 0, refresh: 0 },
     };
 }
 

@@ -160,7 +160,7 @@ impl Ramps {
                 sigma: 0.0,
                 snr: 0.0,
                 amplitude: 0.0,
-                verdict: Verdict::NoSignal,
+                verdict: Verdict::Good,
             }; 3],
             held: 0,
             last: 0,

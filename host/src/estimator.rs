@@ -27,7 +27,7 @@ pub enum Estimator {
 pub fn reach(k: usize) -> Result<Reach, String> {
     [Reach::Four, Reach::Eight, Reach::Sixteen]
         .into_iter()
-        .find(|&reach| reach as usize == k)
+        .find(|&reach| reach.bins() == k)
         .ok_or_else(|| format!("--k {k}: choose 4, 8 or 16"))
 }
 

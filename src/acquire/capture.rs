@@ -164,7 +164,7 @@ impl Header {
             writer.put(number.to_le_bytes());
         }
         writer.put(config.false_alarm.to_le_bytes());
-        writer.put([config.reach as u8, config.arithmetic as u8]);
+        writer.put([config.reach.bins() as u8, config.arithmetic as u8]);
         let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
         writer.put([most, refresh]);
         for number in [agility, acceleration_bins, rate_bins] {

@@ -20,8 +20,8 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// Nothing passes.
-    pub const NEVER: Self = Self { log: f32::INFINITY };
+    /// Everything passes.
+    pub const ZERO: Self = Self { log: 0.0 };
 
     /// For a search of `bins` bins and a false-alarm probability within 1e-30..=0.5 (a value beyond is
     /// brought there).

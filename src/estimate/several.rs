@@ -163,7 +163,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
             let peak = old.peak + moved;
             let start = old.fit.offset - moved as f32;
             let bins = self.bins(peak, Some(index));
-            if let Some(fit) = fit_bins(&bins, reach as usize, Course::From(start, 1)) {
+            if let Some(fit) = fit_bins(&bins, reach.bins(), Course::From(start, 1)) {
                 let model = Model::new(&fit, peak, N as i32);
                 if let Some(found) = self.found.get_mut(index) {
                     *found = Found { peak, fit, model };
@@ -177,7 +177,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         let Some(&Found { peak, .. }) = self.found.first() else {
             return;
         };
-        if let Some(fit) = fit_bins(&self.bins(peak, Some(0)), reach as usize, Course::Usual) {
+        if let Some(fit) = fit_bins(&self.bins(peak, Some(0)), reach.bins(), Course::Usual) {
             let model = Model::new(&fit, peak, N as i32);
             self.found.clear();
             // There is room for four.

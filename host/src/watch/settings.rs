@@ -106,7 +106,7 @@ impl Fields {
             rate_hz: config.rate_hz,
             band_hz: config.band_hz,
             method: config.method.name().into(),
-            reach: config.reach as u8,
+            reach: config.reach.bins() as u8,
             false_alarm: config.false_alarm,
             scene: match config.scene {
                 Scene::Tone => Scenes::Tone,

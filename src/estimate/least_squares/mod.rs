@@ -104,12 +104,19 @@ fn gain<T: Scalar, R: Record>(n: usize) -> T {
 #[repr(u8)]
 pub enum Reach {
     /// Four: 1.1 times the bound.
-    Four = 4,
+    Four,
     /// Eight: 1.02 times the bound.
-    Eight = 8,
+    Eight,
     /// Sixteen: 1.01 times the bound.
     #[default]
-    Sixteen = 16,
+    Sixteen,
+}
+
+impl Reach {
+    /// How many bins on each side: 4, 8 or 16.
+    pub const fn bins(self) -> usize {
+        4 << self as usize
+    }
 }
 
 /// Fits a tone to `2 reach + 1` bins of either kind of record; `None` where nothing can be fitted: no
@@ -119,7 +126,7 @@ pub fn fit<T: Scalar, R: Record>(
     reach: Reach,
     course: Course<T>,
 ) -> Option<Fit<T>> {
-    fit_bins(bins, reach as usize, course)
+    fit_bins(bins, reach.bins(), course)
 }
 
 /// [`fit`] to the bins around `peak` of a record of N samples: only those within reach are looked at, and what depends
@@ -131,20 +138,20 @@ pub fn fit_at<R: Record, const N: usize>(
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
     if R::IQ {
-        return iq::fit(&Bins::<f32, R, _>::of(spectrum, peak), reach as usize, course);
+        return iq::fit(&Bins::<f32, R, _>::of(spectrum, peak), reach.bins(), course);
     }
-    let first = peak.wrapping_sub(reach as i32);
+    let first = peak.wrapping_sub(reach.bins() as i32);
     let fit = |points: &[Point]| {
         let unit = f32::two_to(spectrum.exponent());
         let bins = |k: i32| {
-            let place = usize::try_from(k.wrapping_add(reach as i32)).unwrap_or(usize::MAX);
+            let place = usize::try_from(k.wrapping_add(reach.bins() as i32)).unwrap_or(usize::MAX);
             let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
             Complex::new(re as f32 * unit, im as f32 * unit)
         };
         let table = const { &singles::<N>() };
         const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
         let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
-        real::fit(N as i32, peak, bins, reach as usize, course, distance)
+        real::fit(N as i32, peak, bins, reach.bins(), course, distance)
     };
     match reach {
         Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),

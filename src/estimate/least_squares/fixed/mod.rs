@@ -33,7 +33,7 @@ pub fn fit<R: Record, const N: usize>(
     reach: Reach,
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
-    let first = peak.wrapping_sub(reach as i32);
+    let first = peak.wrapping_sub(reach.bins() as i32);
     let exponent = spectrum.exponent();
     let fit = |bins: &[Point]| {
         if R::IQ {
