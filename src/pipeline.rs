@@ -77,7 +77,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.spectrum.transform(samples, self.plan.codes);
         let tone = match peak::find(&self.spectrum, self.plan.band) {
             Some(peak) => {
-                measure(&self.spectrum, samples, &peak, clipped, stamp, &self.plan.options)
+                let Plan { codes, ref options, .. } = self.plan;
+                measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options)
             }
             None => Tone::default(),
         };
@@ -104,7 +105,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        measure(&self.spectrum, samples, peak, clipped, stamp, &options)
+        measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options)
     }
 
     /// The strongest tones of the last block, at most `wanted`.

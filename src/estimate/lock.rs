@@ -4,7 +4,7 @@ use super::detection::HOLD;
 use super::frequency::Frequency;
 use super::locked::{self, Found, Place};
 use super::tone::{Tone, Verdict};
-use super::uncertainty::{CLIPPED, widened};
+use super::uncertainty::CLIPPED;
 use super::{locked::noise, noise::ratio};
 use crate::acquire::sample::Record;
 use crate::scalar::Scalar;
@@ -89,17 +89,17 @@ impl Lock {
         self.noise += RENEWAL * (seen - self.noise);
         self.power = found.amplitude_squared;
         self.age = self.age.saturating_add(1);
-        self.tone::<R>(&found, N, clipped)
+        self.tone::<R>(&found, N)
     }
 
     // Inlined where the length is known.
     #[inline]
-    fn tone<R: Record>(&self, found: &Found, n: usize, clipped: u32) -> Option<Tone> {
+    fn tone<R: Record>(&self, found: &Found, n: usize) -> Option<Tone> {
         let length = n as f32;
         let sigma = (length * self.noise / (found.information + found.information)).root();
         Some(Tone {
             frequency: Frequency::of_bins(self.oscillator.centre(), found.offset, n)?,
-            sigma: widened(sigma, clipped as f32 / length) / length,
+            sigma: sigma / length,
             snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
             amplitude: found.amplitude_squared.root(),
             verdict: Verdict::Good,

@@ -6,9 +6,11 @@ use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::{self, NOISE_BINS};
 use super::noise_fixed;
+use super::returns::Part;
 use super::tone::{Tone, Verdict};
-use super::uncertainty::{self, bound_bins, sigma_bins};
-use crate::acquire::sample::{Record, Stamp};
+use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
+use super::unclipped::Unclipped;
+use crate::acquire::sample::{Codes, Record, Stamp};
 use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -56,16 +58,20 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
-/// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail.
+/// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
 /// the amplitude at that offset follows linearly from nine bins, and sigma is the Cramer-Rao bound of the
 /// estimated signal-to-noise ratio times the method's own efficiency, which says nothing of its bias on real
 /// samples. The noise estimate is the same for all.
+///
+/// Where more than 1 % of the samples clip, noise and sigma come from the others (see [`Unclipped`]), whatever the method. Cost
+/// beyond that of another record: one pass over the samples.
 pub fn measure<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     samples: &[R::Sample; N],
     peak: &Peak,
+    codes: Codes,
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
@@ -92,26 +98,52 @@ pub fn measure<R: Record, const N: usize>(
         Arithmetic::Float => noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
         Arithmetic::Fixed => noise_fixed::power::<R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
     };
-    let mut seen = Seen {
-        noise,
-        excess: if own {
-            excess_over(&fit, N, noise, noise::freedom::<R, N, NOISE_BINS>() as usize / 2)
-        } else {
-            1.0
-        },
-        clipped: clipped as f32 / N as f32,
+    let excess = if own {
+        excess_over(&fit, N, noise, noise::freedom::<R, N, NOISE_BINS>() as usize / 2)
+    } else {
+        1.0
+    };
+    let clipped = clipped as f32 / N as f32;
+    let mut near = noise * excess;
+    let mut free = None;
+    if clipped > CLIPPED {
+        free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
+        // Where the line is not a single tone, what is left of it in its bins counts.
+        if excess == 1.0 {
+            near = near_of(&free, &fit, N, clipped, near);
+        }
+    }
+    let sigma = if own {
+        sigma_bins(&fit, N, near)
+    } else {
+        let snr = noise::ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
+        method.efficiency() * bound_bins::<R>(N, snr)
+    };
+    let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
+    let seen = Seen {
+        noise: free.map_or(noise, |free| free.noise),
+        excess,
+        clipped,
         unresolved: false,
         gap: stamp.gap,
         weak: !options.threshold.detects(peak),
-        sigma: 0.0,
-    };
-    seen.sigma = if own {
-        sigma_bins(&fit, N, noise * seen.excess)
-    } else {
-        let snr = noise::ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), noise);
-        method.efficiency() * bound_bins::<R>(N, snr)
+        sigma,
     };
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
+}
+
+// Both once for all kinds and lengths of records.
+#[inline(never)]
+fn near_of(free: &Option<Unclipped>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
+    free.map_or(noise, |free| free.near(residual(fit, n), clipped))
+}
+
+#[inline(never)]
+fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32 {
+    match free {
+        Some(free) => free.widened(sigma, near),
+        None => uncertainty::widened(sigma, clipped),
+    }
 }
 
 /// What is known of a tone besides its fit.
@@ -128,7 +160,7 @@ pub(super) struct Seen {
     pub gap: bool,
     /// The peak is below the threshold.
     pub weak: bool,
-    /// Sigma in bins, clipping aside.
+    /// Sigma in bins.
     pub sigma: f32,
 }
 
@@ -141,7 +173,7 @@ impl Seen {
     ) -> Option<Tone> {
         let verdicts = [
             (!R::IQ && near_edge::<N>(peak, fit.offset), Verdict::NearEdge),
-            (self.clipped > uncertainty::CLIPPED, Verdict::Clipped),
+            (self.clipped > CLIPPED, Verdict::Clipped),
             (self.excess > 1.0 || self.unresolved, Verdict::Unresolved),
             (self.gap, Verdict::Gap),
             (self.weak, Verdict::Weak),
@@ -150,7 +182,7 @@ impl Seen {
         let power = fit.amplitude_squared::<R>(N);
         Some(Tone {
             frequency: Frequency::of_bins(peak, fit.offset, N)?,
-            sigma: uncertainty::widened(self.sigma, self.clipped) / N as f32,
+            sigma: self.sigma / N as f32,
             snr: noise::ratio::<f32, R>(N, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
@@ -165,6 +197,12 @@ fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
     }
     let f = peak as f32 + offset;
     f < 1.5 || f > (N / 2) as f32 - 1.5
+}
+
+/// The noise power per sample that a fit leaves in its own bins.
+pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+    let half = (n as i32).wrapping_mul(fit.freedom.max(1) as i32);
+    (fit.residual + fit.residual) / T::of_i32(half)
 }
 
 /// How many times the noise power the fit leaves in its own bins, where that is more than one record

@@ -17,12 +17,15 @@ pub mod method;
 pub mod noise;
 pub mod noise_fixed;
 pub mod quinn;
+pub mod returns;
 pub mod rife;
 pub mod samples;
 pub mod several;
+
 pub mod snr;
 pub mod tone;
 pub mod uncertainty;
+pub mod unclipped;
 
 /// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.
 pub(crate) fn within<T: crate::scalar::Scalar>(x: T, limit: T) -> T {

@@ -11,14 +11,14 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 
 /// An angle as cosine and sine in Q30.
-type Turn = [i32; 2];
+pub(super) type Turn = [i32; 2];
 
 fn turn(k: i32, n: i32) -> Turn {
     let w = circle::<f32>(k, n);
     [quantised(w.re, 30), quantised(w.im, 30)]
 }
 
-fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
+pub(super) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     let half = 1i64 << 29;
     [
         held((product(a, c) - product(b, d) + half) >> 30),

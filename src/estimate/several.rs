@@ -14,7 +14,7 @@ use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
 use super::measure::{Options, Seen, excess};
 use super::noise::{self, NOISE_BINS};
 use super::tone::Tone;
-use super::uncertainty::sigma_bins;
+use super::uncertainty::{sigma_bins, widened};
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
@@ -57,7 +57,8 @@ struct Rest<'a, R: Record, const N: usize, E: Engine> {
 ///
 /// Sigma, amplitude and signal-to-noise ratio of each as if the others were not there; the noise is what all
 /// models together leave. A first tone below the threshold is given as `Weak`; the others all
-/// passed it. Cost: each search for a further tone evaluates every model in every bin, about 100
+/// passed it. Where samples clip, sigma has a coarse allowance in it, see
+/// [`widened`]. Cost: each search for a further tone evaluates every model in every bin, about 100
 /// operations a bin and tone.
 pub fn several<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -208,14 +209,15 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         let noise = self.noise();
         let tone = |found: &Found| {
             let excess = excess::<R, N>(&found.fit, noise);
+            let clipped = clipped as f32 / N as f32;
             let seen = Seen {
                 noise,
                 excess,
-                clipped: clipped as f32 / N as f32,
+                clipped,
                 unresolved: self.crowded(found),
                 gap: stamp.gap,
                 weak: !detected,
-                sigma: sigma_bins(&found.fit, N, noise * excess),
+                sigma: widened(sigma_bins(&found.fit, N, noise * excess), clipped),
             };
             seen.tone::<R, N>(found.peak, &found.fit)
         };

@@ -12,7 +12,8 @@ pub enum Verdict {
     Good = 0,
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate.
     NearEdge = 1,
-    /// More than 1 % of the samples touch a rail; sigma is widened.
+    /// More than 1 % of the samples touch a rail. Use it within sigma, which has in it how far the harmonics of clipping move this
+    /// record's tone: hardly at all in most places, by hundreds of times what noise does near a simple fraction of the rate.
     Clipped = 2,
     /// Two tones too close to be told apart, or beats that do not belong to one target.
     Unresolved = 3,

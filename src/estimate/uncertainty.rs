@@ -27,11 +27,11 @@ pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
 /// The share of clipped samples from which on a tone is [`super::tone::Verdict::Clipped`].
 pub const CLIPPED: f32 = 0.01;
 
-/// The standard deviation in bins of a record of which a share `clipped` of the samples touches a rail.
+/// The standard deviation in bins of a record of which a share `clipped` of the samples touches a rail, where nothing better is
+/// known (see [`Unclipped`](super::unclipped::Unclipped)): for one of several tones, and where the rails leave too few samples.
 ///
-/// Clipping makes harmonics that alias onto the tone near N/4 and N/3. The largest error seen in the worst
-/// places was 2e-3 bin at 5 % and 0.021 bin at 20 %: above 1 %, 1e-3 bin is added in quadrature,
-/// above 5 %, 1e-2 bin.
+/// A coarse allowance in quadrature: above 1 % 1e-3 bin, above 5 % 1e-2 bin. It covers the harmonics of a tone of which a
+/// fifth is clipped, in the worst places (2e-3 bin at 5 %, 0.021 bin at 20 %), and is far too much elsewhere.
 pub fn widened(sigma: f32, clipped: f32) -> f32 {
     if clipped <= CLIPPED {
         return sigma;

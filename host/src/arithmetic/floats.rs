@@ -3,13 +3,16 @@
 use super::{Engine, Estimate, within};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
-use picket::acquire::sample::{Record, Statistics};
+use fixed::types::I0F32;
+use picket::acquire::sample::Statistics;
 use picket::config::Plan;
+use picket::estimate::frequency::Frequency;
 use picket::estimate::least_squares::{Course, Reach, fit};
-use picket::estimate::measure::excess_over;
+use picket::estimate::measure::{excess_over, residual};
 use picket::estimate::noise;
 use picket::estimate::tone::Verdict;
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
+use picket::estimate::unclipped::Unclipped;
 use picket::scalar::Scalar;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{Band, Peak, Search};
@@ -36,7 +39,7 @@ impl<T: Transform, R> Debug for Floats<T, R> {
     }
 }
 
-impl<T: Scalar + Transform, R: Record> Floats<T, R> {
+impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     pub(super) fn new(n: usize, plan: Plan) -> Self {
         let fft = T::forward(n);
         let scratch = vec![Complex::new(T::zero(), T::zero()); fft.get_inplace_scratch_len()];
@@ -100,15 +103,19 @@ impl<T: Scalar + Transform, R: Record> Floats<T, R> {
     }
 
     /// What is known of the tone besides its frequency. The fitted tone is taken out of the record;
-    /// what is left in the band is noise.
-    fn seen(&mut self, peak: &Peak, unit: f64) -> Seen {
+    /// what is left in the band is noise, but of a record that clips.
+    fn seen(&mut self, record: &[Complex<f64>], peak: &Peak, unit: f64) -> Seen {
+        let samples = codes::<R>(record);
+        let clipped = Statistics::of::<R>(&samples, self.plan.codes).clipped;
+        let clipped = clipped as f32 / self.n as f32;
         let n = self.n as f64;
         let bins = self.bins(peak.bin);
         let Some(fit) = fit(&bins, Reach::Sixteen, Course::Usual) else {
             let share = if R::IQ { n } else { n / 2.0 };
             let amplitude2 = peak.power[1] as f64 * unit / (share * share);
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
-            return Seen { snr: noise::ratio::<f64, R>(self.n, amplitude2, noise), fit: None };
+            let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise);
+            return Seen { snr, clipped, near: noise, fit: None, free: None };
         };
         let tone = fit.tone::<R>(self.n);
         let tone = Complex::new(tone.re.wide(), tone.im.wide());
@@ -131,10 +138,20 @@ impl<T: Scalar + Transform, R: Record> Floats<T, R> {
         let noise = sum / free / n;
         let excess = excess_over(&fit, self.n, T::of(noise), free as usize).wide();
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
-        Seen {
-            snr: noise::ratio::<f64, R>(self.n, amplitude2, noise),
-            fit: Some((sigma_bins(&fit, self.n, T::of(noise * excess)).wide(), excess > 1.0)),
-        }
+        let free = (clipped > CLIPPED).then(|| {
+            let frequency = Frequency(I0F32::wrapping_from_num(cycles));
+            let tone = Complex::new(tone.re as f32, tone.im as f32);
+            let free = Unclipped::of::<R>(&samples, self.plan.codes, frequency, tone)?;
+            Some((frequency.bins(self.n) + f64::from(free.offset), free))
+        });
+        let free = free.flatten();
+        let noise_here = free.map_or(noise, |(_, free)| free.noise.into());
+        let rest = residual(&fit, self.n).wide() as f32;
+        let near = free.map_or(noise, |(_, free)| free.near(rest, clipped).into());
+        let near = if excess > 1.0 { noise * excess } else { near };
+        let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
+        let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
+        Seen { snr, clipped, near, fit: Some((sigma, excess > 1.0)), free }
     }
 }
 
@@ -142,8 +159,27 @@ impl<T: Scalar + Transform, R: Record> Floats<T, R> {
 struct Seen {
     /// Signal-to-noise ratio per sample.
     snr: f64,
+    /// The share of the samples that touch a rail.
+    clipped: f32,
+    /// The noise power per sample near the tone.
+    near: f64,
     /// Of the least-squares fit: sigma in bins, and whether it leaves more than noise in its own bins.
     fit: Option<(f64, bool)>,
+    /// Of a record that clips: where its other samples see the tone, in bins, and how well.
+    free: Option<(f64, Unclipped)>,
+}
+
+impl Seen {
+    /// One standard deviation of a frequency, in bins, of which noise alone would make `sigma`.
+    fn sigma(&self, bins: f64, n: usize, sigma: f64) -> f64 {
+        let Some((truth, free)) = self.free else {
+            return sigma.hypot(widened(0.0, self.clipped).into());
+        };
+        let n = n as f64;
+        let offset = (truth - bins + n / 2.0).rem_euclid(n) - n / 2.0;
+        let free = Unclipped { offset: offset as f32, ..free };
+        free.widened(sigma as f32, self.near as f32).into()
+    }
 }
 
 impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
@@ -169,10 +205,8 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let bins = self.bins(peak.bin);
         let found: Vec<f64> =
             estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect();
-        let seen = self.seen(&peak, unit);
+        let seen = self.seen(record, &peak, unit);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
-        let clipped = Statistics::of::<R>(&codes::<R>(record), self.plan.codes).clipped;
-        let clipped = clipped as f32 / self.n as f32;
         let weak = !self.plan.options.threshold.detects(&peak);
         let nyquist = self.n as f64 / 2.0;
         let estimate = |(estimator, bins): (&Estimator, f64)| {
@@ -183,14 +217,14 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
                 .unwrap_or((f64::from(estimator.about().efficiency) * bound, false));
             let verdicts = [
                 (!R::IQ && !(1.5..=nyquist - 1.5).contains(&bins), Verdict::NearEdge),
-                (clipped > CLIPPED, Verdict::Clipped),
+                (seen.clipped > CLIPPED, Verdict::Clipped),
                 (unresolved, Verdict::Unresolved),
                 (gap, Verdict::Gap),
                 (weak, Verdict::Weak),
             ];
             Estimate {
                 bins,
-                sigma_bins: sigma.hypot(widened(0.0, clipped).into()),
+                sigma_bins: seen.sigma(bins, self.n, sigma),
                 snr_db: 10.0 * seen.snr.log10(),
                 verdict: verdicts
                     .iter()

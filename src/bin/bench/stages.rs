@@ -64,7 +64,7 @@ impl<E: Engine> ForRecord for Stages<E> {
             let clipped = count("clipped", || Statistics::clipped::<R>(samples, plan.codes));
             if let Some(peak) = black_box(found) {
                 count("estimator", || {
-                    measure(&spectrum, samples, &peak, clipped, &stamp, &plan.options)
+                    measure(&spectrum, samples, &peak, plan.codes, clipped, &stamp, &plan.options)
                 });
             }
             count("measurement", || pipeline.block(stamp, samples));

@@ -83,19 +83,23 @@ impl<T: Scalar> Fit<T> {
     /// The tone's complex amplitude in ADC codes, `A exp(j phase)`: the record's samples are
     /// `A cos(2 pi f n / N + phase)`, or `A exp(j (2 pi f n / N + phase))` for I/Q.
     pub fn tone<R: Record>(&self, n: usize) -> Complex<T> {
-        let turn = if R::IQ { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
-        self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T, R>(n)
+        self.tone_of(R::IQ, n)
+    }
+
+    pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
+        let turn = if iq { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
+        self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T>(iq, n)
     }
 
     /// The square of the amplitude in ADC codes.
     pub fn amplitude_squared<R: Record>(&self, n: usize) -> T {
-        let gain = gain::<T, R>(n);
+        let gain = gain::<T>(R::IQ, n);
         self.line.norm_sqr() * gain * gain
     }
 }
 
-fn gain<T: Scalar, R: Record>(n: usize) -> T {
-    T::of(if R::IQ { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
+fn gain<T: Scalar>(iq: bool, n: usize) -> T {
+    T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
 }
 
 /// How many bins on each side of the peak a fit reads.

@@ -1,0 +1,118 @@
+//! The noise of a record that clips, from samples at which its tone has the same phase.
+//!
+//! The harmonics that clipping makes lie all over the spectrum: of a record with a fifth of its samples at one rail, bins show a
+//! noise 35 dB too strong. But they repeat when the tone does. A lag L after which its phase returns, but for a small rest, leaves
+//!
+//! ```text
+//! x[n - L] - 2 cos(2 pi rest) x[n] + x[n + L]        rest = f L less whole turns
+//! ```
+//!
+//! nothing of the tone and hardly anything of its harmonics, those of soft limiting too, so that white noise of power P has the
+//! power `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
+
+use super::frequency::Frequency;
+use super::least_squares::fixed::product;
+use super::noise::ROUNDING;
+use crate::acquire::sample::{Codes, Record};
+
+/// The longest lag. Of so many, one leaves less than a 256th of a turn.
+const LONGEST: usize = 256;
+
+/// Terms are taken in groups, each of successive samples: a tone near a simple fraction of the rate has only a few
+/// phases, and a group meets all of them.
+const GROUPS: usize = 32;
+const GROUP: usize = 8;
+
+/// Fewer terms say nothing.
+const FEWEST: i32 = 8;
+
+/// A lag after which a tone returns to its phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Return {
+    /// In samples, at least 1 and at most a third of the record.
+    pub lag: usize,
+    /// `2 - 2 cos(2 pi rest)`.
+    bend: f32,
+}
+
+impl Return {
+    /// The lag that leaves the least rest, for a record of so many samples. Cost: 5 instructions a lag.
+    pub fn of(frequency: Frequency, samples: usize) -> Self {
+        let step = frequency.0.to_bits();
+        let (mut turns, mut least, mut best) = (0i32, u32::MAX, 1);
+        for lag in 1..=(samples / 3).min(LONGEST) {
+            turns = turns.wrapping_add(step);
+            if turns.unsigned_abs() < least {
+                (least, best) = (turns.unsigned_abs(), lag);
+            }
+        }
+        let angle = least as f32 * (core::f32::consts::PI / 4_294_967_296.0);
+        // 4 sin^2 of the angle, which is below a sixtieth but for records of less than 512 samples.
+        let bend = 4.0 * angle * angle;
+        Self { lag: best, bend }
+    }
+
+    /// The noise power of a part, in squared codes; `None` where the rails leave too little. Not below the rounding of the
+    /// converter. Cost: about 25 instructions a term, at most 256 terms.
+    ///
+    /// Measured from 20 to 60 dB, up to two fifths of the samples clipped: 0.0 to 0.4 dB too low, for noise near a rail is cut
+    /// off, standard deviation 0.3 (I/Q) to 0.9 dB.
+    pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
+        let (low, high) = codes.rails();
+        let inside = |y: i16| low < y && y < high;
+        let bend = (self.bend * (1u32 << 30) as f32) as i32;
+        let apart = (part.length.saturating_sub(2 * self.lag) / GROUPS).max(GROUP);
+        let (mut sum, mut power, mut count) = (0i32, 0u64, 0i32);
+        for term in 0..GROUPS * GROUP {
+            let n = term / GROUP * apart + term % GROUP;
+            let [a, b, c] = [n, n + self.lag, n + 2 * self.lag].map(|n| part.at(n));
+            let (Some(a), Some(b), Some(c)) = (a, b, c) else { break };
+            if inside(a) && inside(b) && inside(c) {
+                let [a, b, c] = [a, b, c].map(i32::from);
+                // In sixteenths of a code: less than 22 bits.
+                let term = 16 * (a - 2 * b + c) + (product(b, bend) >> 26) as i32;
+                sum = sum.wrapping_add(term);
+                power = power.wrapping_add(product(term, term) as u64);
+                count += 1;
+            }
+        }
+        if count < FEWEST {
+            return None;
+        }
+        // Less what a constant offset leaves.
+        let (count, sum) = (count as f32, sum as f32);
+        let power = (power as f32 - sum * sum / count) / (256.0 * (count - 1.0));
+        let middle = 2.0 - self.bend;
+        Some((power / (2.0 + middle * middle)).max(ROUNDING as f32))
+    }
+}
+
+/// One part of a record's samples: of real ones the only one. Not generic, so that programs have the loops once.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    numbers: &'a [i16],
+    /// How many parts there are.
+    parts: usize,
+    which: usize,
+    /// In samples.
+    pub length: usize,
+}
+
+impl<'a> Part<'a> {
+    /// The first part of a record.
+    pub fn first<R: Record>(samples: &'a [R::Sample]) -> Self {
+        let numbers = R::pairs(samples).as_flattened();
+        let parts = if R::IQ { 2 } else { 1 };
+        Self { numbers, parts, which: 0, length: samples.len() }
+    }
+
+    /// The other part, if there are two.
+    pub fn second(self) -> Option<Self> {
+        (self.parts > 1).then_some(Self { which: 1, ..self })
+    }
+
+    #[inline(always)]
+    pub fn at(&self, n: usize) -> Option<i16> {
+        self.numbers.get(n.wrapping_mul(self.parts).wrapping_add(self.which)).copied()
+    }
+}
