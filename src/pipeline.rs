@@ -112,7 +112,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     pub(crate) fn several(&self, measurement: &Measurement, wanted: usize) -> Vec<Tone, MOST> {
         let Measurement { ref stamp, clipped, .. } = *measurement;
         let Plan { band, ref options, .. } = self.plan;
-        several(&self.spectrum, band, clipped, stamp, options, wanted)
+        let mut tones = several(&self.spectrum, band, clipped, stamp, options, wanted);
+        // What a record that clips says of its only tone is in its samples.
+        if let [tone] = tones.as_mut_slice()
+            && tone.verdict == Verdict::Clipped
+        {
+            *tone = measurement.tone;
+        }
+        tones
     }
 
     /// What a tone amounts to.
