@@ -106,7 +106,8 @@ pub fn measure<R: Record, const N: usize>(
     let clipped = clipped as f32 / N as f32;
     let mut near = noise * excess;
     let mut free = None;
-    if clipped > CLIPPED {
+    // The smallest programs do without: their sigma has the coarse allowance.
+    if cfg!(feature = "methods") && clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
         // Where the line is not a single tone, what is left of it in its bins counts.
         if excess == 1.0 {

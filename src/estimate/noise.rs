@@ -148,29 +148,28 @@ fn quiet<P>(ranges: [&[P]; 3], stride: usize, each: usize, bend: impl Fn(&[P]) -
             let _ = stretches.push((sum, taken));
         }
     }
-    without_lines(stretches, (total, count))
+    without_lines(&mut stretches, (total, count))
 }
+
+/// How many stretches are left out at most.
+const MOST: usize = 4;
 
 /// The sum of all stretches but those that are more than twice as loud as the mean of the others: so is one of noise in
 /// a record of fifty.
-fn without_lines(mut stretches: Vec<Stretch, 12>, all: Stretch) -> Stretch {
+fn without_lines(stretches: &mut [Stretch], all: Stretch) -> Stretch {
     let (mut total, mut count) = all;
     // In 24 bits, so that a product with a count is in 32.
     let shift = 40u32.saturating_sub(total.leading_zeros());
-    let mut loudness = (total >> shift) as u32;
-    for _ in 0..stretches.len() / 2 {
-        let before = count;
-        for (sum, taken) in &mut stretches {
-            let own = (*sum >> shift) as u32;
-            let (rest, others) = (loudness.wrapping_sub(own), count.wrapping_sub(*taken));
-            if own.wrapping_mul(others as u32) > rest.wrapping_mul(2 * *taken as u32) {
-                (total, count, loudness) = (total.wrapping_sub(*sum), others, rest);
-                (*sum, *taken) = (0, 0);
-            }
-        }
-        if count == before {
-            break;
-        }
+    for _ in 0..MOST {
+        let loudness = (total >> shift) as u32;
+        let stands_out = |&(sum, taken): &Stretch| {
+            let own = (sum >> shift) as u32;
+            let (rest, others) = (loudness.wrapping_sub(own), count.wrapping_sub(taken));
+            own.wrapping_mul(others as u32) > rest.wrapping_mul(2 * taken as u32)
+        };
+        let Some(stretch) = stretches.iter_mut().find(|stretch| stands_out(stretch)) else { break };
+        (total, count) = (total.wrapping_sub(stretch.0), count.wrapping_sub(stretch.1));
+        *stretch = (0, 0);
     }
     (total, count)
 }

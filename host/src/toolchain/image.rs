@@ -72,7 +72,10 @@ impl Firmware<'_> {
         }
         let built = directory.join(self.target.triple()).join(self.profile.name()).join(self.bin);
         let image = images.join(self.image_name());
-        fs::copy(&built, &image).map_err(io_error(built.display()))?;
+        // Another test may be running the image: it keeps the file that it has opened.
+        let copy = image.with_extension("part");
+        fs::copy(&built, &copy).map_err(io_error(built.display()))?;
+        fs::rename(&copy, &image).map_err(io_error(image.display()))?;
         Ok(image)
     }
 

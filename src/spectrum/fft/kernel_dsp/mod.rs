@@ -184,8 +184,7 @@ pub fn window<'a, const K: usize>(
 
 /// As [`integer::bend`].
 pub fn bend(points: &[Point], stride: usize) -> u64 {
-    let count = points.len().saturating_sub(2).div_ceil(stride.max(1));
-    if count == 0 {
+    if points.len() < 3 {
         return 0;
     }
     let range = points.as_ptr_range();
