@@ -26,7 +26,8 @@
 //!
 //! There may be other lines, an interferer outside the searched band or another target: they are not noise. So the differences are
 //! summed stretch by stretch of the spectrum, five or more, and one is left out while it is more than twice as loud as the mean of
-//! the others: up to lines in two of five.
+//! the others: up to lines in two of five. Weak ones stay, for they may be what a converter makes of the tone itself, and that leaks
+//! into the fit's bins, too.
 
 use super::least_squares::{Fit, circle};
 use crate::acquire::sample::Record;
@@ -97,6 +98,8 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     let points = spectrum.points();
     let length = points.len();
     let apart = length / 8;
+    // What is 42 dB weaker than the tone and less may be its own distortion.
+    let least = spectrum.power(peak) >> 14;
     let peak = (peak.rem_euclid(N as i32) as usize).min(length);
     let (first, last) = (DRIFT, length - DRIFT);
     let ranges = if R::IQ {
@@ -118,7 +121,9 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     let available: usize = ranges.iter().map(|range| range.len()).sum();
     // Not fewer than the accuracy wants, but where there are more of them not many more.
     let stride = (available / (BINS / 2 - BINS / 32).max(1)).max(2);
-    let (sum, count) = quiet(ranges, stride, BINS / 8, |part| spectrum.bend(part, stride));
+    let mut stretches = Vec::new();
+    let all = sums(ranges, stride, BINS / 8, |part| spectrum.bend(part, stride), &mut stretches);
+    let (sum, count) = without_lines(&mut stretches, all, least);
     // Halves were summed: of 6 P a quarter.
     let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) as i32 * N as i32) * T::of(0.5));
     let parts = if R::IQ { 2.0 } else { 1.0 };
@@ -128,11 +133,16 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
 /// A sum of second differences, and of how many.
 type Stretch = (u64, usize);
 
-/// What `bend` sums over every `stride`-th second difference of these ranges, without the stretches of about `each` differences
-/// that hold a line.
+/// What `bend` sums over every `stride`-th second difference of these ranges, in stretches of about `each` differences; the
+/// sum of all.
 #[inline(always)]
-fn quiet<P>(ranges: [&[P]; 3], stride: usize, each: usize, bend: impl Fn(&[P]) -> u64) -> Stretch {
-    let mut stretches = Vec::<Stretch, 12>::new();
+fn sums<P>(
+    ranges: [&[P]; 3],
+    stride: usize,
+    each: usize,
+    bend: impl Fn(&[P]) -> u64,
+    stretches: &mut Vec<Stretch, 12>,
+) -> Stretch {
     let (mut total, mut count) = (0u64, 0);
     for range in &ranges {
         let mut left = range.len().saturating_sub(2).div_ceil(stride.max(1));
@@ -148,15 +158,15 @@ fn quiet<P>(ranges: [&[P]; 3], stride: usize, each: usize, bend: impl Fn(&[P]) -
             let _ = stretches.push((sum, taken));
         }
     }
-    without_lines(&mut stretches, (total, count))
+    (total, count)
 }
 
 /// How many stretches are left out at most.
 const MOST: usize = 4;
 
-/// The sum of all stretches but those that are more than twice as loud as the mean of the others: so is one of noise in
-/// a record of fifty.
-fn without_lines(stretches: &mut [Stretch], all: Stretch) -> Stretch {
+/// The sum of all stretches but those beyond `least` that are more than twice as loud as the mean of the others: so is one of
+/// noise in a record of fifty.
+fn without_lines(stretches: &mut [Stretch], all: Stretch, least: u64) -> Stretch {
     let (mut total, mut count) = all;
     // In 24 bits, so that a product with a count is in 32.
     let shift = 40u32.saturating_sub(total.leading_zeros());
@@ -165,7 +175,7 @@ fn without_lines(stretches: &mut [Stretch], all: Stretch) -> Stretch {
         let stands_out = |&(sum, taken): &Stretch| {
             let own = (sum >> shift) as u32;
             let (rest, others) = (loudness.wrapping_sub(own), count.wrapping_sub(taken));
-            own.wrapping_mul(others as u32) > rest.wrapping_mul(2 * taken as u32)
+            sum > least && own.wrapping_mul(others as u32) > rest.wrapping_mul(2 * taken as u32)
         };
         let Some(stretch) = stretches.iter_mut().find(|stretch| stands_out(stretch)) else { break };
         (total, count) = (total.wrapping_sub(stretch.0), count.wrapping_sub(stretch.1));
