@@ -1,7 +1,7 @@
 //! The float engine: its error, its extremes, and the tones found with it.
 
 use crate::each_length;
-use crate::fft::{compare_by, iq_tone, tone, worst_by};
+use crate::fft::{least_ratios, worst_by};
 use crate::q15::{Found, found};
 use crate::signal::{Kind, rng};
 use crate::trust::noise_and_sigma_by;
@@ -24,15 +24,7 @@ fn snr_against_float64() {
     for (name, amplitude, bars) in
         [("full scale", 2047.0, [136.0; 2]), ("-40 dBFS", 20.47, [115.0, 112.0])]
     {
-        let mut least = [f64::INFINITY; 2];
-        for bin in [5.3, 64.0, 100.37, 255.5, 256.0, 300.2, 505.1] {
-            let samples = tone(bin, amplitude, 0.3);
-            let (_, real) = compare_by::<Real, 1024, F32>(&samples, Codes::Signed12);
-            let pairs = iq_tone(bin, amplitude, 0.3);
-            let (_, iq) = compare_by::<Iq, 1024, F32>(&pairs, Codes::Signed12);
-            println!("{name}, bin {bin}: real {real:.2} dB, I/Q {iq:.2} dB");
-            least = [least[0].min(real), least[1].min(iq)];
-        }
+        let least = least_ratios::<F32>(name, amplitude);
         assert!(least.iter().zip(&bars).all(|(least, bar)| least >= bar), "{name}: {least:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! The 16-bit engine: its error, its extremes, and the tones found with it.
 
 use crate::each_length;
-use crate::fft::{compare_by, iq_tone, tone, worst_by};
+use crate::fft::{least_ratios, worst_by};
 use crate::signal::{Kind, anywhere, error, mean, measure_by, trials};
 use picket::acquire::sample::{Codes, Iq, Real};
 use picket::estimate::tone::Verdict;
@@ -11,15 +11,7 @@ use picket::spectrum::fft::q15::FRACTION;
 #[test]
 fn snr_against_float64() {
     for (name, amplitude) in [("full scale", 2047.0), ("-40 dBFS", 20.47)] {
-        let mut least = [f64::INFINITY; 2];
-        for bin in [5.3, 64.0, 100.37, 255.5, 256.0, 300.2, 505.1] {
-            let samples = tone(bin, amplitude, 0.3);
-            let (_, real) = compare_by::<Real, 1024, Q15>(&samples, Codes::Signed12);
-            let pairs = iq_tone(bin, amplitude, 0.3);
-            let (_, iq) = compare_by::<Iq, 1024, Q15>(&pairs, Codes::Signed12);
-            println!("{name}, bin {bin}: real {real:.2} dB, I/Q {iq:.2} dB");
-            least = [least[0].min(real), least[1].min(iq)];
-        }
+        let least = least_ratios::<Q15>(name, amplitude);
         assert!(least[0] >= 60.0 && least[1] >= 57.0, "{name}: {least:?}");
     }
 }
