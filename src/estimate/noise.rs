@@ -25,8 +25,8 @@
 //! throughout, so the same for both arithmetics.
 //!
 //! There may be other lines, an interferer outside the searched band or another target: they are not noise. So the differences are
-//! summed stretch by stretch of the spectrum, five or more, and one is left out while it is more than twice as loud as the mean of
-//! the others: up to lines in two of five. Weak ones stay, for they may be what a converter makes of the tone itself, and that leaks
+//! summed stretch by stretch of the spectrum, mostly four or five, and one is left out while it is more than twice as loud as the mean
+//! of the others: lines in two of four are. Weak ones stay, for they may be what a converter makes of the tone itself, and that leaks
 //! into the fit's bins, too.
 
 use super::least_squares::{Fit, circle};
