@@ -130,10 +130,7 @@ macro_rules! cross {
 pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
     kernel!(
         "push {{r4-r7, lr}}",
-        "mov r4, r8",
-        "mov r5, r9",
-        "mov r6, r10",
-        "mov r7, r11",
+        high_to_low!(),
         "push {{r0, r4-r7}}",
         "ldm r0!, {{r1, r2, r3, r4}}", // total, least
         "push {{r1, r2, r3, r4}}",
@@ -212,10 +209,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
         "str r7, [r5, #8]",
         "str r2, [r5, #12]",
         "pop {{r4-r7}}",
-        "mov r8, r4",
-        "mov r9, r5",
-        "mov r10, r6",
-        "mov r11, r7",
+        low_to_high!(),
         "pop {{r4-r7, pc}}",
     )
 }

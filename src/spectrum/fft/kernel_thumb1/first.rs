@@ -83,10 +83,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
     }
     kernel!(
         "push {{r4-r7, lr}}",
-        "mov r4, r8",
-        "mov r5, r9",
-        "mov r6, r10",
-        "mov r7, r11",
+        high_to_low!(),
         "push {{r4-r7}}",
         "sub sp, sp, #36",
         "movs r2, #0x5a",
@@ -208,10 +205,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         "5:",
         "add sp, sp, #36",
         "pop {{r4-r7}}",
-        "mov r8, r4",
-        "mov r9, r5",
-        "mov r10, r6",
-        "mov r11, r7",
+        low_to_high!(),
         "pop {{r4-r7, pc}}",
         m = const M,
         shift = const SHIFT,

@@ -5,6 +5,24 @@
 //!
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else.
 
+// Before what uses them. The registers r8 to r11 belong to the caller, and only the lower ones can be pushed and popped.
+macro_rules! high_to_low {
+    () => {
+        "mov r4, r8
+         mov r5, r9
+         mov r6, r10
+         mov r7, r11\n"
+    };
+}
+macro_rules! low_to_high {
+    () => {
+        "mov r8, r4
+         mov r9, r5
+         mov r10, r6
+         mov r11, r7\n"
+    };
+}
+
 mod bins;
 mod first;
 mod passes;

@@ -108,10 +108,7 @@ pub(super) unsafe extern "C" fn pass(
     }
     kernel!(
         "push {{r4-r7, lr}}",
-        "mov r4, r8",
-        "mov r5, r9",
-        "mov r6, r10",
-        "mov r7, r11",
+        high_to_low!(),
         "push {{r4-r7}}",
         // Three factors; four legs less a point; the end; the first block's next point and its last; factors, stride.
         "sub sp, sp, #52",
@@ -201,10 +198,7 @@ pub(super) unsafe extern "C" fn pass(
         "6:",
         "add sp, sp, #52",
         "pop {{r4-r7}}",
-        "mov r8, r4",
-        "mov r9, r5",
-        "mov r10, r6",
-        "mov r11, r7",
+        low_to_high!(),
         "pop {{r4-r7, pc}}",
     )
 }
