@@ -68,7 +68,8 @@ impl Profile {
 
 /// The workspace's root.
 pub fn workspace() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+    let host = Path::new(env!("CARGO_MANIFEST_DIR"));
+    host.parent().unwrap_or(host)
 }
 
 /// Where firmware and what belongs to it is built: `target/firmware`.

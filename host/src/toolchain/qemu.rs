@@ -43,16 +43,17 @@ fn unpacked() -> Result<PathBuf, ToolError> {
         }
         let root = half.join("root");
         fs::create_dir_all(&root).map_err(io_error(root.display()))?;
-        unpack(&half, &root)?;
+        let packages = unpack(&half, &root)?;
         write_starter(&half.join(NAME), &root)?;
         fs::rename(&half, &place).map_err(io_error(place.display()))?;
+        eprintln!("toolchain: {NAME} from {packages} packages, unpacked in {}", place.display());
     }
     Ok(starter)
 }
 
-fn unpack(directory: &Path, root: &Path) -> Result<(), ToolError> {
+/// Gives the number of packages.
+fn unpack(directory: &Path, root: &Path) -> Result<usize, ToolError> {
     let packages = apt::download(NAME, directory)?;
-    eprintln!("toolchain: {NAME} from {} packages, unpacked in {}", packages.len(), root.display());
     for package in &packages {
         let mut command = Command::new("dpkg-deb");
         command.arg("--extract").arg(package).arg(root);
@@ -62,7 +63,7 @@ fn unpack(directory: &Path, root: &Path) -> Result<(), ToolError> {
         }
         fs::remove_file(package).map_err(io_error(package.display()))?;
     }
-    Ok(())
+    Ok(packages.len())
 }
 
 /// Starts the unpacked emulator with the libraries that came with it, wherever the target directory is.
