@@ -47,8 +47,8 @@ impl Threshold {
     pub fn detects(&self, peak: &Peak) -> bool {
         let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
         let power = peak.power[1] as f32 * bins;
-        // m (exp(L/m) - 1) is below 2 L where L is not above m: most tones need no exponential.
-        self.log <= bins && power > 2.0 * self.log * floor
+        // m (exp(L/m) - 1) is below L + L^2/m where L is not above m: most tones need no exponential.
+        self.log <= bins && power * bins > self.log * (bins + self.log) * floor
             || power > self.over(peak.floor_bins) * floor
     }
 }

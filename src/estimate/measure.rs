@@ -202,8 +202,8 @@ fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
 
 /// The noise power per sample that a fit leaves in its own bins.
 pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
-    let half = (n as i32).wrapping_mul(fit.freedom.max(1) as i32);
-    (fit.residual + fit.residual) / T::of_i32(half)
+    let half = (n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32);
+    fit.residual / T::of_i32(half)
 }
 
 /// How many times the noise power the fit leaves in its own bins, where that is more than one record
@@ -221,13 +221,13 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usiz
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
     // Half the freedom times the power of a bin, n noise.
-    let half = (n as i32).wrapping_mul(fit.freedom.max(1) as i32);
-    let expected = noise * (T::of_i32(half) * T::of(0.5));
-    let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
+    let half = (n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32);
+    let expected = noise * T::of_i32(half);
     // No fit has the freedom to make twice the noise improbable.
-    if rest <= expected + expected {
+    if fit.residual <= expected + expected {
         return T::one();
     }
+    let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
     let freedom = fit.freedom.max(1) as f32;
     let others = 2.0 * noise_bins as f32;
     let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / others)).root();

@@ -51,10 +51,10 @@ pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
     peak: i32,
     fit: &Fit<T>,
 ) -> T {
-    let unit = T::two_to(spectrum.exponent());
     if long::<R, N>() {
-        return differences::<T, R, N, BINS>(spectrum, peak, unit);
+        return differences::<T, R, N, BINS>(spectrum, peak);
     }
+    let unit = T::two_to(spectrum.exponent());
     let stride = stride::<R, N, BINS>() as i32;
     let (residual, weight) = if R::IQ {
         iq(spectrum, peak, fit, stride, unit)
@@ -91,7 +91,6 @@ pub const fn freedom<R: Record, const N: usize, const BINS: usize>() -> u32 {
 pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
-    unit: T,
 ) -> T {
     /// Bins on each side of DC that a slow drift may have reached.
     const DRIFT: usize = 4;
@@ -122,19 +121,20 @@ pub(crate) fn differences<T: Scalar, R: Record, const N: usize, const BINS: usiz
     // Not fewer than the accuracy wants, but where there are more of them not many more.
     let stride = (available / (BINS / 2 - BINS / 32).max(1)).max(2);
     let mut stretches = Vec::new();
-    let all = sums(ranges, stride, BINS / 8, |part| spectrum.bend(part, stride), &mut stretches);
+    let all =
+        sums(ranges, stride, BINS.div_ceil(8), |part| spectrum.bend(part, stride), &mut stretches);
     let (sum, count) = without_lines(&mut stretches, all, least);
-    // Halves were summed: of 6 P a quarter.
-    let power = T::of_u64(sum) / (T::of_i32(3 * count.max(1) as i32 * N as i32) * T::of(0.5));
+    // Halves were summed: of 6 P a quarter, and P is N times the power of a sample.
+    let scale = T::two_to(2 * spectrum.exponent() + 1 - N.trailing_zeros() as i32);
     let parts = if R::IQ { 2.0 } else { 1.0 };
-    (power * (unit * unit)).max(T::of(ROUNDING * parts))
+    (T::of_u64(sum) / T::of_i32(3 * count.max(1) as i32) * scale).max(T::of(ROUNDING * parts))
 }
 
 /// A sum of second differences, and of how many.
 type Stretch = (u64, usize);
 
-/// What `bend` sums over every `stride`-th second difference of these ranges, in stretches of about `each` differences; the
-/// sum of all.
+/// What `bend` sums over every `stride`-th second difference of these ranges, in stretches of `each` differences or up to twice
+/// as many; the sum of all.
 #[inline(always)]
 fn sums<P>(
     ranges: [&[P]; 3],
@@ -146,7 +146,6 @@ fn sums<P>(
     let (mut total, mut count) = (0u64, 0);
     for range in &ranges {
         let mut left = range.len().saturating_sub(2).div_ceil(stride.max(1));
-        let each = left / (left / each.max(1)).max(1);
         let mut rest = *range;
         while left > 0 {
             // The last one takes what is over.
@@ -191,13 +190,10 @@ pub const fn count<R: Record, const N: usize, const BINS: usize>() -> usize {
 
 /// The signal-to-noise ratio per sample, freed of the noise within the fitted amplitude; not negative.
 pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, noise: T) -> T {
+    let ratio = amplitude_squared / noise;
     let n = T::of_i32(n.max(1) as i32);
-    let power = if R::IQ {
-        amplitude_squared - noise / n
-    } else {
-        amplitude_squared * T::of(0.5) - T::of(2.0) * noise / n
-    };
-    (power / noise).max(T::zero())
+    let ratio = if R::IQ { ratio - n.recip() } else { ratio * T::of(0.5) - T::of(2.0) * n.recip() };
+    ratio.max(T::zero())
 }
 
 /// Residual in stored units and weight of an I/Q record.

@@ -33,8 +33,7 @@ pub fn power<R: Record, const N: usize, const BINS: usize>(
     fit: &Fit<f32>,
 ) -> f32 {
     if noise::long::<R, N>() {
-        let unit = f32::two_to(spectrum.exponent());
-        return noise::differences::<f32, R, N, BINS>(spectrum, peak, unit);
+        return noise::differences::<f32, R, N, BINS>(spectrum, peak);
     }
     let stride = noise::stride::<R, N, BINS>() as i32;
     let scale = f32::two_to(spectrum.exponent() + ROOM as i32);

@@ -182,7 +182,9 @@ impl<T: Scalar> Problem<T, Floats<T>> {
     fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
         let n = bins.n() as i32;
         let e = T::of(core::f64::consts::PI) / T::of_i32(n);
-        let mut sides = Vec::new();
+        // The bins are put in their place: a vector made here would be copied there.
+        let (near, sides) = (Vec::new(), Floats(Vec::new()));
+        let mut problem = Self { e, centre: bins.at(0), near, sides };
         for i in distances(reach) {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
@@ -190,11 +192,11 @@ impl<T: Scalar> Problem<T, Floats<T>> {
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
-                let _ = sides.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+                let _ = problem.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
             }
         }
-        let near = first_two(sides.iter().copied());
-        Self { e, centre: bins.at(0), near, sides: Floats(sides) }
+        problem.near = first_two(problem.sides.0.iter().copied());
+        problem
     }
 }
 

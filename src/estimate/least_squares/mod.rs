@@ -94,7 +94,7 @@ impl<T: Scalar> Fit<T> {
     /// The square of the amplitude in ADC codes.
     pub fn amplitude_squared<R: Record>(&self, n: usize) -> T {
         let gain = gain::<T>(R::IQ, n);
-        self.line.norm_sqr() * gain * gain
+        self.line.norm_sqr() * (gain * gain)
     }
 }
 

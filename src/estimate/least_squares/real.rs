@@ -218,7 +218,8 @@ impl<T: Scalar> Problem<T> {
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
         let w = circle::<T>(peak, n);
         let c = e * (w.re / w.im);
-        let mut sides = Vec::new();
+        // The bins are put in their place: a vector made here would be copied there.
+        let mut problem = Self { peak, last: n / 2 - 1, e, c, centre: bin(0), sides: Vec::new() };
         for i in distances(reach) {
             let Distance { near, bend, versine } = distance(i);
             let bend = c * bend;
@@ -230,10 +231,10 @@ impl<T: Scalar> Problem<T> {
                 let s = T::one() - versine + sign * c * near;
                 let x = bin(k);
                 // The vector holds every distance up to the reach.
-                let _ = sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
+                let _ = problem.sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
             }
         }
-        Self { peak, last: n / 2 - 1, e, c, centre: bin(0), sides }
+        problem
     }
 
     fn sums(&self, p: T) -> Sums<T> {

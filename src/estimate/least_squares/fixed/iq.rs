@@ -61,18 +61,19 @@ pub(super) fn fit(
         return None;
     }
     let scale = f32::two_to(exponent + ROOM as i32);
-    let mut sides = Vec::new();
+    let e = core::f32::consts::PI / n as f32;
+    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new() });
+    let mut problem = iq::Problem { e, centre, near, sides };
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
             if let Some(x) = around(bins, sign * i) {
                 // The vector holds every distance up to the reach.
-                let _ = sides.push(Side::new(x, distance, sign));
+                let _ = problem.sides.sides.push(Side::new(x, distance, sign));
             }
         }
     }
-    let e = core::f32::consts::PI / n as f32;
-    let near = first_two(sides.iter().map(|side: &Side| side.float(scale)));
-    Some(iq::Problem { e, centre, near, sides: Sides { scale, sides } }.fit(course))
+    problem.near = first_two(problem.sides.sides.iter().map(|side| side.float(scale)));
+    Some(problem.fit(course))
 }
 
 /// One bin of an I/Q record.

@@ -91,14 +91,76 @@ fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
     if cfg!(short_products) { by_halves::<K>(a, b) } else { (product(a, b) >> K) as i32 }
 }
 
+/// The whole product of a number with itself.
+#[inline(always)]
+pub(crate) fn square(a: i32) -> i64 {
+    if cfg!(short_products) {
+        let [high, low] = [a >> 16, a & 0xffff];
+        let lower = (low as u32).wrapping_mul(low as u32);
+        let middle = i64::from(high.wrapping_mul(low)) << 17;
+        return (i64::from(high.wrapping_mul(high)) << 32) + middle + i64::from(lower);
+    }
+    product(a, a)
+}
+
+/// How many bits above the highest set one are zero.
+#[inline(always)]
+fn zeros(x: u32) -> u32 {
+    if cfg!(short_products) { zeros_by_table(x) } else { x.leading_zeros() }
+}
+
+/// [`zeros`] in half the time of a library's search, for the cores without an instruction for it: all bits below the highest
+/// are set, and of the 33 such numbers a product tells which it is.
+#[inline(always)]
+fn zeros_by_table(x: u32) -> u32 {
+    const FACTOR: u32 = 0x07c4_acdd;
+    const TABLE: [u8; 32] = {
+        let mut table = [0; 32];
+        let mut bits = 1;
+        while bits <= 32 {
+            let filled = (((1u64 << bits) - 1) as u32).wrapping_mul(FACTOR);
+            // The compiler runs this: an index out of range would not build.
+            #[allow(clippy::indexing_slicing)]
+            {
+                table[(filled >> 27) as usize] = 32 - bits;
+            }
+            bits += 1;
+        }
+        table
+    };
+    let x = x | x >> 1;
+    let x = x | x >> 2;
+    let x = x | x >> 4;
+    let x = x | x >> 8;
+    let x = x | x >> 16;
+    // Zero itself has the product of the highest bit, and no caller asks for it.
+    TABLE.get((x.wrapping_mul(FACTOR) >> 27) as usize).map_or(32, |&zeros| zeros.into())
+}
+
 /// [`shifted`] without the whole product. Halves are signed, the upper ones rounded: so the mixed products and the carry
 /// together fit in 32 bits.
 #[inline(always)]
 fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
-    let [(a, b), (c, d)] = [a, b].map(|x| (((x >> 15) + 1) >> 1, i32::from(x as i16)));
+    let [(a, b), (c, d)] = [a, b].map(halves);
     let middle = a.wrapping_mul(d).wrapping_add(b.wrapping_mul(c));
     let middle = middle.wrapping_add(b.wrapping_mul(d) >> 16);
     (a.wrapping_mul(c) << (32 - K)).wrapping_add(middle >> (K - 16))
+}
+
+/// [`product`] where `a` is 2^30 in size or less.
+#[inline(always)]
+fn product_by_halves(a: i32, b: i32) -> i64 {
+    let [(a, b), (c, d)] = [a, b].map(halves);
+    let middle = a.wrapping_mul(d).wrapping_add(b.wrapping_mul(c));
+    let high = a.wrapping_mul(c).wrapping_add(middle >> 16);
+    let both = i64::from(high) << 32 | i64::from((middle << 16) as u32);
+    both.wrapping_add(i64::from(b.wrapping_mul(d)))
+}
+
+/// The upper half, rounded, and the rest, signed.
+#[inline(always)]
+fn halves(x: i32) -> (i32, i32) {
+    (((x >> 15) + 1) >> 1, i32::from(x as i16))
 }
 
 /// The product of two numbers in Q30, or of one with any other, in the other's format.
@@ -118,7 +180,7 @@ pub(crate) fn held(x: i64) -> i32 {
 fn shape(p: i32, u: i32) -> (i32, i32) {
     let difference = p.wrapping_sub(u);
     let size = difference.unsigned_abs().max((1 << 19) + 1).min(i32::MAX as u32);
-    let room = size.leading_zeros().wrapping_sub(1) & 31;
+    let room = zeros(size).wrapping_sub(1) & 31;
     // 1/(size 2^room) = inverse / 2^61 and 1/|p - u| = 2^(23 + room) times that: in Q26, inverse >> (12 - room).
     let inverse = (inverse::of(size << room) >> 12u32.saturating_sub(room)) as i32;
     let inverse = if difference < 0 { -inverse } else { inverse };
@@ -127,10 +189,11 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
     (h, slope)
 }
 
-/// The sum of products.
+/// Adds the product of two numbers, of which `a` is 2^30 in size or less, to the sum of others.
 #[inline(always)]
 fn add(sum: &mut i64, a: i32, b: i32) {
-    *sum = sum.wrapping_add(product(a, b));
+    let product = if cfg!(short_products) { product_by_halves(a, b) } else { product(a, b) };
+    *sum = sum.wrapping_add(product);
 }
 
 /// The square root of a positive number in Q28.
@@ -152,6 +215,12 @@ mod tests {
         let ends = [i32::MIN, i32::MIN + 0x8000, -0x8000, -1, 0, 0x7fff, 0x8000, i32::MAX];
         let check = |a: i32, b: i32| {
             let wide = i64::from(a) * i64::from(b);
+            assert_eq!(product(a, b), wide, "{a} {b}");
+            assert_eq!(square(b), product(b, b), "{b}");
+            if b != 0 {
+                assert_eq!(zeros_by_table(b as u32), b.leading_zeros(), "{b}");
+            }
+            assert_eq!(product_by_halves(a, b), wide, "{a} {b}");
             assert_eq!(by_halves::<16>(a, b), (wide >> 16) as i32, "{a} {b}");
             assert_eq!(by_halves::<23>(a, b), (wide >> 23) as i32, "{a} {b}");
             assert_eq!(by_halves::<31>(a, b), (wide >> 31) as i32, "{a} {b}");

@@ -2,7 +2,7 @@
 
 use super::equations::{Place, Step, Sums};
 use super::scaled::Scaled;
-use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, times};
+use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
 use crate::estimate::least_squares::{
     Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
 };
@@ -51,6 +51,9 @@ struct Side {
     x: [i32; 2],
     /// s Im
     y: i32,
+    /// h and h' where the sums were last taken.
+    h: i32,
+    slope: i32,
 }
 
 /// Where the peak is, in Q30.
@@ -98,11 +101,11 @@ pub(super) fn fit(
             if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
                 // The vector holds every distance up to the reach.
                 let y = shifted::<26>(s, x[1]);
-                let _ = sides.push(Side { u: near + bend, s, x, y });
+                let _ = sides.push(Side { u: near + bend, s, x, y, h: 0, slope: 0 });
             }
         }
     }
-    Some(place.fit(peak, last, &sides, exponent + ROOM as i32, course))
+    Some(place.fit(peak, last, &mut sides, exponent + ROOM as i32, course))
 }
 
 /// c = e cot(2 pi peak / n) in Q30, which is never above 1. Towards DC and Nyquist, where it matters, it is computed
@@ -153,7 +156,7 @@ impl Peak {
         &self,
         peak: i32,
         last: i32,
-        sides: &[Side],
+        sides: &mut [Side],
         unit: i32,
         course: Course<f32>,
     ) -> Fit<f32> {
@@ -173,7 +176,7 @@ impl Peak {
             total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
         };
         let mut step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
-        let mut taken = 0;
+        let (mut taken, mut onward) = (0, 0);
         let (mut line, mut speed) = (step.line, Scaled::new(at.speed, -30));
         while taken < steps {
             if taken > 0 {
@@ -184,10 +187,11 @@ impl Peak {
             let forward = limit((step.forward / speed).bits(30), STEP_LIMIT);
             let next = self.at((at.d + forward).max(low).min(high));
             let moved = next.d - at.d;
-            let onward = Scaled::new(next.p - at.p, -30);
+            onward = next.p - at.p;
+            let far = Scaled::new(onward, -30);
             line = Complex::new(
-                step.line.re + step.slope.re * onward,
-                step.line.im + step.slope.im * onward,
+                step.line.re + step.slope.re * far,
+                step.line.im + step.slope.im * far,
             );
             at = next;
             if moved.abs() <= bins(settled) {
@@ -197,6 +201,7 @@ impl Peak {
         self.finish(
             &at,
             &Step { line, information: step.information * speed * speed, ..step },
+            onward,
             sides,
             unit,
         )
@@ -231,7 +236,7 @@ impl Peak {
             let im = side.x[1].wrapping_sub(shifted::<26>(side.s, b));
             let across = product(side.x[0], re).wrapping_add(product(side.x[1], im));
             above = above + Scaled::new(side.u, -23) * Scaled::of_sum(across, 0);
-            let size = product(re, re).wrapping_add(product(im, im));
+            let size = square(re).wrapping_add(square(im));
             below = below + Scaled::of_sum(size, 0);
         }
         let p = limit((above / below).bits(30), START_LIMIT);
@@ -241,8 +246,8 @@ impl Peak {
         times(half, ONE - third) << 1
     }
 
-    /// As [`super::super::real::Problem::finish`].
-    fn finish(&self, at: &Offset, step: &Step, sides: &[Side], unit: i32) -> Fit<f32> {
+    /// As [`super::super::real::Problem::finish`], `onward` in p from where the sums were last taken.
+    fn finish(&self, at: &Offset, step: &Step, onward: i32, sides: &[Side], unit: i32) -> Fit<f32> {
         let Complex { re: a, im: b } = step.line;
         // sin(pi d) / (pi d), by doubling the angle twice.
         let x = times(at.d, const { bins(FRAC_PI_4) });
@@ -251,12 +256,13 @@ impl Peak {
         let shape = times(times(sinc(z), cos), (times(cos, cos) - ONE / 2) << 1);
         let scale = Scaled::new(at.ratio, 0) / Scaled::new(shape, 0);
         let bent = Scaled::new(times(self.e, at.p), -30) * b;
-        let line = Complex::new((a - bent) * scale / self.root(at.p), b * scale);
+        let turned = Complex::new((a - bent) * scale / self.root(at.p), b * scale);
         let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
-        let left = self.residual(at.p, [(a - bent).bits(0), bent.bits(0), b.bits(0)], sides);
+        let line = [(a - bent).bits(0), bent.bits(0), b.bits(0)];
+        let left = self.residual(at.p, onward, line, sides);
         Fit {
             offset: Scaled::new(at.d, -30).float(0),
-            line: float(line),
+            line: float(turned),
             information: step.information.float(2 * unit),
             peak: float(step.line),
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
@@ -266,12 +272,23 @@ impl Peak {
     }
 
     /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e p b`, and its imaginary
-    /// part `b s h`.
-    fn residual(&self, p: i32, [turning, still, b]: [i32; 3], sides: &[Side]) -> Scaled {
+    /// part `b s h`. A last step that is settled changes h as h' says, but for less than a hundredth of what is left.
+    fn residual(
+        &self,
+        p: i32,
+        onward: i32,
+        [turning, still, b]: [i32; 3],
+        sides: &[Side],
+    ) -> Scaled {
         let ([re, im], p) = (self.centre, narrow(p));
+        let settled = onward.abs() <= bins(SETTLED);
         let mut sum = squares(re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b));
         for side in sides {
-            let (h, _) = shape(p, side.u);
+            let h = if settled {
+                side.h.wrapping_add(shifted::<26>(onward, side.slope))
+            } else {
+                shape(p, side.u).0
+            };
             let re = shifted::<26>(h, turning);
             let im = shifted::<26>(side.s, shifted::<26>(h, b));
             sum = sum.wrapping_add(squares(
@@ -285,16 +302,17 @@ impl Peak {
 
 /// Powers of bins sum to less than 2^60; what a fitted model leaves of them to less than all of it.
 fn squares(re: i32, im: i32) -> u64 {
-    (product(re, re) as u64).wrapping_add(product(im, im) as u64)
+    (square(re) as u64).wrapping_add(square(im) as u64)
 }
 
 /// The sums at p.
-fn sums(sides: &[Side], p: i32) -> Sums {
+fn sums(sides: &mut [Side], p: i32) -> Sums {
     let p = narrow(p);
     let (mut aa, mut s1, mut bb, mut dd) = (0, 0i64, 0, 0);
     let (mut r1, mut r2, mut q1, mut q2) = (0, 0, 0, 0);
     for side in sides {
         let (h, slope) = shape(p, side.u);
+        (side.h, side.slope) = (h, slope);
         add(&mut aa, h, h);
         s1 += i64::from(slope);
         add(&mut bb, h, slope);

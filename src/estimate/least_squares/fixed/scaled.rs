@@ -1,6 +1,6 @@
 //! A number for cores without an FPU: a fifth of the cost of a software `f32`, and six bits finer.
 
-use super::{inverse, shifted};
+use super::{inverse, shifted, zeros};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use num_traits::One;
 
@@ -33,7 +33,7 @@ impl Scaled {
         if size >> (WIDTH - 1) != 0 {
             return Self { mantissa: integer, exponent };
         }
-        let room = size.leading_zeros().wrapping_sub(32 - WIDTH) & 31;
+        let room = zeros(size).wrapping_sub(32 - WIDTH) & 31;
         Self { mantissa: integer << room, exponent: exponent.wrapping_sub(room as i32) }
     }
 
@@ -45,7 +45,7 @@ impl Scaled {
             return Self::new(low as i32, exponent);
         }
         // By so much the sum can go up; then its upper word is the number.
-        let room = (high ^ (high >> 31)).leading_zeros().wrapping_sub(1) & 31;
+        let room = zeros((high ^ (high >> 31)) as u32).wrapping_sub(1) & 31;
         let high = (high << room) | ((low >> 1) >> (31 - room)) as i32;
         Self::new(high, exponent.wrapping_add(32).wrapping_sub(room as i32))
     }
@@ -107,13 +107,12 @@ impl Mul for Scaled {
 
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        let exponent = self.exponent.wrapping_add(other.exponent);
-        let mantissa = shifted::<WIDTH>(self.mantissa, other.mantissa);
-        if mantissa.unsigned_abs() >> (WIDTH - 1) != 0 {
-            return Self { mantissa, exponent: exponent.wrapping_add(WIDTH as i32) };
-        }
+        let exponent = self.exponent.wrapping_add(other.exponent).wrapping_add(WIDTH as i32);
         let mantissa = shifted::<{ WIDTH - 1 }>(self.mantissa, other.mantissa);
-        Self { mantissa, exponent: exponent.wrapping_add(WIDTH as i32 - 1) }
+        if mantissa.unsigned_abs() >> WIDTH != 0 {
+            return Self { mantissa: mantissa >> 1, exponent };
+        }
+        Self { mantissa, exponent: exponent.wrapping_sub(1) }
     }
 }
 
