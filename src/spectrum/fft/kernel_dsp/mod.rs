@@ -21,7 +21,7 @@ use crate::spectrum::sweep::{Sweep, power};
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use first::{eights, fours, most};
-use passes::{even, fine, long, short};
+use passes::{even, fine, long, near, short};
 use rails::{all_outside, any_outside};
 
 /// As [`integer::transform`].
@@ -84,9 +84,11 @@ unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Tripl
             _ => {
                 let mut block = points;
                 while block < end {
-                    match blocks {
-                        1 if const { M == 512 } => even::<1>(block, table),
-                        1 => long::<1>(block, leg, table),
+                    match (length, blocks) {
+                        (32, 1) if const { M == 128 } => near::<1>(block, table),
+                        (32, _) if const { M == 512 } => near::<4>(block, table),
+                        _ if const { M == 512 } => even(block, table),
+                        (_, 1) => long::<1>(block, leg, table),
                         _ => long::<4>(block, leg, table),
                     }
                     block = block.add(4 * length);
