@@ -57,7 +57,7 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
                 eights::<M>(from, to, (23170 >> less) * 0x1_0001, one);
             }
             (4, _) if narrow && scale.shift <= 14 && M <= 1024 => fours::<M>(from, to, one),
-            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+            _ => integer::first_pass::<M>(pairs, scale, points),
         }
     }
 }
