@@ -64,7 +64,7 @@ impl Scale {
 /// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
-    first_pass::<M>(pairs, &scale, bits, points);
+    first_pass::<M>(pairs, &scale, points);
     let mut length = scale.first;
     while length < M {
         match factors::<M>(length) {
@@ -101,19 +101,13 @@ pub(super) const fn factors<const M: usize>(length: usize) -> Factors {
 }
 
 /// The first pass, of radix 4 or 8.
-pub(super) fn first_pass<const M: usize>(
-    pairs: &[Pair],
-    scale: &Scale,
-    bits: u32,
-    points: &mut [Point],
-) {
+pub(super) fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, points: &mut [Point]) {
     // An array's length the compiler knows: it checks no index below.
     let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
         return;
     };
     match scale.first {
-        8 if bits <= 13 => first8::<M, true>(pairs, scale.shift, points),
-        8 => first8::<M, false>(pairs, scale.shift, points),
+        8 => first8(pairs, scale.shift, points),
         _ => first4(pairs, scale.shift, points),
     }
 }
@@ -139,23 +133,18 @@ fn first4<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
 }
 
 /// First pass in groups of eight. Only the four diagonal products are inexact.
-///
-/// `NARROW` where codes of at most 13 bits leave the diagonal products room in 32.
-fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
+fn first8<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
     let eighth = M / 8;
     for (group, out) in points.as_chunks_mut::<8>().0.iter_mut().enumerate() {
         let at = reversed(group, eighth) & (eighth - 1);
-        let x = |leg: usize| widen(pairs.get(at + leg * eighth), 0);
-        let [e0, e1, e2, e3] = dft4(x(0), x(2), x(4), x(6)).map(|e| up(e, shift));
-        let [o0, o1, o2, o3] = dft4(x(1), x(3), x(5), x(7));
-        let o0 = up(o0, shift);
-        let o1 =
-            [diagonal::<NARROW>(o1[0] + o1[1], shift), diagonal::<NARROW>(o1[1] - o1[0], shift)];
-        let o2 = up([o2[1], -o2[0]], shift);
-        let o3 = [
-            diagonal::<NARROW>(o3[1] - o3[0], shift),
-            diagonal::<NARROW>(o3[0] + o3[1], shift).wrapping_neg(),
-        ];
+        // Those of the odd transform at twice the size, for a product halves.
+        let x: [Point; 8] =
+            core::array::from_fn(|leg| widen(pairs.get(at + leg * eighth), shift + leg as u32 % 2));
+        let [e0, e1, e2, e3] = dft4(x[0], x[2], x[4], x[6]);
+        let [o0, [a, b], o2, [c, d]] = dft4(x[1], x[3], x[5], x[7]);
+        let diagonal = |x: i32| low(x, 23170); // sqrt(1/2)
+        let (o0, o2) = (half(o0), half([o2[1], -o2[0]]));
+        let (o1, o3) = ([diagonal(a + b), diagonal(b - a)], [diagonal(d - c), -diagonal(c + d)]);
         *out = [
             add(e0, o0),
             add(e1, o1),
@@ -368,23 +357,9 @@ fn scaled(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)) >> 32) as i32
 }
 
-/// x times sqrt(1/2) in Q15, shifted up by `shift`.
-#[inline(always)]
-fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
-    if NARROW {
-        return x.wrapping_mul(23170) >> (15 - shift);
-    }
-    ((i64::from(x) * 23170) >> (15 - shift)) as i32
-}
-
 #[inline(always)]
 fn widen(pair: Option<&Pair>, shift: u32) -> Point {
-    pair.map_or([0; 2], |p| up([i32::from(p[0]), i32::from(p[1])], shift))
-}
-
-#[inline(always)]
-fn up(x: Point, shift: u32) -> Point {
-    [x[0] << shift, x[1] << shift]
+    pair.map_or([0; 2], |p| [i32::from(p[0]) << shift, i32::from(p[1]) << shift])
 }
 
 #[inline(always)]

@@ -24,67 +24,6 @@ pub(super) unsafe extern "C" fn pairs_outwards(
     middle: usize,
     factors: *const Packed,
 ) {
-    // Where the maximum rises the code leaves its line, and comes back.
-    macro_rules! pair {
-        ($lower:literal, $next:literal, $upper:literal, $end:literal) => {
-            concat!(
-                "ldrd r4, r5, [r0], #-8
-                 ldrd r6, r7, [r2], #8
-                 ldr lr, [r3], #-4
-                 add r12, r4, r6
-                 sub r4, r4, r6
-                 sub r6, r5, r7
-                 add r5, r5, r7
-                 smulwt r7, r4, lr
-                 smulwb r4, r4, lr
-                 smlawt r4, r5, lr, r4
-                 smulwb r5, r5, lr
-                 sub r7, r7, r5
-                 add r5, r7, r12, asr #1
-                 rsb r7, r7, r12, asr #1
-                 add r12, r4, r6, asr #1
-                 sub r4, r4, r6, asr #1
-                 smull r6, lr, r5, r5
-                 smlal r6, lr, r12, r12
-                 adds r10, r10, r6
-                 adc r11, r11, lr
-                 cmp r6, r8
-                 sbcs r5, lr, r9
-                 bhs ",
-                $lower,
-                "f\n",
-                $next,
-                ":
-                 smull r5, r6, r7, r7
-                 smlal r5, r6, r4, r4
-                 adds r10, r10, r5
-                 adc r11, r11, r6
-                 cmp r8, r5
-                 sbcs r7, r9, r6
-                 blo ",
-                $upper,
-                "f\n",
-                $end,
-                ":\n"
-            )
-        };
-    }
-    // The lower bin (r6, lr) wins if it is as strong as any above it, the upper one (r5, r6) if it is stronger than
-    // all below it.
-    macro_rules! risen {
-        ($lower:literal, $next:literal, $upper:literal, $end:literal) => {
-            concat!(
-                $lower,
-                ": mov r8, r6\n mov r9, lr\n add r5, r0, #8\n str r5, [sp, #4]\n b ",
-                $next,
-                "b\n",
-                $upper,
-                ": mov r8, r5\n mov r9, r6\n sub r5, r2, #8\n str r5, [sp, #4]\n b ",
-                $end,
-                "b\n",
-            )
-        };
-    }
     kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #8",
@@ -95,21 +34,60 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "add r2, r1, r2",
         "sub r0, r2, #8",
         "add r2, r2, #8",
-        pair!("10", "11", "12", "13"),
         "2:",
+        "ldrd r4, r5, [r0], #-8",
+        "ldrd r6, r7, [r2], #8",
+        "ldr lr, [r3], #-4",
+        "add r12, r4, r6",
+        "sub r4, r4, r6",
+        "sub r6, r5, r7",
+        "add r5, r5, r7",
+        "smulwt r7, r4, lr",
+        "smulwb r4, r4, lr",
+        "smlawt r4, r5, lr, r4",
+        "smulwb r5, r5, lr",
+        "sub r7, r7, r5",
+        "add r5, r7, r12, asr #1",
+        "rsb r7, r7, r12, asr #1",
+        "add r12, r4, r6, asr #1",
+        "sub r4, r4, r6, asr #1",
+        // The lower bin's power, which wins if it is as strong as any above it.
+        "smull r6, lr, r5, r5",
+        "smlal r6, lr, r12, r12",
+        "adds r10, r10, r6",
+        "adc r11, r11, lr",
+        "cmp r6, r8",
+        "sbcs r5, lr, r9",
+        "bhs 4f",
+        "3:",
+        // The upper bin's, which wins if it is stronger than all below it.
+        "smull r5, r6, r7, r7",
+        "smlal r5, r6, r4, r4",
+        "adds r10, r10, r5",
+        "adc r11, r11, r6",
+        "cmp r8, r5",
+        "sbcs r7, r9, r6",
+        "blo 6f",
+        "5:",
         "cmp r0, r1",
-        "bls 6f",
-        pair!("20", "21", "22", "23"),
-        pair!("30", "31", "32", "33"),
-        "b 2b",
-        "6:",
+        "bhi 2b",
         "ldrd r0, r12, [sp]",
         "stm r0, {{r8, r9, r10, r11, r12}}",
         "add sp, sp, #8",
         "pop {{r4-r11, pc}}",
-        risen!("10", "11", "12", "13"),
-        risen!("20", "21", "22", "23"),
-        risen!("30", "31", "32", "33"),
+        // Where the maximum rises the code leaves its line, and comes back.
+        "4:",
+        "mov r8, r6",
+        "mov r9, lr",
+        "add r5, r0, #8",
+        "str r5, [sp, #4]",
+        "b 3b",
+        "6:",
+        "mov r8, r5",
+        "mov r9, r6",
+        "sub r5, r2, #8",
+        "str r5, [sp, #4]",
+        "b 5b",
     )
 }
 

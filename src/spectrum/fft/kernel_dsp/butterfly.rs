@@ -68,43 +68,39 @@ macro_rules! outer_legs {
     };
 }
 
-/// Leg 2 turned, leg 0 halved, and the four sums: points 0 (lr, r5), 1 (r8, r6), 2 (r11, r7), 3 (r10, r9).
-macro_rules! inner_legs {
-    ($load2:expr, $two:literal, $load0:expr) => {
+/// `integer::turn` of r7, r9: leg 2 in r10, r9. Uses `$spare`.
+macro_rules! middle_leg {
+    ($load2:expr, $two:literal, $spare:literal) => {
         concat!(
             $load2, // r7, r9
             "smulwb r10, r7, ",
             $two,
-            "\n smulwt r11, r9, ",
+            "\n smulwt ",
+            $spare,
+            ", r9, ",
             $two,
-            "\n sub r10, r10, r11\n",
-            "smulwb r9, r9, ",
+            "\n sub r10, r10, ",
+            $spare,
+            "\n smulwb r9, r9, ",
             $two,
             "\n smlawt r9, r7, ",
             $two,
             ", r9\n",
-            $load0, // r7, lr
-            sum_all_legs!(),
         )
     };
 }
 
-/// The butterfly whose factors are 1: points 0 (r11, r12), 1 (r7, r6), 2 (lr, r10), 3 (r8, r9).
-macro_rules! plain {
-    ($load1:expr, $load3:expr, $load2:expr, $load0:expr) => {
+/// Legs 1 to 3 where the factors are 1, as [`outer_legs`] and [`middle_leg`] give them.
+macro_rules! plain_legs {
+    ($load1:expr, $load3:expr, $load2:expr) => {
         concat!(
-            $load1, // r5, r6
-            $load3, // r7, r8
-            "asr r5, r5, #1\n asr r6, r6, #1\n",
-            "add r12, r5, r7, asr #1\n sub r5, r5, r7, asr #1\n",
-            "add r7, r6, r8, asr #1\n sub r6, r6, r8, asr #1\n",
-            $load2, // r8, r9
-            $load0, // r10, r11
-            "asr r8, r8, #1\n asr r9, r9, #1\n",
-            "add lr, r8, r10, asr #1\n rsb r8, r8, r10, asr #1\n",
-            "add r10, r9, r11, asr #1\n rsb r9, r9, r11, asr #1\n",
-            "add r11, lr, r12\n sub lr, lr, r12\n add r12, r10, r7\n sub r10, r10, r7\n",
-            "add r7, r8, r6\n sub r8, r8, r6\n sub r6, r9, r5\n add r9, r9, r5\n",
+            $load1, // r7, r9
+            $load3, // r10, r11
+            "asr r7, r7, #1\n asr r9, r9, #1\n",
+            "add r5, r7, r10, asr #1\n sub r12, r7, r10, asr #1\n",
+            "add r8, r9, r11, asr #1\n sub r6, r9, r11, asr #1\n",
+            $load2, // r10, r9
+            "asr r10, r10, #1\n asr r9, r9, #1\n",
         )
     };
 }
@@ -113,14 +109,10 @@ macro_rules! plain {
 macro_rules! plain_of_legs {
     () => {
         concat!(
-            plain!(
-                "ldrd r5, r6, [r1]\n",
-                "ldrd r7, r8, [r3]\n",
-                "ldrd r8, r9, [r2]\n",
-                "ldrd r10, r11, [r0]\n"
-            ),
-            "strd r11, r12, [r0], #8\n strd r7, r6, [r1], #8\n",
-            "strd lr, r10, [r2], #8\n strd r8, r9, [r3], #8\n",
+            plain_legs!("ldrd r7, r9, [r1]\n", "ldrd r10, r11, [r3]\n", "ldrd r10, r9, [r2]\n"),
+            "ldrd r7, lr, [r0]\n",
+            sum_all_legs!(),
+            store_to_legs!(),
         )
     };
 }

@@ -1,21 +1,34 @@
 //! The first pass, which reads the record in digit-reversed order.
 
-use super::{Pair, Point};
+use super::{Pair, Point, Scale};
 use crate::spectrum::fft::assembly::kernel;
 
-/// Reads the digit-reversed position of group h among 4^d (LSR #32 where d is 0) into r5, with r4 = h.
-macro_rules! reversed {
+/// Begins four groups, numbers 4 h to 4 h + 3, whose first digits are the last of their place: lr becomes the place of the first.
+///
+/// r3 counts in its upper half, of which [`widen`] knows nothing: h, and above it, in two bits that carry, the group.
+macro_rules! begin {
     () => {
-        "rbit r5, r4
+        "rbit r5, r3
+         ubfx r5, r5, #16-{digits}, #{digits}
          and r6, r5, #0x55555555
-         and r5, r5, #0xaaaaaaaa
-         lsr r5, r5, #1
-         orr r5, r5, r6, lsl #1
-         lsr r5, r5, #{unused}"
+         add r5, r5, r6
+         add r5, r5, r6, lsl #1 // twice h with its digits in base 4 backwards
+         add lr, r0, r5, lsl #1
+         add r3, r3, #1<<16"
     };
 }
 
-/// Stores the packed point in `$x` at `$at`, times the factor in r3. Uses r7.
+/// Ends a group, begun at `3:`, and the four of them, begun at `2:`.
+macro_rules! end {
+    () => {
+        "adds r3, r3, #1<<30
+         bcc 3b
+         tst r3, #{outer}<<16
+         beq 2b"
+    };
+}
+
+/// Stores the packed point in `$x` at `$at`, times the lower half of r3. Uses r7.
 macro_rules! widen {
     ($x:literal, $at:literal) => {
         concat!(
@@ -34,31 +47,23 @@ macro_rules! widen {
     };
 }
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is one shifted up, `root` is
+/// sqrt(1/2) in both halves, in units of 2^-15 where that is [`most`]'s, of half of it where it is one less.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 8 4^d of at most 2048.
 #[unsafe(naked)]
-pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
+pub(super) unsafe extern "C" fn eights<const M: usize>(
     from: *const Pair,
     to: *mut Point,
+    root: u32,
+    one: u32,
 ) {
     kernel!(
         "push {{r4-r11, lr}}",
-        "sub sp, sp, #4",
-        "movw r2, #23170",
-        "movt r2, #23170", // sqrt(1/2) twice
-        "movw r3, #{one}",
-        "movs r4, #0",
-        "str r4, [sp]",
         "2:",
-        "ldr r4, [sp]",
-        reversed!(),
-        "add lr, r0, r5, lsl #2",
-        "adds r4, #1",
-        "str r4, [sp]",
-        // Four groups, whose first digit is the last of their place.
-        ".rept 4",
+        begin!(),
+        "3:",
         "ldr r4, [lr]",
         "ldr r5, [lr, #{leg}]",
         "ldr r6, [lr, #2*{leg}]",
@@ -116,18 +121,13 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         "add r8, r8, r9, asr #{fraction}",
         "strd r7, r8, [r1, #56]",
         "add r1, r1, #64",
-        ".endr",
-        "ldr r4, [sp]",
-        "cmp r4, #{outer}",
-        "blo 2b",
-        "add sp, sp, #4",
+        end!(),
         "pop {{r4-r11, pc}}",
-        one = const 1 << SHIFT,
-        fraction = const 15 - SHIFT,
+        fraction = const 15 - most(M),
         // No length beyond 2048 is asked for, but the assembler sees it.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         outer = const M / 32,
-        unused = const 32 - (M / 32).trailing_zeros(),
+        digits = const digits(M / 32),
     )
 }
 
@@ -140,12 +140,9 @@ pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mu
     kernel!(
         "push {{r4-r11, lr}}",
         "mov r3, r2",
-        "movs r4, #0",
         "2:",
-        reversed!(),
-        "add lr, r0, r5, lsl #2",
-        "adds r4, #1",
-        ".rept 4",
+        begin!(),
+        "3:",
         "ldr r8, [lr]",
         "ldr r9, [lr, #{leg}]",
         "ldr r10, [lr, #2*{leg}]",
@@ -164,12 +161,22 @@ pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mu
         widen!("r12", "16"),
         widen!("r10", "24"),
         "add r1, r1, #32",
-        ".endr",
-        "cmp r4, #{outer}",
-        "blo 2b",
+        end!(),
         "pop {{r4-r11, pc}}",
         leg = const if M <= 1024 { M / 4 * 4 } else { 4 },
         outer = const M / 16,
-        unused = const 32 - (M / 16).trailing_zeros(),
+        digits = const digits(M / 16),
     )
+}
+
+/// By how much [`eights`] shifts codes of 12 bits up; those of 13 by one less.
+pub(super) const fn most(m: usize) -> u32 {
+    let Scale { shift, .. } = Scale::new(m, 12);
+    if shift < 14 { shift } else { 14 }
+}
+
+/// How many bits count so far; at least one, for a field of none cannot be written.
+const fn digits(count: usize) -> u32 {
+    let digits = count.trailing_zeros();
+    if digits > 0 { digits } else { 1 }
 }

@@ -20,8 +20,8 @@ use super::twiddle::{FineTriple, Packed, Triple};
 use crate::spectrum::sweep::{Sweep, power};
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
-use first::{eights, fours};
-use passes::{even, fine, long, short};
+use first::{eights, fours, most};
+use passes::{even, fine, long, near, short};
 use rails::{all_outside, any_outside};
 
 /// As [`integer::transform`].
@@ -48,17 +48,16 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
 /// Codes that leave room for three additions in 16 bits go two at a time.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
-    let narrow = bits <= 13;
-    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the
-    // shift it has built in.
+    let (narrow, one) = (bits <= 13, 1u32.wrapping_shl(scale.shift));
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many.
     unsafe {
-        match (scale.first, scale.shift) {
-            (8, 14) if narrow => eights::<M, 14>(from, to),
-            (8, 13) if narrow => eights::<M, 13>(from, to),
-            (8, 12) if narrow => eights::<M, 12>(from, to),
-            (8, 11) if narrow => eights::<M, 11>(from, to),
-            (4, 0..=14) if narrow && M <= 1024 => fours::<M>(from, to, 1 << scale.shift),
-            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+        match (scale.first, most(M).checked_sub(scale.shift)) {
+            // One kernel serves codes of 12 and 13 bits, for half of 23170 is still exact.
+            (8, Some(less @ 0..=1)) if narrow => {
+                eights::<M>(from, to, (23170 >> less) * 0x1_0001, one);
+            }
+            (4, _) if narrow && scale.shift <= 14 && M <= 1024 => fours::<M>(from, to, one),
+            _ => integer::first_pass::<M>(pairs, scale, points),
         }
     }
 }
@@ -85,9 +84,11 @@ unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Tripl
             _ => {
                 let mut block = points;
                 while block < end {
-                    match blocks {
-                        1 if const { M == 512 } => even::<1>(block, table),
-                        1 => long::<1>(block, leg, table),
+                    match (length, blocks) {
+                        (32, 1) if const { M == 128 } => near::<1>(block, table),
+                        (32, _) if const { M == 512 } => near::<4>(block, table),
+                        _ if const { M == 512 } => even(block, table),
+                        (_, 1) => long::<1>(block, leg, table),
                         _ => long::<4>(block, leg, table),
                     }
                     block = block.add(4 * length);

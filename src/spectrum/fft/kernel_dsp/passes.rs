@@ -16,40 +16,20 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
     stride: usize,
 ) {
     macro_rules! leg {
-        ($do:literal, $x:literal, $y:literal, $leg:literal, $block:literal) => {
-            concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}+", $block, "*32*{l}]\n")
+        ($do:literal, $x:literal, $y:literal, $leg:literal) => {
+            concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}]\n")
         };
     }
-    macro_rules! first {
-        ($b:literal) => {
+    // On to the next block with the last store.
+    macro_rules! finish {
+        () => {
             concat!(
-                plain!(
-                    leg!("ldrd", "r5", "r6", 1, $b),
-                    leg!("ldrd", "r7", "r8", 3, $b),
-                    leg!("ldrd", "r8", "r9", 2, $b),
-                    leg!("ldrd", "r10", "r11", 0, $b)
-                ),
-                leg!("strd", "r11", "r12", 0, $b),
-                leg!("strd", "r7", "r6", 1, $b),
-                leg!("strd", "lr", "r10", 2, $b),
-                leg!("strd", "r8", "r9", 3, $b),
-            )
-        };
-    }
-    macro_rules! turned {
-        ($b:literal) => {
-            concat!(
-                outer_legs!(
-                    leg!("ldrd", "r5", "r6", 1, $b),
-                    "r2",
-                    leg!("ldrd", "r5", "r7", 3, $b),
-                    "r4"
-                ),
-                inner_legs!(leg!("ldrd", "r7", "r9", 2, $b), "r3", leg!("ldrd", "r7", "lr", 0, $b)),
-                leg!("strd", "lr", "r5", 0, $b),
-                leg!("strd", "r8", "r6", 1, $b),
-                leg!("strd", "r11", "r7", 2, $b),
-                leg!("strd", "r10", "r9", 3, $b),
+                leg!("ldrd", "r7", "lr", 0),
+                sum_all_legs!(),
+                leg!("strd", "r8", "r6", 1),
+                leg!("strd", "r11", "r7", 2),
+                leg!("strd", "r10", "r9", 3),
+                "strd lr, r5, [r0], #32*{l}\n",
             )
         };
     }
@@ -62,9 +42,12 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "strd r4, r5, [sp]",    // the next point of a leg, and the leg's end
         "strd r2, r3, [sp, #8]", // its factors, and the stride
         "2:",
-        first!(0),
-        first!(1),
-        "add r0, r0, #64*{l}",
+        plain_legs!(
+            leg!("ldrd", "r7", "r9", 1),
+            leg!("ldrd", "r10", "r11", 3),
+            leg!("ldrd", "r10", "r9", 2)
+        ),
+        finish!(),
         "cmp r0, r1",
         "blo 2b",
         "3:",
@@ -76,9 +59,9 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "add r5, r0, #8",
         "str r5, [sp]",
         "4:",
-        turned!(0),
-        turned!(1),
-        "add r0, r0, #64*{l}",
+        outer_legs!(leg!("ldrd", "r5", "r6", 1), "r2", leg!("ldrd", "r5", "r7", 3), "r4"),
+        middle_leg!(leg!("ldrd", "r7", "r9", 2), "r3", "r11"),
+        finish!(),
         "cmp r0, r1",
         "blo 4b",
         "ldrd r4, r5, [sp]",
@@ -109,11 +92,9 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
                     "ldr lr, [r4, #4]\n ldrd r5, r7, [r3]\n",
                     "lr"
                 ),
-                inner_legs!(
-                    "ldr lr, [r4], #12*{stride}\n ldrd r7, r9, [r2]\n",
-                    "lr",
-                    "ldrd r7, lr, [r0]\n"
-                ),
+                middle_leg!("ldr lr, [r4], #12*{stride}\n ldrd r7, r9, [r2]\n", "lr", "r11"),
+                "ldrd r7, lr, [r0]\n",
+                sum_all_legs!(),
                 store_to_legs!(),
             )
         };
@@ -234,68 +215,73 @@ pub(super) unsafe extern "C" fn fine(
     )
 }
 
-/// [`long`] for legs of 128 points, which two pointers reach: that leaves registers to load a triple at once.
+/// [`long`] for legs of 32 points, which one pointer reaches: that leaves registers to load a triple at once.
 ///
 /// # Safety
-/// `block` must be 512 points, `table` the factors of that many times `STRIDE`.
+/// `block` must be 128 points, `table` the factors of that many times `STRIDE`.
 #[unsafe(naked)]
-pub(super) unsafe extern "C" fn even<const STRIDE: usize>(block: *mut Point, table: *const Triple) {
-    macro_rules! store {
-        ($y0:literal, $y1:literal, $y2:literal, $y3:literal) => {
-            concat!(
-                "strd ",
-                $y0,
-                ", [r0, #-1016]\n strd ",
-                $y1,
-                ", [r0, #8]!\n",
-                "strd ",
-                $y2,
-                ", [r1, #-1016]\n strd ",
-                $y3,
-                ", [r1, #8]!\n",
-            )
-        };
-    }
-    macro_rules! turned {
-        () => {
-            concat!(
-                ".if {stride} == 1
-                 ldm r2!, {{r3, r4, lr}}
-                 .else
-                 ldm r2, {{r3, r4, lr}}
-                 add r2, r2, #12*{stride}
-                 .endif\n",
-                outer_legs!("ldrd r5, r6, [r0, #8]\n", "r3", "ldrd r5, r7, [r1, #8]\n", "lr"),
-                inner_legs!("ldrd r7, r9, [r1, #-1016]\n", "r4", "ldrd r7, lr, [r0, #-1016]\n"),
-                store!("lr, r5", "r8, r6", "r11, r7", "r10, r9")
-            )
-        };
-    }
+pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, table: *const Triple) {
     kernel!(
         "push {{r4-r11, lr}}",
-        "sub sp, sp, #4",
         "add r2, r1, #12*{stride}",
+        "add r1, r0, #256",
+        plain_legs!(
+            "ldrd r7, r9, [r0, #256]\n",
+            "ldrd r10, r11, [r0, #768]\n",
+            "ldrd r10, r9, [r0, #512]\n"
+        ),
+        "b 3f",
+        "2:",
+        "ldm r2, {{r3, r4, lr}}",
+        "add r2, r2, #12*{stride}",
+        outer_legs!("ldrd r5, r6, [r0, #256]\n", "r3", "ldrd r5, r7, [r0, #768]\n", "lr"),
+        middle_leg!("ldrd r7, r9, [r0, #512]\n", "r4", "r11"),
+        "3:",
+        "ldrd r7, lr, [r0]",
+        sum_all_legs!(),
+        "strd r8, r6, [r0, #256]",
+        "strd r11, r7, [r0, #512]",
+        "strd r10, r9, [r0, #768]",
+        "strd lr, r5, [r0], #8",
+        "cmp r0, r1",
+        "blo 2b",
+        "pop {{r4-r11, pc}}",
+        stride = const STRIDE,
+    )
+}
+
+/// [`long`] with every factor for legs of 128 points, which two pointers reach.
+///
+/// # Safety
+/// `block` must be 512 points, `table` the factors of that many.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn even(block: *mut Point, table: *const Triple) {
+    kernel!(
+        "push {{r4-r11, lr}}",
+        "add r2, r1, #12",
         // Eight bytes before legs 1 and 3; the others are 1024 bytes before them.
         "add r1, r0, #3072-8",
         "add r0, r0, #1024-8",
         "add r3, r0, #1024",
-        "str r3, [sp]",
-        plain!(
-            "ldrd r5, r6, [r0, #8]\n",
-            "ldrd r7, r8, [r1, #8]\n",
-            "ldrd r8, r9, [r1, #-1016]\n",
-            "ldrd r10, r11, [r0, #-1016]\n"
+        plain_legs!(
+            "ldrd r7, r9, [r0, #8]\n",
+            "ldrd r10, r11, [r1, #8]\n",
+            "ldrd r10, r9, [r1, #-1016]\n"
         ),
-        store!("r11, r12", "r7, r6", "lr, r10", "r8, r9"),
-        turned!(),
+        "b 3f",
         "2:",
-        turned!(),
-        turned!(),
-        "ldr r5, [sp]",
-        "cmp r0, r5",
+        "ldm r2!, {{r4, r11, lr}}",
+        outer_legs!("ldrd r5, r6, [r0, #8]\n", "r4", "ldrd r5, r7, [r1, #8]\n", "lr"),
+        middle_leg!("ldrd r7, r9, [r1, #-1016]\n", "r11", "r4"),
+        "3:",
+        "ldrd r7, lr, [r0, #-1016]",
+        sum_all_legs!(),
+        "strd lr, r5, [r0, #-1016]",
+        "strd r8, r6, [r0, #8]!",
+        "strd r11, r7, [r1, #-1016]",
+        "strd r10, r9, [r1, #8]!",
+        "cmp r0, r3",
         "blo 2b",
-        "add sp, sp, #4",
         "pop {{r4-r11, pc}}",
-        stride = const STRIDE,
     )
 }
