@@ -15,6 +15,7 @@ use crate::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
+use fixed::types::I2F30;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,13 +183,18 @@ impl Seen {
         let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
         let power = fit.amplitude_squared::<R>(N);
         Some(Tone {
-            frequency: Frequency::of_bins(peak, fit.offset, N)?,
+            frequency: Frequency::of_fixed(peak, fixed(fit.offset)?, N),
             sigma: self.sigma / N as f32,
             snr: noise::ratio::<f32, R>(N, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
         })
     }
+}
+
+/// An offset in fixed point; `None` where it is not a number. A fit's is below 1.
+fn fixed(offset: f32) -> Option<I2F30> {
+    (offset.abs() < 2.0).then(|| I2F30::from_bits((offset * (1 << 30) as f32) as i32))
 }
 
 /// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.

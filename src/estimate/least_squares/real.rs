@@ -86,11 +86,16 @@ pub(super) fn fit<T: Scalar>(
     course: Course<T>,
     distance: impl Fn(i32) -> Distance<T>,
 ) -> Option<Fit<T>> {
-    let last = n / 2 - 1;
-    if peak < 1 || peak > last || bin(0).norm_sqr() <= T::zero() {
+    let (last, centre) = (n / 2 - 1, bin(0));
+    if peak < 1 || peak > last || centre.norm_sqr() <= T::zero() {
         return None;
     }
-    Some(Problem::new(n, peak, bin, reach, distance).fit(course))
+    let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+    let w = circle::<T>(peak, n);
+    // The bins are put in their place: a vector made elsewhere would be copied here.
+    let mut problem = Problem { peak, last, e, c: e * (w.re / w.im), centre, sides: Vec::new() };
+    problem.read(bin, reach, distance);
+    Some(problem.fit(course))
 }
 
 impl<T: Scalar> Problem<T> {
@@ -208,33 +213,28 @@ impl<T: Scalar> Problem<T> {
         }
     }
 
-    fn new(
-        n: i32,
-        peak: i32,
+    /// Takes the bins beside the peak, the nearest first.
+    fn read(
+        &mut self,
         bin: impl Fn(i32) -> Complex<T>,
         reach: usize,
         distance: impl Fn(i32) -> Distance<T>,
-    ) -> Self {
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
-        let w = circle::<T>(peak, n);
-        let c = e * (w.re / w.im);
-        // The bins are put in their place: a vector made here would be copied there.
-        let mut problem = Self { peak, last: n / 2 - 1, e, c, centre: bin(0), sides: Vec::new() };
+    ) {
+        let (e, c) = (self.e, self.c);
         for i in distances(reach) {
             let Distance { near, bend, versine } = distance(i);
             let bend = c * bend;
             for (k, sign) in [(-i, -T::one()), (i, T::one())] {
-                if peak + k < 1 || peak + k > n / 2 - 1 {
+                if self.peak + k < 1 || self.peak + k > self.last {
                     continue;
                 }
                 let u = sign * near + bend;
                 let s = T::one() - versine + sign * c * near;
                 let x = bin(k);
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
+                let _ = self.sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
             }
         }
-        problem
     }
 
     fn sums(&self, p: T) -> Sums<T> {
