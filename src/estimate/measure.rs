@@ -208,8 +208,12 @@ fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
 
 /// The noise power per sample that a fit leaves in its own bins.
 pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
-    let half = (n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32);
-    fit.residual / T::of_i32(half)
+    fit.residual / expected(fit, n)
+}
+
+/// What noise of power 1 per sample leaves in a fit's bins: half its freedom times the power of a bin, `n`.
+fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+    T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 
 /// How many times the noise power the fit leaves in its own bins, where that is more than one record
@@ -226,9 +230,7 @@ pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usize) -> T {
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
-    // Half the freedom times the power of a bin, n noise.
-    let half = (n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32);
-    let expected = noise * T::of_i32(half);
+    let expected = noise * expected(fit, n);
     // No fit has the freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
