@@ -78,10 +78,15 @@ pub(super) fn fit<T: Scalar, R: Record>(
     reach: usize,
     course: Course<T>,
 ) -> Option<Fit<T>> {
-    if bins.at(0).norm_sqr() <= T::zero() {
+    let centre = bins.at(0);
+    if centre.norm_sqr() <= T::zero() {
         return None;
     }
-    Some(Problem::new(bins, reach).fit(course))
+    let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
+    // The bins are put in their place: a vector made elsewhere would be copied here.
+    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
+    problem.read(bins, reach);
+    Some(problem.fit(course))
 }
 
 impl<T: Scalar, S: Sides<T>> Problem<T, S> {
@@ -179,12 +184,9 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
 }
 
 impl<T: Scalar> Problem<T, Floats<T>> {
-    fn new<R: Record>(bins: &Bins<T, R, Rectangular>, reach: usize) -> Self {
-        let n = bins.n() as i32;
-        let e = T::of(core::f64::consts::PI) / T::of_i32(n);
-        // The bins are put in their place: a vector made here would be copied there.
-        let (near, sides) = (Vec::new(), Floats(Vec::new()));
-        let mut problem = Self { e, centre: bins.at(0), near, sides };
+    /// Takes the bins beside the peak, the nearest first.
+    fn read<R: Record>(&mut self, bins: &Bins<T, R, Rectangular>, reach: usize) {
+        let (e, n) = (self.e, bins.n() as i32);
         for i in distances(reach) {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
@@ -192,11 +194,10 @@ impl<T: Scalar> Problem<T, Floats<T>> {
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+                let _ = self.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
             }
         }
-        problem.near = first_two(problem.sides.0.iter().copied());
-        problem
+        self.near = first_two(self.sides.0.iter().copied());
     }
 }
 
