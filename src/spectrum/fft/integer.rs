@@ -147,15 +147,10 @@ fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, poi
         let at = reversed(group, eighth) & (eighth - 1);
         let x = |leg: usize| widen(pairs.get(at + leg * eighth), 0);
         let [e0, e1, e2, e3] = dft4(x(0), x(2), x(4), x(6)).map(|e| up(e, shift));
-        let [o0, o1, o2, o3] = dft4(x(1), x(3), x(5), x(7));
-        let o0 = up(o0, shift);
-        let o1 =
-            [diagonal::<NARROW>(o1[0] + o1[1], shift), diagonal::<NARROW>(o1[1] - o1[0], shift)];
-        let o2 = up([o2[1], -o2[0]], shift);
-        let o3 = [
-            diagonal::<NARROW>(o3[1] - o3[0], shift),
-            diagonal::<NARROW>(o3[0] + o3[1], shift).wrapping_neg(),
-        ];
+        let [o0, [a, b], o2, [c, d]] = dft4(x(1), x(3), x(5), x(7));
+        let (o0, o2) = (up(o0, shift), up([o2[1], -o2[0]], shift));
+        let diagonal = |x: i32| diagonal::<NARROW>(x, shift);
+        let (o1, o3) = ([diagonal(a + b), diagonal(b - a)], [diagonal(d - c), -diagonal(c + d)]);
         *out = [
             add(e0, o0),
             add(e1, o1),
@@ -237,45 +232,49 @@ pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// The K bins from `first` on, all within 1..M, as [`split`] gives them one by one; zeros where they are not.
-///
-/// Written to a place of the caller's: an array that is returned is copied.
+/// Bins from `first` on, all within 1..M, as [`split`] gives them one by one.
 #[cfg_attr(dsp, allow(dead_code))]
-pub(crate) fn window<'a, const K: usize>(
+pub(crate) fn window<'a>(
     points: &[Point],
     table: &[Packed],
     first: usize,
-    place: &'a mut MaybeUninit<[Point; K]>,
-) -> &'a [Point; K] {
-    let bins = place.write([[0; 2]; K]);
+    places: &'a mut [MaybeUninit<Point>],
+) -> &'a [Point] {
     let (length, middle) = (points.len(), points.len() / 2);
-    if first < 1 || first.saturating_add(K) > length {
-        return bins;
-    }
-    // Bins on one side of the middle come from pairs that lie one after the other.
-    let (last, far) = (first + K, length.wrapping_sub(first));
-    let low = last <= middle;
-    let (near, mirrored) =
-        if low { (first..last, far - K + 1..far + 1) } else { (far - K + 1..far + 1, first..last) };
-    let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
-    if low && let Some(((near, mirrored), table)) = pairs {
-        let pairs = near.iter().zip(mirrored.iter().rev()).zip(table);
-        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
-            *bin = split_pair(p, q, w)[0];
-        }
-    } else if first > middle
-        && let Some(((near, mirrored), table)) = pairs
-    {
-        let pairs = near.iter().rev().zip(mirrored).zip(table.iter().rev());
-        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
-            *bin = split_pair(p, q, w)[1];
-        }
-    } else {
-        for (bin, k) in bins.iter_mut().zip(first..) {
-            *bin = split(points, table, k);
+    let last = first.saturating_add(places.len());
+    if first >= 1 && last <= length {
+        // Bins on one side of the middle come from pairs that lie one after the other.
+        let (low, near, far) = (last <= middle, first..last, length + 1 - last..length + 1 - first);
+        let (near, mirrored) = if low { (near, far) } else { (far, near) };
+        let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
+        if let Some(((near, mirrored), table)) = pairs {
+            if low {
+                let pairs = near.iter().zip(mirrored.iter().rev()).zip(table);
+                return filled(places, pairs.map(|((&p, &q), &w)| split_pair(p, q, w)[0]));
+            }
+            if first > middle {
+                let pairs = near.iter().rev().zip(mirrored).zip(table.iter().rev());
+                return filled(places, pairs.map(|((&p, &q), &w)| split_pair(p, q, w)[1]));
+            }
         }
     }
-    bins
+    filled(places, (first..).map(|k| split(points, table, k)))
+}
+
+/// Fills places with what an iterator gives; those it leaves over are not among what comes back.
+#[inline(always)]
+pub(crate) fn filled(
+    places: &mut [MaybeUninit<Point>],
+    bins: impl Iterator<Item = Point>,
+) -> &[Point] {
+    let mut count = 0;
+    for (place, bin) in places.iter_mut().zip(bins) {
+        place.write(bin);
+        count += 1;
+    }
+    let written = places.get(..count).unwrap_or_default();
+    // SAFETY: so many were written.
+    unsafe { written.assume_init_ref() }
 }
 
 /// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, around every `stride`-th point
@@ -374,7 +373,7 @@ fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     if NARROW {
         return x.wrapping_mul(23170) >> (15 - shift);
     }
-    ((i64::from(x) * 23170) >> (15 - shift)) as i32
+    low(x << (shift + 1), 23170)
 }
 
 #[inline(always)]
