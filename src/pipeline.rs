@@ -60,7 +60,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// Follows another plan from the next block on.
     pub fn adopt(&mut self, plan: Plan) {
         self.plan = plan;
-        self.ramps = Ramps::new();
+        self.ramps.held = 0;
     }
 
     /// Measures one block.

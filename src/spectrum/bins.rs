@@ -91,7 +91,10 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         let unit = T::two_to(spectrum.exponent());
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
         let points = spectrum.window(peak - REACH as i32, &mut place);
-        let cells = points.map(|[re, im]| Complex::new(T::of_i32(re) * unit, T::of_i32(im) * unit));
+        let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
+        for (cell, &[re, im]) in cells.iter_mut().zip(points) {
+            *cell = Complex::new(T::of_i32(re) * unit, T::of_i32(im) * unit);
+        }
         Self { n: N, peak, cells, kind: PhantomData }
     }
 

@@ -65,28 +65,28 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// than 2^63.
     fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
 
-    /// The K bins of a real record from `first` on, all within 1..N/2.
-    fn window<'a, R: Record, const N: usize, const K: usize>(
+    /// The bins of a real record from `first` on, all within 1..N/2: as many as there are places.
+    fn window<'a, R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         first: usize,
-        place: &'a mut MaybeUninit<[Point; K]>,
-    ) -> &'a [Point; K] {
-        place.write(core::array::from_fn(|index| Self::bin::<R, N>(points, first + index)))
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        integer::filled(places, (first..).map(|k| Self::bin::<R, N>(points, k)))
     }
 
     /// The strongest of these bins, all within what [`Engine::bin`] takes, of equal ones the lowest, and the power of
-    /// all together.
+    /// all together; `None` where there is no better way than to look at one after the other.
     fn search<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         bins: RangeInclusive<usize>,
-    ) -> Sweep;
+    ) -> Option<Sweep>;
 
     /// [`Engine::search`] by its definition in portable code.
     fn search_portably<R: Record, const N: usize>(
-        points: &[[Self::Part; 2]],
-        bins: RangeInclusive<usize>,
-    ) -> Sweep {
-        one_by_one::<Self, R, N>(points, bins)
+        _points: &[[Self::Part; 2]],
+        _bins: RangeInclusive<usize>,
+    ) -> Option<Sweep> {
+        None
     }
 
     /// The sum of the powers of half the second difference of the points, in units of bins, around every `stride`-th
@@ -102,45 +102,6 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
 /// Is this the whole of a real record's spectrum but DC and Nyquist?
 fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
     *bins.start() == 1 && *bins.end() == N / 2 - 1
-}
-
-/// Sweeps bins of a real record, 0 and N/2 one by one, the others a window at a time, the last of which may begin before the bins
-/// that are left.
-fn by_windows<E: Engine, R: Record, const N: usize>(
-    points: &[[E::Part; 2]],
-    bins: RangeInclusive<usize>,
-) -> Sweep {
-    // As wide as others that look around a peak; the shortest records have nearly twice as many bins.
-    const WIDTH: usize = 17;
-    let mut place = MaybeUninit::uninit();
-    let (mut sweep, mut next) = (Sweep::from(*bins.start()), *bins.start());
-    let end = bins.end().saturating_add(1);
-    while next < end {
-        let single = next == 0 || next >= N / 2;
-        if single {
-            sweep.see(next, sweep::power(E::bin::<R, N>(points, next)));
-            next += 1;
-            continue;
-        }
-        let start = next.min(N / 2 - WIDTH);
-        let window = E::window::<R, N, WIDTH>(points, start, &mut place);
-        let left = window.get(next.wrapping_sub(start)..).unwrap_or(&[]);
-        let left = left.get(..end - next).unwrap_or(left);
-        sweep = sweep.then(sweep::over(left, next, core::convert::identity));
-        next += left.len().max(1);
-    }
-    sweep
-}
-
-fn one_by_one<E: Engine, R: Record, const N: usize>(
-    points: &[[E::Part; 2]],
-    bins: RangeInclusive<usize>,
-) -> Sweep {
-    let mut sweep = Sweep::from(*bins.start());
-    for k in bins {
-        sweep.see(k, sweep::power(E::bin::<R, N>(points, k)));
-    }
-    sweep
 }
 
 /// The default: `i32`, see [`integer`].
@@ -175,25 +136,24 @@ impl Engine for I32 {
     }
 
     #[inline]
-    fn window<'a, R: Record, const N: usize, const K: usize>(
+    fn window<'a, R: Record, const N: usize>(
         points: &[Point],
         first: usize,
-        place: &'a mut MaybeUninit<[Point; K]>,
-    ) -> &'a [Point; K] {
-        fft::window(points, const { splits(N) }, first, place)
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        fft::window(points, const { splits(N) }, first, places)
     }
 
     #[inline]
-    fn search<R: Record, const N: usize>(points: &[Point], bins: RangeInclusive<usize>) -> Sweep {
-        if !R::IQ && is_whole::<N>(&bins) {
-            return by_length!(R, N, fft::sweep, (points, const { splits(N) }));
+    fn search<R: Record, const N: usize>(
+        points: &[Point],
+        bins: RangeInclusive<usize>,
+    ) -> Option<Sweep> {
+        if R::IQ {
+            let first = *bins.start();
+            return Some(sweep::over(points.get(bins)?, first, core::convert::identity));
         }
-        if R::IQ
-            && let Some(points) = points.get(bins.clone())
-        {
-            return sweep::over(points, *bins.start(), core::convert::identity);
-        }
-        by_windows::<Self, R, N>(points, bins)
+        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::sweep, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Point], stride: usize) -> u64 {
@@ -241,11 +201,14 @@ impl Engine for Q15 {
     }
 
     #[inline]
-    fn search<R: Record, const N: usize>(points: &[Pair], bins: RangeInclusive<usize>) -> Sweep {
+    fn search<R: Record, const N: usize>(
+        points: &[Pair],
+        bins: RangeInclusive<usize>,
+    ) -> Option<Sweep> {
         #[cfg(dsp)]
         if !R::IQ && is_whole::<N>(&bins) {
             let table = const { splits(N) };
-            return by_length!(R, N, fft::kernel_q15::sweep, (points, table));
+            return Some(by_length!(R, N, fft::kernel_q15::sweep, (points, table)));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -253,16 +216,12 @@ impl Engine for Q15 {
     fn search_portably<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
-    ) -> Sweep {
-        if !R::IQ && is_whole::<N>(&bins) {
-            return by_length!(R, N, narrow::sweep, (points, const { splits(N) }));
+    ) -> Option<Sweep> {
+        if R::IQ {
+            let first = *bins.start();
+            return Some(narrow::over(points.get(bins)?, first));
         }
-        if R::IQ
-            && let Some(points) = points.get(bins.clone())
-        {
-            return narrow::over(points, *bins.start());
-        }
-        one_by_one::<Self, R, N>(points, bins)
+        is_whole::<N>(&bins).then(|| by_length!(R, N, narrow::sweep, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Pair], stride: usize) -> u64 {
@@ -303,28 +262,24 @@ impl Engine for F32 {
         float::bin::<R>(points, k)
     }
 
-    #[inline]
-    fn window<'a, R: Record, const N: usize, const K: usize>(
+    fn window<'a, R: Record, const N: usize>(
         points: &[float::Float],
         first: usize,
-        place: &'a mut MaybeUninit<[Point; K]>,
-    ) -> &'a [Point; K] {
-        let bins = points.get(first..).and_then(|rest| rest.first_chunk());
-        place.write(bins.map_or([[0; 2]; K], |bins| bins.map(float::whole)))
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        let points = points.get(first..).unwrap_or_default();
+        integer::filled(places, points.iter().map(|&point| float::whole(point)))
     }
 
     #[inline]
     fn search<R: Record, const N: usize>(
         points: &[float::Float],
         bins: RangeInclusive<usize>,
-    ) -> Sweep {
+    ) -> Option<Sweep> {
+        let first = *bins.start();
         // All but bins 0 and N/2 of a real record are stored as they are.
-        if (R::IQ || *bins.start() > 0)
-            && let Some(points) = points.get(bins.clone())
-        {
-            return sweep::over(points, *bins.start(), float::whole);
-        }
-        one_by_one::<Self, R, N>(points, bins)
+        let stored = R::IQ || first > 0;
+        Some(sweep::over(points.get(bins).filter(|_| stored)?, first, float::whole))
     }
 
     fn bend(points: &[float::Float], stride: usize) -> u64 {

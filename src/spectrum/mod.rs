@@ -14,7 +14,7 @@ use crate::acquire::sample::{Cells as _, Codes, Record};
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use engine::{Engine, I32};
-use fft::integer::Point;
+use fft::integer::{self, Point};
 use num_complex::Complex;
 use peak::Band;
 use sweep::Sweep;
@@ -74,30 +74,40 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
 
     /// The strongest bin of a band, of equal ones the lowest, and the power of all.
     pub(crate) fn search(&self, band: Band) -> Sweep {
-        self.search_by(band, E::search::<R, N>)
+        let bins = self.range(band);
+        if let Some(sweep) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
+            return sweep;
+        }
+        // A window at a time.
+        let mut places = [MaybeUninit::uninit(); 17];
+        let (mut sweep, mut next) = (Sweep::from(band.low as usize), band.low);
+        let mut left = band.width() as usize;
+        while left > 0 {
+            let count = left.min(places.len());
+            let window = self.fill(next, places.get_mut(..count).unwrap_or_default());
+            sweep = sweep.then(sweep::over(window, next as usize, core::convert::identity));
+            next = next.wrapping_add(count as i32);
+            left -= count;
+        }
+        sweep
     }
 
     /// [`Spectrum::search`] by its definition in portable code.
     pub(crate) fn search_portably(&self, band: Band) -> Sweep {
-        self.search_by(band, E::search_portably::<R, N>)
+        let bins = self.range(band);
+        if let Some(sweep) = bins.and_then(|bins| E::search_portably::<R, N>(self.points(), bins)) {
+            return sweep;
+        }
+        (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
+            sweep.see(k as usize, self.power(k));
+            sweep
+        })
     }
 
-    #[inline(always)]
-    fn search_by(
-        &self,
-        band: Band,
-        search: impl Fn(&[[E::Part; 2]], RangeInclusive<usize>) -> Sweep,
-    ) -> Sweep {
-        let last = if R::IQ { N - 1 } else { N / 2 };
-        let ends = usize::try_from(band.low).ok().zip(usize::try_from(band.high).ok());
-        match ends {
-            Some((low, high)) if low <= high && high <= last => search(self.points(), low..=high),
-            // Bins that wrap round or are mirrored.
-            _ => (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
-                sweep.see(k as usize, self.power(k));
-                sweep
-            }),
-        }
+    /// The bins of a band that neither wrap round nor are mirrored.
+    fn range(&self, band: Band) -> Option<RangeInclusive<usize>> {
+        let (low, high) = (usize::try_from(band.low).ok()?, usize::try_from(band.high).ok()?);
+        (low <= high && high < self.bins()).then_some(low..=high)
     }
 
     /// The sum of the powers of half the second difference of a part of the points, around every `stride`-th one from
@@ -132,14 +142,21 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         &self,
         first: i32,
         place: &'a mut MaybeUninit<[Point; K]>,
-    ) -> &'a [Point; K] {
-        if !R::IQ && first >= 1 && first.saturating_add(K as i32) <= N as i32 / 2 {
-            return E::window::<R, N, K>(self.points(), first as usize, place);
+    ) -> &'a [Point] {
+        self.fill(first, place.as_mut())
+    }
+
+    /// As many bins as there are places, from `first` on.
+    fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
+        let end = first.saturating_add(places.len() as i32);
+        if !R::IQ && first >= 1 && end <= N as i32 / 2 {
+            return E::window::<R, N>(self.points(), first as usize, places);
         }
-        place.write(core::array::from_fn(|index| {
-            let x = self.bin(first.wrapping_add(index as i32));
-            [x.re, x.im]
-        }))
+        let bin = |index| {
+            let Complex { re, im } = self.bin(first.wrapping_add(index));
+            [re, im]
+        };
+        integer::filled(places, (0..).map(bin))
     }
 
     /// `|X[k]|^2` in stored units, as [`Spectrum::bin`] numbers the bins.

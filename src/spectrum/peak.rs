@@ -13,6 +13,9 @@ use core::mem::MaybeUninit;
 /// Bins on each side of the peak that count as its skirt and not as noise.
 pub const SKIRT: i32 = 8;
 
+/// The peak and its skirt.
+const AROUND: usize = 2 * SKIRT as usize + 1;
+
 /// The bins a search may answer with, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -153,7 +156,7 @@ pub fn find<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search(band);
-    let mut place = MaybeUninit::uninit();
+    let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
     of(&found, band, around)
 }
@@ -164,7 +167,7 @@ pub fn find_portably<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search_portably(band);
-    let around = core::array::from_fn(|index| {
+    let around: [Point; AROUND] = core::array::from_fn(|index| {
         let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]
     });
@@ -173,7 +176,7 @@ pub fn find_portably<R: Record, const N: usize>(
 
 /// The peak that a sweep over a band has found, with the bins around it.
 #[inline(always)]
-fn of(found: &Sweep, band: Band, around: &[Point; 2 * SKIRT as usize + 1]) -> Option<Peak> {
+fn of(found: &Sweep, band: Band, around: &[Point]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }

@@ -66,6 +66,7 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 /// bin is then below all before it and wins if it is as strong, an upper one is above all and must be
 /// stronger. Powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's growth bound).
 #[cfg_attr(dsp, allow(dead_code))]
+#[inline(never)] // its loop needs all registers
 pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
     let middle = M / 2;
     let mut sweep = Sweep { bin: middle as i32, power: 0, total: 0 };

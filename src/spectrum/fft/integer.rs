@@ -64,7 +64,7 @@ impl Scale {
 /// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
-    first_pass::<M>(pairs, &scale, points);
+    first_pass::<M>(pairs, &scale, bits, points);
     let mut length = scale.first;
     while length < M {
         match factors::<M>(length) {
@@ -101,13 +101,19 @@ pub(super) const fn factors<const M: usize>(length: usize) -> Factors {
 }
 
 /// The first pass, of radix 4 or 8.
-pub(super) fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, points: &mut [Point]) {
+pub(super) fn first_pass<const M: usize>(
+    pairs: &[Pair],
+    scale: &Scale,
+    bits: u32,
+    points: &mut [Point],
+) {
     // An array's length the compiler knows: it checks no index below.
     let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
         return;
     };
     match scale.first {
-        8 => first8(pairs, scale.shift, points),
+        8 if bits <= 13 => first8::<M, true>(pairs, scale.shift, points),
+        8 => first8::<M, false>(pairs, scale.shift, points),
         _ => first4(pairs, scale.shift, points),
     }
 }
@@ -133,17 +139,17 @@ fn first4<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
 }
 
 /// First pass in groups of eight. Only the four diagonal products are inexact.
-fn first8<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
+///
+/// `NARROW` where codes of at most 13 bits leave the diagonal products room in 32.
+fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
     let eighth = M / 8;
     for (group, out) in points.as_chunks_mut::<8>().0.iter_mut().enumerate() {
         let at = reversed(group, eighth) & (eighth - 1);
-        // Those of the odd transform at twice the size, for a product halves.
-        let x: [Point; 8] =
-            core::array::from_fn(|leg| widen(pairs.get(at + leg * eighth), shift + leg as u32 % 2));
-        let [e0, e1, e2, e3] = dft4(x[0], x[2], x[4], x[6]);
-        let [o0, [a, b], o2, [c, d]] = dft4(x[1], x[3], x[5], x[7]);
-        let diagonal = |x: i32| low(x, 23170); // sqrt(1/2)
-        let (o0, o2) = (half(o0), half([o2[1], -o2[0]]));
+        let x = |leg: usize| widen(pairs.get(at + leg * eighth), 0);
+        let [e0, e1, e2, e3] = dft4(x(0), x(2), x(4), x(6)).map(|e| up(e, shift));
+        let [o0, [a, b], o2, [c, d]] = dft4(x(1), x(3), x(5), x(7));
+        let (o0, o2) = (up(o0, shift), up([o2[1], -o2[0]], shift));
+        let diagonal = |x: i32| diagonal::<NARROW>(x, shift);
         let (o1, o3) = ([diagonal(a + b), diagonal(b - a)], [diagonal(d - c), -diagonal(c + d)]);
         *out = [
             add(e0, o0),
@@ -226,45 +232,49 @@ pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// The K bins from `first` on, all within 1..M, as [`split`] gives them one by one; zeros where they are not.
-///
-/// Written to a place of the caller's: an array that is returned is copied.
+/// Bins from `first` on, all within 1..M, as [`split`] gives them one by one.
 #[cfg_attr(dsp, allow(dead_code))]
-pub(crate) fn window<'a, const K: usize>(
+pub(crate) fn window<'a>(
     points: &[Point],
     table: &[Packed],
     first: usize,
-    place: &'a mut MaybeUninit<[Point; K]>,
-) -> &'a [Point; K] {
-    let bins = place.write([[0; 2]; K]);
+    places: &'a mut [MaybeUninit<Point>],
+) -> &'a [Point] {
     let (length, middle) = (points.len(), points.len() / 2);
-    if first < 1 || first.saturating_add(K) > length {
-        return bins;
-    }
-    // Bins on one side of the middle come from pairs that lie one after the other.
-    let (last, far) = (first + K, length.wrapping_sub(first));
-    let low = last <= middle;
-    let (near, mirrored) =
-        if low { (first..last, far - K + 1..far + 1) } else { (far - K + 1..far + 1, first..last) };
-    let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
-    if low && let Some(((near, mirrored), table)) = pairs {
-        let pairs = near.iter().zip(mirrored.iter().rev()).zip(table);
-        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
-            *bin = split_pair(p, q, w)[0];
-        }
-    } else if first > middle
-        && let Some(((near, mirrored), table)) = pairs
-    {
-        let pairs = near.iter().rev().zip(mirrored).zip(table.iter().rev());
-        for (bin, ((&p, &q), &w)) in bins.iter_mut().zip(pairs) {
-            *bin = split_pair(p, q, w)[1];
-        }
-    } else {
-        for (bin, k) in bins.iter_mut().zip(first..) {
-            *bin = split(points, table, k);
+    let last = first.saturating_add(places.len());
+    if first >= 1 && last <= length {
+        // Bins on one side of the middle come from pairs that lie one after the other.
+        let (low, near, far) = (last <= middle, first..last, length + 1 - last..length + 1 - first);
+        let (near, mirrored) = if low { (near, far) } else { (far, near) };
+        let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
+        if let Some(((near, mirrored), table)) = pairs {
+            if low {
+                let pairs = near.iter().zip(mirrored.iter().rev()).zip(table);
+                return filled(places, pairs.map(|((&p, &q), &w)| split_pair(p, q, w)[0]));
+            }
+            if first > middle {
+                let pairs = near.iter().rev().zip(mirrored).zip(table.iter().rev());
+                return filled(places, pairs.map(|((&p, &q), &w)| split_pair(p, q, w)[1]));
+            }
         }
     }
-    bins
+    filled(places, (first..).map(|k| split(points, table, k)))
+}
+
+/// Fills places with what an iterator gives; those it leaves over are not among what comes back.
+#[inline(always)]
+pub(crate) fn filled(
+    places: &mut [MaybeUninit<Point>],
+    bins: impl Iterator<Item = Point>,
+) -> &[Point] {
+    let mut count = 0;
+    for (place, bin) in places.iter_mut().zip(bins) {
+        place.write(bin);
+        count += 1;
+    }
+    let written = places.get(..count).unwrap_or_default();
+    // SAFETY: so many were written.
+    unsafe { written.assume_init_ref() }
 }
 
 /// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, around every `stride`-th point
@@ -357,9 +367,23 @@ fn scaled(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)) >> 32) as i32
 }
 
+/// x times sqrt(1/2) in Q15, shifted up by `shift`.
+#[inline(always)]
+fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
+    if NARROW {
+        return x.wrapping_mul(23170) >> (15 - shift);
+    }
+    low(x << (shift + 1), 23170)
+}
+
 #[inline(always)]
 fn widen(pair: Option<&Pair>, shift: u32) -> Point {
-    pair.map_or([0; 2], |p| [i32::from(p[0]) << shift, i32::from(p[1]) << shift])
+    pair.map_or([0; 2], |p| up([i32::from(p[0]), i32::from(p[1])], shift))
+}
+
+#[inline(always)]
+fn up(x: Point, shift: u32) -> Point {
+    [x[0] << shift, x[1] << shift]
 }
 
 #[inline(always)]

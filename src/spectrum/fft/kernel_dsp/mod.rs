@@ -20,9 +20,10 @@ use super::twiddle::{FineTriple, Packed, Triple};
 use crate::spectrum::sweep::{Sweep, power};
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
+use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
-use rails::{all_outside, any_outside};
+use rails::any_outside;
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -57,7 +58,7 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
                 eights::<M>(from, to, (23170 >> less) * 0x1_0001, one);
             }
             (4, _) if narrow && scale.shift <= 14 && M <= 1024 => fours::<M>(from, to, one),
-            _ => integer::first_pass::<M>(pairs, scale, points),
+            _ => integer::first_pass::<M>(pairs, scale, bits, points),
         }
     }
 }
@@ -140,46 +141,39 @@ pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
 }
 
 /// As [`integer::window`].
-#[inline]
-pub fn window<'a, const K: usize>(
+pub fn window<'a>(
     points: &[Point],
     table: &[Packed],
     first: usize,
-    place: &'a mut MaybeUninit<[Point; K]>,
-) -> &'a [Point; K] {
+    places: &'a mut [MaybeUninit<Point>],
+) -> &'a [Point] {
     let (length, middle) = (points.len(), points.len() / 2);
-    let last = first.saturating_add(K);
-    if first < 1 || last > length || table.len() < middle || middle == 0 || K == 0 {
-        return place.write([[0; 2]; K]);
+    if first < 1 || first.saturating_add(places.len()) > length || table.len() < middle {
+        return &[];
     }
-    let (from, factors, mut to) =
-        (points.as_ptr(), table.as_ptr(), place.as_mut_ptr().cast::<Point>());
-    let below = middle.saturating_sub(first).min(K);
-    // SAFETY: bins first.. are within 1..length, and so are their mirrors; K of them are written, some below the
+    let (from, factors) = (points.as_ptr(), table.as_ptr());
+    let Range { start, end } = places.as_mut_ptr_range();
+    let (mut to, end) = (start.cast::<Point>(), end.cast::<Point>());
+    let mut next = first;
+    // SAFETY: bins first.. are within 1..length, and so are their mirrors; every place is written, for bins below the
     // middle, perhaps that one, and the rest. The factor of each is before the middle.
     unsafe {
-        if below > 0 {
-            let there = from.add(length - first);
-            span_below(from.add(first), there, factors.add(first), to, to.add(below));
+        if next < middle && to < end {
+            let below = to.add(places.len().min(middle - next));
+            span_below(from.add(next), from.add(length - next), factors.add(next), to, below);
+            next += below.offset_from_unsigned(to);
+            to = below;
         }
-        to = to.add(below);
-        let mut next = first + below;
-        if next == middle && next < last {
+        if next == middle && to < end {
             to.write(integer::split(points, table, middle));
-            to = to.add(1);
             next += 1;
+            to = to.add(1);
         }
-        if next < last {
+        if to < end {
             let mirror = length - next;
-            span_above(
-                from.add(next),
-                from.add(mirror),
-                factors.add(mirror),
-                to,
-                to.add(last - next),
-            );
+            span_above(from.add(next), from.add(mirror), factors.add(mirror), to, end);
         }
-        place.assume_init_ref()
+        places.assume_init_ref()
     }
 }
 
@@ -193,17 +187,12 @@ pub fn bend(points: &[Point], stride: usize) -> u64 {
     unsafe { bends(range.start, range.end.sub(2), stride.max(1) * size_of::<Point>()) }
 }
 
-/// How many parts of pairs are at or beyond a rail. Looks at whole groups of eight pairs.
-pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
+/// Whether a part of a pair is at or beyond a rail. Looks at whole groups of eight pairs.
+pub fn touches(pairs: &[Pair], low: i16, high: i16) -> bool {
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
-    if groups.is_empty() {
-        return 0;
-    }
     // SAFETY: the range is inside `pairs`, and not empty.
-    unsafe {
-        let (from, to) = (groups.start.cast(), groups.end.cast());
-        if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
-    }
+    !groups.is_empty()
+        && unsafe { any_outside(groups.start.cast(), groups.end.cast(), low, high) } != 0
 }

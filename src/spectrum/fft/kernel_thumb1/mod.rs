@@ -84,7 +84,7 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
             13 if fits && const { shifts(M, 13) } => eights::<M, 13>(from, to),
             12 if fits && const { shifts(M, 12) } => eights::<M, 12>(from, to),
             11 if fits && const { shifts(M, 11) } => eights::<M, 11>(from, to),
-            _ => integer::first_pass::<M>(pairs, scale, points),
+            _ => integer::first_pass::<M>(pairs, scale, bits, points),
         }
     }
 }
