@@ -229,15 +229,16 @@ impl Statistics {
     }
 
     /// [`Statistics::clipped`] alone. On a core with the DSP extension the samples go two at a time, some two
-    /// instructions each; where one touches a rail they are counted in a second pass.
+    /// instructions each; real ones that touch a rail are counted in a second pass.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
         let (low, high) = codes.rails();
         // The loop loads several words at once, which must be whole ones: a core stops where they are not.
         #[cfg(dsp)]
-        if samples.as_ptr().cast::<u32>().is_aligned()
-            && !crate::spectrum::fft::kernel_dsp::touches(R::pairs(samples), low, high)
-        {
-            return 0;
+        if samples.as_ptr().cast::<u32>().is_aligned() {
+            let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
+            if !R::IQ || parts == 0 {
+                return parts;
+            }
         }
         // Codes strictly between the rails, moved to 0.., are fewer than their number.
         let between = (high as u16).wrapping_sub(low as u16).wrapping_sub(1);

@@ -10,15 +10,19 @@ use picket::board::halt::{Exit, exit};
 use picket::board::mps2::handlers;
 use picket::config::Plan;
 use picket::pipeline::Pipeline;
+use static_cell::ConstStaticCell;
 
 picket::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
     // All zeros before the program runs, and so no part of it.
-    static mut PIPELINE: Pipeline<Real, 1024> = Pipeline::new(Plan::IDLE);
-    static mut SAMPLES: [i16; 1024] = [0; 1024];
-    PIPELINE.adopt(const { Plan::tone::<Real>(1024) });
-    black_box(PIPELINE.tone(&Stamp::default(), black_box(SAMPLES)));
+    static PIPELINE: ConstStaticCell<Pipeline<Real, 1024>> =
+        ConstStaticCell::new(Pipeline::new(Plan::IDLE));
+    static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);
+    if let Some((pipeline, samples)) = PIPELINE.try_take().zip(SAMPLES.try_take()) {
+        pipeline.adopt(const { Plan::tone::<Real>(1024) });
+        black_box(pipeline.tone(&Stamp::default(), black_box(samples)));
+    }
     exit(Exit::Done)
 }

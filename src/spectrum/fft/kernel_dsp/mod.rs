@@ -23,7 +23,7 @@ use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
-use rails::any_outside;
+use rails::{all_outside, any_outside};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -187,12 +187,17 @@ pub fn bend(points: &[Point], stride: usize) -> u64 {
     unsafe { bends(range.start, range.end.sub(2), stride.max(1) * size_of::<Point>()) }
 }
 
-/// Whether a part of a pair is at or beyond a rail. Looks at whole groups of eight pairs.
-pub fn touches(pairs: &[Pair], low: i16, high: i16) -> bool {
+/// How many parts of pairs are at or beyond a rail. Looks at whole groups of eight pairs.
+pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
+    if groups.is_empty() {
+        return 0;
+    }
     // SAFETY: the range is inside `pairs`, and not empty.
-    !groups.is_empty()
-        && unsafe { any_outside(groups.start.cast(), groups.end.cast(), low, high) } != 0
+    unsafe {
+        let (from, to) = (groups.start.cast(), groups.end.cast());
+        if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
+    }
 }

@@ -35,3 +35,37 @@ pub(super) unsafe extern "C" fn any_outside(
         "pop {{r4-r11, pc}}",
     )
 }
+
+/// How many halves of words are outside `low..=high`, each given in both halves.
+///
+/// # Safety
+/// `from..to` must be pairs of words, at least one, and at most 2^16 words.
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn all_outside(
+    from: *const u32,
+    to: *const u32,
+    low: u32,
+    high: u32,
+) -> u32 {
+    macro_rules! look {
+        ($($x:literal),*) => {
+            concat!($(
+                "qsub16 lr, ", $x, ", r2\n qsub16 ", $x, ", r3, ", $x, "\n orr lr, lr, ", $x, "\n",
+                "and lr, lr, #0x80008000\n add r12, r12, lr, lsr #15\n",
+            )*)
+        };
+    }
+    kernel!(
+        "push {{r4, r5, lr}}",
+        "mov r12, #0",
+        "2:",
+        "ldm r0!, {{r4, r5}}",
+        look!("r4", "r5"),
+        "cmp r0, r1",
+        "blo 2b",
+        // Each half has counted its own.
+        "uxth r0, r12",
+        "add r0, r0, r12, lsr #16",
+        "pop {{r4, r5, pc}}",
+    )
+}
