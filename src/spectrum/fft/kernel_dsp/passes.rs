@@ -73,7 +73,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
     )
 }
 
-/// A radix-4 pass over one block whose legs are `leg` bytes, 256 or more, with every `STRIDE`-th factor.
+/// A radix-4 pass over one block whose legs are `leg` bytes, 64 or more, with every `STRIDE`-th factor.
 ///
 /// # Safety
 /// `block` must be the four legs, `table` the factors of that many points.
