@@ -8,6 +8,8 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatte
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
+use std::fs::File;
+use std::io::BufWriter;
 use std::sync::Once;
 
 /// A quantity along one side of a chart.
@@ -200,8 +202,18 @@ impl Chart {
     }
 
     fn png_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
-        let size = (2 * SIZE.0, 2 * SIZE.1);
-        self.draw(BitMapBackend::new(file, size).into_drawing_area(), Some(WHITE), field, 2.0)
+        let (width, height) = (2 * SIZE.0, 2 * SIZE.1);
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        let root = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        self.draw(root, Some(WHITE), field, 2.0)?;
+        let write = || -> Result<(), png::EncodingError> {
+            let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
+            encoder.set_color(png::ColorType::Rgb);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&pixels)?;
+            writer.finish()
+        };
+        write().map_err(|error| format!("{}: {error}", file.display()))
     }
 
     /// The chart as a file: SVG or PNG, by its name.

@@ -52,7 +52,10 @@ impl Firmware<'_> {
         let mut command = cargo();
         command.args(["build", "--package", "picket", "--bin", self.bin]);
         command.args(others.iter().flat_map(|bin| ["--bin", bin]));
-        command.args(["--target", self.target.triple(), "--profile", self.profile.name()]);
+        command.args(["--release", "--target", self.target.triple()]);
+        for package in self.profile.for_size() {
+            command.args(["--config", &format!("profile.release.package.{package}.opt-level='z'")]);
+        }
         command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
         if self.bin == "single" {
             // What a user who has nothing to choose builds.
@@ -70,7 +73,7 @@ impl Firmware<'_> {
         if !ok {
             return Err(ToolError::Build { bin: self.bin.into(), output });
         }
-        let built = directory.join(self.target.triple()).join(self.profile.name()).join(self.bin);
+        let built = directory.join(self.target.triple()).join("release").join(self.bin);
         let image = images.join(self.image_name());
         // Another test may be running the image: it keeps the file that it has opened.
         let copy = image.with_extension("part");

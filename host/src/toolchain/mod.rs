@@ -52,16 +52,25 @@ pub enum Profile {
     /// For speed: opt-level 3.
     #[default]
     Release,
-    /// For size: opt-level "z".
+    /// For size: opt-level "z", for our own code and the elementary functions. What an image takes of other packages it takes as
+    /// generic functions, which are compiled with ours: they are compiled once for both.
     Size,
 }
 
 impl Profile {
-    /// Cargo's name of the profile.
+    /// The name that people read.
     pub const fn name(self) -> &'static str {
         match self {
             Profile::Release => "release",
             Profile::Size => "size",
+        }
+    }
+
+    /// The packages that are compiled at opt-level "z".
+    const fn for_size(self) -> &'static [&'static str] {
+        match self {
+            Profile::Release => &[],
+            Profile::Size => &["picket", "libm"],
         }
     }
 }
