@@ -2,12 +2,21 @@
 
 pub mod figures;
 
-use picket_host::toolchain::{Firmware, Profile, Target};
+use picket_host::toolchain::{Firmware, Profile, Target, prepare};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 
-/// Builds all images of a core that the tests run, at their first need: one after the other they would leave half of the
-/// host idle. What does not build is told by the test that wants it.
+/// Compiles what the images of every core take of other packages, once for all tests: for one core after the other it would leave
+/// half of the host idle. Whoever wants an image calls this first.
+pub fn prepare_packages() {
+    static PREPARED: Once = Once::new();
+    PREPARED.call_once(|| {
+        let _ = prepare(&Target::ALL, &["mps2"]);
+    });
+}
+
+/// Builds all images of a core that the tests run, at their first need: one after the other they would leave half of the host
+/// idle. What does not build is told by the test that wants it.
 pub fn prepare_images(target: Target) {
     static PREPARED: Mutex<Vec<Target>> = Mutex::new(Vec::new());
     let mut prepared = PREPARED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -15,6 +24,7 @@ pub fn prepare_images(target: Target) {
         return;
     }
     prepared.push(target);
+    prepare_packages();
     let (bin, others): (_, &[_]) = match target {
         Target::M4f => ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked"]),
         Target::M3 => ("core_check", &["bench_locked", "bench_short"]),

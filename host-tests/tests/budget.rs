@@ -1,6 +1,6 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
-use host_tests::prepare_images;
+use host_tests::{prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
@@ -153,6 +153,7 @@ fn the_budget_is_kept_without_the_dsp_extension() {
 #[test]
 fn the_smallest_image_keeps_its_size() {
     let (budgets, mut excess) = (budgets(), Excess::default());
+    prepare_packages();
     for (name, &allowed) in &budgets.smallest_image {
         let spent = size::smallest(core(name)).unwrap_or_else(|error| panic!("{error}"));
         excess.check(&format!("{name}, bytes of the smallest image"), spent, allowed);

@@ -4,6 +4,7 @@
 //! 600 blocks; `PICKET_BLOCKS=20000` for the long run.
 
 use host_tests::figures::Document;
+use host_tests::prepare_packages;
 use picket::acquire::frontend::{Counters, Timing};
 use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
 use picket::config::{Config, Following, Scene};
@@ -34,7 +35,12 @@ const SEED: u64 = 446;
 
 fn played() -> &'static PathBuf {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    IMAGE.get_or_init(|| image(true, false).unwrap_or_else(|error| panic!("{error}")))
+    IMAGE.get_or_init(|| built(false))
+}
+
+fn built(tracking: bool) -> PathBuf {
+    prepare_packages();
+    image(true, tracking).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn tree() -> Tree {
@@ -196,7 +202,7 @@ fn instructions_of_a_block() {
 fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let image = image(true, true).unwrap_or_else(|error| panic!("{error}"));
+    let image = built(true);
     let mut board = Board::start_counted(&image).unwrap();
     boot(&mut board);
     let following = Following { most: 1, refresh: 16, ..Following::default() };

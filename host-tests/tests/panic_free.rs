@@ -2,12 +2,14 @@
 //! if the optimiser has found no way to a panic. Images that log are left out: the logger holds panics. At opt-level "z"
 //! the board's image stands for the front end.
 
+use host_tests::prepare_packages;
 use picket_host::toolchain::{Firmware, Profile, Target, ToolError};
 
 /// The function that does not exist.
 const SYMBOL: &str = "picket_can_panic";
 
 fn link(bin: &str, target: Target, profile: Profile, features: &[&str]) -> Result<(), ToolError> {
+    prepare_packages();
     Firmware { bin, target, features, profile }.build_quietly().map(drop)
 }
 

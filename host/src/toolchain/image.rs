@@ -8,6 +8,7 @@ use super::{Profile, Target, firmware_dir};
 use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A firmware image to build.
 #[derive(Clone, Debug)]
@@ -49,25 +50,18 @@ impl Firmware<'_> {
         // Another process may build the same binary with other features: the copy belongs to the
         // build, so both happen under one lock.
         let _lock = locked(&directory.join("build.lock"))?;
-        let mut command = cargo();
-        command.args(["build", "--package", "picket", "--bin", self.bin]);
-        command.args(others.iter().flat_map(|bin| ["--bin", bin]));
-        command.args(["--release", "--target", self.target.triple()]);
+        let mut command = build(&directory, &[self.target])?;
+        command.args(["--bin", self.bin]).args(others.iter().flat_map(|bin| ["--bin", bin]));
         for package in self.profile.for_size() {
             command.args(["--config", &format!("profile.release.package.{package}.opt-level='z'")]);
         }
-        command.args(["--features", &self.features.join(","), "--target-dir"]).arg(&directory);
+        command.args(["--features", &self.features.join(",")]);
         if self.bin == "single" {
             // What a user who has nothing to choose builds.
             command.arg("--no-default-features");
         }
         if self.features.contains(&"log") {
             command.env("DEFMT_LOG", "info");
-        }
-        if let Route::Source { rustc, linker } = &route {
-            let name = self.target.triple().to_uppercase().replace(['-', '.'], "_");
-            command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
-            command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         }
         let (ok, output) = capture(command, echo)?;
         if !ok {
@@ -86,6 +80,44 @@ impl Firmware<'_> {
         let parts = [self.bin, self.target.triple(), self.profile.name(), &self.features.join("+")];
         format!("{}.elf", parts.join("-"))
     }
+}
+
+/// Compiles what images with these features take of other packages, for several cores at once: most of it is a few packages one
+/// after the other, which leave the host's other cores idle. What is missing for it is told where an image is built.
+pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
+    let routes = targets.iter().map(|&target| route(target)).collect::<Result<Vec<_>, _>>()?;
+    let Some(way) = routes.first().map(Route::directory) else { return Ok(()) };
+    if routes.iter().any(|route| route.directory() != way) {
+        return Ok(());
+    }
+    let directory = firmware_dir().join(way);
+    fs::create_dir_all(&directory).map_err(io_error(directory.display()))?;
+    let _lock = locked(&directory.join("build.lock"))?;
+    // By way of an image, since what only an image takes is compiled for its linker alone: the smallest.
+    let mut command = build(&directory, targets)?;
+    command.args(["--bin", "single", "--features", &features.join(",")]);
+    let (ok, output) = capture(command, io::stderr().is_terminal())?;
+    if ok { Ok(()) } else { Err(ToolError::Build { bin: "single".into(), output }) }
+}
+
+/// Cargo's command that builds the firmware for these cores, which are reached by one way, in a directory.
+fn build(directory: &Path, targets: &[Target]) -> Result<Command, ToolError> {
+    let mut command = cargo();
+    command.args(["build", "--package", "picket", "--release", "--target-dir"]).arg(directory);
+    let mut from_source = false;
+    for &target in targets {
+        command.args(["--target", target.triple()]);
+        if let Route::Source { rustc, linker } = route(target)? {
+            let name = target.triple().to_uppercase().replace(['-', '.'], "_");
+            command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+            command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+            from_source = true;
+        }
+    }
+    if from_source {
+        command.arg("-Zbuild-std=core");
+    }
+    Ok(command)
 }
 
 /// Lints the library and these images with these features for a target; warnings are errors.

@@ -15,7 +15,7 @@ mod route;
 
 pub use error::ToolError;
 pub(crate) use error::io_error;
-pub use image::{Firmware, lint};
+pub use image::{Firmware, lint, prepare};
 pub(crate) use process::on_path;
 pub use qemu::qemu;
 
@@ -35,6 +35,9 @@ pub enum Target {
 }
 
 impl Target {
+    /// Every core.
+    pub const ALL: [Self; 4] = [Target::M4f, Target::M3, Target::M33, Target::M0];
+
     /// The name that rustc knows.
     pub const fn triple(self) -> &'static str {
         match self {
