@@ -137,7 +137,7 @@ fn root_by_bits(x: f32) -> f32 {
         bit >>= 1;
     }
     // The leading bit counts in the exponent. No root is halfway between two numbers.
-    f32::from_bits(((power + 1) / 2 + 62 << 23) + root.div_ceil(2))
+    f32::from_bits(((power.div_ceil(2) + 62) << 23) + root.div_ceil(2))
 }
 
 /// The FPU's square root, rounded as IEEE 754 demands and so equal to `libm`'s; a root of a negative number is
