@@ -103,14 +103,14 @@ pub(crate) fn square(a: i32) -> i64 {
     product(a, a)
 }
 
-/// How many bits above the highest set one are zero.
+/// How many bits above the highest set one are zero, of a number that has one.
 #[inline(always)]
 fn zeros(x: u32) -> u32 {
     if cfg!(short_products) { zeros_by_table(x) } else { x.leading_zeros() }
 }
 
 /// [`zeros`] in half the time of a library's search, for the cores without an instruction for it: all bits below the highest
-/// are set, and of the 33 such numbers a product tells which it is.
+/// are set, and of the 32 such numbers a product tells which it is.
 #[inline(always)]
 fn zeros_by_table(x: u32) -> u32 {
     const FACTOR: u32 = 0x07c4_acdd;
@@ -133,7 +133,6 @@ fn zeros_by_table(x: u32) -> u32 {
     let x = x | x >> 4;
     let x = x | x >> 8;
     let x = x | x >> 16;
-    // Zero itself has the product of the highest bit, and no caller asks for it.
     TABLE.get((x.wrapping_mul(FACTOR) >> 27) as usize).map_or(32, |&zeros| zeros.into())
 }
 

@@ -45,7 +45,7 @@ impl Scaled {
             return Self::new(low as i32, exponent);
         }
         // By so much the sum can go up; then its upper word is the number.
-        let room = zeros((high ^ (high >> 31)) as u32).wrapping_sub(1) & 31;
+        let room = zeros(((high ^ (high >> 31)) as u32) << 1 | 1) & 31;
         let high = (high << room) | ((low >> 1) >> (31 - room)) as i32;
         Self::new(high, exponent.wrapping_add(32).wrapping_sub(room as i32))
     }
