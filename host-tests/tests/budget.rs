@@ -128,8 +128,8 @@ fn the_budget_is_kept_in_a_band() {
 fn assert_second_step(name: &str, count: &Count) {
     let each: Vec<u64> = count.each("estimator").collect();
     println!("{name}, estimator, full scale, weak and in noise: {each:?}");
-    // A step over 17 bins takes no less, and what else differs between blocks less.
-    assert!(each[2] > each[0].min(each[1]) + 350, "{name}: {each:?}");
+    // A step over 17 bins takes no less.
+    assert!(each[2] > each[0].max(each[1]) + 350, "{name}: {each:?}");
 }
 
 #[test]

@@ -233,7 +233,6 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     }
     // Searched: the first two, and one of 16.
     assert!(short.len() >= 34 && whole.len() >= 4, "{short:?} {whole:?}");
-    println!("{short:?} {whole:?}");
     // The middle one: a status may come between a record and its count, which is then the next one's.
     let middle = |mut counts: Vec<u32>| {
         counts.sort_unstable();

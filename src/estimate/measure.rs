@@ -2,6 +2,7 @@
 
 use super::detection::Threshold;
 use super::frequency::Frequency;
+use super::least_squares::fixed::quantised;
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::{self, NOISE_BINS};
@@ -194,7 +195,7 @@ impl Seen {
 
 /// An offset in fixed point; `None` where it is not a number. A fit's is below 1.
 fn fixed(offset: f32) -> Option<I2F30> {
-    (offset.abs() < 2.0).then(|| I2F30::from_bits((offset * (1 << 30) as f32) as i32))
+    (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 
 /// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
