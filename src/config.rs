@@ -1,6 +1,6 @@
 //! Everything a user sets, checked once: what follows cannot fail.
 
-use crate::acquire::sample::{Codes, Record};
+use crate::acquire::sample::{Codes, Record, Segment};
 use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
@@ -37,6 +37,20 @@ pub enum Scene {
         /// Duration of a ramp in seconds.
         duration_s: f64,
     },
+}
+
+impl Scene {
+    /// The segments of a chirp, in their order; none without a chirp.
+    pub const fn segments(&self) -> &'static [Segment] {
+        match self {
+            Scene::Tone | Scene::Doppler { .. } => &[],
+            Scene::Chirp { shape: Shape::Sawtooth, .. } => &[Segment::Up],
+            Scene::Chirp { shape: Shape::Triangle, .. } => &[Segment::Up, Segment::Down],
+            Scene::Chirp { shape: Shape::Trapezoid, .. } => {
+                &[Segment::Up, Segment::Flat, Segment::Down]
+            }
+        }
+    }
 }
 
 /// What a user sets. [`Config::validate`] turns it into a [`Plan`].

@@ -5,8 +5,8 @@
 //! between its bins; this library reads between the pickets.
 //!
 //! ```text
-//! ADC codes -> block -> integer FFT -> peak + floor -> a few bins -> estimator -> tone -> solver -> target -> record
-//!  acquire              spectrum                                     estimate             solve            report
+//! ADC codes -> block -> integer FFT -> peak + floor -> a few bins -> estimator -> tone -> solver -> target
+//!  acquire              spectrum                                     estimate             solve
 //! ```
 //! [`pipeline`] is this way for one block, [`tracker`] the same with a memory: tones followed from block to block.
 //!
@@ -38,14 +38,10 @@
 extern crate std;
 
 pub mod acquire;
-#[cfg(target_os = "none")]
-pub mod board;
 pub mod config;
-pub mod control;
 pub mod estimate;
+pub mod math;
 pub mod pipeline;
-pub mod report;
-pub mod scalar;
 pub mod solve;
 pub mod spectrum;
 pub mod tracker;

@@ -7,10 +7,9 @@ use crate::estimate::lock::Lock;
 use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
 use crate::pipeline::{Measurement, Pipeline};
-use crate::report::follow::{Follow, Sighting};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
-use crate::solve::track::{State, Track};
+use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
 use heapless::Vec;
@@ -134,21 +133,12 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         first(held.map(|track| doppler::velocity(&track.tone, scale)))
     }
 
-    /// What is followed after a block of this stamp, as it is reported. The targets come with a chirp's last block.
-    pub fn follow(&self, stamp: &Stamp) -> Follow {
-        let last = match self.pipeline.plan().solver {
+    /// Whether a block of this stamp is the last of its chirp, with which the targets come.
+    pub fn completes(&self, stamp: &Stamp) -> bool {
+        match self.pipeline.plan().solver {
             Solver::Chirp(Shape::Sawtooth, _) => stamp.segment == Segment::Up,
             Solver::Chirp(..) => stamp.segment == Segment::Down,
             Solver::None | Solver::Doppler(_) => false,
-        };
-        let held =
-            self.tracks(stamp.segment).iter().filter(|track| track.state != State::Tentative);
-        Follow {
-            sequence: stamp.sequence,
-            segment: stamp.segment,
-            locked: self.is_locked(stamp.segment),
-            tracks: first(held.map(Sighting::from)),
-            targets: if last { self.targets() } else { Vec::new() },
         }
     }
 

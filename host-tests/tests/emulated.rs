@@ -1,17 +1,18 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
 use host_tests::prepare_images;
-use picket::acquire::capture::{ForRecord, Header, for_record};
+use picket::acquire::kind::{ForRecord, for_record};
 use picket::acquire::sample::{Codes, Iq, Real, Record, Segment};
 use picket::config::{Config, Scene};
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::method::Method;
 use picket::pipeline::Pipeline;
-use picket::report::frame::Reader;
-use picket::report::record::{Health, Record as Telemetry};
 use picket::solve::chirp::Shape;
 use picket_host::emulator::{Capture, Machine, Outcome, RunError};
 use picket_host::toolchain::{Firmware, Profile, Target};
+use picket_wire::capture::Header;
+use picket_wire::frame::Reader;
+use picket_wire::record::{Health, Record as Telemetry};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};

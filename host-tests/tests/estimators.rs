@@ -3,7 +3,7 @@
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::estimate::method::{Method, Needs, Unfit};
 use picket::estimate::samples::Samples;
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket_host::reference::Reference;

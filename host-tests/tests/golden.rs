@@ -10,15 +10,15 @@
 
 use crate::vectors::{Case, golden};
 use picket::acquire::sample::{Codes, Iq, Real, Record};
-use picket::estimate::autocorrelation::best_lag;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
+use picket::estimate::methods::autocorrelation::best_lag;
 use picket::estimate::samples::Raw;
 use picket::estimate::snr;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::estimate::uncertainty::bound_bins;
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket::solve::chirp::{self, Scale, Scales};
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};

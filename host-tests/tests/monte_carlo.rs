@@ -5,7 +5,7 @@
 use picket::acquire::sample::{Codes, Iq, Real, Record};
 use picket::estimate::method::Method;
 use picket::estimate::uncertainty::bound_bins;
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};

@@ -5,25 +5,28 @@
 
 use host_tests::figures::Document;
 use host_tests::prepare_packages;
-use picket::acquire::frontend::{Counters, Timing};
+use picket::acquire::frontend::Counters;
 use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
 use picket::config::{Config, Following, Scene};
-use picket::control::clock::{Source, Speed, Tree};
-use picket::control::settings::{Drive, Instrument, Settings};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
-use picket::report::boot::Boot;
-use picket::report::command::{Command, Refusal, Request};
-use picket::report::record::{Health, Record as Telemetry};
-use picket::report::status::Status;
 use picket::solve::chirp::Shape;
 use picket::tracker::Tracker;
+use picket_firmware::instrument::plan::Plan;
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
 use picket_host::{flash, recording};
+use picket_wire::boot::{Boot, Clock};
+use picket_wire::command::{Command, Refusal, Request};
+use picket_wire::follow::Follow;
+use picket_wire::record::{Health, Record as Telemetry};
+use picket_wire::settings::{Drive, Settings};
+use picket_wire::status::Status;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
@@ -47,6 +50,11 @@ fn tree() -> Tree {
     Tree::new(Speed::Mhz180, Source::Hsi)
 }
 
+/// What these settings become on the board.
+fn planned(settings: &Settings) -> (Plan, Words) {
+    Words::plan(settings, N, &tree()).unwrap()
+}
+
 /// A tone of the converter's codes: `bin` may have a fraction.
 fn tone(bin: f64, amplitude: f64, noise: f64, rng: &mut impl Rng) -> [i16; N] {
     let phase: f64 = rng.random();
@@ -63,25 +71,24 @@ fn bytes(samples: &[i16]) -> Vec<u8> {
 
 /// The same measurement here.
 struct Here<R: Record> {
-    instrument: Instrument,
+    plan: Plan,
+    words: Words,
     pipeline: Pipeline<R, N>,
-    timing: Timing,
 }
 
 impl<R: Record> Here<R> {
     fn new(settings: &Settings) -> Self {
-        let instrument = settings.validate(N, &tree()).unwrap();
-        let (plan, timing) = (instrument.plan, instrument.timing);
-        Self { instrument, pipeline: Pipeline::new(plan), timing }
+        let (plan, words) = planned(settings);
+        Self { plan, words, pipeline: Pipeline::new(plan.plan) }
     }
 
     fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
         let measurement = self.pipeline.block(stamp, samples);
-        Telemetry { measurement, method: self.instrument.plan.options.method, health }
+        Telemetry { measurement, method: self.plan.plan.options.method, health }
     }
 
     fn stamp(&self, number: u64, gap: bool) -> Stamp {
-        self.timing.stamp(number, gap)
+        self.plan.timing.stamp(number, gap)
     }
 }
 
@@ -123,7 +130,7 @@ fn thousands_of_blocks_and_every_record_right() {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut board, boot) = start();
     // QEMU has no multiplier: the board falls back, says so, and measures all the same.
-    assert_eq!((boot.clock, boot.core_hz), (Source::Hsi, 16_000_000));
+    assert_eq!((boot.clock, boot.core_hz), (Clock::Slow, 16_000_000));
     assert!(boot.measuring && !boot.stored && !boot.unfit);
     assert_eq!(boot.last.kind, 0);
     // It runs the program that was built.
@@ -131,8 +138,8 @@ fn thousands_of_blocks_and_every_record_right() {
     let settings = Settings::default();
     let mut here = Here::<Real>::new(&settings);
     // The register words that the settings ask for are those that stand in the registers.
-    let words = here.instrument.sampling.converter(&tree());
-    let stream = here.instrument.sampling.stream().control;
+    let words = here.words.sampling.converter(&tree());
+    let stream = here.words.sampling.stream().control;
     let expected =
         [stream | 1, N as u32, 0x4001_204C, words.cr1, words.cr2, words.smpr2, words.sqr3];
     assert_eq!(board.registers().unwrap()[..7], expected);
@@ -210,15 +217,15 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     let settings = Settings { config: Config { following, ..settings.config }, ..settings };
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
-    let instrument = settings.validate(N, &tree()).unwrap();
-    let mut tracker = Box::new(Tracker::<Real, N>::new(instrument.plan));
-    let method = instrument.plan.options.method;
+    let (plan, _) = planned(&settings);
+    let mut tracker = Box::new(Tracker::<Real, N>::new(plan.plan));
+    let method = plan.plan.options.method;
     let (mut short, mut whole) = (Vec::new(), Vec::new());
     for number in 0..40 {
         let samples = tone(200.3 + 0.05 * number as f64, 900.0, 30.0, &mut rng);
         status(&mut board);
         assert!(board.block(&bytes(&samples)).unwrap());
-        let stamp = instrument.timing.stamp(number, false);
+        let stamp = plan.timing.stamp(number, false);
         let measurement = tracker.block(stamp, &samples);
         let expected = Telemetry { measurement, method, health: Health::default() };
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
@@ -227,7 +234,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
             _ => None,
         });
         let follow = follow.unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(follow.to_frame(), tracker.follow(&stamp).to_frame(), "block {number}");
+        assert_eq!(follow.to_frame(), Follow::of(&tracker, &stamp).to_frame(), "block {number}");
         let way = if follow.locked { &mut short } else { &mut whole };
         way.push(status(&mut board).longest);
     }
@@ -379,7 +386,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     // What can is answered as it will be used, and used after a restart.
     let body = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     let (used, n) = Settings::of_bytes(body[..].try_into().unwrap()).unwrap();
-    assert_eq!((used, n), (settings.validate(N, &tree()).unwrap().settings, N));
+    assert_eq!((used, n), (planned(&settings).0.settings, N));
     let second = boot(&mut board);
     assert!(second.measuring && second.settings != first.settings);
     let body = board.request(Command::GetSettings).unwrap().unwrap();

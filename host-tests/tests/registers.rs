@@ -1,11 +1,13 @@
 //! The board's register words against the chip maker's own description of its registers (the SVD file, by way of
 //! the crate `stm32f4`): every field by its name, every choice by its meaning.
 
-use picket::control::clock::{Source, Speed, Tree};
-use picket::control::guard::{FEED, START, UNLOCK, WATCHDOG};
-use picket::control::pins::{self, PORT_A, PORT_B};
-use picket::control::sampling::{self, Sampling};
-use picket::control::waveform::{DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput};
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_firmware::nucleo_f446re::words::guard::{FEED, START, UNLOCK, WATCHDOG};
+use picket_firmware::nucleo_f446re::words::pins::{self, PORT_A, PORT_B};
+use picket_firmware::nucleo_f446re::words::sampling::{self, Sampling};
+use picket_firmware::nucleo_f446re::words::waveform::{
+    DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
+};
 use stm32f4::stm32f446 as chip;
 use stm32f4::{R, Readable, Reg, RegisterSpec, W, Writable};
 

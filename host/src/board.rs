@@ -7,8 +7,10 @@
 use crate::device::{Listener, Said};
 use crate::emulator::RunError;
 use crate::toolchain::{self, Firmware, Profile, Target, io_error};
-use picket::control::sampling::{ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN};
-use picket::report::command::{Command, Refusal, Request};
+use picket_firmware::nucleo_f446re::words::sampling::{
+    ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN,
+};
+use picket_wire::command::{Command, Refusal, Request};
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;

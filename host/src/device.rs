@@ -1,11 +1,11 @@
 //! What an instrument says over its serial port, told apart and counted.
 
-use picket::report::boot::Boot;
-use picket::report::command::{Answer, Refusal};
-use picket::report::follow::Follow;
-use picket::report::frame::{Frame, Kind, Reader};
-use picket::report::record::Record;
-use picket::report::status::{Raw, Status};
+use picket_wire::boot::Boot;
+use picket_wire::command::{Answer, Refusal};
+use picket_wire::follow::Follow;
+use picket_wire::frame::{Frame, Kind, Reader};
+use picket_wire::record::Record;
+use picket_wire::status::{Raw, Status};
 
 /// One thing that was said.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! Runs a firmware image on an emulated board, with a capture as its converter's input.
 
 use crate::toolchain::{self, ToolError, io_error};
-use picket::acquire::capture::Header;
 use picket::acquire::sample::Record;
+use picket_wire::capture::Header;
 use std::collections::HashMap;
 use std::fmt;
 use std::fs::{self, File};

@@ -5,7 +5,7 @@ use picket::acquire::sample::Record;
 use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::method::{About, Method, Records, Unfit};
 use picket::estimate::samples::Samples;
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket_transform::num_complex::Complex;
 

@@ -3,7 +3,7 @@
 
 use picket::acquire::sample::Record;
 use picket::estimate::method::{About, Needs, Records, Unfit, Window};
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket_transform::{Transform, num_complex::Complex};
 use std::f64::consts::TAU;
 

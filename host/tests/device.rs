@@ -2,15 +2,15 @@
 
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use picket::acquire::sample::Stamp;
-use picket::control::settings::Settings;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::method::Method;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::{Measurement, Outcome};
-use picket::report::boot::Boot;
-use picket::report::command::Answer;
-use picket::report::record::{Health, Record};
-use picket::report::status::Status;
+use picket_wire::boot::Boot;
+use picket_wire::command::Answer;
+use picket_wire::record::{Health, Record};
+use picket_wire::settings::Settings;
+use picket_wire::status::Status;
 use serialport::{SerialPort, TTYPort};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};

@@ -37,6 +37,7 @@
 //!
 //! Delivered blocks and dropped ones add up to those filled: [`Counters::filled`].
 
+use super::queue::{put, take};
 use super::sample::{Segment, Stamp};
 use heapless::spsc::{Consumer, Producer, Queue};
 
@@ -349,15 +350,4 @@ impl<S> Blocks<'_, S> {
         self.release(slot);
         Some(result)
     }
-}
-
-// heapless takes its indices modulo the queue's length, which the types do not show to be above 0
-// after `split`. The comparison shows it, so that no test for a division by 0 is left in the image.
-
-pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: T) -> Result<(), T> {
-    if queue.capacity() == usize::MAX { Err(item) } else { queue.enqueue(item) }
-}
-
-pub(crate) fn take<T>(queue: &mut Consumer<'_, T>) -> Option<T> {
-    if queue.capacity() == usize::MAX { None } else { queue.dequeue() }
 }

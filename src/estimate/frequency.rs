@@ -1,6 +1,6 @@
 //! A frequency without a rate: signed cycles per sample.
 
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use fixed::types::{I0F32, I2F30};
 
 /// Signed cycles per sample, full scale one turn: -0.5..0.5 in steps of 2^-32.

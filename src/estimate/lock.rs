@@ -7,7 +7,7 @@ use super::tone::{Tone, Verdict};
 use super::uncertainty::CLIPPED;
 use super::{locked::noise, noise::ratio};
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use crate::spectrum::zoom::Oscillator;
 
 /// How much of the noise estimate a block renews: its own has but some 23 numbers.

@@ -19,9 +19,9 @@
 //!
 //! This fit is this project's own.
 
-use super::least_squares::{circle, cosine, line_shape, sinc};
 use super::noise;
 use crate::acquire::sample::Record;
+use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::zoom::{POINTS, Zoom};
 use num_complex::Complex;
@@ -462,7 +462,7 @@ const fn parts<const COUNT: usize>(first: i32) -> [[f32; 2]; COUNT] {
 mod tests {
     use super::*;
     use crate::acquire::sample::{Iq, Real};
-    use crate::scalar::Scalar;
+    use crate::math::scalar::Scalar;
     use crate::spectrum::zoom::Oscillator;
 
     /// Offset and amplitude of a noiseless tone of 16 bits: what is left is the converter's rounding and the Q15

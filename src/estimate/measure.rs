@@ -12,7 +12,7 @@ use super::tone::{Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
 use crate::acquire::sample::{Codes, Record, Stamp};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;

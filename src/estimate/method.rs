@@ -3,9 +3,10 @@
 
 use super::samples::{Raw, Samples, as_kind};
 // Every family: a new one needs no line here.
+use super::methods::*;
 use super::*;
 use crate::acquire::sample::{Iq, Record};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, Rectangular};
 use crate::spectrum::engine::Engine;

@@ -3,31 +3,25 @@
 //! An estimator answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record),
 //! positive towards higher frequency, usually in -0.5..=0.5.
 
-pub mod autocorrelation;
 pub mod detection;
-pub mod dft;
 pub mod frequency;
-pub mod hann;
-pub mod interpolate;
 pub mod least_squares;
 pub mod lock;
 pub mod locked;
 pub mod measure;
 pub mod method;
+pub mod methods;
 pub mod noise;
 pub mod noise_fixed;
-pub mod quinn;
 pub mod returns;
-pub mod rife;
 pub mod samples;
 pub mod several;
-
 pub mod snr;
 pub mod tone;
 pub mod uncertainty;
 pub mod unclipped;
 
 /// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.
-pub(crate) fn within<T: crate::scalar::Scalar>(x: T, limit: T) -> T {
+pub(crate) fn within<T: crate::math::scalar::Scalar>(x: T, limit: T) -> T {
     if x.is_nan() { T::zero() } else { x.min(limit).max(-limit) }
 }

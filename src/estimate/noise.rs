@@ -29,9 +29,10 @@
 //! of the others: lines in two of four are. Weak ones stay, for they may be what a converter makes of the tone itself, and that leaks
 //! into the fit's bins, too.
 
-use super::least_squares::{Fit, circle};
+use super::least_squares::Fit;
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::circle;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use heapless::Vec;

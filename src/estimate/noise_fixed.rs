@@ -2,11 +2,12 @@
 //!
 //! Angles turn in Q30, weights are in Q29, bins as in [`super::least_squares::fixed`].
 
+use super::least_squares::Fit;
 use super::least_squares::fixed::{ROOM, bin, held, product, quantised};
-use super::least_squares::{Fit, circle};
 use super::noise;
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::circle;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 

@@ -1,7 +1,7 @@
 //! The samples of a record, for the estimators that need more than bins.
 
 use crate::acquire::sample::{Iq, Real, Record};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use core::marker::PhantomData;
 use num_complex::Complex;
 

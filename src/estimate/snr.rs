@@ -1,6 +1,6 @@
 //! The signal-to-noise ratio from the whole power spectrum, as FESA wants it.
 
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 
 /// The signal-to-noise ratio of a record by Parseval's theorem (Yang et al. 2011, eqs 11 to 13), as a power
 /// ratio per sample, 1e-6..=1e12.

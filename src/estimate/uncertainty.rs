@@ -2,7 +2,7 @@
 
 use super::least_squares::Fit;
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 
 /// The Cramer-Rao bound of a tone's frequency, as a standard deviation in bins.
 ///

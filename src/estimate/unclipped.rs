@@ -25,7 +25,7 @@ use super::noise_fixed::{Turn, turned};
 use super::returns::{Part, Return};
 use super::within;
 use crate::acquire::sample::{Codes, Record};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use core::ops::Range;
 use num_complex::Complex;
 

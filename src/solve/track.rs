@@ -13,7 +13,7 @@
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
 use crate::estimate::tone::{Tone, Verdict};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 
 /// How tones are followed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
 use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use num_complex::Complex;

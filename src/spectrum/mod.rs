@@ -11,6 +11,7 @@ pub mod zoom;
 mod zoom_dsp;
 
 use crate::acquire::sample::{Cells as _, Codes, Record};
+use crate::math::products;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use engine::{Engine, I32};
@@ -167,5 +168,5 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
 
 /// `|z|^2` without overflow for any `i32` parts.
 pub const fn power(z: Complex<i32>) -> u64 {
-    sweep::power([z.re, z.im])
+    products::power([z.re, z.im])
 }

@@ -6,8 +6,9 @@
 use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
-use super::sweep::{Sweep, power};
+use super::sweep::Sweep;
 use crate::acquire::sample::Record;
+use crate::math::products::power;
 use core::mem::MaybeUninit;
 
 /// Bins on each side of the peak that count as its skirt and not as noise.

@@ -22,7 +22,7 @@ use super::fft::twiddle::{MAX_LENGTH, sin_cos};
 #[cfg(dsp)]
 use super::zoom_dsp as engine;
 use crate::acquire::sample::Record;
-use crate::estimate::least_squares::circle;
+use crate::math::series::circle;
 
 /// The portable definition, where there is nothing faster.
 #[cfg(not(dsp))]
@@ -283,7 +283,7 @@ const fn q31(x: f64) -> i32 {
 mod tests {
     use super::*;
     use crate::acquire::sample::{Iq, Real};
-    use crate::scalar::Scalar;
+    use crate::math::scalar::Scalar;
     use num_complex::Complex;
 
     /// The definition in the module's text, in f64.

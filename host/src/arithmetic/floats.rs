@@ -13,7 +13,7 @@ use picket::estimate::noise;
 use picket::estimate::tone::Verdict;
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket::estimate::unclipped::Unclipped;
-use picket::scalar::Scalar;
+use picket::math::scalar::Scalar;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{Band, Peak, Search};
 use picket_transform::{Fft, Transform, num_complex::Complex};

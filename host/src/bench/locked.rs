@@ -4,13 +4,14 @@ use super::{Core, LIMIT, SEED, equality};
 use crate::emulator::{Capture, RunError};
 use crate::simulate::{Line, Signal, generator};
 use crate::toolchain::{Firmware, Profile, ToolError};
-use picket::acquire::capture::Header;
 use picket::acquire::sample::{Real, Segment};
 use picket::config::{Config, ConfigError, Following};
 use picket::estimate::measure::Arithmetic;
 use picket::pipeline::Measurement;
-use picket::report::record::{Health, Record};
 use picket::tracker::Tracker;
+use picket_wire::capture::Header;
+use picket_wire::follow::Follow;
+use picket_wire::record::{Health, Record};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -125,7 +126,7 @@ pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
         let measurement: Measurement = tracker.block(stamp, &block);
         let (method, health) = (plan.options.method, Health::default());
         telemetry.extend(Record { measurement, method, health }.to_frame());
-        telemetry.extend(tracker.follow(&stamp).to_frame());
+        telemetry.extend(Follow::of(&tracker, &stamp).to_frame());
         locked += usize::from(tracker.is_locked(Segment::Continuous));
     }
     Ok((telemetry, locked))

@@ -12,7 +12,6 @@ pub mod table;
 
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
-use picket::acquire::capture::Header;
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
@@ -20,6 +19,7 @@ use picket::estimate::measure::Arithmetic;
 use picket::spectrum::fft::twiddle;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
+use picket_wire::capture::Header;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;

@@ -9,12 +9,12 @@ use crate::progress;
 use crate::scenario::{self, Bars};
 use crate::simulate::{Kind, Signal, generator};
 use crate::toolchain::{Firmware, Profile};
-use picket::acquire::capture::Header;
 use picket::acquire::sample::{Iq, Real};
 use picket::config::{Config, Solver};
 use picket::estimate::method::Method;
 use picket::pipeline::{Measurement, Outcome};
-use picket::report::record::Record;
+use picket_wire::capture::Header;
+use picket_wire::record::Record;
 use std::time::Duration;
 
 /// Samples in a block.

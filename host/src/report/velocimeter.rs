@@ -6,7 +6,7 @@ use crate::scenario::{TURNTABLE_BARS, TURNTABLE_RADIUS_M, turntable_rows};
 use crate::simulate::Width;
 use crate::sweep::{Offsets, Row, Sweep};
 use picket::acquire::sample::{Codes, Iq};
-use picket::estimate::autocorrelation::best_lag;
+use picket::estimate::methods::autocorrelation::best_lag;
 use std::f64::consts::PI;
 
 fn ratio_of(db: f64) -> f64 {

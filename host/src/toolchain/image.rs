@@ -13,7 +13,7 @@ use std::process::Command;
 /// A firmware image to build.
 #[derive(Clone, Debug)]
 pub struct Firmware<'a> {
-    /// The image: a binary of the package `picket`.
+    /// The image: a binary of the package `picket-firmware`.
     pub bin: &'a str,
     /// The core.
     pub target: Target,
@@ -103,7 +103,9 @@ pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
 /// Cargo's command that builds the firmware for these cores, which are reached by one way, in a directory.
 fn build(directory: &Path, targets: &[Target]) -> Result<Command, ToolError> {
     let mut command = cargo();
-    command.args(["build", "--package", "picket", "--release", "--target-dir"]).arg(directory);
+    command
+        .args(["build", "--package", "picket-firmware", "--release", "--target-dir"])
+        .arg(directory);
     let mut from_source = false;
     for &target in targets {
         command.args(["--target", target.triple()]);
@@ -136,7 +138,7 @@ pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), To
             command.env("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__").arg("-Zbuild-std=core");
         }
     }
-    command.args(["--quiet", "--package", "picket", "--lib"]);
+    command.args(["--quiet", "--package", "picket-firmware", "--lib"]);
     for image in images {
         command.args(["--bin", image]);
     }

@@ -73,7 +73,7 @@ impl Profile {
     const fn for_size(self) -> &'static [&'static str] {
         match self {
             Profile::Release => &[],
-            Profile::Size => &["picket", "libm"],
+            Profile::Size => &["picket-dsp", "picket-firmware", "picket-wire", "libm"],
         }
     }
 }

@@ -4,11 +4,11 @@ use crate::device::Listener;
 use picket::acquire::sample::Segment;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
-use picket::report::boot::Boot;
-use picket::report::follow::Follow;
-use picket::report::record::Record;
-use picket::report::status::Status;
 use picket::solve::chirp::Ambiguity;
+use picket_wire::boot::Boot;
+use picket_wire::follow::Follow;
+use picket_wire::record::Record;
+use picket_wire::status::Status;
 use serde::Serialize;
 
 /// What is known of the device, for the units of its records.

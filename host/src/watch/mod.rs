@@ -66,7 +66,7 @@ pub enum WatchError {
     /// The settings' file.
     Settings(String),
     /// The device refused.
-    Refused(picket::report::command::Refusal),
+    Refused(picket_wire::command::Refusal),
 }
 
 impl fmt::Display for WatchError {

@@ -5,7 +5,7 @@ use super::{WatchError, settings};
 use crate::cli::print_line;
 use crate::device::Said;
 use clap::Args;
-use picket::report::command::{Command, Request};
+use picket_wire::command::{Command, Request};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! Where a device's bytes come from: its port, stdin or a recording. A port that goes away is waited for.
 
 use super::{WatchError, io};
-use picket::control::serial::BAUD;
+use picket_firmware::nucleo_f446re::words::serial::BAUD;
 use serialport::SerialPort;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};

@@ -3,11 +3,10 @@
 use super::{WatchError, io};
 use picket::acquire::sample::Codes;
 use picket::config::{Config, Following, Scene};
-use picket::control::clock::Speed;
-use picket::control::settings::{Calibration, Drive, Settings};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
 use picket::solve::chirp::Shape;
+use picket_wire::settings::{Calibration, Drive, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -16,7 +15,7 @@ use std::path::Path;
 #[serde(default, deny_unknown_fields)]
 struct Fields {
     n: usize,
-    core_mhz: u32,
+    core_mhz: u16,
     iq: bool,
     rate_hz: f64,
     band_hz: Option<(f64, f64)>,
@@ -98,10 +97,7 @@ impl Fields {
         let Settings { config, calibration, .. } = settings;
         Self {
             n,
-            core_mhz: match settings.speed {
-                Speed::Mhz144 => 144,
-                Speed::Mhz180 => 180,
-            },
+            core_mhz: settings.core_mhz,
             iq: settings.iq,
             rate_hz: config.rate_hz,
             band_hz: config.band_hz,
@@ -141,11 +137,6 @@ impl Fields {
     }
 
     fn settings(self) -> Result<(Settings, usize), String> {
-        let speed = match self.core_mhz {
-            144 => Speed::Mhz144,
-            180 => Speed::Mhz180,
-            other => return Err(format!("core_mhz is 144 or 180, not {other}")),
-        };
         let reach = match self.reach {
             4 => Reach::Four,
             8 => Reach::Eight,
@@ -194,7 +185,7 @@ impl Fields {
             range_slope: self.range_slope,
         };
         let settings = Settings {
-            speed,
+            core_mhz: self.core_mhz,
             iq: self.iq,
             config,
             guard: self.guard,

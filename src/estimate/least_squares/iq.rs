@@ -15,12 +15,12 @@
 //!
 //! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
-use super::series::{circle, cosine, line_shape, sinc};
 use super::{
     Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
 };
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
 use heapless::Vec;
 use num_complex::Complex;

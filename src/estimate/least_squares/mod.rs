@@ -17,13 +17,12 @@ pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;
-pub(crate) mod series;
 
 pub(crate) use model::Model;
-pub(crate) use series::{circle, cosine, line_shape, sinc};
 
 use crate::acquire::sample::{Iq, Real, Record};
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::circle;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::{Bins, REACH, Rectangular};
 use crate::spectrum::engine::Engine;

@@ -1,9 +1,9 @@
 //! A fitted tone's value in any bin, so that it can be taken away.
 
 use super::Fit;
-use super::series::{circle, cosine, sinc};
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::{circle, cosine, sinc};
 use num_complex::Complex;
 
 /// A fitted tone, ready to be evaluated in bins of an `n`-point record.

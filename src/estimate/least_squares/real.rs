@@ -26,12 +26,12 @@
 //!
 //! Only bins 1..=N/2-1 enter, so a DC offset has no effect.
 
-use super::series::{circle, cosine, line_shape, sinc};
 use super::{
     Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances,
     limit,
 };
-use crate::scalar::Scalar;
+use crate::math::scalar::Scalar;
+use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
 use num_complex::Complex;

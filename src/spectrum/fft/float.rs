@@ -24,7 +24,7 @@
 
 use super::integer::{Pair, Point};
 use crate::acquire::sample::{Codes, Record};
-use crate::spectrum::sweep::power;
+use crate::math::products::power;
 use microfft::Complex32;
 
 /// A complex value, real part first, in units of bins.

@@ -27,7 +27,7 @@
 //! `host-tests/tests/fft.rs`: at least 90 dB at N = 1024 for a full-scale line and for one at -40 dBFS.
 
 use super::twiddle::{self, Fine, FineTriple, Packed, Triple};
-use crate::spectrum::sweep::power;
+use crate::math::products::power;
 use core::mem::MaybeUninit;
 
 /// A complex value, real part first.

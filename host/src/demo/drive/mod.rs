@@ -13,16 +13,16 @@ use crate::emulator::Capture;
 use crate::progress;
 use crate::scenario::drive::{self, CYCLE_S, CYCLES, Scene};
 use crate::simulate::{Line, Signal, generator};
-use picket::acquire::capture::Header;
 use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::config::{Plan, Solver};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
-use picket::report::follow::Follow;
-use picket::report::frame::Reader;
-use picket::report::record::Record;
 use picket::solve::chirp::{Scales, Target};
 use picket::tracker::Tracker;
+use picket_wire::capture::Header;
+use picket_wire::follow::Follow;
+use picket_wire::frame::Reader;
+use picket_wire::record::Record;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -174,7 +174,7 @@ pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
             let sequence = (3 * cycle + number) as u32;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
             tracker.block(stamp, &block);
-            follows.push(as_sent(&tracker.follow(&stamp))?);
+            follows.push(as_sent(&Follow::of(&tracker, &stamp))?);
         }
     }
     Ok(follows)

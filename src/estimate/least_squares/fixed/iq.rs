@@ -2,7 +2,7 @@
 
 use super::{ROOM, around, held, nearest, product, quantised, shape};
 use crate::estimate::least_squares::{Course, Fit, first_two, iq};
-use crate::scalar::Scalar as _;
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;

@@ -13,7 +13,7 @@ mod scaled;
 
 use super::{Course, Fit, Reach};
 use crate::acquire::sample::Record;
-use crate::scalar::Scalar as _;
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;

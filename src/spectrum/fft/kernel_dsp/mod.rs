@@ -17,7 +17,8 @@ mod rails;
 
 use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
-use crate::spectrum::sweep::{Sweep, power};
+use crate::math::products::power;
+use crate::spectrum::sweep::Sweep;
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;

@@ -29,8 +29,9 @@ mod passes;
 
 use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
 use super::twiddle::{Packed, Triple};
+use crate::math::products::power;
 use crate::spectrum::narrow::SPARSE;
-use crate::spectrum::sweep::{Sweep, power};
+use crate::spectrum::sweep::Sweep;
 use bins::{Outwards, bends, pairs_outwards};
 use first::eights;
 use passes::pass;

@@ -1,0 +1,61 @@
+//! Gives the images their memory map and their linker scripts; does nothing for the host.
+
+use std::path::{Path, PathBuf};
+use std::{env, fs, io};
+
+/// Origin and length of program memory, origin and length of data memory.
+type Map = [u32; 4];
+
+/// QEMU mps2-an385, an386, an500: SSRAM 1 at 0 holds the program, SSRAM 2 and 3 the data.
+const AN386: Map = [0x0000_0000, 4 << 20, 0x2000_0000, 4 << 20];
+/// QEMU mps2-an505, secure side.
+const AN505: Map = [0x1000_0000, 4 << 20, 0x3800_0000, 4 << 20];
+
+fn main() -> io::Result<()> {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=../memory.x");
+    println!("cargo:rustc-check-cfg=cfg(an505)");
+    println!("cargo:rustc-check-cfg=cfg(short_products)");
+    if variable("CARGO_CFG_TARGET_OS") != "none" {
+        return Ok(());
+    }
+    if variable("TARGET").starts_with("thumbv6m") {
+        println!("cargo:rustc-cfg=short_products");
+    }
+    // Only images link: a board of someone else's that takes the instrument's loop has its own memory and scripts.
+    if has("MPS2") {
+        let armv8m = variable("TARGET").starts_with("thumbv8m");
+        if armv8m {
+            println!("cargo:rustc-cfg=an505");
+        }
+        let names = ["_flash_origin", "_flash_length", "_ram_origin", "_ram_length"];
+        for (name, value) in names.iter().zip(if armv8m { AN505 } else { AN386 }) {
+            println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
+        }
+    }
+    // The last 4 KiB of memory stand for the registers that the host plays.
+    if has("PLAYED") {
+        println!("cargo:rustc-link-arg-bins=--defsym=_ram_length={:#x}", 124 << 10);
+    }
+    if has("MPS2") || has("NUCLEO") {
+        let out = PathBuf::from(variable("OUT_DIR"));
+        let memory = Path::new(&variable("CARGO_MANIFEST_DIR")).join("../memory.x");
+        fs::copy(memory, out.join("memory.x"))?;
+        // The images name their interrupt handlers in the vector table itself.
+        fs::write(out.join("device.x"), "")?;
+        println!("cargo:rustc-link-arg-bins=-L{}", out.display());
+        println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    }
+    if has("LOG") {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    }
+    Ok(())
+}
+
+fn has(feature: &str) -> bool {
+    env::var_os(format!("CARGO_FEATURE_{feature}")).is_some()
+}
+
+fn variable(name: &str) -> String {
+    env::var(name).unwrap_or_default()
+}

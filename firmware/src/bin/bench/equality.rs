@@ -1,0 +1,87 @@
+//! Kernels against their definition.
+
+use picket::acquire::sample::{Codes, Record};
+use picket::spectrum::Spectrum;
+use picket::spectrum::engine::Engine;
+use picket::spectrum::peak::{Band, find, find_portably};
+use picket_firmware::mps2::count::Random;
+
+/// Kernels beside their definition.
+pub struct Equality<R: Record, const N: usize, E: Engine> {
+    kernel: Spectrum<R, N, E>,
+    definition: Spectrum<R, N, E>,
+    /// Blocks.
+    pub compared: u32,
+    /// Blocks that differ.
+    pub unequal: u32,
+}
+
+impl<R: Record, const N: usize, E: Engine> Default for Equality<R, N, E> {
+    fn default() -> Self {
+        Self { kernel: Spectrum::new(), definition: Spectrum::new(), compared: 0, unequal: 0 }
+    }
+}
+
+impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
+    /// One block.
+    pub fn compare(&mut self, samples: &[R::Sample; N], codes: Codes) {
+        self.kernel.transform(samples, codes);
+        self.definition.transform_portably(samples, codes);
+        let same = self.kernel.points() == self.definition.points()
+            && self.kernel.exponent() == self.definition.exponent();
+        let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+        let part = self.part_of(band);
+        self.compared = self.compared.wrapping_add(1);
+        let found = |band| find(&self.kernel, band) == find_portably(&self.definition, band);
+        let bends = |stride: usize| {
+            E::bend(self.kernel.points(), stride) == E::bend_portably(self.kernel.points(), stride)
+        };
+        if !same || !found(band) || !found(part) || !(1..4).all(bends) {
+            self.unequal = self.unequal.wrapping_add(1);
+        }
+    }
+
+    /// Some of a band, another part at each block.
+    fn part_of(&self, band: Band) -> Band {
+        let below = |salt: u32, limit: u32| {
+            self.compared.wrapping_mul(salt).checked_rem(limit).unwrap_or(0) as i32
+        };
+        let low = band.low + below(37, band.width());
+        Band { low, high: low + below(91, Band { low, ..band }.width()) }
+    }
+
+    /// So many random blocks of random strength; every other one touches nothing but the rails, and every
+    /// eighth is periodic, so that bins are equally strong.
+    pub fn drive(&mut self, blocks: u32) {
+        let mut random = Random(20_220_222);
+        let mut samples = [R::Sample::default(); N];
+        for block in 0..blocks {
+            let codes = match block % 3 {
+                0 => Codes::Signed12,
+                1 => Codes::Unsigned12,
+                _ => Codes::Signed16,
+            };
+            let (low, high) = codes.rails();
+            let weaker = random.draw() % codes.bits();
+            let period = if block % 8 == 7 { 1 << (random.draw() % 8) } else { N };
+            for index in 0..N {
+                let repeated =
+                    index.checked_sub(period).and_then(|index| samples.get(index)).copied();
+                let mut code = || {
+                    let bits = random.draw();
+                    if block % 2 == 0 {
+                        return if bits & 1 == 0 { low } else { high };
+                    }
+                    let span = (i32::from(high) - i32::from(low)) >> weaker;
+                    let within = (bits >> 8).checked_rem(span as u32 + 1).unwrap_or(0) as i32;
+                    (i32::from(low) + within) as i16
+                };
+                let fresh = R::of_parts([code(), code()]);
+                if let Some(sample) = samples.get_mut(index) {
+                    *sample = repeated.unwrap_or(fresh);
+                }
+            }
+            self.compare(&samples, codes);
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Counts instructions: every stage of a measurement of the capture's blocks, and, in an image with the feature
+//! `rivals`, other people's transforms of the same blocks. Also compares the kernels with their
+//! definition, on the capture's blocks and on random ones.
+//!
+//! The header's period, which has no other meaning here, is the number of random blocks.
+#![no_std]
+#![no_main]
+
+mod equality;
+#[cfg(feature = "rivals")]
+mod rivals;
+mod stages;
+
+use cortex_m_rt::entry;
+use picket::acquire::kind::for_record;
+use picket::spectrum::engine::I32;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::handlers;
+use stages::Stages;
+
+picket_firmware::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    let stages = Stages::<I32>::open();
+    let (iq, n) = stages.kind();
+    for_record(iq, n, stages);
+    exit(Exit::Done)
+}

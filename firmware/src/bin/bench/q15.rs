@@ -1,0 +1,23 @@
+//! What `bench` counts, with the 16-bit engine.
+#![no_std]
+#![no_main]
+
+mod equality;
+mod stages;
+
+use cortex_m_rt::entry;
+use picket::acquire::kind::for_record;
+use picket::spectrum::engine::Q15;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::handlers;
+use stages::Stages;
+
+picket_firmware::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    let stages = Stages::<Q15>::open();
+    let (iq, n) = stages.kind();
+    for_record(iq, n, stages);
+    exit(Exit::Done)
+}

@@ -1,0 +1,86 @@
+//! The stages of a measurement, by any engine.
+
+use crate::equality::Equality;
+use core::hint::black_box;
+use core::marker::PhantomData;
+use picket::acquire::kind::ForRecord;
+use picket::acquire::sample::{Record, Statistics};
+use picket::estimate::measure::measure;
+use picket::pipeline::Pipeline;
+use picket::spectrum::Spectrum;
+use picket::spectrum::engine::Engine;
+use picket::spectrum::fft::twiddle::MAX_LENGTH;
+use picket::spectrum::peak;
+use picket_firmware::mps2::count::count;
+use picket_firmware::mps2::playback::{Playback, Results};
+use picket_firmware::mps2::{Timer, Uart, figure};
+use picket_wire::capture::decode;
+
+/// Counts what the capture holds.
+pub struct Stages<E> {
+    playback: Playback,
+    engine: PhantomData<E>,
+}
+
+impl<E> Stages<E> {
+    pub fn open() -> Self {
+        let playback = Playback::open();
+        Timer::ONE.run_free();
+        Self { playback, engine: PhantomData }
+    }
+
+    /// The kind of the capture's records: are they I/Q, and how long?
+    pub fn kind(&self) -> (bool, usize) {
+        (self.playback.header.iq, self.playback.header.n as usize)
+    }
+}
+
+impl<E: Engine> ForRecord for Stages<E> {
+    type Output = ();
+
+    #[inline(never)]
+    fn run<R: Record, const N: usize>(self) {
+        let Stages { mut playback, .. } = self;
+        let header = playback.header;
+        let plan = playback.plan::<R>(N);
+        let mut pipeline = Pipeline::<R, N, E>::new(plan);
+        let mut spectrum = Spectrum::<R, N, E>::new();
+        let mut equality = Equality::<R, N, E>::default();
+        let mut bytes = [0; 4 * MAX_LENGTH];
+        let mut samples = [R::Sample::default(); N];
+        let mut results = Results::open();
+        for sequence in 0..header.blocks {
+            if let Some(bytes) = bytes.get_mut(..header.block_bytes()) {
+                playback.read(bytes);
+                decode::<R>(bytes, &mut samples);
+            }
+            let (samples, stamp) =
+                (black_box(&samples), header.timing().stamp(sequence.into(), false));
+            count("fft", || spectrum.transform(samples, plan.codes));
+            count("peak", || peak::find(&spectrum, plan.band));
+            let found = count("fft_peak", || {
+                spectrum.transform(samples, plan.codes);
+                peak::find(&spectrum, plan.band)
+            });
+            let clipped = count("clipped", || Statistics::clipped::<R>(samples, plan.codes));
+            if let Some(peak) = black_box(found) {
+                count("estimator", || {
+                    measure(&spectrum, samples, &peak, plan.codes, clipped, &stamp, &plan.options)
+                });
+            }
+            count("measurement", || pipeline.block(stamp, samples));
+            for k in 0..N as i32 / 2 {
+                let x = spectrum.bin(k);
+                results.write([x.re as f32, x.im as f32]);
+            }
+            #[cfg(feature = "rivals")]
+            crate::rivals::count_all::<R, N>(samples, &mut results);
+            equality.compare(samples, plan.codes);
+        }
+        equality.drive(header.period_us);
+        figure(Uart::ONE, "pipeline_bytes", size_of::<Pipeline<R, N, E>>() as u64);
+        figure(Uart::ONE, "spectrum_bytes", size_of::<Spectrum<R, N, E>>() as u64);
+        figure(Uart::ONE, "compared", equality.compared.into());
+        figure(Uart::ONE, "unequal", equality.unequal.into());
+    }
+}

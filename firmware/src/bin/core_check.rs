@@ -1,0 +1,56 @@
+//! The core without a front end: measures a capture block after block, to be compared with other machines.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use picket::acquire::kind::{ForRecord, for_record};
+use picket::acquire::sample::Record;
+use picket::pipeline::Pipeline;
+use picket::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::playback::{Playback, send};
+use picket_firmware::mps2::{Timer, Uart, figure, handlers};
+use picket_wire::capture::decode;
+use picket_wire::record::Health;
+
+picket_firmware::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    let playback = Playback::open();
+    let (iq, n) = (playback.header.iq, playback.header.n as usize);
+    for_record(iq, n, Check(playback));
+    exit(Exit::Done)
+}
+
+struct Check(Playback);
+
+impl ForRecord for Check {
+    type Output = ();
+
+    #[inline(never)]
+    fn run<R: Record, const N: usize>(self) {
+        let Check(mut playback) = self;
+        let header = playback.header;
+        let plan = playback.plan::<R>(N);
+        let mut pipeline = Pipeline::<R, N>::new(plan);
+        let mut bytes = [0; 4 * MAX_LENGTH];
+        let mut samples = [R::Sample::default(); N];
+        Timer::ONE.run_free();
+        let mut ticks = 0u64;
+        for sequence in 0..header.blocks {
+            if let Some(bytes) = bytes.get_mut(..header.block_bytes()) {
+                playback.read(bytes);
+                decode::<R>(bytes, &mut samples);
+            }
+            let stamp = header.timing().stamp(sequence.into(), false);
+            let start = Timer::ONE.elapsed();
+            let measurement = pipeline.block(stamp, &samples);
+            let end = Timer::ONE.elapsed();
+            ticks = ticks.saturating_add(end.wrapping_sub(start).into());
+            send(measurement, plan.options.method, Health::default());
+        }
+        figure(Uart::ONE, "ticks", ticks);
+        figure(Uart::ONE, "pipeline_bytes", size_of::<Pipeline<R, N>>() as u64);
+    }
+}

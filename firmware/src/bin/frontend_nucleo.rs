@@ -1,0 +1,21 @@
+//! The instrument on a NUCLEO-F446RE: ADC by DMA, chirp by DAC or synthesiser, telemetry and commands over the probe's serial
+//! port. docs/board.md tells how to wire and use it.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use picket_firmware::instrument::Instrument;
+use picket_firmware::nucleo_f446re::{N, Nucleo, SLOT};
+
+picket_firmware::nucleo_vectors!();
+
+#[entry]
+fn main() -> ! {
+    match Instrument::<Nucleo, N, SLOT>::start(picket_firmware::meters!(N)) {
+        Some(instrument) => instrument.run(),
+        // Memory is taken once only, which this is; the watchdog would see to the rest.
+        None => loop {
+            cortex_m::asm::nop();
+        },
+    }
+}

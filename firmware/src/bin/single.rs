@@ -1,0 +1,28 @@
+//! The smallest measurement: real records of 1,024 samples, one default plan, nothing to choose at run time. What is left in
+//! this image is what such a user's image pays for it; `cargo bench-target` states its size.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use picket::acquire::sample::{Real, Stamp};
+use picket::config::Plan;
+use picket::pipeline::Pipeline;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::handlers;
+use static_cell::ConstStaticCell;
+
+picket_firmware::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    // All zeros before the program runs, and so no part of it.
+    static PIPELINE: ConstStaticCell<Pipeline<Real, 1024>> =
+        ConstStaticCell::new(Pipeline::new(Plan::IDLE));
+    static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);
+    if let Some((pipeline, samples)) = PIPELINE.try_take().zip(SAMPLES.try_take()) {
+        pipeline.adopt(const { Plan::tone::<Real>(1024) });
+        black_box(pipeline.tone(&Stamp::default(), black_box(samples)));
+    }
+    exit(Exit::Done)
+}

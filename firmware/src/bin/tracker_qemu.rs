@@ -1,0 +1,47 @@
+//! The instrument that follows what it measures, on an emulated board: as `frontend_qemu`, with the tracker, for real
+//! records of 1024 samples.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use picket::acquire::sample::Real;
+use picket::tracker::Tracker;
+use picket_firmware::mps2::converter::{Acquisition, HANDLERS};
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::playback::{Playback, fail, send};
+use picket_firmware::mps2::{Uart, figure};
+use picket_wire::follow::Follow;
+use picket_wire::record::Health;
+
+picket_firmware::vectors!(HANDLERS);
+
+/// Samples in a block.
+const N: usize = 1024;
+
+#[entry]
+fn main() -> ! {
+    let mut playback = Playback::open();
+    if playback.header.iq || playback.header.n as usize != N {
+        fail(Exit::Config, "this image follows real records of 1024 samples");
+    }
+    // What the proof of freedom from panics must find.
+    #[cfg(feature = "deliberate-panic")]
+    assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
+    let plan = playback.plan::<Real>(N);
+    let method = plan.options.method;
+    let mut tracker = Tracker::<Real, N>::new(plan);
+    let Some(mut acquisition) = Acquisition::new(&playback.header) else {
+        exit(Exit::Stalled);
+    };
+    let (counters, _) = acquisition.play::<Real, N>(&mut playback, |stamp, counters, samples| {
+        let measurement = tracker.block(*stamp, samples);
+        let health = Health { lost: counters.lost(), faults: counters.faults() };
+        send(measurement, method, health);
+        Uart::ZERO.send(&Follow::of(&tracker, stamp).to_frame());
+    });
+    figure(Uart::ONE, "tracker_bytes", size_of::<Tracker<Real, N>>() as u64);
+    if counters.filled() != playback.header.blocks {
+        exit(Exit::Stalled);
+    }
+    exit(Exit::Done)
+}

@@ -1,0 +1,92 @@
+//! What outlives a reset: how the last program ended, and the settings for the next.
+
+use core::cell::UnsafeCell;
+use core::ptr::{read_volatile, write_volatile};
+use cortex_m::peripheral::SCB;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use picket_wire::boot::LastEnd;
+use picket_wire::settings::Settings;
+
+/// Words of the settings.
+pub const WORDS: usize = Settings::BYTES / 4;
+
+/// What is handed from one program to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Legacy {
+    /// How the last one ended.
+    pub last: LastEnd,
+    /// The settings it is to use, as it was told through the serial port.
+    pub settings: Option<[u32; WORDS]>,
+}
+
+const MAGIC: u32 = 0x5049_434B;
+/// Magic, last end, whether there are settings, settings, CRC.
+const LENGTH: usize = 1 + 4 + 1 + WORDS + 1;
+
+/// Memory that the start-up code leaves as it is.
+#[repr(transparent)]
+struct Retained(UnsafeCell<[u32; LENGTH]>);
+
+// SAFETY: it is accessed word by word and volatile, by the main loop before anything else runs, and by whoever ends the program.
+unsafe impl Sync for Retained {}
+
+#[unsafe(link_section = ".uninit.retained")]
+static RETAINED: Retained = Retained(UnsafeCell::new([0; LENGTH]));
+
+impl Retained {
+    fn words(&self) -> [u32; LENGTH] {
+        let mut words = [0; LENGTH];
+        let first = self.0.get().cast::<u32>();
+        for (index, word) in words.iter_mut().enumerate() {
+            // SAFETY: within the array; memory of the chip is always something.
+            *word = unsafe { read_volatile(first.add(index)) };
+        }
+        words
+    }
+
+    fn keep(&self, words: &[u32; LENGTH]) {
+        let first = self.0.get().cast::<u32>();
+        for (index, &word) in words.iter().enumerate() {
+            // SAFETY: within the array, which nothing else refers to.
+            unsafe { write_volatile(first.add(index), word) };
+        }
+    }
+}
+
+fn checksum(words: &[u32]) -> u32 {
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
+    digest.finalize()
+}
+
+impl Legacy {
+    /// Takes what the last program left; nothing after power-on.
+    pub fn take() -> Self {
+        let words = RETAINED.words();
+        RETAINED.keep(&[0; LENGTH]);
+        let Some((&crc, body)) = words.split_last() else { return Self::default() };
+        let Some((&[MAGIC, kind, pc, a, b, some], settings)) = body.split_first_chunk() else {
+            return Self::default();
+        };
+        if crc != checksum(body) {
+            return Self::default();
+        }
+        let settings = settings.first_chunk().filter(|_| some != 0).copied();
+        Legacy { last: LastEnd { kind, pc, more: [a, b] }, settings }
+    }
+
+    /// Leaves this to the next program, and starts it.
+    pub fn leave(self) -> ! {
+        let LastEnd { kind, pc, more: [a, b] } = self.last;
+        let head = [MAGIC, kind, pc, a, b, u32::from(self.settings.is_some())];
+        let body = head.into_iter().chain(self.settings.unwrap_or([0; WORDS]));
+        let mut words = [0; LENGTH];
+        words.iter_mut().zip(body).for_each(|(place, word)| *place = word);
+        if let Some((last, body)) = words.split_last_mut() {
+            *last = checksum(body);
+        }
+        RETAINED.keep(&words);
+        SCB::sys_reset()
+    }
+}

@@ -1,0 +1,81 @@
+//! What measures a block: the pipeline, or, in an image built to follow tones, the tracker around it.
+
+use super::plan::Plan;
+use crate::slot::Slot;
+use picket::acquire::frontend::Block;
+use picket::acquire::sample::{Iq, Real, Stamp};
+use picket::pipeline::Measurement;
+#[cfg(not(feature = "tracking"))]
+pub use picket::pipeline::Pipeline as Meter;
+#[cfg(feature = "tracking")]
+pub use picket::tracker::Tracker as Meter;
+use picket_wire::follow::Follow;
+
+/// Whether this image follows tones.
+pub const FOLLOWS: bool = cfg!(feature = "tracking");
+
+/// A meter for each kind of record, made before the program runs: built on the way, they would pass over the stack.
+pub type Meters<const N: usize> = (&'static mut Meter<Real, N>, &'static mut Meter<Iq, N>);
+
+/// The meters of an image of blocks of so many samples, in memory of their own: `None` the second time.
+#[macro_export]
+macro_rules! meters {
+    ($n:expr) => {{
+        use picket::acquire::sample::{Iq, Real};
+        use picket::config::Plan;
+        use $crate::instrument::measurer::Meter;
+        static REAL: static_cell::ConstStaticCell<Meter<Real, { $n }>> =
+            static_cell::ConstStaticCell::new(Meter::new(Plan::IDLE));
+        static IQ: static_cell::ConstStaticCell<Meter<Iq, { $n }>> =
+            static_cell::ConstStaticCell::new(Meter::new(Plan::IDLE));
+        REAL.try_take().zip(IQ.try_take())
+    }};
+}
+
+/// One for the kind of record in use.
+pub enum Measurer<const N: usize> {
+    /// One converter's.
+    Real(&'static mut Meter<Real, N>),
+    /// Two converters'.
+    Iq(&'static mut Meter<Iq, N>),
+}
+
+impl<const N: usize> Measurer<N> {
+    /// The one for these settings.
+    pub fn new((real, iq): Meters<N>, plan: &Plan) -> Self {
+        if plan.settings.iq {
+            iq.adopt(plan.plan);
+            Measurer::Iq(iq)
+        } else {
+            real.adopt(plan.plan);
+            Measurer::Real(real)
+        }
+    }
+
+    /// Measures a block behind its guard.
+    pub fn block<const WORDS: usize>(
+        &mut self,
+        block: &Block<Slot<WORDS>>,
+        guard: u16,
+    ) -> Measurement {
+        match self {
+            Measurer::Real(meter) => meter.block(block.stamp, block.slot.samples::<Real, N>(guard)),
+            Measurer::Iq(meter) => meter.block(block.stamp, block.slot.samples::<Iq, N>(guard)),
+        }
+    }
+
+    /// What is followed after a block, where that is asked for.
+    #[cfg(feature = "tracking")]
+    pub fn followed(&self, stamp: &Stamp) -> Option<Follow> {
+        match self {
+            Measurer::Real(tracker) => tracker.follows().then(|| Follow::of(tracker, stamp)),
+            Measurer::Iq(tracker) => tracker.follows().then(|| Follow::of(tracker, stamp)),
+        }
+    }
+
+    /// Nothing is.
+    #[cfg(not(feature = "tracking"))]
+    pub fn followed(&self, _: &Stamp) -> Option<Follow> {
+        None
+    }
+}

@@ -1,0 +1,18 @@
+//! The instrument: blocks to records, commands to answers, the same on every board.
+
+pub mod adf4159;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod fault;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod legacy;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod measurer;
+pub mod plan;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+mod run;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+mod stack;
+pub mod storage;
+
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub use run::Instrument;

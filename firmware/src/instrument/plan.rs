@@ -1,0 +1,66 @@
+//! Settings that were checked, as far as they are the same on every board.
+
+use picket::acquire::frontend::Timing;
+use picket::acquire::sample::{Codes, Iq, Real};
+use picket::config::{self, Config, Scene};
+use picket_wire::settings::{Calibration, Drive, GUARD, Settings};
+use picket_wire::settings_error::SettingsError;
+
+/// What the instrument follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// The settings with what was rounded: clock, rate, duration, codes.
+    pub settings: Settings,
+    /// The pipeline's plan.
+    pub plan: config::Plan,
+    /// Samples of a segment: block and guard.
+    pub length: u32,
+    /// How blocks follow each other.
+    pub timing: Timing,
+}
+
+/// Bins around 0 Hz that the converters' offset takes.
+const OFFSET_BINS: i32 = 2;
+
+impl Plan {
+    /// Checks settings for blocks of `n` samples, sampled at the board's rate that is nearest to the one asked for.
+    ///
+    /// # Errors
+    /// They contradict each other, or cannot be measured.
+    pub fn new(settings: &Settings, n: usize, rate_hz: f64) -> Result<Self, SettingsError> {
+        let Calibration { clock_ppm, range_offset_m, range_slope } = settings.calibration;
+        let right = clock_ppm.abs() <= 1e3 && range_offset_m.is_finite();
+        if !(right && (0.5..=2.0).contains(&range_slope)) {
+            return Err(SettingsError::Calibration);
+        }
+        let chirp = matches!(settings.config.scene, Scene::Chirp { .. });
+        if settings.guard > GUARD || (settings.guard > 0 && !chirp) {
+            return Err(SettingsError::Guard);
+        }
+        if chirp != (settings.drive != Drive::Off) {
+            return Err(SettingsError::Drive);
+        }
+        let length = n as u32 + u32::from(settings.guard);
+        let config = true_config(settings, rate_hz, length);
+        let plan = if settings.iq { config.validate::<Iq>(n) } else { config.validate::<Real>(n) };
+        let plan = plan.map_err(SettingsError::Config)?;
+        if settings.iq && plan.band.low <= OFFSET_BINS && plan.band.high >= -OFFSET_BINS {
+            return Err(SettingsError::Offset);
+        }
+        let timing = Timing { period: length, segments: config.scene.segments() };
+        let report_every = settings.report_every.max(1);
+        let settings = Settings { config, report_every, ..*settings };
+        Ok(Plan { settings, plan, length, timing })
+    }
+}
+
+/// The configuration with the rate there is, the converter's codes and the ramp's true duration.
+fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
+    let rate_hz = rate_hz * (1.0 + f64::from(settings.calibration.clock_ppm) * 1e-6);
+    let mut config = Config { rate_hz, codes: Codes::Unsigned12, ..settings.config };
+    if let Scene::Chirp { duration_s, .. } = &mut config.scene {
+        // A board's rate is above 0. Up by the last bit's rounding, so that a record fits its ramp.
+        *duration_s = f64::from(length) / rate_hz * (1.0 + 2.0 * f64::EPSILON);
+    }
+    config
+}

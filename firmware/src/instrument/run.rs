@@ -1,0 +1,355 @@
+//! The instrument's loop: blocks to records, commands to answers.
+//!
+//! Settings take effect by a restart, so that there is one way only into operation: a command checks them, leaves them to
+//! the next program and resets the chip. Start and stop are settings like the others.
+
+use super::legacy::{Legacy, WORDS};
+use super::measurer::{FOLLOWS, Measurer, Meters};
+use super::plan::Plan;
+use super::stack::Stack;
+use super::storage;
+use crate::board::Board;
+use crate::slot::Slot;
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+use picket::acquire::frontend::{Block, Blocks, Counters};
+use picket::acquire::sample::{Iq, Real};
+use picket::pipeline::Measurement;
+use picket_wire::boot::{Boot, Causes, LastEnd, Name};
+use picket_wire::command::{Answer, Command, Refusal, Request};
+use picket_wire::frame::{Kind, Reader, WIRE};
+use picket_wire::record::{Health, Record};
+use picket_wire::settings::{Drive, Settings};
+use picket_wire::settings_error::SettingsError;
+use picket_wire::status::{Raw, Status};
+
+/// The instrument.
+pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
+    board: B,
+    plan: Plan,
+    boot: Boot,
+    reader: Reader,
+    refused: u32,
+    /// Frames that found no room on the line.
+    dropped: u32,
+    blocks: Option<Blocks<'static, Slot<SLOT>>>,
+    measurer: Measurer<N>,
+    /// Blocks still to be sent as they are, and the one being sent with the bytes that are out.
+    captures: u16,
+    raw: Option<(Block<Slot<SLOT>>, usize)>,
+    until_report: u16,
+    zero: Counters,
+    /// When the last status was sent, and the ticks asleep since.
+    since: u32,
+    asleep: u32,
+    /// The longest measurement since then.
+    longest: u32,
+    stack: Stack,
+}
+
+fn words<const N: usize>(settings: &Settings) -> [u32; WORDS] {
+    let bytes = settings.to_bytes(N);
+    let mut words = [0; WORDS];
+    let fields = bytes.as_chunks().0.iter().map(|&field| u32::from_le_bytes(field));
+    words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
+    words
+}
+
+fn of_words<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
+    let mut bytes = [0; Settings::BYTES];
+    let places = bytes.as_chunks_mut().0.iter_mut();
+    places.zip(words).for_each(|(place, word)| *place = word.to_le_bytes());
+    let (settings, n) = Settings::of_bytes(&bytes).ok()?;
+    (n == N).then_some(settings)
+}
+
+/// Settings that this image can follow.
+fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
+    board: &B,
+    settings: &Settings,
+) -> Result<(Plan, B::Words), SettingsError> {
+    if settings.config.following.most > 0 && !FOLLOWS {
+        return Err(SettingsError::Tracking);
+    }
+    board.plan(settings)
+}
+
+impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT> {
+    /// From reset to the loop, with the image's [`meters`](crate::meters). `None` only where memory is taken a second time.
+    // What the start needs of the stack is free again when it is over.
+    #[inline(never)]
+    pub fn start(meters: Option<Meters<N>>) -> Option<Self> {
+        let Legacy { last, settings: left } = Legacy::take();
+        let causes = B::causes();
+        let kept = storage::load::<WORDS, _>(&B::storage()).map(|(_, _, words)| words);
+        let stored = left.is_none() && kept.is_some();
+        let wanted = left.or(kept).and_then(|words| of_words::<N>(&words)).unwrap_or_default();
+        let mut board = B::start(&wanted)?;
+        // On a slower clock than was asked for, settings that were right may not work: then the board waits for others.
+        let (plan, words, unfit) = match planned(&board, &wanted) {
+            Ok((plan, words)) => (plan, words, false),
+            Err(_) => {
+                let safe = Settings { start: false, ..Settings::default() };
+                let (plan, words) = board.plan(&safe).ok()?;
+                (plan, words, true)
+            }
+        };
+        let mut boot = boot_record::<B, N, SLOT>(&board, &plan, causes, last, stored, unfit);
+        // Last, so that no block passes before the loop runs.
+        let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
+        boot.measuring = blocks.is_some();
+        let since = board.ticks();
+        let mut instrument = Self {
+            board,
+            plan,
+            boot,
+            reader: Reader::default(),
+            refused: 0,
+            dropped: 0,
+            blocks,
+            measurer: Measurer::new(meters?, &plan),
+            captures: 0,
+            raw: None,
+            until_report: 0,
+            zero: Counters::default(),
+            since,
+            asleep: 0,
+            longest: 0,
+            stack: Stack::unknown(),
+        };
+        let frame = instrument.boot.to_frame();
+        instrument.send(&frame);
+        Some(instrument)
+    }
+
+    /// For ever.
+    pub fn run(mut self) -> ! {
+        loop {
+            self.listen();
+            let measured = self.measure();
+            self.send_raw();
+            if measured || self.may_rest() {
+                self.board.feed();
+            }
+            if self.board.ticks().wrapping_sub(self.since) > self.board.ticks_hz() {
+                self.send_status();
+            }
+            if !measured {
+                let before = self.board.ticks();
+                self.board.sleep(self.blocks.as_ref());
+                self.asleep = self.asleep.wrapping_add(self.board.ticks().wrapping_sub(before));
+            }
+        }
+    }
+
+    /// Sends a frame, or counts it where the line has no room.
+    fn send(&mut self, frame: &[u8]) {
+        if frame.is_empty() || !self.board.send(frame) {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
+    /// True where no block is due within the watchdog's time.
+    fn may_rest(&self) -> bool {
+        let Plan { length, settings, .. } = &self.plan;
+        let slow = f64::from(*length) > settings.config.rate_hz;
+        self.blocks.is_none() || slow || settings.drive == Drive::External
+    }
+
+    /// Measures a block, if there is one.
+    fn measure(&mut self) -> bool {
+        let Some(blocks) = &mut self.blocks else { return false };
+        let Some(block) = blocks.receive() else { return false };
+        let guard = self.plan.settings.guard;
+        let before = self.board.ticks();
+        let mut measurement = self.measurer.block(&block, guard);
+        self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
+        self.plan.settings.calibration.apply(&mut measurement);
+        let since = block.counters.since(&self.zero);
+        let captured = self.captures > 0 && self.raw.is_none();
+        if captured {
+            self.captures -= 1;
+            self.raw = Some((block, 0));
+        } else if let Some(blocks) = &mut self.blocks {
+            // Before its record is out: whoever sees that may count on the slot.
+            blocks.release(block.slot);
+        }
+        self.until_report = self.until_report.saturating_sub(1);
+        if self.until_report == 0 || captured {
+            self.until_report = self.plan.settings.report_every;
+            self.report(measurement, since);
+        }
+        true
+    }
+
+    fn report(&mut self, measurement: Measurement, since: Counters) {
+        let method = self.plan.plan.options.method;
+        let health = Health { lost: since.lost(), faults: since.faults() };
+        let stamp = measurement.stamp;
+        self.send(&Record { measurement, method, health }.to_frame());
+        if let Some(follow) = self.measurer.followed(&stamp) {
+            self.send(&follow.to_frame());
+        }
+    }
+
+    /// Sends what the line takes of the block that is being captured.
+    fn send_raw(&mut self) {
+        // A status must find room beside.
+        while self.board.has_room(2 * WIRE)
+            && let Some((block, sent)) = self.raw.take()
+        {
+            let guard = self.plan.settings.guard;
+            let mut bytes = Vec::new();
+            let length = if self.plan.settings.iq {
+                let samples = block.slot.samples::<Iq, N>(guard).as_flattened();
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            } else {
+                let samples = block.slot.samples::<Real, N>(guard);
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            };
+            let raw = Raw { sequence: block.stamp.sequence, offset: sent as u16, bytes };
+            let sent = sent + raw.bytes.len();
+            if sent < length {
+                self.raw = Some((block, sent));
+            } else if let Some(blocks) = &mut self.blocks {
+                blocks.release(block.slot);
+            }
+            self.send(&raw.to_frame());
+        }
+    }
+
+    fn send_status(&mut self) {
+        let now = self.board.ticks();
+        let passed = now.wrapping_sub(self.since).max(1);
+        let awake = u64::from(passed.saturating_sub(self.asleep));
+        let status = Status {
+            counters: self.board.counters().since(&self.zero),
+            dropped: self.dropped,
+            refused: self.refused,
+            load: (awake * 1000 / u64::from(passed)) as u32,
+            stack: self.stack.high_water(),
+            longest: self.longest,
+        };
+        (self.since, self.asleep, self.longest) = (now, 0, 0);
+        self.send(&status.to_frame());
+    }
+
+    /// Follows the host's commands.
+    fn listen(&mut self) {
+        while let Some(byte) = self.board.receive() {
+            let Some(frame) = self.reader.push(byte) else { continue };
+            let request = match frame {
+                Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
+                // What was sent to others, or came back, is no command.
+                Ok(_) => continue,
+                Err(_) => Err((Answer::default(), Refusal::Damaged)),
+            };
+            let (answer, outcome) = match request {
+                Ok(request) => (request.answer(), self.follow(&request)),
+                Err((answer, refusal)) => (answer, Err(refusal)),
+            };
+            if let Err(refusal) = outcome {
+                self.refused = self.refused.wrapping_add(1);
+                self.send(&answer.refusal(refusal));
+            }
+        }
+    }
+
+    fn follow(&mut self, request: &Request) -> Result<(), Refusal> {
+        let answer = request.answer();
+        match request.command {
+            Command::Identify => self.send(&answer.reply(&self.boot.to_bytes())),
+            Command::GetSettings => {
+                self.send(&answer.reply(&self.plan.settings.to_bytes(N)));
+            }
+            Command::SetSettings(settings, n) => {
+                let plan = self.check(&settings, n)?;
+                self.restart(answer, plan.settings);
+            }
+            Command::Start => self.restart(answer, Settings { start: true, ..self.plan.settings }),
+            Command::Stop => self.restart(answer, Settings { start: false, ..self.plan.settings }),
+            Command::Reboot => self.reboot(answer),
+            Command::Save => {
+                let words = words::<N>(&self.plan.settings);
+                storage::save(&mut B::storage(), &words).map_err(|_| Refusal::Flash)?;
+                self.board.feed();
+                self.send(&answer.reply(&[]));
+            }
+            Command::Capture(blocks) => {
+                if self.blocks.is_none() {
+                    return Err(Refusal::Stopped);
+                }
+                self.captures = blocks;
+                self.send(&answer.reply(&[]));
+            }
+            Command::Reset => {
+                self.zero = self.board.counters();
+                (self.dropped, self.refused) = (0, 0);
+                self.send(&answer.reply(&[]));
+            }
+            Command::Status => {
+                self.send(&answer.reply(&[]));
+                self.send_status();
+            }
+        }
+        Ok(())
+    }
+
+    /// Settings that were sent.
+    fn check(&self, settings: &Settings, n: usize) -> Result<Plan, Refusal> {
+        let refused = |error: SettingsError| Refusal::Settings(error.code());
+        if n != N {
+            return Err(refused(SettingsError::Length));
+        }
+        planned(&self.board, settings).map(|(plan, _)| plan).map_err(refused)
+    }
+
+    /// Answers with the settings and starts anew with them.
+    fn restart(&mut self, answer: Answer, settings: Settings) {
+        self.send(&answer.reply(&settings.to_bytes(N)));
+        self.board.flush();
+        let settings = Some(words::<N>(&settings));
+        Legacy { last: LastEnd::default(), settings }.leave()
+    }
+
+    /// Starts anew as from power-on.
+    fn reboot(&mut self, answer: Answer) {
+        self.send(&answer.reply(&[]));
+        self.board.flush();
+        Legacy::default().leave()
+    }
+}
+
+/// As many bytes of the samples as a piece holds, from byte `from` on, little-endian.
+fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
+    for sample in samples.iter().skip(from / 2).take(Raw::PIECE / 2) {
+        // A piece has room for as many.
+        let _ = bytes.extend_from_slice(&sample.to_le_bytes());
+    }
+}
+
+fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
+    board: &B,
+    plan: &Plan,
+    causes: Causes,
+    last: LastEnd,
+    stored: bool,
+    unfit: bool,
+) -> Boot {
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    Boot {
+        board: const { Name::new(B::NAME) },
+        clock: board.clock(),
+        causes,
+        measuring: false,
+        stored,
+        unfit,
+        program: B::program(),
+        settings: crc.checksum(&plan.settings.to_bytes(N)),
+        n: N as u32,
+        core_hz: board.core_hz(),
+        last,
+    }
+}

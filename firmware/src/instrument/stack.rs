@@ -1,0 +1,42 @@
+//! How much stack a program used.
+
+use core::ptr::read_volatile;
+
+/// The lowest word of the stack that is known to have been in use.
+#[derive(Clone, Copy, Debug)]
+pub struct Stack(usize);
+
+impl Stack {
+    /// Words without the start-up code's paint that may lie below the last one without it: a frame's array that nobody has written.
+    const WINDOW: usize = 512;
+
+    /// Nothing known.
+    pub fn unknown() -> Self {
+        unsafe extern "C" {
+            static mut _stack_start: u32;
+        }
+        Stack(&raw const _stack_start as usize)
+    }
+
+    /// Bytes of stack that were ever in use. Cost: some reads for each word of growth, and a window.
+    pub fn high_water(&mut self) -> u32 {
+        unsafe extern "C" {
+            static mut _stack_start: u32;
+            static mut _stack_end: u32;
+        }
+        const PAINT: u32 = 0xCCCC_CCCC;
+        let (top, bottom) = (&raw const _stack_start as usize, &raw const _stack_end as usize);
+        let mut clean = 0;
+        let mut place = self.0;
+        while clean < Self::WINDOW && place > bottom.saturating_add(4) {
+            place -= 4;
+            // SAFETY: between the two ends of the stack, and only read.
+            let word = unsafe { read_volatile(core::ptr::with_exposed_provenance::<u32>(place)) };
+            clean += 1;
+            if word != PAINT {
+                (self.0, clean) = (place, 0);
+            }
+        }
+        top.saturating_sub(self.0) as u32
+    }
+}

@@ -1,0 +1,301 @@
+//! Settings in flash: two pages in turn, so that one is whole whenever the power goes.
+//!
+//! ```text
+//! page:  magic and length | sequence | payload, word by word | CRC-32 of all before
+//! ```
+//!
+//! A save erases the page that is *not* the newest and writes there, the CRC last. Until that word is in, the page is no
+//! page and the other one counts; after it, the higher sequence counts.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all ones.
+pub trait Storage {
+    /// Why the flash refused.
+    type Error;
+    /// The word at `index` of a page.
+    fn read(&self, page: Page, index: usize) -> u32;
+    /// Erases a page.
+    fn erase(&mut self, page: Page) -> Result<(), Self::Error>;
+    /// Writes an erased word.
+    fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), Self::Error>;
+}
+
+/// One of the two pages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Page {
+    /// The first.
+    A = 0,
+    /// The second.
+    B = 1,
+}
+
+impl Page {
+    /// The other one.
+    pub const fn other(self) -> Self {
+        match self {
+            Page::A => Page::B,
+            Page::B => Page::A,
+        }
+    }
+}
+
+/// No place at all: nothing is kept over a restart, and a save is refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Nowhere;
+
+impl Storage for Nowhere {
+    type Error = Nowhere;
+
+    fn read(&self, _: Page, _: usize) -> u32 {
+        u32::MAX
+    }
+
+    fn erase(&mut self, _: Page) -> Result<(), Nowhere> {
+        Err(Nowhere)
+    }
+
+    fn write(&mut self, _: Page, _: usize, _: u32) -> Result<(), Nowhere> {
+        Err(Nowhere)
+    }
+}
+
+/// Why settings were not saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveError<E> {
+    /// The flash refused.
+    Flash(E),
+    /// What was written reads back differently.
+    Verify,
+}
+
+const MAGIC: u32 = 0x5049_0000;
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// The newest payload of `WORDS` words, with its page and sequence.
+pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [u32; WORDS])> {
+    match (read::<WORDS, S>(storage, Page::A), read::<WORDS, S>(storage, Page::B)) {
+        // The sequence may wrap: the nearer way round tells which is newer.
+        (Some((a, _)), Some((b, words))) if b.wrapping_sub(a) < 1 << 31 => {
+            Some((Page::B, b, words))
+        }
+        (Some((a, words)), _) => Some((Page::A, a, words)),
+        (None, Some((b, words))) => Some((Page::B, b, words)),
+        (None, None) => None,
+    }
+}
+
+/// Saves a payload. Whatever happens on the way, [`load`] gives the old one or this one. Nothing is written if the newest is the
+/// same.
+pub fn save<const WORDS: usize, S: Storage>(
+    storage: &mut S,
+    payload: &[u32; WORDS],
+) -> Result<(), SaveError<S::Error>> {
+    let (page, sequence) = match load::<WORDS, S>(storage) {
+        Some((_, _, newest)) if newest == *payload => return Ok(()),
+        Some((page, sequence, _)) => (page.other(), sequence.wrapping_add(1)),
+        None => (Page::A, 0),
+    };
+    storage.erase(page).map_err(SaveError::Flash)?;
+    let words = [head(WORDS), sequence].into_iter().chain(payload.iter().copied());
+    for (index, word) in words.chain([checksum(sequence, payload)]).enumerate() {
+        storage.write(page, index, word).map_err(SaveError::Flash)?;
+    }
+    match read::<WORDS, S>(storage, page) {
+        Some(whole) if whole == (sequence, *payload) => Ok(()),
+        _ => Err(SaveError::Verify),
+    }
+}
+
+const fn head(words: usize) -> u32 {
+    MAGIC | words as u32
+}
+
+fn checksum<const WORDS: usize>(sequence: u32, payload: &[u32; WORDS]) -> u32 {
+    let mut digest = CRC.digest();
+    for word in [head(WORDS), sequence].iter().chain(payload) {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+/// A page that is whole: its sequence and payload.
+fn read<const WORDS: usize, S: Storage>(storage: &S, page: Page) -> Option<(u32, [u32; WORDS])> {
+    if storage.read(page, 0) != head(WORDS) {
+        return None;
+    }
+    let sequence = storage.read(page, 1);
+    let mut payload = [0; WORDS];
+    for (index, word) in payload.iter_mut().enumerate() {
+        *word = storage.read(page, index + 2);
+    }
+    (storage.read(page, WORDS + 2) == checksum(sequence, &payload)).then_some((sequence, payload))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WORDS: usize = 5;
+    const SIZE: usize = WORDS + 3;
+
+    /// Flash that loses power at one of its operations: an erasure leaves the page half erased, a write half of the bits.
+    #[derive(Clone)]
+    struct Mock {
+        pages: [[u32; SIZE]; 2],
+        /// Operations until the power goes.
+        left: u32,
+        /// How an interrupted operation ends: the bits that were done.
+        done: u32,
+        operations: u32,
+    }
+
+    /// The power is gone.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    struct Off;
+
+    impl Mock {
+        fn new() -> Self {
+            // A chip as it comes, or one that held something else.
+            let pages = [[u32::MAX; SIZE], [0x1234_5678; SIZE]];
+            Self { pages, left: u32::MAX, done: 0, operations: 0 }
+        }
+
+        fn power(&mut self) -> bool {
+            self.operations += 1;
+            let on = self.left > 0;
+            self.left = self.left.saturating_sub(1);
+            on
+        }
+    }
+
+    impl Storage for Mock {
+        type Error = Off;
+
+        fn read(&self, page: Page, index: usize) -> u32 {
+            self.pages[page as usize][index]
+        }
+
+        fn erase(&mut self, page: Page) -> Result<(), Off> {
+            let on = self.power();
+            let done = self.done;
+            for (index, word) in self.pages[page as usize].iter_mut().enumerate() {
+                *word = match on {
+                    true => u32::MAX,
+                    // Some cells are erased, others not; some words wholly, others not at all.
+                    false if done & 1 << index != 0 => *word,
+                    false => *word | done.rotate_left(index as u32),
+                };
+            }
+            on.then_some(()).ok_or(Off)
+        }
+
+        fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), Off> {
+            let on = self.power();
+            let place = &mut self.pages[page as usize][index];
+            if on {
+                assert_eq!(*place, u32::MAX, "written without erasure");
+                *place = word;
+                return Ok(());
+            }
+            // Flash only clears bits.
+            *place &= word | self.done;
+            Err(Off)
+        }
+    }
+
+    fn payload(round: u32) -> [u32; WORDS] {
+        core::array::from_fn(|n| round.wrapping_mul(0x9E37_79B9).rotate_left(n as u32) ^ n as u32)
+    }
+
+    fn newest(mock: &Mock) -> Option<[u32; WORDS]> {
+        load(mock).map(|(_, _, words)| words)
+    }
+
+    #[test]
+    fn power_may_go_at_every_single_write() {
+        let mut whole = Mock::new();
+        let mut cases = 0;
+        for round in 1..=6 {
+            let before = newest(&whole);
+            let mut count = whole.clone();
+            count.operations = 0;
+            save(&mut count, &payload(round)).unwrap();
+            // An erasure, two words of head, the payload, the checksum.
+            assert_eq!(count.operations, 1 + SIZE as u32);
+            for cut in 0..count.operations {
+                for done in
+                    [0, u32::MAX, 0xFFFF, 0xFFFF_0000, 0x5555_5555, 0x8000_0001, 0xF0F3_7E11]
+                {
+                    let mut mock = Mock { left: cut, done, ..whole.clone() };
+                    assert_eq!(save(&mut mock, &payload(round)), Err(SaveError::Flash(Off)));
+                    let after = newest(&mock);
+                    // The last write may have been complete just when the power went.
+                    let new = cut + 1 == count.operations && after == Some(payload(round));
+                    assert!(after == before || new, "round {round}, cut {cut}, {done:#x}");
+                    // With power back the next save works, and again from there.
+                    mock.left = u32::MAX;
+                    for next in [payload(100 + round), payload(200 + round)] {
+                        save(&mut mock, &next).unwrap();
+                        assert_eq!(newest(&mock), Some(next));
+                    }
+                    cases += 1;
+                }
+            }
+            save(&mut whole, &payload(round)).unwrap();
+            assert_eq!(newest(&whole), Some(payload(round)));
+        }
+        assert_eq!(cases, 6 * 9 * 7);
+    }
+
+    #[test]
+    fn the_same_settings_wear_no_flash() {
+        let mut mock = Mock::new();
+        save(&mut mock, &payload(1)).unwrap();
+        mock.operations = 0;
+        save(&mut mock, &payload(1)).unwrap();
+        assert_eq!(mock.operations, 0);
+    }
+
+    #[test]
+    fn the_sequence_may_wrap_and_any_damaged_bit_is_seen() {
+        let mut mock = Mock::new();
+        for (page, sequence) in [(Page::A, u32::MAX), (Page::B, 0)] {
+            let words = payload(sequence);
+            mock.pages[page as usize] = [u32::MAX; SIZE];
+            let all: std::vec::Vec<u32> =
+                [&[head(WORDS), sequence][..], &words, &[checksum(sequence, &words)]].concat();
+            mock.pages[page as usize].copy_from_slice(&all);
+        }
+        assert_eq!(load(&mock), Some((Page::B, 0, payload(0))));
+        for bit in 0..32 * SIZE {
+            let mut damaged = mock.clone();
+            damaged.pages[1][bit / 32] ^= 1 << (bit % 32);
+            assert_eq!(load(&damaged), Some((Page::A, u32::MAX, payload(u32::MAX))), "bit {bit}");
+        }
+        save(&mut mock, &payload(7)).unwrap();
+        assert_eq!(load(&mock), Some((Page::A, 1, payload(7))));
+    }
+
+    #[test]
+    fn flash_that_keeps_nothing_is_told() {
+        assert_eq!(load::<WORDS, _>(&Nowhere), None);
+        assert_eq!(save(&mut Nowhere, &payload(1)), Err(SaveError::Flash(Nowhere)));
+        struct Dead;
+        impl Storage for Dead {
+            type Error = Off;
+            fn read(&self, _: Page, _: usize) -> u32 {
+                0
+            }
+            fn erase(&mut self, _: Page) -> Result<(), Off> {
+                Ok(())
+            }
+            fn write(&mut self, _: Page, _: usize, _: u32) -> Result<(), Off> {
+                Ok(())
+            }
+        }
+        assert_eq!(load::<WORDS, _>(&Dead), None);
+        assert_eq!(save(&mut Dead, &payload(1)), Err(SaveError::Verify));
+    }
+}

@@ -1,0 +1,231 @@
+//! What stands for an analog-to-digital converter on AN505: samples of a capture in PSRAM, a timer for
+//! its clock, PL081 for its DMA.
+//!
+//! At each of the timer's interrupts a block has been "converted", and the controller copies it into the slot it
+//! holds; its terminal-count interrupt hands the slot over. Neither interrupt waits or logs.
+
+use super::halt::{Exit, exit};
+use super::playback::Playback;
+use super::{self as mps2, CLOCK_HZ, DMA_IRQ, Dma as Controller, TIMER_IRQ, Timer};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m::interrupt::{Mutex, free};
+use picket::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status};
+use picket::acquire::sample::Record;
+use picket::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_wire::capture::Header;
+use static_cell::ConstStaticCell;
+
+/// Memory of a block of any kind and length: 4 bytes for each sample of the longest I/Q record.
+type Memory = [u32; MAX_LENGTH];
+type Slot = crate::slot::Slot<MAX_LENGTH>;
+
+/// The converter's input: 16 MiB of PSRAM.
+#[derive(Debug)]
+pub struct Input(&'static mut [u32]);
+
+impl Input {
+    const START: usize = 0x8000_0000;
+    const WORDS: usize = (16 << 20) / 4;
+
+    /// The input; once only.
+    pub fn take() -> Option<Self> {
+        static TAKEN: AtomicBool = AtomicBool::new(false);
+        if TAKEN.swap(true, Ordering::Relaxed) {
+            return None;
+        }
+        // SAFETY: AN505 has PSRAM there, which the linker script does not use, and this is the only
+        // reference to it; any bits are valid words.
+        let words = unsafe {
+            core::slice::from_raw_parts_mut(
+                core::ptr::with_exposed_provenance_mut(Self::START),
+                Self::WORDS,
+            )
+        };
+        Some(Input(words))
+    }
+
+    /// Reads up to `blocks` blocks of `words` words; returns how many have room.
+    pub fn read(&mut self, playback: &mut Playback, words: usize, blocks: u32) -> u32 {
+        let room = self.0.len().checked_div(words).unwrap_or(0) as u32;
+        let count = blocks.min(room);
+        if let Some(used) = self.0.get_mut(..count as usize * words) {
+            // SAFETY: words seen as bytes, of the same extent and borrowed as long.
+            let bytes = unsafe {
+                core::slice::from_raw_parts_mut(used.as_mut_ptr().cast(), size_of_val(used))
+            };
+            playback.read(bytes);
+        }
+        count
+    }
+}
+
+/// The converter and its DMA controller, with the slot being filled.
+pub struct Converter {
+    controller: Controller,
+    slot: Slot,
+    words: usize,
+    input: Option<Input>,
+    next: usize,
+    blocks: u32,
+    interrupts: Interrupts,
+}
+
+/// How often each interrupt came.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Interrupts {
+    /// The timer's.
+    pub timer: u32,
+    /// The DMA controller's.
+    pub dma: u32,
+}
+
+impl Converter {
+    /// Converts the next block; stops the timer when there is none.
+    fn convert(&mut self) {
+        self.interrupts.timer = self.interrupts.timer.wrapping_add(1);
+        let source = self.input.as_ref().filter(|_| self.blocks > 0);
+        let source = source.and_then(|input| input.0.get(self.next..)?.get(..self.words));
+        let Some((source, place)) = source.zip(self.slot.memory().get_mut(..self.words)) else {
+            Timer::ZERO.stop();
+            return;
+        };
+        // SAFETY: the input is not changed while it is here, the slot is exchanged only after the
+        // transfer's end (`Filler` asks `status` first), and the converter lives in a static.
+        let started = unsafe { self.controller.start(source, place) };
+        self.blocks -= u32::from(started);
+        self.next += self.words;
+    }
+}
+
+impl Dma for Converter {
+    type Slot = Slot;
+
+    fn status(&mut self) -> Status {
+        self.interrupts.dma = self.interrupts.dma.wrapping_add(1);
+        Status { completed: self.controller.finish().into(), ..Status::default() }
+    }
+
+    fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
+        Ok(core::mem::replace(&mut self.slot, empty))
+    }
+
+    fn restart(&mut self) -> u32 {
+        1
+    }
+}
+
+static FILLER: Mutex<RefCell<Option<Filler<'static, Converter>>>> = Mutex::new(RefCell::new(None));
+
+/// Does `work` with the interrupts' half; `None` before it exists.
+fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Converter>) -> T) -> Option<T> {
+    free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
+}
+
+extern "C" fn timer() {
+    Timer::ZERO.clear();
+    with_filler(|filler| filler.dma().convert());
+}
+
+extern "C" fn transferred() {
+    with_filler(Filler::interrupt);
+}
+
+/// The interrupts' part of the vector table.
+pub const HANDLERS: mps2::Handlers = mps2::handlers(&[(TIMER_IRQ, timer), (DMA_IRQ, transferred)]);
+
+/// The main loop's end of the front end.
+pub struct Acquisition {
+    blocks: Blocks<'static, Slot>,
+    input: Option<Input>,
+    words: usize,
+    ticks: u32,
+}
+
+/// Emulated time skips what the core sleeps, so a block may take a second.
+const PERIOD_US: u32 = 1_000_000;
+
+impl Acquisition {
+    /// Sets the front end up for blocks as `header` says; once only.
+    pub fn new(header: &Header) -> Option<Self> {
+        static MEMORY: [ConstStaticCell<Memory>; 2] =
+            [const { ConstStaticCell::new([0; MAX_LENGTH]) }; 2];
+        static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> =
+            ConstStaticCell::new(FrontEnd::new());
+        let [first, second] = &MEMORY;
+        let (slot, spare) = (Slot::new(first.try_take()?), Slot::new(second.try_take()?));
+        let words = header.block_bytes() / 4;
+        let converter = Converter {
+            controller: Controller::new(),
+            slot,
+            words,
+            input: None,
+            next: 0,
+            blocks: 0,
+            interrupts: Interrupts::default(),
+        };
+        let (filler, blocks) = FRONT_END.try_take()?.split(converter, header.timing(), [spare]);
+        free(|token| {
+            if let Ok(mut place) = FILLER.borrow(token).try_borrow_mut() {
+                *place = Some(filler);
+            }
+        });
+        mps2::enable(TIMER_IRQ);
+        mps2::enable(DMA_IRQ);
+        let period = if header.period_us == 0 { PERIOD_US } else { header.period_us };
+        let ticks = u64::from(period) * u64::from(CLOCK_HZ / 1_000_000);
+        let ticks = ticks.min(u32::MAX.into()) as u32;
+        Some(Self { blocks, input: Input::take(), words, ticks })
+    }
+
+    /// Converts the whole capture and gives each block to `work`, with what became of those before.
+    /// While PSRAM is filled again, the converter's clock stands still.
+    pub fn play<R: Record, const N: usize>(
+        &mut self,
+        playback: &mut Playback,
+        mut work: impl FnMut(&picket::acquire::sample::Stamp, &Counters, &[R::Sample; N]),
+    ) -> (Counters, Interrupts) {
+        let mut left = playback.header.blocks;
+        while left > 0 {
+            let Some(mut input) = self.input.take() else {
+                exit(Exit::Stalled);
+            };
+            let count = input.read(playback, self.words, left);
+            left = left.saturating_sub(count);
+            with_filler(|filler| {
+                let converter = filler.dma();
+                converter.input = Some(input);
+                converter.next = 0;
+                converter.blocks = count;
+            });
+            Timer::ZERO.start(self.ticks);
+            while self.input.is_none() {
+                let more = self.blocks.process(|stamp, counters, slot| {
+                    work(stamp, counters, slot.samples::<R, N>(0));
+                });
+                if more.is_none() {
+                    self.input = self.sleep();
+                }
+            }
+        }
+        with_filler(|filler| (*filler.counters(), filler.dma().interrupts)).unwrap_or_default()
+    }
+
+    /// Sleeps until an interrupt, unless one has been since the queue was last empty; gives the input back
+    /// when it is used up and every block was taken.
+    fn sleep(&mut self) -> Option<Input> {
+        free(|token| {
+            if self.blocks.waiting() {
+                return None;
+            }
+            let mut filler = FILLER.borrow(token).try_borrow_mut().ok()?;
+            let converter = filler.as_mut()?.dma();
+            if converter.blocks == 0 && !Timer::ZERO.running() {
+                return converter.input.take();
+            }
+            // An interrupt ends the sleep though it is not served before the section's end.
+            cortex_m::asm::wfi();
+            None
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! Instructions, counted: emulated time runs by them, so a timer counts them, and the host knows how many make a
+//! tick.
+
+use super::{Timer, Uart, figure};
+use core::hint::black_box;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+/// Reports the ticks that `work` takes, less those of looking at the timer, which must run free.
+#[inline(always)]
+pub fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
+    let (ticks, result) = measured(work);
+    figure(Uart::ONE, name, ticks.into());
+    result
+}
+
+/// The ticks that `work` takes, less those of looking at the timer, and its result.
+#[inline(always)]
+pub fn measured<T>(work: impl FnOnce() -> T) -> (u32, T) {
+    let empty = ticks(|| ()).0;
+    let (ticks, result) = ticks(work);
+    (ticks.wrapping_sub(empty), result)
+}
+
+#[inline(always)]
+fn ticks<T>(work: impl FnOnce() -> T) -> (u32, T) {
+    let start = Timer::ONE.elapsed();
+    compiler_fence(Ordering::SeqCst);
+    let result = black_box(work());
+    compiler_fence(Ordering::SeqCst);
+    (Timer::ONE.elapsed().wrapping_sub(start), result)
+}
+
+/// Marsaglia's xorshift, for blocks that nobody need keep.
+#[derive(Clone, Copy, Debug)]
+pub struct Random(pub u32);
+
+impl Random {
+    /// The next 32 bits.
+    pub fn draw(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+}

@@ -1,0 +1,100 @@
+//! The board as the instrument sees it.
+
+use super::serial::Serial;
+use super::storage::{self, Flash};
+use super::words::Words;
+use super::words::clock::{Speed, Tree};
+use super::{N, SLOT, converter, start};
+use crate::board::Board;
+use crate::instrument::plan::Plan;
+use crate::slot::Slot;
+use picket::acquire::frontend::{Blocks, Counters};
+use picket_wire::boot::{Causes, Clock};
+use picket_wire::settings::Settings;
+use picket_wire::settings_error::SettingsError;
+
+/// The NUCLEO-F446RE.
+pub struct Nucleo {
+    tree: Tree,
+    serial: Serial,
+}
+
+impl Board<N, SLOT> for Nucleo {
+    const NAME: &'static str = "nucleo-f446re";
+    type Words = Words;
+    type Storage = Flash;
+
+    fn causes() -> Causes {
+        start::causes()
+    }
+
+    fn storage() -> Flash {
+        Flash
+    }
+
+    fn start(settings: &Settings) -> Option<Self> {
+        let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
+        start::peripherals();
+        start::brown_out_level();
+        start::watchdog();
+        let serial = Serial::start(tree.apb1_hz)?;
+        Some(Self { tree, serial })
+    }
+
+    fn plan(&self, settings: &Settings) -> Result<(Plan, Words), SettingsError> {
+        let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
+        Words::plan(settings, N, &Tree::new(speed, self.tree.source))
+    }
+
+    fn sample(&mut self, plan: &Plan, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
+        converter::start(plan, words, &self.tree)
+    }
+
+    fn counters(&self) -> Counters {
+        converter::counters()
+    }
+
+    fn clock(&self) -> Clock {
+        self.tree.source.clock()
+    }
+
+    fn core_hz(&self) -> u32 {
+        self.tree.core_hz
+    }
+
+    fn ticks(&self) -> u32 {
+        start::ticks()
+    }
+
+    fn ticks_hz(&self) -> u32 {
+        self.tree.timer_hz
+    }
+
+    fn has_room(&self, bytes: usize) -> bool {
+        self.serial.has_room(bytes)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.serial.send(frame)
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn flush(&mut self) {
+        self.serial.flush();
+    }
+
+    fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {
+        converter::sleep(blocks);
+    }
+
+    fn feed(&mut self) {
+        start::feed();
+    }
+
+    fn program() -> u32 {
+        storage::program()
+    }
+}

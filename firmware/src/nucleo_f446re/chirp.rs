@@ -1,0 +1,184 @@
+//! The sample clock's timer and what makes chirps in step with it: the DAC with its table, or the synthesiser.
+
+use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
+use super::words::Words;
+use super::words::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
+use super::words::sampling::{TIMER_CR2_UPDATE, TIMER_SMCR_COUNT_TIM3};
+use super::words::waveform::{DAC_CR, DAC_STREAM, STEPS, SyncInput, SyncOutput};
+use crate::instrument::adf4159::Adf4159;
+use crate::instrument::plan::Plan;
+use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use picket_wire::settings::Drive;
+use static_cell::ConstStaticCell;
+
+/// Whether TIM2 gates the sample clock.
+static GATED: AtomicBool = AtomicBool::new(false);
+/// The DAC's first code, and the steps of its table: 0 where it does not play.
+static FIRST: AtomicU16 = AtomicU16::new(0);
+static LENGTH: AtomicU16 = AtomicU16::new(0);
+
+/// Sets the timers and what plays the chirp; nothing runs before [`run`]. Gives false where the synthesiser is deaf.
+pub fn set_up(plan: &Plan, words: &Words) -> bool {
+    let period = words.sampling.period;
+    put!(tim3().psc(), u32::from(period.prescaler));
+    put!(tim3().arr(), u32::from(period.reload));
+    put!(tim3().cr2(), TIMER_CR2_UPDATE);
+    let segments = plan.settings.segments();
+    if plan.settings.drive == Drive::External {
+        let chirp = u64::from(plan.length) * u64::from(segments);
+        gate(chirp * u64::from(period.ticks()));
+    } else {
+        mark(segments, plan.length);
+    }
+    if let Some(wave) = &words.waveform {
+        FIRST.store(wave.code(0), Ordering::Relaxed);
+        LENGTH.store(wave.len() as u16, Ordering::Relaxed);
+        static TABLE: ConstStaticCell<[u16; STEPS]> = ConstStaticCell::new([0; STEPS]);
+        if let Some(table) = TABLE.try_take() {
+            let steps = wave.fill(table);
+            let stream = dma1().st(5);
+            // DAC_DHR12R1 (RM 14.5.3).
+            put!(stream.par(), 0x4000_7408);
+            put!(stream.m0ar(), steps.as_ptr().expose_provenance() as u32);
+        }
+        put!(tim4().arr(), u32::from(wave.hold.saturating_sub(1)));
+        put!(tim4().cr2(), TIMER_CR2_UPDATE);
+        put!(tim4().smcr(), TIMER_SMCR_COUNT_TIM3);
+    }
+    match &words.synthesiser {
+        Some(ramps) => Adf4159::new(Bus::new(), Enable).start(ramps).is_ok(),
+        None => true,
+    }
+}
+
+/// A pulse for each chirp.
+fn mark(segments: u16, length: u32) {
+    let SyncOutput { reload, compare, mode, enable } = SyncOutput::new(segments, length);
+    put!(tim2().smcr(), TIMER_SMCR_COUNT_TIM3);
+    put!(tim2().arr(), reload);
+    put!(tim2().ccr3(), compare);
+    put!(tim2().ccmr2_output(), mode);
+    put!(tim2().ccer(), enable);
+}
+
+/// An external source's pulse opens the sample clock for a chirp.
+fn gate(ticks: u64) {
+    let Some(input) = SyncInput::new(ticks) else { return };
+    put!(tim2().arr(), input.reload);
+    put!(tim2().ccr1(), input.compare);
+    put!(tim2().ccmr1_output(), input.mode);
+    put!(tim2().cr2(), input.control2);
+    put!(tim2().smcr(), input.slave);
+    put!(tim2().cr1(), input.control);
+    put!(tim3().smcr(), input.gate);
+    GATED.store(true, Ordering::Relaxed);
+}
+
+/// Stops the sample clock, which stops all that counts it.
+pub fn stop() {
+    for timer in [tim3(), tim4()] {
+        put!(timer.cr1(), 0);
+    }
+    if !GATED.load(Ordering::Relaxed) {
+        put!(tim2().cr1(), 0);
+    }
+    put!(dac().cr(), 0);
+    put!(dma1().st(5).cr(), 0);
+    let _ = wait(|| dma1().st(5).cr().read().bits() & 1 == 0);
+}
+
+/// Back to a chirp's start, with the converters and the DAC off: the events that take the timers' words over trigger both.
+pub fn rewind() {
+    // HIFCR, stream 5's flags: 11:6.
+    put!(dma1().hifcr(), 0x3D << 6);
+    for timer in [tim3(), tim4()] {
+        put!(timer.egr(), 1);
+    }
+    // What counts samples stands before its overflow, so that its first period begins with the first sample.
+    let reload = tim4().arr().read().bits();
+    put!(tim4().cnt(), reload);
+    if !GATED.load(Ordering::Relaxed) {
+        put!(tim2().egr(), 1);
+        let reload = tim2().arr().read().bits();
+        put!(tim2().cnt(), reload);
+    }
+}
+
+/// Starts everything: what counts samples first, then the samples.
+pub fn run() {
+    let length = LENGTH.load(Ordering::Relaxed);
+    if length > 0 {
+        put!(dac().dhr12r1(), u32::from(FIRST.load(Ordering::Relaxed)));
+        put!(dma1().st(5).ndtr(), u32::from(length));
+        put!(dma1().st(5).cr(), DAC_STREAM);
+        put!(dma1().st(5).cr(), DAC_STREAM | 1);
+        put!(dac().cr(), DAC_CR);
+        put!(tim4().cr1(), 1);
+    }
+    if !GATED.load(Ordering::Relaxed) {
+        put!(tim2().cr1(), 1);
+    }
+    put!(tim3().cr1(), 1);
+}
+
+/// SPI1 with the synthesiser's LE.
+struct Bus;
+
+impl Bus {
+    fn new() -> Self {
+        put!(gpiob().bsrr(), LE_HIGH);
+        put!(spi1().cr1(), SPI_CR1);
+        Bus
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), spi::ErrorKind> {
+        for &byte in bytes {
+            // TXE 1.
+            if !wait(|| spi1().sr().read().bits() & 1 << 1 != 0) {
+                return Err(spi::ErrorKind::Other);
+            }
+            put!(spi1().dr(), byte);
+        }
+        // TXE, then not BSY 7: the last bit is out.
+        let done = wait(|| spi1().sr().read().bits() & (1 << 7 | 1 << 1) == 1 << 1);
+        done.then_some(()).ok_or(spi::ErrorKind::Other)
+    }
+}
+
+impl spi::ErrorType for Bus {
+    type Error = spi::ErrorKind;
+}
+
+impl SpiDevice for Bus {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
+        put!(gpiob().bsrr(), LE_LOW);
+        let done = operations.iter().try_for_each(|operation| match operation {
+            Operation::Write(bytes) => self.send(bytes),
+            // The chip says nothing.
+            _ => Err(spi::ErrorKind::Other),
+        });
+        put!(gpiob().bsrr(), LE_HIGH);
+        done
+    }
+}
+
+/// The synthesiser's CE.
+struct Enable;
+
+impl digital::ErrorType for Enable {
+    type Error = core::convert::Infallible;
+}
+
+impl OutputPin for Enable {
+    fn set_low(&mut self) -> Result<(), Self::Error> {
+        put!(gpiob().bsrr(), CE_LOW);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Self::Error> {
+        put!(gpiob().bsrr(), CE_HIGH);
+        Ok(())
+    }
+}

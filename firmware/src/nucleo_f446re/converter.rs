@@ -1,0 +1,214 @@
+//! Converters, sample clock and the DMA stream that fills two slots in turn.
+//!
+//! The stream goes on by itself (double-buffer mode, RM 9.3.10): while it fills one slot, the interrupt puts an empty one in
+//! the other's place. Writing the place that is being filled stops the stream with an error, so a late interrupt cannot spoil
+//! a block silently.
+
+use super::SLOT;
+use super::chirp;
+use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
+use super::words::Words;
+use super::words::clock::Tree;
+use super::words::sampling::{
+    ADC_SR_OVR, Converter, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
+};
+use crate::instrument::plan::Plan;
+use core::cell::RefCell;
+use cortex_m::interrupt::{Mutex, free};
+use cortex_m::peripheral::NVIC;
+use picket::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status, Timing};
+use static_cell::ConstStaticCell;
+use stm32f4::stm32f446 as pac;
+
+/// Memory of a block with its guard.
+type Memory = [u32; SLOT];
+type Slot = crate::slot::Slot<SLOT>;
+
+/// The stream with the two slots it fills.
+pub struct Chain {
+    held: [Slot; 2],
+    /// The stream's words, the converters' and the length of a segment in samples.
+    control: u32,
+    converter: Converter,
+    length: u32,
+    iq: bool,
+    /// CT when it was last asked.
+    target: bool,
+    /// An exchange came too late and has stopped the stream.
+    stopped: bool,
+    /// Blocks completed or passed, and segments of a chirp.
+    passed: u64,
+    segments: u64,
+}
+
+impl Chain {
+    fn target(&self) -> bool {
+        dma2().st(0).cr().read().bits() & STREAM_CT != 0
+    }
+
+    /// Stops the stream, and the sample clock with all that hangs on it.
+    fn stop(&mut self) {
+        chirp::stop();
+        clear!(adc1().cr2(), 1);
+        clear!(adc2().cr2(), 1);
+        clear!(dma2().st(0).cr(), STREAM_EN);
+        // A transfer under way ends within a few cycles; if not, the error is seen at the next block.
+        let _ = wait(|| dma2().st(0).cr().read().bits() & STREAM_EN == 0);
+        put!(dma2().lifcr(), STREAM_0_FLAGS);
+    }
+
+    /// Starts at a chirp's first sample.
+    fn start(&mut self) {
+        chirp::rewind();
+        let stream = dma2().st(0);
+        let (Converter { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 }, [first, second]) =
+            (self.converter, &self.held);
+        // ADC_DR at 0x4C, ADC_CDR at 0x308 (RM 13.13.14, 13.13.17).
+        put!(stream.par(), if self.iq { 0x4001_2308 } else { 0x4001_204C });
+        put!(stream.m0ar(), first.address());
+        put!(stream.m1ar(), second.address());
+        put!(stream.ndtr(), self.length as u16 as u32);
+        // Direct mode: no FIFO.
+        put!(stream.fcr(), 0);
+        self.target = false;
+        self.stopped = false;
+        put!(stream.cr(), self.control);
+        // The slots are in memory before the stream writes them.
+        cortex_m::asm::dmb();
+        put!(stream.cr(), self.control | STREAM_EN);
+        put!(adc_common().ccr(), common);
+        put!(adc1().sr(), 0);
+        put!(adc1().cr1(), cr1);
+        put!(adc1().smpr2(), smpr2);
+        put!(adc1().sqr3(), sqr3);
+        if self.iq {
+            put!(adc2().sr(), 0);
+            put!(adc2().cr1(), cr1);
+            put!(adc2().smpr2(), smpr2);
+            put!(adc2().sqr3(), second_sqr3);
+            put!(adc2().cr2(), second_cr2);
+        }
+        put!(adc1().cr2(), cr2);
+        // 3 us until the converters are stable (DS 6.3.20): 540 cycles at most.
+        cortex_m::asm::delay(600);
+        chirp::run();
+    }
+
+    /// The number of a whole chirp's first block, after at least one block.
+    fn skip_chirp(&mut self) -> u32 {
+        let within = self.passed.checked_rem(self.segments).unwrap_or(0);
+        let blocks = self.segments.saturating_sub(within).max(1);
+        self.passed = self.passed.wrapping_add(blocks);
+        blocks as u32
+    }
+}
+
+impl Dma for Chain {
+    type Slot = Slot;
+
+    fn status(&mut self) -> Status {
+        let flags = dma2().lisr().read().bits() & STREAM_0_FLAGS;
+        // In this order: a block that ends in between is counted now or next time, never twice.
+        let target = self.target();
+        put!(dma2().lifcr(), flags);
+        let completed = completed(flags, target != self.target);
+        if completed > 0 {
+            self.target = target;
+        }
+        self.passed = self.passed.wrapping_add(completed.into());
+        let overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
+        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped;
+        Status { completed, dma_error, adc_overrun: overrun }
+    }
+
+    fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
+        let stream = dma2().st(0);
+        let [first, second] = &mut self.held;
+        // What the controller wrote is read, and what was read is done with, before the places change.
+        cortex_m::asm::dmb();
+        let place = if self.target {
+            put!(stream.m0ar(), empty.address());
+            first
+        } else {
+            put!(stream.m1ar(), empty.address());
+            second
+        };
+        let full = core::mem::replace(place, empty);
+        if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == self.target {
+            return Ok(full);
+        }
+        // The stream has turned to this place meanwhile: with which address is not known.
+        let empty = core::mem::replace(place, full);
+        self.stop();
+        self.stopped = true;
+        NVIC::pend(pac::Interrupt::DMA2_STREAM0);
+        Err(empty)
+    }
+
+    fn restart(&mut self) -> u32 {
+        self.stop();
+        self.start();
+        self.skip_chirp()
+    }
+}
+
+static FILLER: Mutex<RefCell<Option<Filler<'static, Chain>>>> = Mutex::new(RefCell::new(None));
+
+fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Chain>) -> T) -> Option<T> {
+    free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
+}
+
+/// The interrupt at the end of a block, and at every fault.
+pub extern "C" fn filled() {
+    with_filler(Filler::interrupt);
+}
+
+/// What became of the blocks so far.
+pub fn counters() -> Counters {
+    with_filler(|filler| *filler.counters()).unwrap_or_default()
+}
+
+/// Sets converters and stream up and starts them; once only. Gives the main loop's end.
+pub fn start(plan: &Plan, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
+    static MEMORY: [ConstStaticCell<Memory>; 3] = [const { ConstStaticCell::new([0; SLOT]) }; 3];
+    static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> = ConstStaticCell::new(FrontEnd::new());
+    let [a, b, c] = &MEMORY;
+    let [a, b, c] = [a.try_take()?, b.try_take()?, c.try_take()?].map(Slot::new);
+    let sampling = &words.sampling;
+    let timing: Timing = plan.timing;
+    let chain = Chain {
+        held: [a, b],
+        control: sampling.stream().control,
+        converter: sampling.converter(tree),
+        length: plan.length,
+        iq: sampling.iq,
+        target: false,
+        stopped: false,
+        passed: 0,
+        segments: timing.segments.len().max(1) as u64,
+    };
+    let (mut filler, blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
+    chirp::set_up(plan, words);
+    filler.dma().stop();
+    filler.dma().start();
+    free(|token| {
+        if let Ok(mut place) = FILLER.borrow(token).try_borrow_mut() {
+            *place = Some(filler);
+        }
+    });
+    enable(pac::Interrupt::DMA2_STREAM0);
+    enable(pac::Interrupt::ADC);
+    Some(blocks)
+}
+
+/// Sleeps until an interrupt, unless a block or a byte is waiting.
+pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
+    free(|_| {
+        let waits = blocks.is_some_and(Blocks::waiting) || super::serial::waiting();
+        if !waits {
+            // An interrupt ends the sleep though it is not served before the section's end.
+            cortex_m::asm::dsb();
+            cortex_m::asm::wfi();
+        }
+    });
+}

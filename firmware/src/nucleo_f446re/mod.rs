@@ -1,0 +1,36 @@
+//! The NUCLEO-F446RE: writes the words that [`words`] works out.
+//!
+//! Built with the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor DMA: their registers
+//! are then a piece of memory ([`PLAYED`]) in which the host plays them. Nothing else differs.
+
+pub mod words;
+
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+mod board;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod chirp;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod converter;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod registers;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod serial;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod start;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod storage;
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub mod vectors;
+
+#[cfg(all(target_os = "none", feature = "nucleo"))]
+pub use board::Nucleo;
+
+use picket_wire::settings::GUARD;
+
+/// Samples in a block of this image.
+pub const N: usize = 1024;
+/// Words of a slot: a block with the guard before it, I/Q.
+pub const SLOT: usize = N + GUARD as usize;
+
+/// Where the host plays DMA2, and from 0x400 on the converters.
+pub const PLAYED: usize = 0x2001_F000;

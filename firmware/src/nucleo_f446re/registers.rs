@@ -1,0 +1,88 @@
+//! The chip's registers, by name, and how this board writes them.
+
+use super::PLAYED;
+use stm32f4::stm32f446 as pac;
+
+/// Writes a word to a register.
+macro_rules! put {
+    ($register:expr, $word:expr) => {
+        // SAFETY: the word is one that `words` works out for this register, or a bit of it named beside the call; the register
+        // is written by volatile access from one place at a time. Those of the DMA are only used by `converter` and `chirp`.
+        // Some registers have 16 bits, and words that fit.
+        $register.write(|w| unsafe { w.bits($word as _) })
+    };
+}
+
+/// Sets bits in a register.
+macro_rules! set {
+    ($register:expr, $bits:expr) => {{
+        let word = $register.read().bits();
+        $crate::nucleo_f446re::registers::put!($register, word | $bits);
+    }};
+}
+
+/// Clears bits in a register.
+macro_rules! clear {
+    ($register:expr, $bits:expr) => {{
+        let word = $register.read().bits();
+        $crate::nucleo_f446re::registers::put!($register, word & !$bits);
+    }};
+}
+
+pub(crate) use {clear, put, set};
+
+/// A peripheral's registers.
+macro_rules! peripheral {
+    ($($name:ident: $block:ty = $address:expr;)*) => {
+        $(
+            #[allow(missing_docs)]
+            pub fn $name() -> &'static $block {
+                // SAFETY: the chip has this peripheral there, or the emulated one memory that the linker does not use;
+                // registers are shared and accessed by volatile reads and writes only.
+                unsafe { &*($address as *const $block) }
+            }
+        )*
+    };
+}
+
+/// The peripheral's own address, or its place in [`PLAYED`].
+const fn played(own: usize, place: usize) -> usize {
+    if cfg!(feature = "played") { PLAYED + place } else { own }
+}
+
+peripheral! {
+    rcc: pac::rcc::RegisterBlock = pac::RCC::PTR;
+    pwr: pac::pwr::RegisterBlock = pac::PWR::PTR;
+    flash: pac::flash::RegisterBlock = pac::FLASH::PTR;
+    iwdg: pac::iwdg::RegisterBlock = pac::IWDG::PTR;
+    gpioa: pac::gpioa::RegisterBlock = pac::GPIOA::PTR;
+    gpiob: pac::gpiob::RegisterBlock = pac::GPIOB::PTR;
+    spi1: pac::spi1::RegisterBlock = pac::SPI1::PTR;
+    usart2: pac::usart1::RegisterBlock = pac::USART2::PTR;
+    tim2: pac::tim2::RegisterBlock = pac::TIM2::PTR;
+    tim3: pac::tim3::RegisterBlock = pac::TIM3::PTR;
+    tim4: pac::tim3::RegisterBlock = pac::TIM4::PTR;
+    tim5: pac::tim5::RegisterBlock = pac::TIM5::PTR;
+    dac: pac::dac::RegisterBlock = pac::DAC::PTR;
+    dma1: pac::dma2::RegisterBlock = pac::DMA1::PTR;
+    dma2: pac::dma2::RegisterBlock = played(0x4002_6400, 0);
+    adc1: pac::adc1::RegisterBlock = played(0x4001_2000, 0x400);
+    adc2: pac::adc1::RegisterBlock = played(0x4001_2100, 0x500);
+    adc_common: pac::adc_common::RegisterBlock = played(0x4001_2300, 0x700);
+}
+
+/// Asks up to so many times; no wait is without end.
+pub const PATIENCE: u32 = 200_000;
+
+/// Waits until `ready`; false if it never was.
+#[must_use]
+pub fn wait(mut ready: impl FnMut() -> bool) -> bool {
+    (0..PATIENCE).any(|_| ready())
+}
+
+/// Lets an interrupt through.
+pub fn enable(line: pac::Interrupt) {
+    // SAFETY: handlers share state with the main loop only through queues, atomics and cells made for it, so that no critical
+    // section depends on a line being masked.
+    unsafe { cortex_m::peripheral::NVIC::unmask(line) }
+}

@@ -1,0 +1,142 @@
+//! USART2: two queues and an interrupt. Nobody waits for the line; what finds no room is dropped whole and counted.
+
+use super::registers::{enable, put, usart2, wait};
+use super::words::serial::{BAUD, CR1, CR1_TXEIE, SR_ERRORS, SR_RXNE, SR_TXE, divider};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use cortex_m::interrupt::{Mutex, free};
+use cortex_m::peripheral::NVIC;
+use heapless::spsc::{Consumer, Producer, Queue};
+use picket::acquire::queue::{put as enqueue, take as dequeue};
+use static_cell::ConstStaticCell;
+use stm32f4::stm32f446 as pac;
+
+/// Bytes to the host that may wait: half a second of records at the usual rate is more than the host ever pauses.
+const OUT: usize = 3072;
+/// Bytes from the host that may wait: two of the largest frames.
+const IN: usize = 512;
+
+/// Bytes in the queue to the host, and in the one from it: what enters is counted first, what leaves last.
+static OUTWARD: AtomicUsize = AtomicUsize::new(0);
+static INWARD: AtomicUsize = AtomicUsize::new(0);
+
+/// The interrupt's ends of the queues.
+struct Line {
+    out: Consumer<'static, u8>,
+    into: Producer<'static, u8>,
+}
+
+static LINE: Mutex<RefCell<Option<Line>>> = Mutex::new(RefCell::new(None));
+
+/// The main loop's ends.
+pub struct Serial {
+    out: Producer<'static, u8>,
+    into: Consumer<'static, u8>,
+}
+
+impl Serial {
+    /// Sets the port up; once only.
+    pub fn start(bus_hz: u32) -> Option<Self> {
+        static TO_HOST: ConstStaticCell<Queue<u8, OUT>> = ConstStaticCell::new(Queue::new());
+        static FROM_HOST: ConstStaticCell<Queue<u8, IN>> = ConstStaticCell::new(Queue::new());
+        let (out, line_out) = TO_HOST.try_take()?.split();
+        let (line_into, into) = FROM_HOST.try_take()?.split();
+        free(|token| {
+            if let Ok(mut line) = LINE.borrow(token).try_borrow_mut() {
+                *line = Some(Line { out: line_out, into: line_into });
+            }
+        });
+        put!(usart2().brr(), divider(bus_hz, BAUD));
+        put!(usart2().cr1(), CR1);
+        enable(pac::Interrupt::USART2);
+        Some(Self { out, into })
+    }
+
+    /// Room for so many bytes.
+    pub fn has_room(&self, bytes: usize) -> bool {
+        (OUT - 1).saturating_sub(OUTWARD.load(Relaxed)) >= bytes
+    }
+
+    /// Sends a frame whole or not at all: false then.
+    pub fn send(&mut self, frame: &[u8]) -> bool {
+        if !self.has_room(frame.len()) {
+            return false;
+        }
+        OUTWARD.fetch_add(frame.len(), Relaxed);
+        for &byte in frame {
+            // There is room: only the interrupt takes, and it makes more.
+            let _ = enqueue(&mut self.out, byte);
+        }
+        NVIC::pend(pac::Interrupt::USART2);
+        true
+    }
+
+    /// The next byte from the host.
+    pub fn receive(&mut self) -> Option<u8> {
+        let byte = dequeue(&mut self.into)?;
+        INWARD.fetch_sub(1, Relaxed);
+        Some(byte)
+    }
+
+    /// Waits for the line to take everything, but not for ever: before a reset.
+    pub fn flush(&mut self) {
+        let _ = wait(|| {
+            NVIC::pend(pac::Interrupt::USART2);
+            // TC 6: the last bit is out.
+            OUTWARD.load(Relaxed) == 0 && status() & 1 << 6 != 0
+        });
+    }
+}
+
+fn status() -> u32 {
+    u32::from(usart2().sr().read().bits())
+}
+
+/// True if a byte from the host waits: the loop must not fall asleep over it.
+pub fn waiting() -> bool {
+    INWARD.load(Relaxed) > 0
+}
+
+/// The interrupt: at a byte received, at an empty transmit register, and when the main loop has something to send.
+pub extern "C" fn serve() {
+    free(|token| {
+        if let Ok(mut line) = LINE.borrow(token).try_borrow_mut()
+            && let Some(line) = line.as_mut()
+        {
+            line.serve();
+        }
+    });
+}
+
+impl Line {
+    /// Bytes in one interrupt: the register takes two, QEMU's as many as come.
+    const BURST: usize = 64;
+
+    fn serve(&mut self) {
+        for _ in 0..Self::BURST {
+            let seen = status();
+            if seen & (SR_RXNE | SR_ERRORS) == 0 {
+                break;
+            }
+            // Reading takes the flags back. A byte that finds no room spoils its frame, which is then refused.
+            let byte = usart2().dr().read().bits() as u8;
+            if seen & SR_RXNE != 0 && enqueue(&mut self.into, byte).is_ok() {
+                INWARD.fetch_add(1, Relaxed);
+            }
+        }
+        for _ in 0..Self::BURST {
+            if status() & SR_TXE == 0 {
+                break;
+            }
+            let Some(byte) = dequeue(&mut self.out) else { break };
+            OUTWARD.fetch_sub(1, Relaxed);
+            put!(usart2().dr(), byte);
+        }
+        let more = self.out.ready();
+        put!(usart2().cr1(), if more { CR1 | CR1_TXEIE } else { CR1 });
+        // QEMU 7.2 has no interrupt for an empty register, which there is always empty.
+        if more && status() & SR_TXE != 0 {
+            NVIC::pend(pac::Interrupt::USART2);
+        }
+    }
+}

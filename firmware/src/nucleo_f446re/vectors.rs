@@ -1,0 +1,34 @@
+//! The device's part of the vector table.
+
+use super::{converter, serial};
+use crate::instrument::fault;
+use stm32f4::stm32f446 as pac;
+
+/// Puts the image's handlers into its vector table.
+#[macro_export]
+macro_rules! nucleo_vectors {
+    () => {
+        // SAFETY: this is the name and the section that cortex-m-rt's linker script gives the device's part of the vector
+        // table, and its type is an array of handlers.
+        #[unsafe(link_section = ".vector_table.interrupts")]
+        #[unsafe(no_mangle)]
+        static __INTERRUPTS: [$crate::nucleo_f446re::vectors::Handler;
+            $crate::nucleo_f446re::vectors::LINES] = $crate::nucleo_f446re::vectors::HANDLERS;
+    };
+}
+
+/// Interrupt lines of the chip (RM 10.2).
+pub const LINES: usize = 97;
+/// A handler in the vector table.
+pub type Handler = unsafe extern "C" fn();
+
+/// The device's part of the vector table: handlers for the lines in use, for all others one that restarts the board and says so.
+// A line out of range would be a compile error.
+#[allow(clippy::indexing_slicing)]
+pub const HANDLERS: [Handler; LINES] = {
+    let mut table: [Handler; LINES] = [fault::unexpected; LINES];
+    table[pac::Interrupt::DMA2_STREAM0 as usize] = converter::filled;
+    table[pac::Interrupt::ADC as usize] = converter::filled;
+    table[pac::Interrupt::USART2 as usize] = serial::serve;
+    table
+};

@@ -1,0 +1,172 @@
+//! What the NUCLEO's registers must hold, worked out from its settings: pure functions, tested on the host against the
+//! reference manual. The modules beside only write the words.
+//!
+//! The words agree with ST's machine-readable description of the registers (host-tests/tests/registers.rs). Sections named RM are of ST's reference manual RM0390 (STM32F446xx), DS of the data sheet DS10693.
+
+pub mod clock;
+pub mod guard;
+pub mod pins;
+pub mod sampling;
+pub mod serial;
+pub mod waveform;
+
+use crate::instrument::adf4159::{self, Ramps};
+use crate::instrument::plan::Plan;
+use clock::{Speed, Tree};
+use picket::config::Scene;
+use picket_wire::settings::{Drive, Settings};
+use picket_wire::settings_error::SettingsError;
+use sampling::Sampling;
+use waveform::Waveform;
+
+/// The words of an instrument.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Words {
+    /// The sample clock and the converters.
+    pub sampling: Sampling,
+    /// What the DAC plays.
+    pub waveform: Option<Waveform>,
+    /// What the synthesiser is told.
+    pub synthesiser: Option<adf4159::Words>,
+}
+
+impl Words {
+    /// Checks everything for blocks of `n` samples with this clock.
+    ///
+    /// # Errors
+    /// The settings cannot work on this board.
+    pub fn plan(settings: &Settings, n: usize, tree: &Tree) -> Result<(Plan, Self), SettingsError> {
+        let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
+        let sampling = Sampling::plan(tree, settings.config.rate_hz, settings.iq);
+        let sampling = sampling.map_err(SettingsError::Rate)?;
+        let settings = Settings { core_mhz: speed.mhz(), ..*settings };
+        let plan = Plan::new(&settings, n, sampling.rate_hz)?;
+        let mut words = Words { sampling, waveform: None, synthesiser: None };
+        if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
+            match settings.drive {
+                Drive::Off => {}
+                Drive::Dac { low, high } => {
+                    let wave = Waveform::plan(shape, plan.length, sampling.rate_hz, [low, high]);
+                    words.waveform = Some(wave.map_err(SettingsError::Waveform)?);
+                }
+                Drive::Adf4159 { reference_hz, start_hz, divider } => {
+                    let divider = f64::from(divider.max(1));
+                    let ramps = Ramps {
+                        reference_hz,
+                        start_hz: start_hz / divider,
+                        bandwidth_hz: bandwidth_hz / divider,
+                        duration_s,
+                        shape,
+                        triggered: true,
+                    };
+                    words.synthesiser = Some(ramps.words().map_err(SettingsError::Ramps)?);
+                }
+                Drive::External if sampling.continuous => return Err(SettingsError::Sync),
+                Drive::External => {}
+            }
+        }
+        Ok((plan, words))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock::Source;
+    use super::*;
+    use picket::acquire::sample::Codes;
+    use picket::config::{Config, ConfigError};
+    use picket::solve::chirp::Shape;
+    use picket_wire::settings::Calibration;
+    use picket_wire::settings_error::{RampError, RateError, WaveformError};
+
+    const TREE: Tree = Tree::new(Speed::Mhz180, Source::HsePll);
+
+    fn plan(settings: &Settings) -> Result<(Plan, Words), SettingsError> {
+        Words::plan(settings, 1024, &TREE)
+    }
+
+    fn chirp(shape: Shape, drive: Drive) -> Settings {
+        let scene =
+            Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+        let config = Config { rate_hz: 500e3, scene, ..Settings::default().config };
+        Settings { config, guard: 64, drive, ..Settings::default() }
+    }
+
+    const DAC: Drive = Drive::Dac { low: 0, high: 4095 };
+    const HEAD: Drive = Drive::Adf4159 { reference_hz: 80e6, start_hz: 24e9, divider: 2 };
+
+    #[test]
+    fn block_and_segment_are_one() {
+        let (instrument, words) = plan(&chirp(Shape::Trapezoid, DAC)).unwrap();
+        assert_eq!((instrument.length, instrument.timing.period), (1088, 1088));
+        assert_eq!(instrument.timing.segments.len(), 3);
+        let wave = words.waveform.unwrap();
+        assert_eq!(u32::from(wave.hold) * u32::from(wave.steps), 1088);
+        let Scene::Chirp { duration_s, .. } = instrument.settings.config.scene else {
+            panic!("the scene is a chirp");
+        };
+        let samples = duration_s * instrument.settings.config.rate_hz;
+        assert!((samples - 1088.0).abs() < 1e-9, "{samples}");
+        assert_eq!(instrument.settings.config.codes, Codes::Unsigned12);
+        let (_, head) = plan(&chirp(Shape::Triangle, HEAD)).unwrap();
+        assert!(head.synthesiser.is_some() && head.waveform.is_none());
+    }
+
+    #[test]
+    fn without_guard_a_ramp_is_a_record() {
+        for (rate_hz, ppm) in [(1.5e6, 0.0), (333_333.0, 17.0), (48e3, -999.0), (7e4, 3.3)] {
+            let mut settings = chirp(Shape::Trapezoid, DAC);
+            settings.guard = 0;
+            settings.config.rate_hz = rate_hz;
+            settings.calibration.clock_ppm = ppm;
+            plan(&settings).unwrap();
+        }
+    }
+
+    #[test]
+    fn every_contradiction_is_told_and_has_words() {
+        use SettingsError as E;
+        let tone = Settings::default();
+        let with = |config: Config| Settings { config, ..tone };
+        let calibrated = |calibration| Settings { calibration, ..tone };
+        let ideal = Calibration::default();
+        let prime = Settings { guard: 63, ..chirp(Shape::Trapezoid, DAC) };
+        let mut quick = chirp(Shape::Trapezoid, Drive::External);
+        quick.config.rate_hz = 1.5e6;
+        for (settings, error) in [
+            (Settings { guard: 1, ..tone }, E::Guard),
+            (Settings { guard: 65, ..chirp(Shape::Triangle, DAC) }, E::Guard),
+            (Settings { drive: DAC, ..tone }, E::Drive),
+            (chirp(Shape::Triangle, Drive::Off), E::Drive),
+            (with(Config { rate_hz: 2e6, ..tone.config }), E::Rate(RateError::Fast)),
+            (with(Config { rate_hz: f64::NAN, ..tone.config }), E::Rate(RateError::Slow)),
+            (with(Config { false_alarm: 0.0, ..tone.config }), E::Config(ConfigError::FalseAlarm)),
+            (
+                with(Config { band_hz: Some((3.0, 2.0)), ..tone.config }),
+                E::Config(ConfigError::Band),
+            ),
+            (prime, E::Waveform(WaveformError::Steps)),
+            (
+                chirp(Shape::Triangle, Drive::Dac { low: 9, high: 9 }),
+                E::Waveform(WaveformError::Codes),
+            ),
+            (
+                chirp(
+                    Shape::Triangle,
+                    Drive::Adf4159 { reference_hz: 1.0, start_hz: 24e9, divider: 2 },
+                ),
+                E::Ramps(RampError::Reference),
+            ),
+            (quick, E::Sync),
+            (Settings { core_mhz: 160, ..tone }, E::Speed),
+            (Settings { iq: true, ..tone }, E::Offset),
+            (calibrated(Calibration { clock_ppm: f32::NAN, ..ideal }), E::Calibration),
+            (calibrated(Calibration { range_slope: 0.1, ..ideal }), E::Calibration),
+            (calibrated(Calibration { range_offset_m: f32::INFINITY, ..ideal }), E::Calibration),
+        ] {
+            assert_eq!(plan(&settings).map(|_| ()), Err(error), "{settings:?}");
+            let code = error.code();
+            assert_ne!(SettingsError::message_of(code), SettingsError::message_of([0, 0]));
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! The sample clock, the converters and the DMA stream that empties them.
+//!
+//! TIM3 counts the sample period. Each of its updates triggers ADC1, with ADC2 in step for I/Q records; DMA2's stream 0
+//! moves every result into one of two slots in turn.
+//!
+//! **No jitter.** The trigger is taken over by the converter's clock, so a period that is no whole number of its cycles would
+//! be now one cycle longer, now shorter: 28 or 44 ns of jitter. The period is made of whole cycles.
+//!
+//! **At the converter's fastest** a conversion fills the whole period and the next trigger would find it busy. Then only the first
+//! sample is triggered and the conversions follow each other by themselves, which has the same period.
+
+use super::clock::Tree;
+use picket_wire::settings_error::RateError;
+
+/// A timer's prescaler and reload value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Period {
+    /// TIMx_PSC (RM 17.4.11).
+    pub prescaler: u16,
+    /// TIMx_ARR (RM 17.4.12).
+    pub reload: u16,
+}
+
+impl Period {
+    /// The timer's ticks in a period.
+    pub const fn ticks(self) -> u32 {
+        (self.prescaler as u32 + 1).saturating_mul(self.reload as u32 + 1)
+    }
+}
+
+/// The sample clock and the converters' words.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// TIM3's period.
+    pub period: Period,
+    /// The rate that this makes, Hz, the nearest to the one asked for.
+    pub rate_hz: f64,
+    /// Cycles of the converter's clock in which the input is sampled; the conversion takes 12 more (RM 13.5).
+    pub sampling_cycles: u32,
+    /// Only the first sample is triggered.
+    pub continuous: bool,
+    /// Whether ADC2 samples too.
+    pub iq: bool,
+}
+
+/// The sampling times to choose from, by their number in ADC_SMPRx (RM 13.13.5).
+const SAMPLING_CYCLES: [u32; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
+/// Cycles of a conversion of 12 bits after sampling (RM 13.5).
+const CONVERSION: u32 = 12;
+/// Cycles between a conversion's end and the next trigger, for the trigger's way into the converter's clock.
+const SLACK: u32 = 3;
+
+/// ADC1's input: PA0, channel 0 (DS table 10); Arduino A0.
+const IN_PHASE: u32 = 0;
+/// ADC2's input: PA1, channel 1; Arduino A1.
+const QUADRATURE: u32 = 1;
+
+/// TIMx_CR2, MMS 6:4 = 2: the update event is the trigger output (RM 17.4.2).
+pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
+/// TIMx_SMCR: count the rises of ITR2 (TS 6:4 = 2, SMS 2:0 = 7), which is TIM3 for TIM2 and TIM4 (RM 17.4.3, table 101).
+pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
+
+impl Sampling {
+    /// The sampling nearest to `rate_hz`, with the longest time to sample that it leaves.
+    pub fn plan(tree: &Tree, rate_hz: f64, iq: bool) -> Result<Self, RateError> {
+        if !(rate_hz >= 1.0 && rate_hz.is_finite()) {
+            return Err(RateError::Slow);
+        }
+        let ratio = tree.timer_hz.checked_div(tree.adc_hz).unwrap_or(1).max(1);
+        // The period in the converter's cycles.
+        let wanted = libm::round(f64::from(tree.adc_hz) / rate_hz) as u32;
+        let shortest = SAMPLING_CYCLES[0] + CONVERSION;
+        // Half a cycle too short is rounding, more is a rate that cannot be reached.
+        if wanted < shortest {
+            return Err(RateError::Fast);
+        }
+        let cycles = if wanted == shortest { wanted } else { wanted.max(shortest + SLACK) };
+        let ticks = cycles.saturating_mul(ratio);
+        // The prescaler is a whole number of the converter's cycles itself.
+        let scale = match ticks.div_ceil(1 << 16) {
+            0 | 1 => 1,
+            more => more.checked_next_multiple_of(ratio).unwrap_or(more),
+        };
+        let reload = (ticks.saturating_add(scale / 2)).checked_div(scale).unwrap_or(1);
+        let (Ok(prescaler), Ok(reload)) =
+            (u16::try_from(scale.saturating_sub(1)), u16::try_from(reload.saturating_sub(1)))
+        else {
+            return Err(RateError::Slow);
+        };
+        let period = Period { prescaler, reload };
+        let cycles = period.ticks().checked_div(ratio).unwrap_or(shortest);
+        let continuous = cycles == shortest;
+        let room = if continuous { cycles } else { cycles.saturating_sub(SLACK) };
+        let fits = |sampling: &&u32| **sampling + CONVERSION <= room;
+        let sampling = SAMPLING_CYCLES.iter().rev().find(fits).ok_or(RateError::Fast)?;
+        Ok(Sampling {
+            period,
+            rate_hz: f64::from(tree.timer_hz) / f64::from(period.ticks().max(1)),
+            sampling_cycles: *sampling,
+            continuous,
+            iq,
+        })
+    }
+
+    /// The converters' words.
+    pub fn converter(&self, tree: &Tree) -> Converter {
+        let code = SAMPLING_CYCLES.iter().position(|&cycles| cycles == self.sampling_cycles);
+        let code = code.unwrap_or_default() as u32;
+        let (multi, dma) = if self.iq {
+            // MULTI 4:0 = 6 regular simultaneous, DDS 13 goes on asking, DMA 15:14 = 2 both results in one word.
+            (6 | 1 << 13 | 2 << 14, 0)
+        } else {
+            // In ADC_CR2: DMA 8, DDS 9.
+            (0, 1 << 8 | 1 << 9)
+        };
+        let continuous = u32::from(self.continuous) << 1;
+        Converter {
+            common: multi | tree.adc_prescaler << 16,
+            // OVRIE 26.
+            cr1: 1 << 26,
+            // ADON 0, CONT 1, EXTSEL 27:24 = 8 TIM3_TRGO, EXTEN 29:28 = 1 its rise.
+            cr2: 1 | continuous | dma | 8 << 24 | 1 << 28,
+            // ADC2 follows ADC1's trigger.
+            second_cr2: 1 | continuous,
+            smpr2: code << (3 * IN_PHASE) | code << (3 * QUADRATURE),
+            sqr3: IN_PHASE,
+            second_sqr3: QUADRATURE,
+        }
+    }
+
+    /// The stream's words.
+    pub const fn stream(&self) -> Stream {
+        // Half a word from ADC_DR or a word from ADC_CDR: PSIZE 12:11 and MSIZE 14:13.
+        let size = if self.iq { 2 } else { 1 };
+        Stream {
+            // Channel 0 is ADC1 (RM 9.3.4, table 29): CHSEL 27:25 = 0. DBM 18, PL 17:16 = 3, MINC 10, CIRC 8, TCIE 4, TEIE 2, DMEIE 1.
+            control: 1 << 18 | 3 << 16 | size << 13 | size << 11 | 1 << 10 | 1 << 8 | 0b10110,
+        }
+    }
+}
+
+/// The words of ADC1, ADC2 and what they share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Converter {
+    /// ADC_CCR (RM 13.13.16).
+    pub common: u32,
+    /// ADC_CR1 of both (RM 13.13.2).
+    pub cr1: u32,
+    /// ADC1_CR2 (RM 13.13.3).
+    pub cr2: u32,
+    /// ADC2_CR2.
+    pub second_cr2: u32,
+    /// ADC_SMPR2 of both (RM 13.13.5).
+    pub smpr2: u32,
+    /// ADC1_SQR3: the channel (RM 13.13.11). SQR1 stays 0: one conversion.
+    pub sqr3: u32,
+    /// ADC2_SQR3.
+    pub second_sqr3: u32,
+}
+
+/// ADC_SR, OVR (RM 13.13.1): a result came before the last one was fetched.
+pub const ADC_SR_OVR: u32 = 1 << 5;
+
+/// The words of a DMA stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stream {
+    /// DMA_SxCR without EN (RM 9.5.5).
+    pub control: u32,
+}
+
+/// DMA_SxCR, EN.
+pub const STREAM_EN: u32 = 1;
+/// DMA_SxCR, CT: which of the two slots is being filled.
+pub const STREAM_CT: u32 = 1 << 19;
+/// DMA_LISR (RM 9.5.1) for stream 0: transfer complete.
+pub const STREAM_0_COMPLETE: u32 = 1 << 5;
+/// Transfer error (3), direct-mode error (2). The FIFO's error (0) says nothing where the FIFO is not in use.
+pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
+/// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
+pub const STREAM_0_FLAGS: u32 = 0x3D;
+
+/// The completed blocks that the stream's flags show (see [`picket::acquire::frontend::Status::completed`]): none without
+/// transfer complete; one if the slot being filled has changed since the last time; else two.
+pub const fn completed(flags: u32, target_changed: bool) -> u32 {
+    match (flags & STREAM_0_COMPLETE != 0, target_changed) {
+        (false, _) => 0,
+        (true, true) => 1,
+        (true, false) => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nucleo_f446re::words::clock::{Source, Speed};
+
+    fn plan(speed: Speed, rate_hz: f64, iq: bool) -> Result<Sampling, RateError> {
+        Sampling::plan(&Tree::new(speed, Source::HsePll), rate_hz, iq)
+    }
+
+    #[test]
+    fn the_fastest_rates_are_exact_and_continuous() {
+        let fast = plan(Speed::Mhz144, 2.4e6, false).unwrap();
+        // 72 MHz / 30 = 2.4 MHz; 3 + 12 cycles of 36 MHz.
+        assert_eq!(fast.period, Period { prescaler: 0, reload: 29 });
+        assert_eq!((fast.rate_hz, fast.sampling_cycles, fast.continuous), (2.4e6, 3, true));
+        let fast = plan(Speed::Mhz180, 1.5e6, true).unwrap();
+        // 90 MHz / 60; 3 + 12 cycles of 22.5 MHz.
+        assert_eq!(fast.period, Period { prescaler: 0, reload: 59 });
+        assert_eq!((fast.rate_hz, fast.sampling_cycles, fast.continuous), (1.5e6, 3, true));
+        assert_eq!(plan(Speed::Mhz180, 1.6e6, false), Err(RateError::Fast));
+        assert_eq!(plan(Speed::Mhz144, 2.6e6, false), Err(RateError::Fast));
+        let internal = Tree::new(Speed::Mhz180, Source::Hsi);
+        assert_eq!(Sampling::plan(&internal, 1e6, false), Err(RateError::Fast));
+        assert_eq!(Sampling::plan(&internal, 500e3, false).unwrap().period.ticks(), 36);
+    }
+
+    #[test]
+    fn slower_rates_sample_longer() {
+        let slow = plan(Speed::Mhz180, 100e3, false).unwrap();
+        // 225 cycles of 22.5 MHz: 144 + 12 fit, 480 + 12 do not.
+        assert_eq!((slow.period.ticks(), slow.sampling_cycles, slow.continuous), (900, 144, false));
+        let slow = plan(Speed::Mhz180, 10.0, false).unwrap();
+        // 9,000,000 ticks: 138 x 65536 suffice, the next multiple of 4 is 140, and 64,286 times that is nearest.
+        assert_eq!(
+            (slow.period, slow.sampling_cycles),
+            (Period { prescaler: 139, reload: 64_285 }, 480)
+        );
+        assert_eq!(slow.rate_hz, 90e6 / 9_000_040.0);
+        for rate in [0.0, -5.0, f64::NAN, f64::INFINITY, 0.01] {
+            assert_eq!(plan(Speed::Mhz180, rate, false), Err(RateError::Slow), "{rate}");
+        }
+    }
+
+    #[test]
+    fn every_period_is_whole_cycles_and_leaves_time() {
+        for speed in [Speed::Mhz144, Speed::Mhz180] {
+            for source in [Source::HsePll, Source::Hsi] {
+                let tree = Tree::new(speed, source);
+                let ratio = tree.timer_hz / tree.adc_hz;
+                let mut rate = 1.0;
+                while let Ok(sampling) = Sampling::plan(&tree, rate, false) {
+                    let ticks = sampling.period.ticks();
+                    assert_eq!(ticks % ratio, 0, "{rate}");
+                    let cycles = ticks / ratio;
+                    let busy = sampling.sampling_cycles + CONVERSION;
+                    let slack = if sampling.continuous { 0 } else { SLACK };
+                    assert!(busy + slack <= cycles, "{rate}");
+                    // Within a cycle, but where the gap below the fastest rate is bridged.
+                    let exact = f64::from(tree.adc_hz) / rate;
+                    let bridge = if exact < 18.0 { 3.0 } else { 0.5 + exact / 65_000.0 };
+                    assert!(
+                        (f64::from(cycles) - exact).abs() <= bridge,
+                        "{rate}: {cycles} {exact}"
+                    );
+                    rate *= 1.037;
+                }
+                assert!(rate > 500e3, "{rate}");
+            }
+        }
+    }
+
+    // RM 13.13: bit by bit.
+    #[test]
+    fn the_converters_words() {
+        let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+        let real = Sampling::plan(&tree, 100e3, false).unwrap().converter(&tree);
+        // ADCPRE 17:16 = 1 a quarter, nothing shared.
+        assert_eq!(real.common, 0x0001_0000);
+        // EXTEN 28, EXTSEL 27, DDS 9, DMA 8, ADON 0.
+        assert_eq!((real.cr1, real.cr2), (0x0400_0000, 0x1800_0301));
+        // 144 cycles are number 6.
+        assert_eq!((real.smpr2, real.sqr3), (0o66, 0));
+        let iq = Sampling::plan(&tree, 1.5e6, true).unwrap().converter(&tree);
+        // ADCPRE 16, DMA 15, DDS 13, MULTI 6.
+        assert_eq!(iq.common, 0x0001_A006);
+        assert_eq!((iq.cr2, iq.second_cr2), (0x1800_0003, 0x0000_0003));
+        assert_eq!((iq.smpr2, iq.second_sqr3), (0, 1));
+    }
+
+    // RM 9.5.5.
+    #[test]
+    fn the_streams_words() {
+        let real = plan(Speed::Mhz180, 1e5, false).unwrap().stream();
+        assert_eq!(real.control, 0x0007_2D16);
+        let iq = plan(Speed::Mhz180, 1e5, true).unwrap().stream();
+        assert_eq!(iq.control, 0x0007_5516);
+    }
+
+    #[test]
+    fn what_the_streams_flags_mean() {
+        assert_eq!(completed(0, true), 0);
+        assert_eq!(completed(STREAM_0_ERRORS, false), 0);
+        assert_eq!(completed(STREAM_0_COMPLETE, true), 1);
+        assert_eq!(completed(STREAM_0_COMPLETE | 1 << 4, false), 2);
+        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS | 1, STREAM_0_FLAGS);
+    }
+}

@@ -1,0 +1,244 @@
+//! The chirp as the board's own DAC plays it, locked to the sampling.
+//!
+//! TIM4 counts TIM3's updates, that is samples, and steps the DAC once every `hold` of them; DMA1's stream 5 feeds it from a
+//! table of one whole chirp, round and round. A segment has a whole number of steps and both start with the same edge, so
+//! block and segment cannot drift apart, whatever the clock does.
+//!
+//! ```text
+//! DAC        /‾‾‾‾‾‾\            one table: up, flat, down
+//!           /        \
+//! samples  |gg.........|gg.........|gg.........|   g: guard, not kept: the echo's delay and the filters' settling
+//! ```
+
+use picket::solve::chirp::Shape;
+use picket_wire::settings_error::WaveformError;
+
+/// The DAC's fastest, updates a second (DS 6.3.26).
+pub const DAC_RATE_HZ: f64 = 1e6;
+/// The most steps of a chirp: the size of the table.
+pub const STEPS: usize = 1024;
+
+/// One chirp on the DAC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Waveform {
+    /// The ramps.
+    pub shape: Shape,
+    /// Samples that a step lasts: TIM4_ARR and 1.
+    pub hold: u16,
+    /// Steps of a segment.
+    pub steps: u16,
+    /// The DAC's code at the lowest frequency and at the highest.
+    pub codes: [u16; 2],
+}
+
+/// Segments in a chirp.
+pub const fn segments(shape: Shape) -> u16 {
+    match shape {
+        Shape::Sawtooth => 1,
+        Shape::Triangle => 2,
+        Shape::Trapezoid => 3,
+    }
+}
+
+impl Waveform {
+    /// The finest steps for segments of `length` samples at `rate_hz`.
+    pub fn plan(
+        shape: Shape,
+        length: u32,
+        rate_hz: f64,
+        codes: [u16; 2],
+    ) -> Result<Self, WaveformError> {
+        let [low, high] = codes;
+        if low >= high || high > 4095 {
+            return Err(WaveformError::Codes);
+        }
+        let follows = |hold: u32| rate_hz <= DAC_RATE_HZ * f64::from(hold);
+        let segments = segments(shape);
+        for hold in 1..=length.min(1 << 12) {
+            let steps = length.checked_div(hold).unwrap_or(0);
+            let whole = steps.checked_mul(hold) == Some(length);
+            if whole && follows(hold) && steps > 1 && steps * u32::from(segments) <= STEPS as u32 {
+                return Ok(Waveform { shape, hold: hold as u16, steps: steps as u16, codes });
+            }
+        }
+        Err(WaveformError::Steps)
+    }
+
+    /// Steps of the whole chirp.
+    pub const fn len(&self) -> usize {
+        self.steps as usize * segments(self.shape) as usize
+    }
+
+    /// A waveform has at least two steps; for clippy's sake.
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The DAC's code at a step of the chirp. The ramp's last step is one below its end, where the next segment begins: so every
+    /// step has the same height.
+    pub fn code(&self, step: usize) -> u16 {
+        let [low, high] = self.codes;
+        let steps = u32::from(self.steps).max(1);
+        let (segment, step) = ((step as u32 / steps), (step as u32 % steps));
+        // At most 4095 * 1024, and half of it never above the whole.
+        let rise = (u32::from(high.saturating_sub(low)) * step + steps / 2) / steps;
+        match (segment, self.shape) {
+            (0, _) => low.saturating_add(rise as u16),
+            (1, Shape::Trapezoid) => high,
+            _ => high.saturating_sub(rise as u16),
+        }
+    }
+
+    /// Fills the table; gives the part that the DMA plays. It begins with the second step: the first is in the DAC's register
+    /// already, which a trigger puts out before it asks for the next.
+    pub fn fill<'a>(&self, table: &'a mut [u16; STEPS]) -> &'a [u16] {
+        for (step, code) in table.iter_mut().enumerate() {
+            *code = self.code(if step + 1 < self.len() { step + 1 } else { 0 });
+        }
+        table.get(..self.len()).unwrap_or(&[])
+    }
+}
+
+/// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12, DMAUDRIE 13 stays off: an underrun shows in DAC_SR.
+pub const DAC_CR: u32 = 1 | 1 << 2 | 5 << 3 | 1 << 12;
+/// DAC_SR (RM 14.5.14): the table was not read in time.
+pub const DAC_SR_UNDERRUN: u32 = 1 << 13;
+/// DMA_SxCR for DMA1's stream 5, channel 7, DAC1 (RM 9.3.4, table 28): CHSEL 27:25 = 7, PL 17:16 = 2, half words, MINC 10, CIRC 8, DIR 7:6 = 1
+/// to the peripheral.
+pub const DAC_STREAM: u32 = 7 << 25 | 2 << 16 | 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 6;
+
+/// TIM2 as the source of a pulse on PB10 (Arduino D6), high during the first segment of each chirp: the words that are not 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SyncOutput {
+    /// TIM2_ARR: samples of a chirp, less 1.
+    pub reload: u32,
+    /// TIM2_CCR3: samples of a segment.
+    pub compare: u32,
+    /// TIM2_CCMR2 (RM 17.4.8): OC3M 6:4 = 6 PWM, OC3PE 3.
+    pub mode: u32,
+    /// TIM2_CCER (RM 17.4.9): CC3E 8.
+    pub enable: u32,
+}
+
+impl SyncOutput {
+    /// For chirps of `segments` segments of `length` samples.
+    pub const fn new(segments: u16, length: u32) -> Self {
+        let chirp = length.saturating_mul(segments as u32);
+        // A sawtooth has one segment: the pulse must end before the next.
+        let compare = if segments < 2 { length / 2 } else { length };
+        let reload = chirp.saturating_sub(1);
+        SyncOutput { reload, compare, mode: 6 << 4 | 1 << 3, enable: 1 << 8 }
+    }
+}
+
+/// TIM2 as the gate of TIM3: a rise on PB3 (Arduino D3) lets exactly the samples of a chirp through, so that each chirp of
+/// an external source is met anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SyncInput {
+    /// TIM2_ARR: ticks of a chirp; the gate is open from 1 to this.
+    pub reload: u32,
+    /// TIM2_CCR1.
+    pub compare: u32,
+    /// TIM2_CR1 (RM 17.4.1): OPM 3, one pulse.
+    pub control: u32,
+    /// TIM2_CR2: MMS 6:4 = 4, OC1REF is the trigger output.
+    pub control2: u32,
+    /// TIM2_SMCR (RM 17.4.3): TS 6:4 = 6 TI2FP2, SMS 2:0 = 6 its rise starts the counter.
+    pub slave: u32,
+    /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input.
+    pub mode: u32,
+    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101), SMS 2:0 = 5 counts while that is high.
+    pub gate: u32,
+}
+
+impl SyncInput {
+    /// For chirps of this many timer ticks; `None` for more than TIM2 counts.
+    pub const fn new(ticks: u64) -> Option<Self> {
+        if ticks == 0 || ticks > u32::MAX as u64 {
+            return None;
+        }
+        Some(SyncInput {
+            reload: ticks as u32,
+            compare: 1,
+            control: 1 << 3,
+            control2: 4 << 4,
+            slave: 6 << 4 | 6,
+            mode: 7 << 4 | 1 << 8,
+            gate: 1 << 4 | 5,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn a_trapezoid_rises_rests_and_falls_in_equal_steps() {
+        let wave = Waveform::plan(Shape::Trapezoid, 1088, 1.5e6, [100, 3500]).unwrap();
+        // 2 samples a step would be 544 steps a segment, too many for the table; 4 give 272.
+        assert_eq!((wave.hold, wave.steps, wave.len()), (4, 272, 816));
+        let mut table = [0; STEPS];
+        let mut codes: Vec<u16> = wave.fill(&mut table).to_vec();
+        codes.rotate_right(1);
+        assert_eq!(codes[0], wave.code(0));
+        assert_eq!(codes.len(), 816);
+        assert_eq!((codes[0], codes[272], codes[543], codes[544]), (100, 3500, 3500, 3500));
+        let back = codes.iter().cycle().skip(1);
+        for (index, (a, b)) in codes.iter().zip(back).enumerate() {
+            let step = i32::from(*b) - i32::from(*a);
+            match index / 272 {
+                // 3400 / 272 = 12.5, from the last step into the next segment too.
+                0 => assert!((12..=13).contains(&step), "{index}: {step}"),
+                1 => assert_eq!(step, 0),
+                _ => assert!((-13..=-12).contains(&step), "{index}: {step}"),
+            }
+        }
+    }
+
+    #[test]
+    fn steps_are_whole_and_the_dac_can_follow() {
+        for shape in [Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth] {
+            for length in [64, 128, 1024, 1056, 1088, 4096, 4160] {
+                for rate in [1e3, 5e5, 1.5e6, 2.4e6] {
+                    let wave = Waveform::plan(shape, length, rate, [0, 4095]).unwrap();
+                    assert_eq!(u32::from(wave.hold) * u32::from(wave.steps), length);
+                    assert!(rate / f64::from(wave.hold) <= DAC_RATE_HZ);
+                    assert!(wave.len() <= STEPS && !wave.is_empty());
+                    assert!((0..wave.len()).all(|step| wave.code(step) <= 4095));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_played() {
+        let plan = |length, codes| Waveform::plan(Shape::Trapezoid, length, 1.5e6, codes);
+        for codes in [[5, 5], [6, 5], [0, 4096]] {
+            assert_eq!(plan(1088, codes), Err(WaveformError::Codes));
+        }
+        // A prime number of samples.
+        assert_eq!(plan(1087, [0, 4095]), Err(WaveformError::Steps));
+        assert_eq!(plan(0, [0, 4095]), Err(WaveformError::Steps));
+    }
+
+    // RM 14.5.1, 9.5.5, 17.4.
+    #[test]
+    fn words() {
+        assert_eq!(DAC_CR, 0x0000_102D);
+        assert_eq!(DAC_STREAM, 0x0E02_2D40);
+        let output = SyncOutput::new(3, 1088);
+        assert_eq!((output.reload, output.compare), (3263, 1088));
+        assert_eq!((output.mode, output.enable), (0x68, 0x100));
+        assert_eq!(SyncOutput::new(1, 1088).compare, 544);
+        let input = SyncInput::new(3 * 1088 * 60).unwrap();
+        assert_eq!((input.reload, input.compare, input.control), (195_840, 1, 8));
+        assert_eq!(
+            (input.control2, input.slave, input.mode, input.gate),
+            (0x40, 0x66, 0x170, 0x15)
+        );
+        assert_eq!(SyncInput::new(0), None);
+        assert_eq!(SyncInput::new(1 << 32), None);
+    }
+}

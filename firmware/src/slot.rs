@@ -1,0 +1,57 @@
+//! A block's memory, which belongs to one owner at a time.
+
+use picket::acquire::sample::Record;
+use picket_wire::settings::GUARD;
+
+/// The right to a block's memory: `WORDS` words of 32 bits, a sample of a real record in half a word, of I/Q in a whole one.
+#[derive(Debug)]
+pub struct Slot<const WORDS: usize>(&'static mut [u32; WORDS]);
+
+impl<const WORDS: usize> Slot<WORDS> {
+    /// The right to this memory.
+    pub const fn new(memory: &'static mut [u32; WORDS]) -> Self {
+        Self(memory)
+    }
+
+    /// The block's samples behind `guard` of them: at most [`GUARD`], and 0 in a slot without room for a guard.
+    pub fn samples<R: Record, const N: usize>(&self, guard: u16) -> &[R::Sample; N] {
+        const {
+            assert!(size_of::<[R::Sample; N]>() <= size_of::<[u32; WORDS]>());
+            assert!(align_of::<R::Sample>() <= align_of::<u32>());
+        }
+        let spare = const { 4 * WORDS / size_of::<R::Sample>() - N };
+        let guard = usize::from(guard.min(GUARD)).min(spare);
+        // SAFETY: guard and block fit the memory, which is aligned, both checked above; a sample is one or two i16 (`Record`
+        // is sealed), of which every bit pattern is valid; the slot is borrowed as long as the samples.
+        unsafe { &*self.0.as_ptr().cast::<R::Sample>().add(guard).cast() }
+    }
+
+    /// The memory, to be filled.
+    pub fn memory(&mut self) -> &mut [u32; WORDS] {
+        self.0
+    }
+
+    /// Where a DMA controller finds the memory.
+    pub fn address(&self) -> u32 {
+        self.0.as_ptr().expose_provenance() as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use picket::acquire::sample::{Iq, Real};
+    use std::boxed::Box;
+
+    #[test]
+    fn samples_lie_behind_their_guard() {
+        let memory = Box::leak(Box::new([0; 8 + 2]));
+        let mut slot = Slot::new(memory);
+        slot.memory().iter_mut().zip(0..).for_each(|(word, n)| *word = n << 16 | (n + 100));
+        let pairs: &[[i16; 2]; 8] = slot.samples::<Iq, 8>(2);
+        assert_eq!((pairs[0], pairs[7]), ([102, 2], [109, 9]));
+        assert_eq!(slot.samples::<Real, 8>(3)[..2], [1, 102]);
+        // A guard that does not fit is cut.
+        assert_eq!(slot.samples::<Iq, 8>(9)[0], [102, 2]);
+    }
+}

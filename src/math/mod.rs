@@ -1,0 +1,5 @@
+//! Numbers: floats that give the same bits on every machine, and the few elementary functions that the fits take.
+
+pub mod products;
+pub mod scalar;
+pub mod series;

@@ -1,0 +1,169 @@
+//! A recording with all that is needed to measure it: what a user sets and the samples, in one
+//! file. An emulated board plays it as its converter.
+//!
+//! A header of [`Header::BYTES`] bytes, then the blocks without gaps, each sample an `i16` (I/Q: two), all
+//! little-endian.
+
+use crate::bytes::{Reader, Writer};
+use crate::config;
+pub use crate::config::EncodingError;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use picket::acquire::frontend::Timing;
+use picket::acquire::sample::Record;
+use picket::config::Config;
+
+/// What precedes the samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Header {
+    /// True for I/Q pairs.
+    pub iq: bool,
+    /// Samples in a block.
+    pub n: u32,
+    /// Blocks in the file.
+    pub blocks: u32,
+    /// Samples from the start of one block to the start of the next; more than `n` where a ramp is
+    /// longer than its record, less where blocks overlap.
+    pub stride: u32,
+    /// Microseconds between two blocks on an emulated board; 0 for so long that none is lost.
+    pub period_us: u32,
+    /// What the user sets.
+    pub config: Config,
+}
+
+const MAGIC: [u8; 4] = *b"PKCP";
+const VERSION: u8 = 3;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+impl Header {
+    /// The size of a header.
+    pub const BYTES: usize = 20 + config::BYTES + 4;
+
+    /// The header of records of kind `R` for this configuration: blocks of `n` samples that follow each
+    /// other closely.
+    pub const fn of<R: Record>(config: Config, n: u32, blocks: u32) -> Self {
+        Header { iq: R::IQ, n, blocks, stride: n, period_us: 0, config }
+    }
+
+    /// Bytes of one block.
+    pub const fn block_bytes(&self) -> usize {
+        self.n as usize * if self.iq { 4 } else { 2 }
+    }
+
+    /// How blocks follow each other.
+    pub const fn timing(&self) -> Timing {
+        Timing { period: self.stride, segments: self.config.scene.segments() }
+    }
+
+    /// As stored.
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        let mut writer = Writer::new(&mut bytes);
+        writer.put(MAGIC);
+        writer.put([VERSION, 0, 0, 0]);
+        for word in [self.blocks, self.stride, self.period_us] {
+            writer.u32(word);
+        }
+        config::put(&mut writer, self.iq, self.n, &self.config);
+        if let Some((body, last)) = bytes.split_last_chunk_mut() {
+            *last = CRC.checksum(body).to_le_bytes();
+        }
+        bytes
+    }
+
+    /// Reads a header. The configuration is not checked further: see [`Config::validate`].
+    ///
+    /// # Errors
+    /// The bytes do not begin as a capture does, are of another version, are damaged, or a field has no meaning.
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Result<Self, EncodingError> {
+        let mut reader = Reader(bytes);
+        if reader.take() != Some(MAGIC) {
+            return Err(EncodingError::Magic);
+        }
+        let [version, _, _, _] = reader.take().ok_or(EncodingError::Field)?;
+        if version != VERSION {
+            return Err(EncodingError::Version);
+        }
+        if let Some((body, &last)) = bytes.split_last_chunk()
+            && CRC.checksum(body) != u32::from_le_bytes(last)
+        {
+            return Err(EncodingError::Checksum);
+        }
+        let mut word = || reader.u32().ok_or(EncodingError::Field);
+        let (blocks, stride, period_us) = (word()?, word()?, word()?);
+        let (iq, n, config) = config::take(&mut reader)?;
+        Ok(Header { iq, n, blocks, stride, period_us, config })
+    }
+}
+
+/// Reads samples as a capture stores them, as many as both sides hold.
+pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
+    let words = bytes.as_chunks().0.iter().map(|&word| i16::from_le_bytes(word));
+    if R::IQ {
+        let pairs = bytes.as_chunks::<4>().0.iter();
+        for (sample, &[a, b, c, d]) in samples.iter_mut().zip(pairs) {
+            *sample = R::of_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])]);
+        }
+    } else {
+        for (sample, word) in samples.iter_mut().zip(words) {
+            *sample = R::of_parts([word, 0]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use picket::acquire::sample::{Codes, Iq, Real};
+    use picket::config::Scene;
+    use picket::solve::chirp::Shape;
+
+    fn headers() -> [Header; 3] {
+        let config = Config { rate_hz: 48e3, codes: Codes::Signed16, ..Config::default() };
+        let lidar = Scene::Chirp {
+            shape: Shape::Triangle,
+            wavelength_m: 1550e-9,
+            bandwidth_hz: 1e9,
+            duration_s: 1e-5,
+        };
+        let velocimeter = Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3 };
+        [
+            Header::of::<Real>(config, 64, 7),
+            Header {
+                stride: 2500,
+                period_us: 9,
+                ..Header::of::<Iq>(Config { scene: lidar, ..config }, 4096, u32::MAX)
+            },
+            Header::of::<Real>(
+                Config { scene: velocimeter, band_hz: Some((-1.5, 2e3)), ..config },
+                1024,
+                0,
+            ),
+        ]
+    }
+
+    #[test]
+    fn a_header_comes_back_as_it_was() {
+        for header in headers() {
+            assert_eq!(Header::from_bytes(&header.to_bytes()), Ok(header));
+        }
+    }
+
+    #[test]
+    fn any_changed_bit_is_seen() {
+        for header in headers() {
+            for bit in 0..Header::BYTES * 8 {
+                let mut bytes = header.to_bytes();
+                bytes[bit / 8] ^= 1 << (bit % 8);
+                assert!(Header::from_bytes(&bytes).is_err(), "bit {bit}");
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_that_the_transform_does_not_support_are_refused() {
+        for n in [0, 1, 32, 63, 100, 8192, u32::MAX] {
+            let header = Header { n, ..headers()[0] };
+            assert_eq!(Header::from_bytes(&header.to_bytes()), Err(EncodingError::Length), "{n}");
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! What a host may ask of an instrument, and the answers.
+//!
+//! ```text
+//! host -> board  Kind::Command  tag: u8 | command: u8 | body
+//! board -> host  Kind::Reply    tag: u8 | command: u8 | body
+//!                Kind::Refusal  tag: u8 | command: u8 | reason: u8 | detail: [u8; 2]
+//! ```
+//!
+//! The tag is the host's and comes back, so that an answer belongs to one question. A damaged frame is answered by a refusal with
+//! tag and command 0.
+
+use super::frame::{self, Frame, Kind, WIRE};
+use crate::settings::Settings;
+use crate::settings_error::SettingsError;
+use heapless::Vec;
+
+/// A question or an order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Who are you? Answered by a [`super::boot::Boot`].
+    Identify,
+    /// Measure.
+    Start,
+    /// Stop measuring.
+    Stop,
+    /// Which settings are in use? Answered by them, with what was rounded.
+    GetSettings,
+    /// Use these settings from now on; answered by them as they are used. Nothing changes if they cannot work.
+    SetSettings(Settings, usize),
+    /// Keep the settings in use over a reset.
+    Save,
+    /// Send so many blocks as they are, each after its record. Blocks that pass while one is sent are lost and counted.
+    Capture(u16),
+    /// Counters to 0.
+    Reset,
+    /// Start anew, as from power-on.
+    Reboot,
+    /// How are you? Answered, and a [`super::status::Status`] follows.
+    Status,
+}
+
+/// Why a command was not followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The frame was damaged.
+    Damaged,
+    /// The command is unknown, or its body has the wrong length.
+    Unknown,
+    /// The settings cannot work.
+    Settings([u8; 2]),
+    /// The flash did not take the settings.
+    Flash,
+    /// There is nothing to capture: the instrument is stopped.
+    Stopped,
+}
+
+impl Refusal {
+    const fn code(self) -> [u8; 3] {
+        match self {
+            Refusal::Damaged => [1, 0, 0],
+            Refusal::Unknown => [2, 0, 0],
+            Refusal::Settings([what, how]) => [3, what, how],
+            Refusal::Flash => [4, 0, 0],
+            Refusal::Stopped => [5, 0, 0],
+        }
+    }
+
+    const fn of_code([reason, what, how]: [u8; 3]) -> Option<Self> {
+        match reason {
+            1 => Some(Refusal::Damaged),
+            2 => Some(Refusal::Unknown),
+            3 => Some(Refusal::Settings([what, how])),
+            4 => Some(Refusal::Flash),
+            5 => Some(Refusal::Stopped),
+            _ => None,
+        }
+    }
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Refusal::Damaged => "the command arrived damaged: send it again",
+            Refusal::Unknown => "the board does not know the command: flash the same version",
+            Refusal::Settings(code) => SettingsError::message_of(*code),
+            Refusal::Flash => "the board's flash did not take the settings",
+            Refusal::Stopped => "the board is not measuring: start it first",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// A command with the tag that its answer will carry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// The host's.
+    pub tag: u8,
+    /// What is asked.
+    pub command: Command,
+}
+
+/// The head of an answer: the request's tag and the number of its command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Answer {
+    /// The host's.
+    pub tag: u8,
+    /// [`Command::number`].
+    pub command: u8,
+}
+
+impl Command {
+    /// The number on the wire.
+    pub const fn number(&self) -> u8 {
+        match self {
+            Command::Identify => 1,
+            Command::Start => 2,
+            Command::Stop => 3,
+            Command::GetSettings => 4,
+            Command::SetSettings(..) => 5,
+            Command::Save => 6,
+            Command::Capture(_) => 7,
+            Command::Reset => 8,
+            Command::Reboot => 9,
+            Command::Status => 10,
+        }
+    }
+}
+
+impl Request {
+    /// The request as a frame.
+    pub fn to_frame(&self) -> Vec<u8, WIRE> {
+        let head = [self.tag, self.command.number()];
+        match self.command {
+            Command::SetSettings(settings, n) => {
+                of_parts(Kind::Command, &head, &settings.to_bytes(n))
+            }
+            Command::Capture(blocks) => of_parts(Kind::Command, &head, &blocks.to_le_bytes()),
+            _ => of_parts(Kind::Command, &head, &[]),
+        }
+    }
+
+    /// The request that a frame of [`Kind::Command`] carries, or whom to tell what is wrong with it.
+    pub fn of_frame(frame: &Frame) -> Result<Self, (Answer, Refusal)> {
+        let Some((&[tag, command], body)) = frame.payload.split_first_chunk() else {
+            return Err((Answer::default(), Refusal::Unknown));
+        };
+        let answer = Answer { tag, command };
+        let unknown = Err((answer, Refusal::Unknown));
+        if frame.kind != Kind::Command {
+            return unknown;
+        }
+        let command = match (command, body) {
+            (1, []) => Command::Identify,
+            (2, []) => Command::Start,
+            (3, []) => Command::Stop,
+            (4, []) => Command::GetSettings,
+            (5, body) => {
+                let Ok(bytes) = body.try_into() else { return unknown };
+                let (settings, n) = Settings::of_bytes(bytes)
+                    .map_err(|error| (answer, Refusal::Settings(error.code())))?;
+                Command::SetSettings(settings, n)
+            }
+            (6, []) => Command::Save,
+            (7, &[low, high]) => Command::Capture(u16::from_le_bytes([low, high])),
+            (8, []) => Command::Reset,
+            (9, []) => Command::Reboot,
+            (10, []) => Command::Status,
+            _ => return unknown,
+        };
+        Ok(Request { tag, command })
+    }
+
+    /// The head of its answer.
+    pub const fn answer(&self) -> Answer {
+        Answer { tag: self.tag, command: self.command.number() }
+    }
+}
+
+impl Answer {
+    /// A reply with this body.
+    pub fn reply(self, body: &[u8]) -> Vec<u8, WIRE> {
+        of_parts(Kind::Reply, &[self.tag, self.command], body)
+    }
+
+    /// A refusal.
+    pub fn refusal(self, refusal: Refusal) -> Vec<u8, WIRE> {
+        of_parts(Kind::Refusal, &[self.tag, self.command], &refusal.code())
+    }
+
+    /// What an answer's frame says: its head, and the body or the refusal. `None` for a frame of another kind or form.
+    pub fn of_frame(frame: &Frame) -> Option<(Self, Result<&[u8], Refusal>)> {
+        let (&[tag, command], body) = frame.payload.split_first_chunk()?;
+        let said = match frame.kind {
+            Kind::Reply => Ok(body),
+            Kind::Refusal => Err(Refusal::of_code(*body.first_chunk()?)?),
+            _ => return None,
+        };
+        Some((Self { tag, command }, said))
+    }
+}
+
+fn of_parts(kind: Kind, head: &[u8], body: &[u8]) -> Vec<u8, WIRE> {
+    let mut payload = Vec::<u8, { frame::PAYLOAD }>::new();
+    let fits = payload.extend_from_slice(head).is_ok() && payload.extend_from_slice(body).is_ok();
+    // Every body is shorter than a payload, which tests show.
+    if fits { frame::encode(kind, &payload).unwrap_or_default() } else { Vec::new() }
+}

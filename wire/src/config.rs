@@ -1,0 +1,157 @@
+//! A measurement's configuration as bytes: the part that captures and settings have in common.
+//!
+//! | offset | field |
+//! |---|---|
+//! | 0 | flags: u8, bit 0 I/Q records, bit 1 a band |
+//! | 1 | codes: u8, 0 signed 12 bits, 1 unsigned 12 bits, 2 signed 16 bits |
+//! | 2 | method: u8 |
+//! | 3 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
+//! | 4 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
+//! | 5 | bins on each side that least squares reads: u8 |
+//! | 6 | arithmetic: u8, 0 float, 1 fixed |
+//! | 7 | tones followed: u8 |
+//! | 8 | blocks from search to search: u8, and three zeros |
+//! | 12 | samples in a block: u32 |
+//! | 16 | rate, band's ends: 3 f64, Hz |
+//! | 40 | wavelength, angle or bandwidth, duration: 3 f64 |
+//! | 64 | probability of a false alarm: f64 |
+//! | 72 | agility, acceleration, rate of following: 3 f32 |
+
+use crate::bytes::{Reader, Writer};
+use picket::acquire::sample::Codes;
+use picket::config::{Config, Following, Scene};
+use picket::estimate::least_squares::Reach;
+use picket::estimate::measure::Arithmetic;
+use picket::estimate::method::Method;
+use picket::solve::chirp::Shape;
+use picket::spectrum::fft::twiddle::supported;
+
+/// Why bytes are no capture, or no settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum EncodingError {
+    /// They do not begin as they should.
+    Magic,
+    /// They are of another version.
+    Version,
+    /// Their checksum is wrong.
+    Checksum,
+    /// A field has a value without a meaning.
+    Field,
+    /// The number of samples in a block is not 64, 128, ... 4096.
+    Length,
+}
+
+impl core::fmt::Display for EncodingError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.message())
+    }
+}
+
+impl EncodingError {
+    /// One line.
+    pub const fn message(self) -> &'static str {
+        match self {
+            EncodingError::Magic => "this is not a capture",
+            EncodingError::Version => "the capture is of another version",
+            EncodingError::Checksum => "the capture's header is damaged",
+            EncodingError::Field => "the capture's header has a value without a meaning",
+            EncodingError::Length => "a block must have 64, 128, ... 4096 samples",
+        }
+    }
+}
+
+impl core::error::Error for EncodingError {}
+
+/// Bytes of a configuration.
+pub(crate) const BYTES: usize = 84;
+
+/// Writes a configuration of records of this kind and length.
+pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
+    let (band, ends) = match config.band_hz {
+        Some((low, high)) => (true, [low, high]),
+        None => (false, [0.0; 2]),
+    };
+    let (scene, shape, scales) = match config.scene {
+        Scene::Tone => (0, 0, [0.0; 3]),
+        Scene::Doppler { wavelength_m, angle_rad } => (1, 0, [wavelength_m, angle_rad, 0.0]),
+        Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
+            (2, shape as u8, [wavelength_m, bandwidth_hz, duration_s])
+        }
+    };
+    let codes = match config.codes {
+        Codes::Signed12 => 0,
+        Codes::Unsigned12 => 1,
+        Codes::Signed16 => 2,
+    };
+    let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
+    let flags = u8::from(iq) | u8::from(band) << 1;
+    writer.put([flags, codes, config.method.id(), scene]);
+    writer.put([shape, config.reach.bins() as u8, config.arithmetic as u8, most]);
+    writer.put([refresh, 0, 0, 0]);
+    writer.u32(n);
+    writer.f64(config.rate_hz);
+    for number in ends.into_iter().chain(scales) {
+        writer.f64(number);
+    }
+    writer.f64(config.false_alarm);
+    for number in [agility, acceleration_bins, rate_bins] {
+        writer.f32(number);
+    }
+}
+
+/// Reads a configuration: whether the records are I/Q, their length and what is set. It is not checked further.
+pub(crate) fn take(reader: &mut Reader<'_>) -> Result<(bool, u32, Config), EncodingError> {
+    let (iq, n, config) = fields(reader).ok_or(EncodingError::Field)?;
+    if supported(n as usize) { Ok((iq, n, config)) } else { Err(EncodingError::Length) }
+}
+
+fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
+    let [flags, codes, method, scene] = reader.take()?;
+    let [shape, reach, arithmetic, most] = reader.take()?;
+    let [refresh, _, _, _] = reader.take()?;
+    let n = reader.u32()?;
+    let rate_hz = reader.f64()?;
+    let (low, high) = (reader.f64()?, reader.f64()?);
+    let (wavelength_m, second, third) = (reader.f64()?, reader.f64()?, reader.f64()?);
+    let false_alarm = reader.f64()?;
+    let (agility, acceleration_bins, rate_bins) = (reader.f32()?, reader.f32()?, reader.f32()?);
+    let shape = match shape {
+        0 => Shape::Trapezoid,
+        1 => Shape::Triangle,
+        2 => Shape::Sawtooth,
+        _ => return None,
+    };
+    let config = Config {
+        rate_hz,
+        codes: match codes {
+            0 => Codes::Signed12,
+            1 => Codes::Unsigned12,
+            2 => Codes::Signed16,
+            _ => return None,
+        },
+        band_hz: (flags & 2 != 0).then_some((low, high)),
+        method: Method::from_u8(method)?,
+        reach: match reach {
+            4 => Reach::Four,
+            8 => Reach::Eight,
+            16 => Reach::Sixteen,
+            _ => return None,
+        },
+        arithmetic: match arithmetic {
+            0 => Arithmetic::Float,
+            1 => Arithmetic::Fixed,
+            _ => return None,
+        },
+        false_alarm,
+        scene: match scene {
+            0 => Scene::Tone,
+            1 => Scene::Doppler { wavelength_m, angle_rad: second },
+            2 => Scene::Chirp { shape, wavelength_m, bandwidth_hz: second, duration_s: third },
+            _ => return None,
+        },
+        following: Following { agility, acceleration_bins, rate_bins, most, refresh },
+    };
+    Some((flags & 1 != 0, n, config))
+}

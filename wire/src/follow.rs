@@ -1,0 +1,230 @@
+//! Tracks and targets as bytes: little-endian, versioned, the same on every machine.
+//!
+//! | offset | field |
+//! |---|---|
+//! | 0 | version: u8 |
+//! | 1 | segment: u8 |
+//! | 2 | flags: u8, bit 0: measured where the tone was expected, without a search |
+//! | 3 | number of tracks: u8, at most 4 |
+//! | 4 | sequence: u32 |
+//! | 8 | number of targets: u8, at most 4 |
+//! | 9 | zero: 3 bytes |
+//! | 12 | the tracks, 18 bytes each |
+//! | then | the targets, 28 bytes each |
+//!
+//! A track: number u16 (its low bits), state u8, verdict u8, misses u8, zero u8, frequency i32 in 2^-32 cycles per sample,
+//! sigma f32 and rate f32 in cycles per sample (and block). A target: range i64 in 2^-32 m, velocity i64 in 2^-32 m/s,
+//! their sigmas f32, verdict u8, zero u8, number of the rising beat's track u16.
+
+use super::frame::{self, Frame, Kind};
+use crate::bytes::{Reader, Writer};
+use fixed::types::{I0F32, I32F32};
+use heapless::Vec;
+use picket::acquire::sample::{Record, Segment, Stamp};
+use picket::estimate::frequency::Frequency;
+use picket::estimate::several::MOST;
+use picket::estimate::tone::Verdict;
+use picket::solve::chirp::Target;
+use picket::solve::track::{State, Track};
+use picket::tracker::Tracker;
+
+/// The layout's version.
+pub const VERSION: u8 = 1;
+
+/// A track in a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sighting {
+    /// The low bits of its number.
+    pub number: u16,
+    /// How it stands.
+    pub state: State,
+    /// Whether this block's frequency may be used.
+    pub verdict: Verdict,
+    /// Blocks since its last measurement.
+    pub misses: u8,
+    /// Where it is.
+    pub frequency: Frequency,
+    /// One standard deviation of that, cycles per sample.
+    pub sigma: f32,
+    /// Cycles per sample and block.
+    pub rate: f32,
+}
+
+impl From<&Track> for Sighting {
+    fn from(track: &Track) -> Self {
+        Self {
+            number: track.number as u16,
+            state: track.state,
+            verdict: track.tone.verdict,
+            misses: track.misses,
+            frequency: track.tone.frequency,
+            sigma: track.tone.sigma,
+            rate: track.rate(),
+        }
+    }
+}
+
+/// What is followed, after a block.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Follow {
+    /// The block.
+    pub sequence: u32,
+    /// Its segment: the tracks are this segment's.
+    pub segment: Segment,
+    /// Whether it was measured without a search.
+    pub locked: bool,
+    /// The tracks, oldest first.
+    pub tracks: Vec<Sighting, MOST>,
+    /// The targets that the tracks of all segments amount to; of a chirp's last block alone. Each with the number of its rising
+    /// beat's track.
+    pub targets: Vec<(u16, Target), MOST>,
+}
+
+/// The frame is no such report, or of another version, or a field has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoFollow;
+
+impl core::fmt::Display for NoFollow {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the frame carries no tracks that this reader knows")
+    }
+}
+
+impl core::error::Error for NoFollow {}
+
+impl Follow {
+    /// What a tracker follows after a block of this stamp: the tracks that are held, and with a chirp's last block the targets.
+    pub fn of<R: Record, const N: usize>(tracker: &Tracker<R, N>, stamp: &Stamp) -> Self {
+        let mut tracks = Vec::new();
+        let all = tracker.tracks(stamp.segment).iter();
+        for track in all.filter(|track| track.state != State::Tentative) {
+            // There is room: a tracker follows at most as many.
+            let _ = tracks.push(Sighting::from(track));
+        }
+        Follow {
+            sequence: stamp.sequence,
+            segment: stamp.segment,
+            locked: tracker.is_locked(stamp.segment),
+            tracks,
+            targets: if tracker.completes(stamp) { tracker.targets() } else { Vec::new() },
+        }
+    }
+
+    /// Bytes of a full report.
+    const MOST: usize = 12 + MOST * (18 + 28);
+
+    /// The frame's bytes. Four tracks and four targets fit.
+    pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
+        let mut payload = [0; Self::MOST];
+        let mut writer = Writer::new(&mut payload);
+        let (tracks, targets) = (self.tracks.len() as u8, self.targets.len() as u8);
+        writer.put([VERSION, self.segment as u8, self.locked.into(), tracks]);
+        writer.u32(self.sequence);
+        writer.put([targets, 0, 0, 0]);
+        for track in &self.tracks {
+            writer.u16(track.number);
+            writer.put([track.state as u8, track.verdict as u8, track.misses, 0]);
+            writer.i32(track.frequency.0.to_bits());
+            writer.f32(track.sigma);
+            writer.f32(track.rate);
+        }
+        for (number, target) in &self.targets {
+            writer.i64(target.range.to_bits());
+            writer.i64(target.velocity.to_bits());
+            writer.f32(target.sigma_range);
+            writer.f32(target.sigma_velocity);
+            writer.put([target.verdict as u8, 0]);
+            writer.u16(*number);
+        }
+        frame::encode(Kind::Follow, writer.written()).unwrap_or_default()
+    }
+
+    /// Reads a frame.
+    pub fn of_frame(frame: &Frame) -> Result<Self, NoFollow> {
+        if frame.kind != Kind::Follow {
+            return Err(NoFollow);
+        }
+        Self::read(&mut Reader(&frame.payload)).ok_or(NoFollow)
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Option<Self> {
+        let [version, segment, flags, tracks] = reader.take()?;
+        if version != VERSION {
+            return None;
+        }
+        let sequence = reader.u32()?;
+        let [targets, _, _, _] = reader.take()?;
+        let mut follow = Follow {
+            sequence,
+            segment: Segment::from_u8(segment)?,
+            locked: flags & 1 != 0,
+            ..Follow::default()
+        };
+        for _ in 0..tracks {
+            let number = reader.u16()?;
+            let [state, verdict, misses, _] = reader.take()?;
+            let sighting = Sighting {
+                number,
+                state: State::from_u8(state)?,
+                verdict: Verdict::from_u8(verdict)?,
+                misses,
+                frequency: Frequency(I0F32::from_bits(reader.i32()?)),
+                sigma: reader.f32()?,
+                rate: reader.f32()?,
+            };
+            follow.tracks.push(sighting).ok()?;
+        }
+        for _ in 0..targets {
+            let target = Target {
+                range: I32F32::from_bits(reader.i64()?),
+                velocity: I32F32::from_bits(reader.i64()?),
+                sigma_range: reader.f32()?,
+                sigma_velocity: reader.f32()?,
+                verdict: Verdict::from_u8(reader.take::<2>()?[0])?,
+                ..Target::default()
+            };
+            let number = reader.u16()?;
+            follow.targets.push((number, target)).ok()?;
+        }
+        Some(follow)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_report_comes_back_as_it_was() {
+        let mut follow =
+            Follow { sequence: 77, segment: Segment::Down, locked: true, ..Follow::default() };
+        for number in 0..4 {
+            let sighting = Sighting {
+                number,
+                state: State::Held,
+                verdict: Verdict::Weak,
+                misses: 3,
+                frequency: Frequency(I0F32::from_bits(-123_456 * i32::from(number))),
+                sigma: 1e-5,
+                rate: -2e-4,
+            };
+            follow.tracks.push(sighting).unwrap();
+            let target = Target {
+                range: I32F32::from_num(12.5),
+                velocity: I32F32::from_num(-3.25),
+                sigma_range: 0.01,
+                sigma_velocity: 0.002,
+                verdict: Verdict::Clipped,
+                ..Target::default()
+            };
+            follow.targets.push((number, target)).unwrap();
+        }
+        let wire = follow.to_frame();
+        let mut reader = frame::Reader::default();
+        let frame = wire.iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
+        assert_eq!(Follow::of_frame(&frame), Ok(follow));
+        let short =
+            Frame { kind: Kind::Follow, payload: Vec::from_slice(&frame.payload[..60]).unwrap() };
+        assert_eq!(Follow::of_frame(&short), Err(NoFollow));
+    }
+}

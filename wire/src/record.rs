@@ -1,0 +1,282 @@
+//! A measurement as bytes: little-endian, versioned, the same on every machine.
+//!
+//! | offset | field |
+//! |---|---|
+//! | 0 | version: u8 |
+//! | 1 | segment: u8 |
+//! | 2 | flags: u8, bit 0 a gap before this block |
+//! | 3 | verdict of the tone: u8 |
+//! | 4 | sequence: u32 |
+//! | 8 | sample clock: u64 |
+//! | 16 | clipped samples: u32 |
+//! | 20 | frequency: i32, 2^-32 cycles per sample |
+//! | 24 | sigma of the frequency: f32, cycles per sample |
+//! | 28 | signal-to-noise ratio: f32, a power ratio |
+//! | 32 | amplitude: f32, codes |
+//! | 36 | blocks lost since the start: u32 |
+//! | 40 | faults of the converter's chain since the start: u32 |
+//! | 44 | outcome: u8, 0 none, 1 velocity, 2 target |
+//! | 45 | verdict of the outcome: u8 |
+//! | 46 | ambiguity: u8, 0 none, 1 exchange, 2 coupled |
+//! | 47 | method: u8 |
+//! | 48 | range: i64, 2^-32 m |
+//! | 56 | velocity: i64, 2^-32 m/s |
+//! | 64 | sigma of the range: f32, m |
+//! | 68 | sigma of the velocity: f32, m/s |
+//! | 72 | the other range of an exchange: i64 |
+//! | 80 | the other velocity of an exchange: i64 |
+//!
+//! A later version of the same number may append fields: readers ignore what follows byte 88.
+
+use super::frame::{self, Frame, Kind};
+use crate::bytes::{Reader, Writer};
+use fixed::types::{I0F32, I32F32};
+use heapless::Vec;
+use picket::acquire::sample::{Segment, Stamp};
+use picket::estimate::frequency::Frequency;
+use picket::estimate::method::Method;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::{Measurement, Outcome};
+use picket::solve::chirp::{Ambiguity, Target};
+use picket::solve::doppler::Velocity;
+
+/// The layout's version.
+pub const VERSION: u8 = 1;
+
+/// Bytes of a record.
+pub const LENGTH: usize = 88;
+
+/// What the front end lost until a record was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Health {
+    /// Blocks that were filled but not delivered.
+    pub lost: u32,
+    /// Interrupts and transfers that were not as they should be.
+    pub faults: u32,
+}
+
+/// A measurement and the state of the device that made it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Record {
+    /// What was measured.
+    pub measurement: Measurement,
+    /// By which method.
+    pub method: Method,
+    /// What was lost.
+    pub health: Health,
+}
+
+/// Why a frame is no record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RecordError {
+    /// It is of another kind.
+    Kind(Kind),
+    /// It is of another version.
+    Version(u8),
+    /// It is shorter than [`LENGTH`].
+    Short,
+    /// A field holds a number without a meaning.
+    Field,
+}
+
+impl core::fmt::Display for RecordError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            RecordError::Kind(_) => f.write_str("the frame carries no record"),
+            RecordError::Version(version) => {
+                write!(f, "the record is of version {version}, this reader knows {VERSION}")
+            }
+            RecordError::Short => f.write_str("the record is too short"),
+            RecordError::Field => f.write_str("a field of the record has no meaning"),
+        }
+    }
+}
+
+impl core::error::Error for RecordError {}
+
+/// The outcome in the record's own fields.
+#[derive(Default)]
+struct Flat {
+    outcome: u8,
+    verdict: u8,
+    ambiguity: u8,
+    range: i64,
+    velocity: i64,
+    sigma_range: f32,
+    sigma_velocity: f32,
+    other_range: i64,
+    other_velocity: i64,
+}
+
+impl Flat {
+    fn of(outcome: &Outcome) -> Self {
+        match outcome {
+            Outcome::None => Self::default(),
+            Outcome::Velocity(v) => Self {
+                outcome: 1,
+                verdict: v.verdict as u8,
+                velocity: v.velocity.to_bits(),
+                sigma_velocity: v.sigma,
+                ..Self::default()
+            },
+            Outcome::Target(t) => {
+                let (ambiguity, other_range, other_velocity) = match t.ambiguity {
+                    Ambiguity::None => (0, 0, 0),
+                    Ambiguity::Exchange { range, velocity } => {
+                        (1, range.to_bits(), velocity.to_bits())
+                    }
+                    Ambiguity::Coupled => (2, 0, 0),
+                };
+                Self {
+                    outcome: 2,
+                    verdict: t.verdict as u8,
+                    ambiguity,
+                    range: t.range.to_bits(),
+                    velocity: t.velocity.to_bits(),
+                    sigma_range: t.sigma_range,
+                    sigma_velocity: t.sigma_velocity,
+                    other_range,
+                    other_velocity,
+                }
+            }
+        }
+    }
+
+    fn outcome(self) -> Option<Outcome> {
+        let velocity = I32F32::from_bits(self.velocity);
+        let verdict = Verdict::from_u8(self.verdict)?;
+        Some(match self.outcome {
+            0 => Outcome::None,
+            1 => Outcome::Velocity(Velocity { velocity, sigma: self.sigma_velocity, verdict }),
+            2 => Outcome::Target(Target {
+                range: I32F32::from_bits(self.range),
+                velocity,
+                sigma_range: self.sigma_range,
+                sigma_velocity: self.sigma_velocity,
+                ambiguity: match self.ambiguity {
+                    0 => Ambiguity::None,
+                    1 => Ambiguity::Exchange {
+                        range: I32F32::from_bits(self.other_range),
+                        velocity: I32F32::from_bits(self.other_velocity),
+                    },
+                    2 => Ambiguity::Coupled,
+                    _ => return None,
+                },
+                verdict,
+            }),
+            _ => return None,
+        })
+    }
+}
+
+impl Record {
+    /// The record's bytes.
+    pub fn to_bytes(&self) -> [u8; LENGTH] {
+        let Measurement { stamp, clipped, tone, result } = &self.measurement;
+        let flat = Flat::of(result);
+        let mut bytes = [0; LENGTH];
+        let mut writer = Writer::new(&mut bytes);
+        writer.put([VERSION, stamp.segment as u8, u8::from(stamp.gap), tone.verdict as u8]);
+        writer.u32(stamp.sequence);
+        writer.u64(stamp.clock);
+        writer.u32(*clipped);
+        writer.i32(tone.frequency.0.to_bits());
+        writer.f32(tone.sigma);
+        writer.f32(tone.snr);
+        writer.f32(tone.amplitude);
+        writer.u32(self.health.lost);
+        writer.u32(self.health.faults);
+        writer.put([flat.outcome, flat.verdict, flat.ambiguity, self.method.id()]);
+        writer.i64(flat.range);
+        writer.i64(flat.velocity);
+        writer.f32(flat.sigma_range);
+        writer.f32(flat.sigma_velocity);
+        writer.i64(flat.other_range);
+        writer.i64(flat.other_velocity);
+        bytes
+    }
+
+    /// The record as a frame, ready to send.
+    pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
+        // A record is shorter than the largest payload.
+        frame::encode(Kind::Record, &self.to_bytes()).unwrap_or_default()
+    }
+
+    /// The record a frame carries.
+    pub fn of_frame(frame: &Frame) -> Result<Self, RecordError> {
+        match frame.kind {
+            Kind::Record => Self::of_bytes(&frame.payload),
+            kind => Err(RecordError::Kind(kind)),
+        }
+    }
+
+    /// The record that `bytes` hold.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, RecordError> {
+        match bytes.first() {
+            None => return Err(RecordError::Short),
+            Some(&VERSION) => {}
+            Some(&version) => return Err(RecordError::Version(version)),
+        }
+        let Some((body, _)) = bytes.split_first_chunk::<LENGTH>() else {
+            return Err(RecordError::Short);
+        };
+        Self::read(&mut Reader(body)).ok_or(RecordError::Field)
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Option<Self> {
+        let [_, segment, flags, verdict] = reader.take()?;
+        let stamp = Stamp {
+            segment: Segment::from_u8(segment)?,
+            gap: flags & 1 != 0,
+            sequence: reader.u32()?,
+            clock: reader.u64()?,
+        };
+        let clipped = reader.u32()?;
+        let tone = Tone {
+            verdict: Verdict::from_u8(verdict)?,
+            frequency: Frequency(I0F32::from_bits(reader.i32()?)),
+            sigma: reader.f32()?,
+            snr: reader.f32()?,
+            amplitude: reader.f32()?,
+        };
+        let health = Health { lost: reader.u32()?, faults: reader.u32()? };
+        let [outcome, outcome_verdict, ambiguity, method] = reader.take()?;
+        let flat = Flat {
+            outcome,
+            verdict: outcome_verdict,
+            ambiguity,
+            range: reader.i64()?,
+            velocity: reader.i64()?,
+            sigma_range: reader.f32()?,
+            sigma_velocity: reader.f32()?,
+            other_range: reader.i64()?,
+            other_velocity: reader.i64()?,
+        };
+        let result = flat.outcome()?;
+        let method = Method::from_u8(method)?;
+        Some(Self { measurement: Measurement { stamp, clipped, tone, result }, method, health })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_fills_its_length_and_fits_a_frame() {
+        let target = Target {
+            ambiguity: Ambiguity::Exchange { range: I32F32::MAX, velocity: I32F32::MIN },
+            ..Target::default()
+        };
+        let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
+        let record = Record { measurement, method: Method::ZRife, health: Health::default() };
+        // The last field is the last of the layout.
+        assert_eq!(Record::of_bytes(&record.to_bytes()), Ok(record));
+        const { assert!(LENGTH <= frame::PAYLOAD) };
+        assert!(!record.to_frame().is_empty());
+    }
+}

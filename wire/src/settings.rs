@@ -1,0 +1,257 @@
+//! All that a user sets on an instrument, as plain values that every board reads. A board turns them into its own words, checks
+//! them as a whole, and changes nothing before everything fits.
+//!
+//! | offset | field |
+//! |---|---|
+//! | 0 | version of this layout: u8 |
+//! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
+//! | 2 | divider before the synthesiser: u8 |
+//! | 3 | flags: u8, bit 0 measures from power-on |
+//! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; zero: 6 u16 |
+//! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
+//! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
+//! | 44 | the measurement's configuration: as in a capture's header |
+//!
+//! The layout has no checksum of its own: the frame that carries it and the slot that keeps it have one.
+
+use crate::bytes::{Reader, Writer};
+use crate::config;
+use crate::config::EncodingError;
+use crate::settings_error::SettingsError;
+use fixed::types::I32F32;
+use picket::acquire::sample::Codes;
+use picket::config::Config;
+use picket::pipeline::{Measurement, Outcome};
+
+/// The most guard samples before a block.
+pub const GUARD: u16 = 64;
+
+/// What makes the chirp.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Drive {
+    /// Nothing: a continuous wave.
+    #[default]
+    Off,
+    /// The board's DAC, between two codes.
+    Dac {
+        /// The code at the lowest frequency.
+        low: u16,
+        /// The code at the highest.
+        high: u16,
+    },
+    /// A ramp synthesiser on SPI1.
+    Adf4159 {
+        /// Its crystal, Hz.
+        reference_hz: f64,
+        /// The carrier at the bottom of a ramp, Hz.
+        start_hz: f64,
+        /// What the head divides the carrier by before the synthesiser sees it.
+        divider: u8,
+    },
+    /// A source of its own, which tells the start of each chirp by a rise at the sync input.
+    External,
+}
+
+/// What a comparison with known references has shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// How much faster the sample clock runs than it should, parts per million.
+    pub clock_ppm: f32,
+    /// True range = slope * measured range + offset; metres.
+    pub range_offset_m: f32,
+    /// See `range_offset_m`: 0.5 to 2.
+    pub range_slope: f32,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Self { clock_ppm: 0.0, range_offset_m: 0.0, range_slope: 1.0 }
+    }
+}
+
+impl Calibration {
+    /// Corrects the range of a measurement.
+    pub fn apply(&self, measurement: &mut Measurement) {
+        if *self == Self::default() {
+            return;
+        }
+        if let Outcome::Target(target) = &mut measurement.result {
+            let range = target.range.to_num::<f64>() * f64::from(self.range_slope);
+            let range = range + f64::from(self.range_offset_m);
+            // A cast holds the value to the range of the type and takes NaN to 0.
+            target.range = I32F32::from_bits((range * 4_294_967_296.0) as i64);
+            target.sigma_range *= self.range_slope;
+        }
+    }
+}
+
+/// What a user sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The core's clock, MHz: one of the board's; 0 for its usual one.
+    pub core_mhz: u16,
+    /// Two converters in step for I/Q records, else one.
+    pub iq: bool,
+    /// Rate, band, method, scene. The rate becomes the nearest that there is, the codes are the converter's, the duration of
+    /// a ramp is that of block and guard.
+    pub config: Config,
+    /// Samples dropped at the start of each segment: cover the echo's longest delay and the filters' settling.
+    pub guard: u16,
+    /// What makes the chirp.
+    pub drive: Drive,
+    /// A record is sent for every so many blocks; all are measured.
+    pub report_every: u16,
+    /// Whether to measure from power-on, without waiting for a command.
+    pub start: bool,
+    /// Corrections.
+    pub calibration: Calibration,
+}
+
+impl Default for Settings {
+    /// A real tone at 500 kS/s, measured at once.
+    fn default() -> Self {
+        Self {
+            core_mhz: 0,
+            iq: false,
+            config: Config { rate_hz: 500e3, codes: Codes::Unsigned12, ..Config::default() },
+            guard: 0,
+            drive: Drive::Off,
+            report_every: 1,
+            start: true,
+            calibration: Calibration::default(),
+        }
+    }
+}
+
+const VERSION: u8 = 1;
+
+impl Settings {
+    /// Bytes as stored and sent.
+    pub const BYTES: usize = 44 + config::BYTES;
+
+    /// As stored and sent, for blocks of `n` samples.
+    pub fn to_bytes(&self, n: usize) -> [u8; Self::BYTES] {
+        let (drive, codes, [reference_hz, start_hz], divider) = match self.drive {
+            Drive::Off => (0, [0; 2], [0.0; 2], 0),
+            Drive::Dac { low, high } => (1, [low, high], [0.0; 2], 0),
+            Drive::Adf4159 { reference_hz, start_hz, divider } => {
+                (2, [0; 2], [reference_hz, start_hz], divider)
+            }
+            Drive::External => (3, [0; 2], [0.0; 2], 0),
+        };
+        let Calibration { clock_ppm, range_offset_m, range_slope } = self.calibration;
+        let mut bytes = [0; Self::BYTES];
+        let mut writer = Writer::new(&mut bytes);
+        writer.put([VERSION, drive, divider, u8::from(self.start)]);
+        for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], 0] {
+            writer.u16(word);
+        }
+        writer.f64(reference_hz);
+        writer.f64(start_hz);
+        for number in [clock_ppm, range_offset_m, range_slope] {
+            writer.f32(number);
+        }
+        config::put(&mut writer, self.iq, n as u32, &self.config);
+        bytes
+    }
+
+    /// Reads what [`Settings::to_bytes`] wrote: settings and the length of a block. They are not checked further.
+    ///
+    /// # Errors
+    /// The bytes are of another version, or a field has no meaning.
+    pub fn of_bytes(bytes: &[u8; Self::BYTES]) -> Result<(Self, usize), SettingsError> {
+        let mut reader = Reader(bytes);
+        let field = SettingsError::Encoding(EncodingError::Field);
+        let [version, drive, divider, flags] = reader.take().ok_or(field)?;
+        if version != VERSION {
+            return Err(SettingsError::Encoding(EncodingError::Version));
+        }
+        let mut word = || reader.u16().ok_or(field);
+        let [core_mhz, guard, report_every, low, high, _] =
+            [word()?, word()?, word()?, word()?, word()?, word()?];
+        let mut long = || reader.f64().ok_or(field);
+        let [reference_hz, start_hz] = [long()?, long()?];
+        let mut short = || reader.f32().ok_or(field);
+        let [clock_ppm, range_offset_m, range_slope] = [short()?, short()?, short()?];
+        let (iq, n, config) = config::take(&mut reader).map_err(SettingsError::Encoding)?;
+        let settings = Settings {
+            core_mhz,
+            iq,
+            config,
+            guard,
+            drive: match drive {
+                0 => Drive::Off,
+                1 => Drive::Dac { low, high },
+                2 => Drive::Adf4159 { reference_hz, start_hz, divider },
+                3 => Drive::External,
+                _ => return Err(field),
+            },
+            report_every,
+            start: flags & 1 != 0,
+            calibration: Calibration { clock_ppm, range_offset_m, range_slope },
+        };
+        Ok((settings, n as usize))
+    }
+
+    /// How many segments a chirp has; 1 without.
+    pub fn segments(&self) -> u16 {
+        self.config.scene.segments().len().max(1) as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use picket::config::Scene;
+    use picket::solve::chirp::{Shape, Target};
+
+    fn chirp(shape: Shape, drive: Drive) -> Settings {
+        let scene =
+            Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+        let config = Config { rate_hz: 500e3, scene, ..Settings::default().config };
+        Settings { config, guard: 64, drive, ..Settings::default() }
+    }
+
+    #[test]
+    fn settings_come_back_as_they_were() {
+        let calibration = Calibration { clock_ppm: -12.5, range_offset_m: 0.3, range_slope: 1.001 };
+        let head = Drive::Adf4159 { reference_hz: 80e6, start_hz: 24e9, divider: 2 };
+        for settings in [
+            Settings::default(),
+            Settings {
+                core_mhz: 144,
+                ..chirp(Shape::Trapezoid, Drive::Dac { low: 0, high: 4095 })
+            },
+            Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
+            Settings { report_every: 999, ..chirp(Shape::Sawtooth, Drive::External) },
+        ] {
+            let bytes = settings.to_bytes(1024);
+            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+        }
+        let told = |place: usize, value: u8| {
+            let mut bytes = Settings::default().to_bytes(1024);
+            bytes[place] = value;
+            Settings::of_bytes(&bytes)
+        };
+        assert_eq!(told(0, 9), Err(SettingsError::Encoding(EncodingError::Version)));
+        assert_eq!(told(1, 9), Err(SettingsError::Encoding(EncodingError::Field)));
+        assert_eq!(told(44 + 12, 1), Err(SettingsError::Encoding(EncodingError::Length)));
+    }
+
+    #[test]
+    fn calibration_moves_ranges_and_nothing_else() {
+        let mut measurement = Measurement::default();
+        let calibration = Calibration { clock_ppm: 0.0, range_offset_m: -0.25, range_slope: 1.01 };
+        calibration.apply(&mut measurement);
+        assert_eq!(measurement, Measurement::default());
+        let target = Target { range: I32F32::from_num(10), sigma_range: 0.5, ..Target::default() };
+        measurement.result = Outcome::Target(target);
+        calibration.apply(&mut measurement);
+        let Outcome::Target(target) = measurement.result else { panic!("still a target") };
+        assert!((target.range.to_num::<f64>() - 9.85).abs() < 1e-6);
+        assert_eq!(target.sigma_range, 0.5 * 1.01);
+        let before = measurement;
+        Calibration::default().apply(&mut measurement);
+        assert_eq!(measurement, before);
+    }
+}

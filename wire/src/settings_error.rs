@@ -1,0 +1,134 @@
+//! Why settings cannot work on a board, in numbers for the wire and in words for people.
+
+use crate::config::EncodingError;
+use picket::config::ConfigError;
+
+/// Why samples cannot be had at a rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RateError {
+    /// More than the converter can do at this clock.
+    Fast,
+    /// Less than a timer can count: below 1 Hz or no number.
+    Slow,
+}
+
+/// Why a chirp cannot be played by a DAC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum WaveformError {
+    /// The codes are above 4095, or the lower is not below the higher.
+    Codes,
+    /// No whole number of steps fits a segment at a rate the DAC can follow: change the guard samples.
+    Steps,
+}
+
+/// Why a synthesiser cannot make ramps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RampError {
+    /// The reference is not 10 to 110 MHz.
+    Reference,
+    /// The band leaves 0.5 to 13 GHz, or INT would be below 75.
+    Frequency,
+    /// The bandwidth or duration is too small or too large for the step's words.
+    Ramp,
+}
+
+/// Why settings cannot work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// The bytes are no settings, or damaged.
+    Encoding(EncodingError),
+    /// The measurement's configuration.
+    Config(ConfigError),
+    /// The sample rate.
+    Rate(RateError),
+    /// The DAC's waveform.
+    Waveform(WaveformError),
+    /// The synthesiser's ramps.
+    Ramps(RampError),
+    /// This image measures blocks of another length.
+    Length,
+    /// More than [`GUARD`](crate::settings::GUARD) guard samples, or some without a chirp.
+    Guard,
+    /// A chirp without a drive, a drive without a chirp.
+    Drive,
+    /// The sync input needs the sample clock's gate, which the fastest rate does not have.
+    Sync,
+    /// A correction is no number, above 1000 ppm, or a slope outside 0.5 to 2.
+    Calibration,
+    /// I/Q records have the converters' offset at 0 Hz, far above any signal: the band must lie on one side of it.
+    Offset,
+    /// This image does not follow tones: it is built without the feature `tracking`.
+    Tracking,
+    /// The board's core has no such clock.
+    Speed,
+}
+
+impl SettingsError {
+    /// A number for the wire: what is wrong and in which way.
+    pub const fn code(self) -> [u8; 2] {
+        match self {
+            SettingsError::Encoding(error) => [1, error as u8],
+            SettingsError::Config(error) => [2, error as u8],
+            SettingsError::Rate(error) => [3, error as u8],
+            SettingsError::Waveform(error) => [4, error as u8],
+            SettingsError::Ramps(error) => [5, error as u8],
+            SettingsError::Length => [6, 0],
+            SettingsError::Guard => [7, 0],
+            SettingsError::Drive => [8, 0],
+            SettingsError::Sync => [9, 0],
+            SettingsError::Calibration => [10, 0],
+            SettingsError::Offset => [11, 0],
+            SettingsError::Tracking => [12, 0],
+            SettingsError::Speed => [13, 0],
+        }
+    }
+
+    /// The words for a [`SettingsError::code`].
+    pub const fn message_of(code: [u8; 2]) -> &'static str {
+        match code {
+            [1, _] => "the settings are damaged or of another version",
+            [2, _] => "the configuration does not work",
+            [3, 0] => {
+                "the sample rate is above what the board can do at this clock: lower rate_hz, or see the board's page in docs/"
+            }
+            [3, _] => {
+                "the sample rate is below what the board can count: raise rate_hz to 1 or more"
+            }
+            [4, _] => {
+                "the DAC cannot play the chirp: codes 0 to 4095, guard so that steps are whole"
+            }
+            [5, _] => "the synthesiser cannot make these ramps",
+            [6, _] => "this image measures blocks of another length",
+            [7, _] => "guard samples: at most 64, and only with a chirp",
+            [8, _] => "a chirp needs a drive, and a drive a chirp",
+            [9, _] => "the sync input does not work at the fastest rate: use a slower one",
+            [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",
+            [11, _] => {
+                "I/Q: the converters' offset lies at 0 Hz, so search a band on one side of it, three bins away or more"
+            }
+            [12, _] => {
+                "this image does not follow tones: flash one that is built with --tracking, or follow 0"
+            }
+            [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
+            _ => "the settings do not work",
+        }
+    }
+}
+
+impl core::fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            SettingsError::Config(error) => error.fmt(f),
+            other => f.write_str(Self::message_of(other.code())),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
