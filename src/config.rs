@@ -1,11 +1,13 @@
 //! Everything a user sets, checked once: what follows cannot fail.
 
-use crate::acquire::sample::{Codes, Record, Segment};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Record, Segment};
 use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
 use crate::estimate::several::MOST;
+use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Scale, Scales, Shape};
 use crate::solve::track::Tracking;
 use crate::spectrum::peak::Band;
@@ -15,6 +17,7 @@ pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 /// What the samples are of.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Scene {
     /// A tone, no more: the answer is a frequency.
     #[default]
@@ -53,7 +56,7 @@ impl Scene {
     }
 }
 
-/// What a user sets. [`Config::validate`] turns it into a [`Plan`].
+/// What a user sets. [`Config::plan`] checks it and turns it into a [`Plan`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// Samples per second.
@@ -101,11 +104,12 @@ impl Default for Following {
     }
 }
 
-impl Default for Config {
-    fn default() -> Self {
+impl Config {
+    /// Samples at this rate, with these codes: one tone anywhere, by least squares.
+    pub fn new(rate_hz: f64, codes: Codes) -> Self {
         Self {
-            rate_hz: 1.0,
-            codes: Codes::Signed12,
+            rate_hz,
+            codes,
             band_hz: None,
             method: Method::default(),
             reach: Reach::default(),
@@ -136,6 +140,10 @@ pub enum ConfigError {
     Scale,
     /// The method does not work on this kind of record.
     Method,
+    /// A record has 16 to 2^22 samples, those of the core's transform 64, 128, ... 4096.
+    Length,
+    /// The plan is for records of another kind or length.
+    Records,
     /// The probability of a false alarm is not above 0 and at most 0.5.
     FalseAlarm,
     /// Agility and rate are not positive and finite, the acceleration is negative, or the tones followed
@@ -161,6 +169,8 @@ impl ConfigError {
                 "follow at most 4 tones, agility and rate above 0, acceleration not below 0"
             }
             ConfigError::Method => "the method does not work on this kind of record",
+            ConfigError::Length => "a record must have 64, 128, ... 4096 samples",
+            ConfigError::Records => "the plan is for records of another kind or length",
         }
     }
 }
@@ -173,78 +183,24 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// How tones become targets.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(u8)]
-pub enum Solver {
-    /// They do not.
-    None,
-    /// Velocity of one cycle per sample.
-    Doppler(Scale),
-    /// Ramps.
-    Chirp(Shape, Scales),
-}
-
-/// A configuration that was checked, in the units of the pipeline.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
-    /// The converter's codes.
-    pub codes: Codes,
-    /// The bins searched.
-    pub band: Band,
-    /// How a tone is measured.
-    pub options: Options,
-    /// How tones become targets.
-    pub solver: Solver,
-    /// How tones are followed.
-    pub tracking: Tracking,
-}
-
-impl Plan {
-    /// How many blocks a chirp has; 1 without.
-    pub const fn segments(&self) -> u32 {
-        match self.solver {
-            Solver::None | Solver::Doppler(_) | Solver::Chirp(Shape::Sawtooth, _) => 1,
-            Solver::Chirp(Shape::Triangle, _) => 2,
-            Solver::Chirp(Shape::Trapezoid, _) => 3,
-        }
-    }
-
-    /// The plan of [`Config::default`] for records of kind `R` and `n` samples, but with eight bins on each side, made by the
-    /// compiler: a program that has nothing to set needs no code to check it.
-    pub const fn tone<R: Record>(n: usize) -> Self {
-        let band = if R::IQ { Band::iq(n) } else { Band::real(n) };
-        Plan {
-            band,
-            options: Options {
-                method: Method::LeastSquares.of_kind::<R>(),
-                reach: Reach::Eight,
-                arithmetic: Arithmetic::of_core(),
-                threshold: Threshold::new(band.width(), FALSE_ALARM),
-            },
-            ..Self::IDLE
-        }
-    }
-
-    /// A plan to be replaced by another, for a pipeline in memory that is there before the program runs: all of it is zeros, which
-    /// take no place in the program.
-    pub const IDLE: Self = Plan {
-        codes: Codes::Signed12,
-        band: Band { low: 0, high: 0 },
-        options: Options {
-            method: Method::Rife,
-            reach: Reach::Four,
-            arithmetic: Arithmetic::Float,
-            threshold: Threshold::ZERO,
-        },
-        solver: Solver::None,
-        tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 0, refresh: 0 },
-    };
-}
-
 impl Config {
-    /// Checks the whole configuration for records of kind `R` and `n` samples.
-    pub fn validate<R: Record>(&self, n: usize) -> Result<Plan, ConfigError> {
+    /// Checks the whole configuration for records of kind `R` and `N` samples.
+    ///
+    /// # Errors
+    /// A value is out of its range, or contradicts another.
+    pub fn plan<R: Record, const N: usize>(&self) -> Result<Plan<R, N>, ConfigError> {
+        Plan::of_terms(self.terms::<R>(N)?)
+    }
+
+    /// The same for a length that is known only when the program runs: 16 to 2^22 samples, for those who bring a transform of
+    /// their own. The core's takes 64, 128, ... 4096.
+    ///
+    /// # Errors
+    /// As [`Config::plan`], and where the length is not in this range.
+    pub fn terms<R: Record>(&self, n: usize) -> Result<Terms, ConfigError> {
+        if !(16..=1 << 22).contains(&n) {
+            return Err(ConfigError::Length);
+        }
         if !positive(self.rate_hz) {
             return Err(ConfigError::Rate);
         }
@@ -257,7 +213,10 @@ impl Config {
         }
         let band = self.band::<R>(n)?;
         let threshold = Threshold::new(band.width(), self.false_alarm);
-        Ok(Plan {
+        Ok(Terms {
+            n: n as u32,
+            iq: R::IQ,
+            rate_hz: self.rate_hz,
             codes: self.codes,
             band,
             options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },

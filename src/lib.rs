@@ -1,33 +1,45 @@
-//! Picket reads a microcontroller's ADC and answers with a frequency, and from it a range and a
-//! velocity, as precisely as the noise allows.
+//! Picket answers with the frequency of a tone in ADC samples, and from it a range and a velocity, as precisely as the noise
+//! allows; each answer says how wrong it may be (`sigma`) and whether it may be used (`verdict`).
 //!
-//! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps
-//! between its bins; this library reads between the pickets.
+//! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps between its bins; this library
+//! reads between the pickets. It has no `std`, allocates nothing and cannot panic, and the same samples give the same bits on
+//! every Cortex-M, on riscv32, on wasm32 and on a desk.
+//!
+//! ```
+//! use picket::{Assembler, Codes, Config, Format, Pipeline, Real};
+//!
+//! # let recording: Vec<i16> =
+//! #     (0..4096).map(|n| (9000.0 * (0.131 * n as f64).sin() + 40.0 * (7.1 * n as f64).sin()) as i16).collect();
+//! let config = Config::new(48_000.0, Codes::signed::<16>());
+//! let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+//! let mut assembler = Assembler::<Real, 1024>::new(Format::signed::<16>());
+//! for chunk in recording.chunks(480) {
+//!     assembler.push(chunk, |stamp, samples| {
+//!         let tone = pipeline.block(*stamp, samples).tone;
+//!         println!("{tone}"); // 1000.766 Hz ± 0.006 Hz, SNR 44.1 dB, good
+//! #         assert!((tone.hertz() - 0.131 / std::f64::consts::TAU * 48e3).abs() < 0.1);
+//!     });
+//! }
+//! # Ok::<(), picket::ConfigError>(())
+//! ```
+//!
+//! # The way of the data
 //!
 //! ```text
-//! ADC codes -> block -> integer FFT -> peak + floor -> a few bins -> estimator -> tone -> solver -> target
-//!  acquire              spectrum                                     estimate             solve
+//! words ── Assembler ─┐
+//!                     ├─▶ record ─▶ integer FFT ─▶ peak + floor ─▶ a few bins ─▶ Tone ─▶ solver ─▶ Velocity, Target
+//! slots ── FrontEnd ──┘   [`acquire`]        [`spectrum`]         [`estimate`]        [`solve`]
 //! ```
-//! [`pipeline`] is this way for one block, [`tracker`] the same with a memory: tones followed from block to block.
 //!
-//! # Example
+//! - [`Config`] is what a user sets; [`Config::plan`] checks it once, and what follows a [`Plan`] cannot fail.
+//! - [`Pipeline`] is the whole way for one record, [`Tracker`] the same with a memory: tones followed from record to record.
+//! - [`Assembler`] makes records of a driver's chunks, [`FrontEnd`](acquire::frontend::FrontEnd) of a DMA controller's slots.
+//! - [`Tone`] has frequency, sigma, signal-to-noise ratio, amplitude and a [`Verdict`].
+//! - [`Scene`] says what the samples are of: with [`Scene::Doppler`] a measurement has a velocity, with [`Scene::Chirp`] a
+//!   [`Target`].
+//! - [`Method`] names the estimators: least squares, the default, and nineteen others.
 //!
-//! ```
-//! use picket::acquire::sample::{Real, Stamp};
-//! use picket::config::Config;
-//! use picket::estimate::tone::Verdict;
-//! use picket::pipeline::Pipeline;
-//!
-//! let config = Config { rate_hz: 48_000.0, ..Config::default() };
-//! let mut pipeline = Pipeline::<Real, 1024>::new(config.validate::<Real>(1024)?);
-//! let turn = std::f64::consts::TAU * 1000.2 / 48_000.0;
-//! let samples = std::array::from_fn(|n| (1500.0 * (turn * n as f64).sin()).round() as i16);
-//! let tone = pipeline.block(Stamp::default(), &samples).tone;
-//! assert_eq!(tone.verdict, Verdict::Good);
-//! let error = tone.frequency.hertz(48_000.0) - 1000.2;
-//! assert!(error.abs() < 5.0 * f64::from(tone.sigma) * 48_000.0);
-//! # Ok::<(), picket::config::ConfigError>(())
-//! ```
+//! Every module says which paper its equations are from, and where ours differ.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -42,6 +54,27 @@ pub mod config;
 pub mod estimate;
 pub mod math;
 pub mod pipeline;
+pub mod plan;
 pub mod solve;
 pub mod spectrum;
 pub mod tracker;
+
+pub use acquire::assembler::Assembler;
+pub use acquire::codes::Codes;
+pub use acquire::format::Format;
+pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
+pub use config::{Config, ConfigError, Following, Scene};
+pub use estimate::frequency::Frequency;
+pub use estimate::least_squares::Reach;
+pub use estimate::measure::Arithmetic;
+pub use estimate::method::{Method, UnknownMethod};
+pub use estimate::tone::{Tone, Verdict};
+pub use pipeline::{LengthError, Measurement, Outcome, Pipeline};
+pub use plan::Plan;
+pub use solve::chirp::{Ambiguity, Shape, Target};
+pub use solve::doppler::Velocity;
+pub use solve::track::Track;
+#[cfg(feature = "microfft")]
+pub use spectrum::engine::F32;
+pub use spectrum::engine::{I32, Q15};
+pub use tracker::Tracker;

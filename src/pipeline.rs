@@ -2,12 +2,11 @@
 //! all call this and nothing else.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
-use crate::config::{Plan, Solver};
 use crate::estimate::detection::Threshold;
-use crate::estimate::frequency::Frequency;
 use crate::estimate::measure::{Options, measure};
 use crate::estimate::several::{MOST, several};
 use crate::estimate::tone::{Tone, Verdict};
+use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::spectrum::Spectrum;
@@ -46,19 +45,19 @@ pub enum Outcome {
 /// I/Q; half of it with the engine [`Q15`](crate::spectrum::engine::Q15).
 #[derive(Clone, Debug)]
 pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
-    plan: Plan,
+    plan: Plan<R, N>,
     spectrum: Spectrum<R, N, E>,
     ramps: Ramps,
 }
 
 impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// A pipeline that follows `plan`.
-    pub const fn new(plan: Plan) -> Self {
+    pub const fn new(plan: Plan<R, N>) -> Self {
         Self { plan, spectrum: Spectrum::new(), ramps: Ramps::new() }
     }
 
     /// Follows another plan from the next block on.
-    pub fn adopt(&mut self, plan: Plan) {
+    pub fn adopt(&mut self, plan: Plan<R, N>) {
         self.plan = plan;
         self.ramps.held = 0;
     }
@@ -73,20 +72,34 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// is a tone. It has no solver in it.
     #[inline]
     pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
-        let clipped = Statistics::clipped::<R>(samples, self.plan.codes);
-        self.spectrum.transform(samples, self.plan.codes);
-        let tone = match peak::find(&self.spectrum, self.plan.band) {
-            Some(peak) => {
-                let Plan { codes, ref options, .. } = self.plan;
-                measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options)
-            }
+        let Terms { codes, band, rate_hz, ref options, .. } = *self.plan;
+        let clipped = Statistics::clipped::<R>(samples, codes);
+        self.spectrum.transform(samples, codes);
+        let mut tone = match peak::find(&self.spectrum, band) {
+            Some(peak) => measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options),
             None => Tone::default(),
         };
+        if clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
+            tone.verdict = Verdict::WrongCodes;
+        }
+        tone.rate_hz = rate_hz;
         (clipped, tone)
     }
 
+    /// Measures one record, the first of a chirp or of none.
+    ///
+    /// # Errors
+    /// The slice does not hold exactly `N` samples. A stream of any other length goes through an
+    /// [`Assembler`](crate::acquire::assembler::Assembler).
+    pub fn record(&mut self, samples: &[R::Sample]) -> Result<Measurement, LengthError> {
+        match samples.try_into() {
+            Ok(samples) => Ok(self.block(Stamp::default(), samples)),
+            Err(_) => Err(LengthError { samples: samples.len(), wanted: N }),
+        }
+    }
+
     /// What the pipeline follows.
-    pub const fn plan(&self) -> &Plan {
+    pub const fn plan(&self) -> &Plan<R, N> {
         &self.plan
     }
 
@@ -105,14 +118,23 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options)
+        let tone =
+            measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options);
+        Tone { rate_hz: self.plan.rate_hz, ..tone }
     }
 
     /// The strongest tones of the last block, at most `wanted`.
     pub(crate) fn several(&self, measurement: &Measurement, wanted: usize) -> Vec<Tone, MOST> {
         let Measurement { ref stamp, clipped, .. } = *measurement;
-        let Plan { band, ref options, .. } = self.plan;
+        let Terms { band, ref options, .. } = *self.plan;
         let mut tones = several(&self.spectrum, band, clipped, stamp, options, wanted);
+        for tone in &mut tones {
+            tone.rate_hz = self.plan.rate_hz;
+        }
+        // No tone is to be trusted where the strongest is not.
+        if measurement.tone.verdict == Verdict::WrongCodes {
+            tones.iter_mut().for_each(|tone| tone.verdict = Verdict::WrongCodes);
+        }
         // What a record that clips says of its only tone is in its samples.
         if let [tone] = tones.as_mut_slice()
             && tone.verdict == Verdict::Clipped
@@ -147,6 +169,27 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 }
 
+/// A slice has not as many samples as a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LengthError {
+    /// The samples in the slice.
+    pub samples: usize,
+    /// The samples of a record.
+    pub wanted: usize,
+}
+
+impl core::fmt::Display for LengthError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { samples, wanted } = self;
+        write!(
+            f,
+            "a record has {wanted} samples, not {samples}: an assembler makes records of a stream"
+        )
+    }
+}
+
+impl core::error::Error for LengthError {}
+
 /// The segments of a chirp, as a set of bits `1 << segment`.
 const TRAPEZOID: u8 = 1 << Segment::Up as u8 | 1 << Segment::Flat as u8 | 1 << Segment::Down as u8;
 const TRIANGLE: u8 = 1 << Segment::Up as u8 | 1 << Segment::Down as u8;
@@ -162,17 +205,7 @@ struct Ramps {
 
 impl Ramps {
     const fn new() -> Self {
-        Self {
-            tones: [Tone {
-                frequency: Frequency(fixed::types::I0F32::ZERO),
-                sigma: 0.0,
-                snr: 0.0,
-                amplitude: 0.0,
-                verdict: Verdict::Good,
-            }; 3],
-            held: 0,
-            last: 0,
-        }
+        Self { tones: [Tone::ZERO; 3], held: 0, last: 0 }
     }
 
     /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.

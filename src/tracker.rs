@@ -1,12 +1,12 @@
 //! The pipeline with a memory: tones followed from block to block, and the targets they amount to.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
-use crate::config::{Plan, Solver};
 use crate::estimate::detection::{HOLD, Threshold};
 use crate::estimate::lock::Lock;
 use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
 use crate::pipeline::{Measurement, Pipeline};
+use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
 use crate::solve::track::Track;
@@ -23,22 +23,22 @@ pub struct Tracker<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Tracker<R, N> {
-    /// A tracker that follows `plan`, by its [`Plan::tracking`].
-    pub const fn new(plan: Plan) -> Self {
+    /// A tracker that follows `plan`, by its [`Terms::tracking`](crate::plan::Terms::tracking).
+    pub const fn new(plan: Plan<R, N>) -> Self {
         let tracks = [const { Tracks::new() }; 3];
         let locks = [const { None }; 3];
         Self { pipeline: Pipeline::new(plan), tracks, locks }
     }
 
     /// Follows another plan from the next block on, and nothing that was followed before.
-    pub fn adopt(&mut self, plan: Plan) {
+    pub fn adopt(&mut self, plan: Plan<R, N>) {
         self.pipeline.adopt(plan);
         self.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
         self.locks.iter_mut().for_each(|lock| *lock = None);
     }
 
     /// Whether its plan follows tones at all.
-    pub const fn follows(&self) -> bool {
+    pub fn follows(&self) -> bool {
         self.pipeline.plan().tracking.most > 0
     }
 
@@ -86,6 +86,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let expected = tracks.expected(&stamp, plan.segments())?;
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = lock.measure::<R, N>(samples, expected, clipped)?;
+        let tone = Tone { rate_hz: plan.rate_hz, ..tone };
         // Outside the gate it is another's.
         tracks.lead(&stamp, &tone, &plan.tracking).then_some(())?;
         let result = self.pipeline.solve(&stamp, tone);

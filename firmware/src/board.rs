@@ -35,10 +35,14 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     ///
     /// # Errors
     /// They cannot work on this board.
-    fn plan(&self, settings: &Settings) -> Result<(Plan, Self::Words), SettingsError>;
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Self::Words), SettingsError>;
 
     /// Starts the converter; once only. Gives the main loop's end of the blocks.
-    fn sample(&mut self, plan: &Plan, words: &Self::Words) -> Option<Blocks<'static, Slot<WORDS>>>;
+    fn sample(
+        &mut self,
+        plan: &Plan<N>,
+        words: &Self::Words,
+    ) -> Option<Blocks<'static, Slot<WORDS>>>;
 
     /// What became of the blocks so far.
     fn counters(&self) -> Counters;

@@ -1,8 +1,9 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
 use host_tests::prepare_images;
+use picket::acquire::codes::Codes;
 use picket::acquire::kind::{ForRecord, for_record};
-use picket::acquire::sample::{Codes, Iq, Real, Record, Segment};
+use picket::acquire::sample::{Iq, Real, Record, Segment};
 use picket::config::{Config, Scene};
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::method::Method;
@@ -64,7 +65,7 @@ impl ForRecord for Here {
     fn run<R: Record, const N: usize>(self) -> Self::Output {
         let Here(header) = self;
         let mut capture = Capture::create(&header).unwrap();
-        let plan = header.config.validate::<R>(N).unwrap();
+        let plan = header.config.plan::<R, N>().unwrap();
         let mut pipeline = Pipeline::<R, N>::new(plan);
         let mut telemetry = Vec::new();
         for (sequence, samples) in blocks::<R, N>(&header).iter().enumerate() {
@@ -119,7 +120,7 @@ const LIDAR: Scene = Scene::Chirp {
 };
 
 fn config(method: Method, scene: Scene) -> Config {
-    Config { rate_hz: 250e6, method, scene, ..Config::default() }
+    Config { rate_hz: 250e6, method, scene, ..Config::new(1.0, Codes::signed::<12>()) }
 }
 
 /// 1,000 real blocks of 1024 by the default method, then every method on records it is right for, the lengths taking
@@ -137,7 +138,7 @@ fn headers() -> Vec<Header> {
         let lengths = [64, 128, 256, 512, 1024, 2048, 4096].into_iter().cycle();
         for (mut config, n) in plain.chain([fixed; 7]).zip(lengths) {
             if n % 3 == 1 {
-                config.codes = Codes::Signed16;
+                config.codes = Codes::signed::<16>();
             }
             headers.push(Header { iq, ..Header::of::<Real>(config, n, 4) });
         }
@@ -247,14 +248,18 @@ fn a_converter_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
 
 #[test]
 fn what_cannot_be_measured_stops_with_one_line() {
-    let fast = Config { rate_hz: -1.0, ..Config::default() };
+    let fast = Config { rate_hz: -1.0, ..Config::new(1.0, Codes::signed::<12>()) };
     let capture = Capture::create(&Header::of::<Real>(fast, 64, 1)).unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: the sample rate must be a positive number of hertz");
-    let capture = Capture::create(&Header::of::<Real>(Config::default(), 64, 1)).unwrap();
+    let capture =
+        Capture::create(&Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 64, 1))
+            .unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: the capture ends before its last block");
-    let capture = Capture::create(&Header::of::<Real>(Config::default(), 65, 1)).unwrap();
+    let capture =
+        Capture::create(&Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 65, 1))
+            .unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: a block must have 64, 128, ... 4096 samples");
 }

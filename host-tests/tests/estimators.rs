@@ -1,6 +1,7 @@
 //! Every method of the registry on exact tones, on nothing, and on the wrong kind of record.
 
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::method::{Method, Needs, Unfit};
 use picket::estimate::samples::Samples;
 use picket::math::scalar::Scalar;
@@ -30,6 +31,7 @@ fn bias(method: Method) -> f64 {
         Method::LeastSquares => 1e-13,
         // On real records, with their image: see the tests of least squares.
         Method::LeastSquaresReal => unreachable!("takes no complex tone"),
+        other => panic!("state the bias of {other}"),
     }
 }
 
@@ -96,12 +98,12 @@ fn silence_and_rails_give_a_finite_offset() {
         }
     }
     for code in [0, 1, -2048, 2047] {
-        try_all::<Real>(&[code; 64], Codes::Signed12);
-        try_all::<Iq>(&[[code; 2]; 64], Codes::Signed12);
+        try_all::<Real>(&[code; 64], Codes::signed::<12>());
+        try_all::<Iq>(&[[code; 2]; 64], Codes::signed::<12>());
     }
     let square = std::array::from_fn(|n| if n % 5 < 2 { i16::MIN } else { i16::MAX });
-    try_all::<Real>(&square, Codes::Signed16);
-    try_all::<Iq>(&square.map(|x| [x, !x]), Codes::Signed16);
+    try_all::<Real>(&square, Codes::signed::<16>());
+    try_all::<Iq>(&square.map(|x| [x, !x]), Codes::signed::<16>());
 }
 
 /// In floats too: no method answers with something that is not a number.

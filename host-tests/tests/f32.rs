@@ -6,7 +6,8 @@ use crate::q15::{Found, found};
 use crate::signal::{Kind, rng};
 use crate::trust::noise_and_sigma_by;
 use host_tests::prepare_images;
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 use picket::config::Config;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::F32;
@@ -31,7 +32,7 @@ fn snr_against_float64() {
 
 /// Each of the transform's log2 N steps may round by 2^-24 of the largest sum, 2^31 units, some twice.
 fn check_extremes<const N: usize>() {
-    for codes in [Codes::Signed12, Codes::Signed16, Codes::Unsigned12] {
+    for codes in [Codes::signed::<12>(), Codes::signed::<16>(), Codes::unsigned::<12>()] {
         let worst = worst_by::<N, F32>(codes);
         println!("{N} {codes:?}: {worst:.1} stored units");
         assert!(worst < 2.0 * 128.0 * f64::from(N.ilog2()), "{N} {codes:?}: {worst}");
@@ -83,8 +84,9 @@ fn noise_and_sigma_are_right() {
 fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
     const SEED: u64 = 1501;
     const BLOCKS: u64 = 8;
-    let codes = [Codes::Signed12, Codes::Unsigned12, Codes::Signed16][N.ilog2() as usize % 3];
-    let config = Config { codes, ..Config::default() };
+    let codes = [Codes::signed::<12>(), Codes::unsigned::<12>(), Codes::signed::<16>()]
+        [N.ilog2() as usize % 3];
+    let config = Config { codes, ..Config::new(1.0, Codes::signed::<12>()) };
     let header = Header { period_us: 0, ..Header::of::<R>(config, N as u32, BLOCKS as u32) };
     let (mut capture, mut spectrum) =
         (Capture::create(&header).unwrap(), Spectrum::<R, N, F32>::new());

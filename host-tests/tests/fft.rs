@@ -1,6 +1,7 @@
 //! The integer FFT against float64, and at its extremes.
 
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::{Engine, I32};
 use picket::spectrum::peak::{Band, find, find_portably};
@@ -30,7 +31,7 @@ pub fn compare_by<R: Record, const N: usize, E: Engine>(
     let unit = f64::from(spectrum.exponent()).exp2();
     let (mut worst, mut signal, mut noise) = (0.0f64, 0.0, 0.0);
     for (k, x) in exact::<R>(samples).iter().take(spectrum.bins()).enumerate() {
-        if k == 0 && E::CENTRED && codes == Codes::Unsigned12 {
+        if k == 0 && E::CENTRED && codes == Codes::unsigned::<12>() {
             continue;
         }
         let got = spectrum.bin(k as i32);
@@ -78,9 +79,9 @@ pub fn least_ratios<E: Engine>(name: &str, amplitude: f64) -> [f64; 2] {
     let mut least = [f64::INFINITY; 2];
     for bin in [5.3, 64.0, 100.37, 255.5, 256.0, 300.2, 505.1] {
         let samples = tone(bin, amplitude, 0.3);
-        let (_, real) = compare_by::<Real, 1024, E>(&samples, Codes::Signed12);
+        let (_, real) = compare_by::<Real, 1024, E>(&samples, Codes::signed::<12>());
         let pairs = iq_tone(bin, amplitude, 0.3);
-        let (_, iq) = compare_by::<Iq, 1024, E>(&pairs, Codes::Signed12);
+        let (_, iq) = compare_by::<Iq, 1024, E>(&pairs, Codes::signed::<12>());
         println!("{name}, bin {bin}: real {real:.2} dB, I/Q {iq:.2} dB");
         least = [least[0].min(real), least[1].min(iq)];
     }
@@ -146,7 +147,7 @@ pub fn worst_by<const N: usize, E: Engine>(codes: Codes) -> f64 {
 
 /// A wrapped sum would be off by 2^32 stored units; the allowed error is that of Q15 factors on a full-scale spectrum.
 fn check_extremes<const N: usize>() {
-    for codes in [Codes::Signed12, Codes::Signed16, Codes::Unsigned12] {
+    for codes in [Codes::signed::<12>(), Codes::signed::<16>(), Codes::unsigned::<12>()] {
         let (worst, allowed) = (worst_by::<N, I32>(codes), 2f64.powi(31) * 6e-5 + 8.0);
         assert!(worst < allowed, "{N} {codes:?}: {worst}");
     }
@@ -161,9 +162,9 @@ fn no_extreme_overflows() {
 /// Every part of a short spectrum, and of longer ones many, as bin by bin.
 fn check_parts<const N: usize>() {
     let step = N / 64;
-    for samples in extremes::<N>(Codes::Signed12) {
+    for samples in extremes::<N>(Codes::signed::<12>()) {
         let mut spectrum = Spectrum::<Real, N>::new();
-        spectrum.transform(&samples, Codes::Signed12);
+        spectrum.transform(&samples, Codes::signed::<12>());
         let last = N as i32 / 2 - 1;
         for low in (1..=last).step_by(step) {
             for high in (low..=last).step_by(step) {

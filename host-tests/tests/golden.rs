@@ -9,7 +9,8 @@
 //! wide, err more than the codes do.
 
 use crate::vectors::{Case, golden};
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
@@ -121,7 +122,7 @@ fn check<R: Record, const N: usize>(
         .collect();
     f64::forward(N).process(&mut exact);
     let mut integer = Spectrum::<R, N>::new();
-    integer.transform(samples, Codes::Signed12);
+    integer.transform(samples, Codes::signed::<12>());
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     assert_eq!(peak::find(&integer, band).unwrap().bin, case.km, "{}: peak", case.id);
     if let Some(db) = case.snr13_db {
@@ -219,7 +220,7 @@ fn every_estimator_by_the_analyser() {
             band_hz: None,
             estimators: Some(parse(&methods.join(","), Reach::Sixteen).unwrap()),
             reach: Reach::Sixteen,
-            codes: Codes::Signed12,
+            codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
             style: Style::Json,
         };
@@ -272,6 +273,7 @@ fn the_solver_on_every_vector() {
             snr: 1.0,
             amplitude: 1.0,
             verdict: Verdict::Good,
+            rate_hz: rate,
         });
         let target = chirp::trapezoid(&tones, false, &scales);
         let (range, velocity) = (target.range.to_num::<f64>(), target.velocity.to_num::<f64>());

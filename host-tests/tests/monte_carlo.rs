@@ -2,7 +2,8 @@
 //!
 //! RMSE is over the trials whose error is at most 1.5 bins; the others, outliers, may be one in a thousand.
 
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::method::Method;
 use picket::estimate::uncertainty::bound_bins;
 use picket::math::scalar::Scalar;
@@ -136,7 +137,7 @@ fn target<R: Record>(
     let samples: [R::Sample; N] =
         std::array::from_fn(|n| sample(code(samples[n].re), code(samples[n].im)));
     let mut spectrum = Spectrum::<R, N>::new();
-    spectrum.transform(&samples, Codes::Signed12);
+    spectrum.transform(&samples, Codes::signed::<12>());
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap().bin;
     methods

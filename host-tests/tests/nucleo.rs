@@ -5,8 +5,9 @@
 
 use host_tests::figures::Document;
 use host_tests::prepare_packages;
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Counters;
-use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
+use picket::acquire::sample::{Iq, Real, Record, Stamp};
 use picket::config::{Config, Following, Scene};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
@@ -51,8 +52,8 @@ fn tree() -> Tree {
 }
 
 /// What these settings become on the board.
-fn planned(settings: &Settings) -> (Plan, Words) {
-    Words::plan(settings, N, &tree()).unwrap()
+fn planned(settings: &Settings) -> (Plan<N>, Words) {
+    Words::plan(settings, &tree()).unwrap()
 }
 
 /// A tone of the converter's codes: `bin` may have a fraction.
@@ -71,7 +72,7 @@ fn bytes(samples: &[i16]) -> Vec<u8> {
 
 /// The same measurement here.
 struct Here<R: Record> {
-    plan: Plan,
+    plan: Plan<N>,
     words: Words,
     pipeline: Pipeline<R, N>,
 }
@@ -79,7 +80,8 @@ struct Here<R: Record> {
 impl<R: Record> Here<R> {
     fn new(settings: &Settings) -> Self {
         let (plan, words) = planned(settings);
-        Self { plan, words, pipeline: Pipeline::new(plan.plan) }
+        let terms = picket::plan::Plan::of_terms(*plan.plan);
+        Self { plan, words, pipeline: Pipeline::new(terms.unwrap()) }
     }
 
     fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
@@ -218,7 +220,8 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     let (plan, _) = planned(&settings);
-    let mut tracker = Box::new(Tracker::<Real, N>::new(plan.plan));
+    let terms = picket::plan::Plan::of_terms(*plan.plan).unwrap();
+    let mut tracker = Box::new(Tracker::<Real, N>::new(terms));
     let method = plan.plan.options.method;
     let (mut short, mut whole) = (Vec::new(), Vec::new());
     for number in 0..40 {
@@ -368,8 +371,9 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         duration_s: 0.0,
     };
     let band_hz = Some((2e3, 120e3));
-    let codes = Codes::Unsigned12;
-    let config = Config { rate_hz: 250e3, scene, codes, band_hz, ..Config::default() };
+    let codes = Codes::unsigned::<12>();
+    let config =
+        Config { rate_hz: 250e3, scene, codes, band_hz, ..Config::new(1.0, Codes::signed::<12>()) };
     let drive = Drive::Dac { low: 400, high: 3600 };
     let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
     // What cannot work changes nothing.
@@ -499,7 +503,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         band_hz: None,
         estimators: None,
         reach: Default::default(),
-        codes: Codes::Unsigned12,
+        codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
         style: Style::Json,
     };

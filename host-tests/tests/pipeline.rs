@@ -1,10 +1,12 @@
 //! The whole way on the host: the paper's rows in noise, and everything that is not a clean tone.
 
-use picket::acquire::sample::{Codes, Real, Segment, Stamp};
-use picket::config::{Config, Solver};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Real, Segment, Stamp};
+use picket::config::Config;
 use picket::estimate::method::Method;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
+use picket::plan::Solver;
 use picket_host::scenario::{self, LIDAR_BARS, Row};
 use picket_host::simulate::{Signal, generator};
 use rayon::prelude::*;
@@ -12,7 +14,7 @@ use rayon::prelude::*;
 const N: usize = 1024;
 
 fn pipeline(config: Config) -> Pipeline<Real, N> {
-    Pipeline::new(config.validate::<Real>(N).unwrap())
+    Pipeline::new(config.plan::<Real, N>().unwrap())
 }
 
 fn stamp(sequence: u32, segment: Segment) -> Stamp {
@@ -26,7 +28,7 @@ fn block(signal: &Signal, seed: u64, trial: u64) -> [i16; N] {
 /// One chirp of the lidar in front of a target.
 fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measurement {
     let config = Config { method, ..scenario::lidar() };
-    let Solver::Chirp(_, scales) = config.validate::<Real>(N).unwrap().solver else { panic!() };
+    let Solver::Chirp(_, scales) = config.plan::<Real, N>().unwrap().solver else { panic!() };
     let mut pipeline = pipeline(config);
     let mut last = Measurement::default();
     for ((segment, beat), sequence) in scenario::lidar_beats(row, &scales).into_iter().zip(0..) {
@@ -98,7 +100,7 @@ fn an_offset_changes_nothing() {
     let (plain, raised) = (measure(&plain), measure(&raised));
     assert_eq!(plain.verdict, Verdict::Good);
     assert!((plain.frequency.bins(N) - raised.frequency.bins(N)).abs() < 1e-4);
-    let unsigned = Config { codes: Codes::Unsigned12, ..scenario::lidar() };
+    let unsigned = Config { codes: Codes::unsigned::<12>(), ..scenario::lidar() };
     let shifted = block(&signal, 2, 0).map(|x| x + 2048);
     let unsigned = pipeline(unsigned).block(Stamp::default(), &shifted).tone;
     assert!((plain.frequency.bins(N) - unsigned.frequency.bins(N)).abs() < 1e-4);

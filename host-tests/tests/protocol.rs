@@ -1,7 +1,7 @@
 //! Commands and answers over a bad line: what arrives is what was sent, and nothing else is followed.
 
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Counters;
-use picket::acquire::sample::Codes;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::words::guard::causes;
@@ -25,8 +25,12 @@ fn settings(rng: &mut impl RngExt) -> Settings {
             duration_s: rng.random(),
         },
     };
-    let config =
-        Config { rate_hz: rng.random(), codes: Codes::Unsigned12, scene, ..Config::default() };
+    let config = Config {
+        rate_hz: rng.random(),
+        codes: Codes::unsigned::<12>(),
+        scene,
+        ..Config::new(1.0, Codes::signed::<12>())
+    };
     let drive = match rng.random_range(0..4) {
         0 => Drive::Off,
         1 => Drive::Dac { low: rng.random(), high: rng.random() },

@@ -3,7 +3,8 @@
 use crate::each_length;
 use crate::fft::{least_ratios, worst_by};
 use crate::signal::{Kind, anywhere, error, mean, measure_by, trials};
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 use picket::estimate::tone::Verdict;
 use picket::spectrum::engine::{Engine, Q15};
 use picket::spectrum::fft::q15::FRACTION;
@@ -18,7 +19,7 @@ fn snr_against_float64() {
 
 /// A wrapped sum would be off by 2^16 stored points.
 fn check_extremes<const N: usize>() {
-    for codes in [Codes::Signed12, Codes::Signed16, Codes::Unsigned12] {
+    for codes in [Codes::signed::<12>(), Codes::signed::<16>(), Codes::unsigned::<12>()] {
         let worst = worst_by::<N, Q15>(codes) / f64::from(1 << FRACTION);
         println!("{N} {codes:?}: {worst:.1} stored units");
         assert!(worst < 64.0, "{N} {codes:?}: {worst}");

@@ -1,7 +1,7 @@
 //! The analyser on real recordings. They lie beside the repository, not in it; without them every test
 //! here says that it was skipped.
 
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::SPEED_OF_LIGHT;
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
@@ -24,7 +24,7 @@ fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
         band_hz: None,
         estimators: Some(parse(methods, Reach::Sixteen).unwrap()),
         reach: Reach::Sixteen,
-        codes: Codes::Signed16,
+        codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::F64,
         style: Style::Json,
     }

@@ -1,9 +1,10 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
 use picket::acquire::sample::Real;
-use picket::config::{Config, Plan, Solver};
+use picket::config::Config;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::tone::{Tone, Verdict};
+use picket::plan::Solver;
 use picket::solve::chirp::{self, Ambiguity, Scales};
 use picket_host::scenario::{self, Row};
 use proptest::prelude::*;
@@ -14,9 +15,8 @@ use rand_distr::{Distribution, StandardNormal};
 const N: usize = 1024;
 
 fn scales() -> Scales {
-    let Ok(Plan { solver: Solver::Chirp(_, scales), .. }) = scenario::lidar().validate::<Real>(N)
-    else {
-        panic!("the lidar's configuration is valid");
+    let Solver::Chirp(_, scales) = scenario::lidar().plan::<Real, N>().unwrap().solver else {
+        panic!("the lidar has a chirp");
     };
     scales
 }
@@ -167,7 +167,7 @@ fn sigmas_explain_the_errors() {
 fn configuration_errors_are_found() {
     use picket::config::{ConfigError, Scene};
     let good = scenario::lidar();
-    let check = |config: Config| config.validate::<Real>(N).err();
+    let check = |config: Config| config.plan::<Real, N>().err();
     assert_eq!(check(good), None);
     assert_eq!(check(Config { rate_hz: 0.0, ..good }), Some(ConfigError::Rate));
     assert_eq!(check(Config { rate_hz: f64::NAN, ..good }), Some(ConfigError::Rate));

@@ -2,7 +2,8 @@
 //! number of threads, and codes of a converter.
 
 use indicatif::ProgressBar;
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
@@ -80,7 +81,7 @@ fn points_across_a_bin_in_the_targets_arithmetic() {
     sweep.arithmetic = Arithmetic::Target;
     sweep.offsets = Offsets::Points(15);
     sweep.trials = 1000;
-    sweep.width = Width::Codes(Codes::Signed12);
+    sweep.width = Width::Codes(Codes::signed::<12>());
     let rows = run::<Real>(&sweep, -10.0);
     for (row, (low, high)) in
         rows.iter().zip([(17400.0, 18700.0), (41500.0, 45000.0), (0.0, 14150.0)])
@@ -115,7 +116,7 @@ fn without_noise() {
     let float = run::<Real>(&sweep, f64::INFINITY);
     assert!(float[0].rmse_bins < 1e-9, "{float:?}");
     assert_eq!((float[0].ratio, float[0].snr_db), (None, None));
-    sweep.width = Width::Codes(Codes::Signed12);
+    sweep.width = Width::Codes(Codes::signed::<12>());
     let codes = run::<Real>(&sweep, f64::INFINITY);
     assert!((1e-7..1e-5).contains(&codes[0].rmse_bins), "{codes:?}");
 }

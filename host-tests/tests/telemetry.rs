@@ -65,6 +65,7 @@ fn record(sequence: u32, rng: &mut impl Rng) -> Record {
                 snr: float(rng),
                 amplitude: float(rng),
                 verdict: verdict(rng),
+                rate_hz: rng.random(),
             },
             result,
         },

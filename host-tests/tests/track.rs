@@ -1,6 +1,7 @@
 //! The tracker on noisy 12-bit records: how much it gains, whether it knows, when it acquires and when it loses.
 
-use picket::acquire::sample::{Codes, Real, Segment, Stamp};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::config::{Config, Following};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::tone::Verdict;
@@ -20,8 +21,8 @@ fn one() -> Following {
 }
 
 fn tracker<const N: usize>(following: Following) -> Tracker<Real, N> {
-    let config = Config { following, ..Config::default() };
-    Tracker::new(config.validate::<Real>(N).unwrap())
+    let config = Config { following, ..Config::new(1.0, Codes::signed::<12>()) };
+    Tracker::new(config.plan::<Real, N>().unwrap())
 }
 
 /// Feeds blocks of tones that may move; `None` for noise alone.
@@ -293,7 +294,7 @@ fn two_vehicles_are_two_tracks() {
         hop: 4096,
         skip: 0,
         band_hz: Some((300.0, 2500.0)),
-        codes: Codes::Signed16,
+        codes: Codes::signed::<16>(),
         reach: Reach::Sixteen,
         following,
     };

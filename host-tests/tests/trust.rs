@@ -2,7 +2,8 @@
 //! verdicts. Records go through the whole pipeline, in the target's arithmetic.
 
 use crate::signal::*;
-use picket::acquire::sample::{Codes, Iq, Real, Stamp, Statistics};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Stamp, Statistics};
 use picket::config::Config;
 use picket::estimate::detection::Threshold;
 use picket::estimate::measure::Arithmetic;
@@ -95,8 +96,8 @@ fn interferers<R: Kind, const N: usize>(count: usize) {
     let noise = sigma(tone_amplitude, snr_db);
     let n = N as f64;
     let band_hz = Some((n / 32.0, n / 8.0));
-    let config = Config { rate_hz: n, band_hz, ..Config::default() };
-    let plan = config.validate::<R>(N).unwrap();
+    let config = Config { rate_hz: n, band_hz, ..Config::new(1.0, Codes::signed::<12>()) };
+    let plan = config.plan::<R, N>().unwrap();
     let seen = trials(seed, 2000, |rng| {
         let line = |rng: &mut rand_chacha::ChaCha8Rng, from: f64, to: f64, amplitude| Line {
             bins: n * rng.random_range(from..to),
@@ -198,8 +199,8 @@ fn detected<const N: usize>(snr_db: f64) {
 /// Noise alone, through converter and FFT: weak, but for the false alarms.
 #[test]
 fn noise_alone_is_weak() {
-    let config = Config { false_alarm: 1e-2, ..Config::default() };
-    let plan = config.validate::<Real>(256).unwrap();
+    let config = Config { false_alarm: 1e-2, ..Config::new(1.0, Codes::signed::<12>()) };
+    let plan = config.plan::<Real, 256>().unwrap();
     let seen = trials(10, 200_000, |rng| {
         let samples = Real::record::<256>(rng, &[], 30.0);
         Pipeline::<Real, 256>::new(plan).block(Stamp::default(), &samples).tone.verdict
@@ -312,11 +313,11 @@ fn each_verdict_where_it_belongs() {
 
 fn each_verdict(arithmetic: Arithmetic) {
     let mut rng = rng(14, 0);
-    let config = Config { arithmetic, ..Config::default() };
+    let config = Config { arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
     let mut verdict = |bins: f64, amplitude: f64, gap: bool| {
         let line = Line { bins, amplitude, phase: 0.4 };
         let samples = Real::record::<1024>(&mut rng, &[line], 2.0);
-        let plan = config.validate::<Real>(1024).unwrap();
+        let plan = config.plan::<Real, 1024>().unwrap();
         let stamp = Stamp { gap, ..Stamp::default() };
         Pipeline::<Real, 1024>::new(plan).block(stamp, &samples).tone.verdict
     };
@@ -337,8 +338,12 @@ fn a_recorded_tone() {
     let Some(file) = host_tests::shared("data/tone_1kHz_pcm2900_i16_44100.bin") else { return };
     let bytes = std::fs::read(file).unwrap();
     let samples: Vec<i16> = bytes.as_chunks().0.iter().map(|&b| i16::from_le_bytes(b)).collect();
-    let config = Config { rate_hz: 44100.0, codes: Codes::Signed16, ..Config::default() };
-    let plan = config.validate::<Real>(4096).unwrap();
+    let config = Config {
+        rate_hz: 44100.0,
+        codes: Codes::signed::<16>(),
+        ..Config::new(1.0, Codes::signed::<12>())
+    };
+    let plan = config.plan::<Real, 4096>().unwrap();
     let mut pipeline = Pipeline::<Real, 4096>::new(plan);
     let seen: Vec<_> = samples[..176_400]
         .as_chunks::<4096>()

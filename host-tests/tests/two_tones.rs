@@ -1,6 +1,7 @@
 //! Two tones in a record: told apart, or called unresolved. In the target's arithmetic.
 
 use crate::signal::*;
+use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Stamp, Statistics};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
@@ -66,8 +67,8 @@ struct Pair {
 fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
     let amplitude = 1000.0 / (1.0 + 2.0 * sigma(1.0, snr_db));
     let noise = sigma(amplitude, snr_db);
-    let config = Config { reach, ..Config::default() };
-    let plan = config.validate::<Real>(1024).unwrap();
+    let config = Config { reach, ..Config::new(1.0, Codes::signed::<12>()) };
+    let plan = config.plan::<Real, 1024>().unwrap();
     let seen = trials(15, 600, |rng| {
         let first = Line {
             bins: rng.random_range(5.0..500.0 - distance),
@@ -143,7 +144,7 @@ fn two_tones_by_subtraction() {
 fn one_tone_is_one() {
     for snr_db in [0.0, 30.0, 60.0] {
         let amplitude = amplitude(snr_db);
-        let plan = Config::default().validate::<Real>(1024).unwrap();
+        let plan = Config::new(1.0, Codes::signed::<12>()).plan::<Real, 1024>().unwrap();
         let seen = trials(16, 1000, |rng| {
             let line = anywhere::<Real, 1024>(rng, amplitude);
             let samples = Real::record::<1024>(rng, &[line], sigma(amplitude, snr_db));

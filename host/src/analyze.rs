@@ -5,7 +5,7 @@ use crate::cli::print_line;
 use crate::estimator::Estimator;
 use crate::recording::{self, Format, Recording, Records, Sample};
 use crate::with_kind;
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
 use picket_transform::num_complex::Complex;
@@ -249,12 +249,12 @@ impl Station {
                 rate_hz: rate,
                 codes: analysis.codes,
                 band_hz: analysis.band_hz,
-                ..Config::default()
+                ..Config::new(1.0, Codes::signed::<12>())
             };
             // The length is checked first: the plan takes any.
             let whole = Config { band_hz: None, ..config };
-            engine::<R>(analysis.arithmetic, n, whole.validate::<R>(n).map_err(text)?)?;
-            let plan = config.validate::<R>(n).map_err(text)?;
+            engine::<R>(analysis.arithmetic, n, whole.terms::<R>(n).map_err(text)?)?;
+            let plan = config.terms::<R>(n).map_err(text)?;
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
         })
     }

@@ -4,7 +4,8 @@ use crate::cli::print_line;
 use crate::recording::{self, Recording};
 use crate::simulate::{Kind, codes};
 use crate::{analyze::Style, with_kind};
-use picket::acquire::sample::{Codes, Segment, Stamp};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Segment, Stamp};
 use picket::config::{Config, Following};
 use picket::estimate::least_squares::Reach;
 use picket::solve::track::{State, Track};
@@ -130,8 +131,15 @@ fn blocks<R: Kind, const N: usize>(
 ) -> Result<(), String> {
     let &Pursuit { hop, skip, band_hz, codes, reach, following, .. } = pursuit;
     let rate_hz = recording.rate_hz();
-    let config = Config { rate_hz, codes, band_hz, reach, following, ..Config::default() };
-    let mut tracker = Box::new(Tracker::<R, N>::new(config.validate::<R>(N).map_err(text)?));
+    let config = Config {
+        rate_hz,
+        codes,
+        band_hz,
+        reach,
+        following,
+        ..Config::new(1.0, Codes::signed::<12>())
+    };
+    let mut tracker = Box::new(Tracker::<R, N>::new(config.plan::<R, N>().map_err(text)?));
     let mut blocks = recording.blocks(N, hop, skip);
     let mut block = 0u32;
     while let Some((start, samples)) = blocks.next_block().map_err(text)? {

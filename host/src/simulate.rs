@@ -5,7 +5,8 @@
 //! number, so the order in which threads take trials does not matter.
 
 use num_complex::Complex;
-use picket::acquire::sample::{Codes, Iq, Real, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -78,7 +79,7 @@ impl Signal {
             lines: vec![Line { bins, amplitude, phase: None }],
             snr_db,
             dc: [0.0; 2],
-            width: Width::Codes(Codes::Signed12),
+            width: Width::Codes(Codes::signed::<12>()),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::estimator::Estimator;
 use crate::simulate::{Kind, Line, Signal, Width, generator};
 use crate::with_kind;
 use indicatif::ProgressBar;
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::estimate::uncertainty::bound_bins;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -67,7 +67,7 @@ pub struct Sweep {
 /// codes; of a float converter that of 12 bits.
 pub fn full_amplitude(width: Width, snr_db: f64) -> f64 {
     let rail = match width {
-        Width::Codes(Codes::Signed16) => 32760.0,
+        Width::Codes(codes) if codes.bits() == 16 => 32760.0,
         _ => 2040.0,
     };
     rail / (1.0 + 4.0 * (0.5 / 10f64.powf(snr_db / 10.0)).sqrt())
@@ -163,7 +163,7 @@ impl Sweep {
     fn run_all<R: Kind>(&self, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
         let codes = match self.width {
             Width::Codes(codes) => codes,
-            Width::Float => Codes::Signed16,
+            Width::Float => Codes::signed::<16>(),
         };
         let plan = whole::<R>(self.n, codes)?;
         let make = || engine::<R>(self.arithmetic, self.n, plan);

@@ -31,8 +31,14 @@ fn path(name: &str) -> PathBuf {
 fn record(sequence: u32) -> Vec<u8> {
     let stamp = Stamp { sequence, clock: u64::from(sequence) * 1024, ..Stamp::default() };
     let frequency = Frequency::of_bins(128, 0.0_f32, 1024).unwrap();
-    let tone =
-        Tone { frequency, sigma: 1e-6, snr: 1000.0, amplitude: 900.0, verdict: Verdict::Good };
+    let tone = Tone {
+        frequency,
+        sigma: 1e-6,
+        snr: 1000.0,
+        amplitude: 900.0,
+        verdict: Verdict::Good,
+        rate_hz: 1.0,
+    };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
     let health = Health { lost: 3, faults: 1 };
     Record { measurement, method: Method::LeastSquaresReal, health }.to_frame().to_vec()

@@ -1,48 +1,7 @@
-//! What the converter delivers: codes, records and the blocks that carry them.
+//! What the converter delivers: records and the blocks that carry them.
 
+use super::codes::Codes;
 use num_complex::Complex;
-
-/// The converter's codes: their rails, and how far the integer FFT may shift them up (see
-/// [`crate::spectrum::fft::integer`] for the growth bound).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Codes {
-    /// Signed 12-bit codes, -2048..=2047.
-    Signed12,
-    /// Unsigned 12-bit codes as a microcontroller's converter gives them, 0..=4095.
-    /// The constant offset falls into bin 0, which no estimator reads.
-    Unsigned12,
-    /// Signed 16-bit codes, -32768..=32767.
-    Signed16,
-}
-
-impl Codes {
-    /// The lowest and the highest code: a sample there has touched a rail.
-    pub const fn rails(self) -> (i16, i16) {
-        match self {
-            Codes::Signed12 => (-2048, 2047),
-            Codes::Unsigned12 => (0, 4095),
-            Codes::Signed16 => (i16::MIN, i16::MAX),
-        }
-    }
-
-    /// The middle between the rails, that of signed ones rounded up.
-    pub const fn middle(self) -> i16 {
-        match self {
-            Codes::Unsigned12 => 2048,
-            Codes::Signed12 | Codes::Signed16 => 0,
-        }
-    }
-
-    /// The width of a code as a signed number.
-    pub const fn bits(self) -> u32 {
-        match self {
-            Codes::Signed12 => 12,
-            Codes::Unsigned12 => 13,
-            Codes::Signed16 => 16,
-        }
-    }
-}
 
 mod sealed {
     pub trait Sealed {}
@@ -71,11 +30,11 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
 }
 
 /// Real samples, as from one converter.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Real;
 
 /// Complex samples, as from two converters in quadrature.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Iq;
 
 impl Record for Real {
@@ -245,6 +204,13 @@ impl Statistics {
         let inside = |part: i16| (part as u16).wrapping_sub(low as u16).wrapping_sub(1) < between;
         let touches = |[i, q]: [i16; 2]| !inside(i) || (R::IQ && !inside(q));
         samples.iter().fold(0, |count, &sample| count + u32::from(touches(R::parts(sample))))
+    }
+
+    /// Samples of which a part lies beyond the rails: codes that the converter cannot make. Asked only where some touch a rail;
+    /// costs as much as [`Statistics::clipped`].
+    pub fn beyond<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+        // No number is beyond those of 16 bits.
+        codes.wider().map_or(0, |wider| Self::clipped::<R>(samples, wider))
     }
 
     /// The mean as a complex number of codes, from the number of samples.

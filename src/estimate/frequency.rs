@@ -20,6 +20,13 @@ impl defmt::Format for Frequency {
     }
 }
 
+/// In cycles per sample, to the step's last digit.
+impl core::fmt::Display for Frequency {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:.10} cycles/sample", self.cycles())
+    }
+}
+
 impl Frequency {
     /// Bin `peak` of an `n`-point record plus `offset` bins; `None` where `offset` is not finite.
     /// The peak's share is exact, the offset's is rounded to the nearest step.

@@ -3,7 +3,7 @@
 use super::detection::HOLD;
 use super::frequency::Frequency;
 use super::locked::{self, Found, Place};
-use super::tone::{Tone, Verdict};
+use super::tone::Tone;
 use super::uncertainty::CLIPPED;
 use super::{locked::noise, noise::ratio};
 use crate::acquire::sample::Record;
@@ -102,7 +102,7 @@ impl Lock {
             sigma: sigma / length,
             snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
             amplitude: found.amplitude_squared.root(),
-            verdict: Verdict::Good,
+            ..Tone::ZERO
         })
     }
 }

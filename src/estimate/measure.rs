@@ -11,7 +11,8 @@ use super::returns::Part;
 use super::tone::{Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
-use crate::acquire::sample::{Codes, Record, Stamp};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Record, Stamp};
 use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -189,6 +190,7 @@ impl Seen {
             snr: noise::ratio::<f32, R>(N, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
+            ..Tone::ZERO
         })
     }
 }

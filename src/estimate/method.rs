@@ -12,6 +12,26 @@ use crate::spectrum::bins::{Bins, Rectangular};
 use crate::spectrum::engine::Engine;
 use fixed::types::I2F30;
 
+/// No method has this name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownMethod;
+
+impl core::fmt::Display for UnknownMethod {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("there is no method of this name: see Method::ALL")
+    }
+}
+
+impl core::error::Error for UnknownMethod {}
+
+impl core::str::FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
+        Method::from_name(name).ok_or(UnknownMethod)
+    }
+}
+
 /// Which records a method is right for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Records {
@@ -125,6 +145,7 @@ macro_rules! methods {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u8)]
+        #[non_exhaustive]
         pub enum Method {
             $(#[doc = $doc] $variant = $id,)*
         }

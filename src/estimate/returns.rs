@@ -13,7 +13,8 @@
 use super::frequency::Frequency;
 use super::least_squares::fixed::product;
 use super::noise::ROUNDING;
-use crate::acquire::sample::{Codes, Record};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::Record;
 
 /// The longest lag. Of so many, one leaves less than a 256th of a turn.
 const LONGEST: usize = 256;

@@ -7,6 +7,7 @@ use super::frequency::Frequency;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Verdict {
     /// Use it: the error is as sigma says.
     Good = 0,
@@ -24,11 +25,14 @@ pub enum Verdict {
     /// There is nothing in the band; the numbers mean nothing.
     #[default]
     NoSignal = 6,
+    /// Samples lie beyond the rails of the codes that were stated: the codes are others, and noise, sigma and clipping mean
+    /// nothing.
+    WrongCodes = 9,
 }
 
 impl Verdict {
     /// Every verdict, from best to worst.
-    pub const ALL: [Verdict; 7] = [
+    pub const ALL: [Verdict; 8] = [
         Verdict::Good,
         Verdict::NearEdge,
         Verdict::Clipped,
@@ -36,11 +40,12 @@ impl Verdict {
         Verdict::Gap,
         Verdict::Weak,
         Verdict::NoSignal,
+        Verdict::WrongCodes,
     ];
 
     /// The verdict with this number, as stored in a telemetry record.
     pub fn from_u8(code: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(code)).copied()
+        Self::ALL.iter().copied().find(|&verdict| verdict as u8 == code)
     }
 
     /// The name that tables and JSON show.
@@ -53,7 +58,14 @@ impl Verdict {
             Verdict::Gap => "gap",
             Verdict::Weak => "weak",
             Verdict::NoSignal => "no-signal",
+            Verdict::WrongCodes => "wrong-codes",
         }
+    }
+}
+
+impl core::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
     }
 }
 
@@ -72,9 +84,42 @@ pub struct Tone {
     pub amplitude: f32,
     /// May it be used?
     pub verdict: Verdict,
+    /// The sample rate, for the methods that answer in hertz; 0 where nobody said it.
+    pub rate_hz: f64,
+}
+
+/// In hertz, with as many digits as sigma has two of: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`.
+impl core::fmt::Display for Tone {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let (hertz, sigma) = (self.hertz(), self.sigma_hertz());
+        // Casts saturate.
+        let digits = (1.0 - libm::floor(libm::log10(sigma))).clamp(0.0, 9.0) as usize;
+        write!(f, "{hertz:.digits$} Hz ± {sigma:.digits$} Hz, ")?;
+        write!(f, "SNR {:.1} dB, {}", self.snr_db(), self.verdict)
+    }
 }
 
 impl Tone {
+    /// All zeros, and good: a place to be filled.
+    pub(crate) const ZERO: Self = Self {
+        frequency: Frequency(fixed::types::I0F32::ZERO),
+        sigma: 0.0,
+        snr: 0.0,
+        amplitude: 0.0,
+        verdict: Verdict::Good,
+        rate_hz: 0.0,
+    };
+
+    /// The frequency in hertz.
+    pub fn hertz(&self) -> f64 {
+        self.frequency.hertz(self.rate_hz)
+    }
+
+    /// One standard deviation of the frequency, in hertz.
+    pub fn sigma_hertz(&self) -> f64 {
+        f64::from(self.sigma) * self.rate_hz
+    }
+
     /// The signal-to-noise ratio in decibels.
     pub fn snr_db(&self) -> f32 {
         10.0 * libm::log10f(self.snr)

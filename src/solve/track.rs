@@ -239,7 +239,7 @@ mod tests {
 
     fn tone(cycles: f64, sigma: f32) -> Tone {
         let frequency = Frequency::of_bins(0, cycles, 1).unwrap();
-        Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, verdict: Verdict::Good }
+        Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, verdict: Verdict::Good, rate_hz: 1.0 }
     }
 
     /// The gains and the variance that the table in the module's text gives.

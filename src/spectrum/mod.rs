@@ -10,7 +10,8 @@ pub mod zoom;
 #[cfg(dsp)]
 mod zoom_dsp;
 
-use crate::acquire::sample::{Cells as _, Codes, Record};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Cells as _, Record};
 use crate::math::products;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;

@@ -56,7 +56,7 @@ macro_rules! numbers {
     };
 }
 
-numbers!(u16: u16, u32: u32, u64: u64, i32: i32, i64: i64, f32: f32, f64: f64);
+numbers!(i16: i16, u16: u16, u32: u32, u64: u64, i32: i32, i64: i64, f32: f32, f64: f64);
 
 #[cfg(test)]
 mod tests {

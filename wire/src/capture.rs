@@ -70,7 +70,7 @@ impl Header {
         bytes
     }
 
-    /// Reads a header. The configuration is not checked further: see [`Config::validate`].
+    /// Reads a header. The configuration is not checked further: see [`Config::terms`].
     ///
     /// # Errors
     /// The bytes do not begin as a capture does, are of another version, are damaged, or a field has no meaning.
@@ -113,12 +113,13 @@ pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::sample::{Codes, Iq, Real};
+    use picket::acquire::codes::Codes;
+    use picket::acquire::sample::{Iq, Real};
     use picket::config::Scene;
     use picket::solve::chirp::Shape;
 
     fn headers() -> [Header; 3] {
-        let config = Config { rate_hz: 48e3, codes: Codes::Signed16, ..Config::default() };
+        let config = Config::new(48e3, Codes::signed::<16>());
         let lidar = Scene::Chirp {
             shape: Shape::Triangle,
             wavelength_m: 1550e-9,

@@ -3,14 +3,14 @@
 //! | offset | field |
 //! |---|---|
 //! | 0 | flags: u8, bit 0 I/Q records, bit 1 a band |
-//! | 1 | codes: u8, 0 signed 12 bits, 1 unsigned 12 bits, 2 signed 16 bits |
-//! | 2 | method: u8 |
-//! | 3 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
-//! | 4 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
-//! | 5 | bins on each side that least squares reads: u8 |
-//! | 6 | arithmetic: u8, 0 float, 1 fixed |
-//! | 7 | tones followed: u8 |
-//! | 8 | blocks from search to search: u8, and three zeros |
+//! | 1 | method: u8 |
+//! | 2 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
+//! | 3 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
+//! | 4 | bins on each side that least squares reads: u8 |
+//! | 5 | arithmetic: u8, 0 float, 1 fixed |
+//! | 6 | tones followed: u8 |
+//! | 7 | blocks from search to search: u8 |
+//! | 8 | the converter's lowest and highest code: 2 i16 |
 //! | 12 | samples in a block: u32 |
 //! | 16 | rate, band's ends: 3 f64, Hz |
 //! | 40 | wavelength, angle or bandwidth, duration: 3 f64 |
@@ -18,7 +18,7 @@
 //! | 72 | agility, acceleration, rate of following: 3 f32 |
 
 use crate::bytes::{Reader, Writer};
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
@@ -79,17 +79,16 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
         Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
             (2, shape as u8, [wavelength_m, bandwidth_hz, duration_s])
         }
+        // A scene of a later library has no number here: every reader refuses it.
+        _ => (u8::MAX, 0, [0.0; 3]),
     };
-    let codes = match config.codes {
-        Codes::Signed12 => 0,
-        Codes::Unsigned12 => 1,
-        Codes::Signed16 => 2,
-    };
+    let (lowest, highest) = config.codes.rails();
     let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
     let flags = u8::from(iq) | u8::from(band) << 1;
-    writer.put([flags, codes, config.method.id(), scene]);
-    writer.put([shape, config.reach.bins() as u8, config.arithmetic as u8, most]);
-    writer.put([refresh, 0, 0, 0]);
+    writer.put([flags, config.method.id(), scene, shape]);
+    writer.put([config.reach.bins() as u8, config.arithmetic as u8, most, refresh]);
+    writer.i16(lowest);
+    writer.i16(highest);
     writer.u32(n);
     writer.f64(config.rate_hz);
     for number in ends.into_iter().chain(scales) {
@@ -108,9 +107,9 @@ pub(crate) fn take(reader: &mut Reader<'_>) -> Result<(bool, u32, Config), Encod
 }
 
 fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
-    let [flags, codes, method, scene] = reader.take()?;
-    let [shape, reach, arithmetic, most] = reader.take()?;
-    let [refresh, _, _, _] = reader.take()?;
+    let [flags, method, scene, shape] = reader.take()?;
+    let [reach, arithmetic, most, refresh] = reader.take()?;
+    let (lowest, highest) = (reader.i16()?, reader.i16()?);
     let n = reader.u32()?;
     let rate_hz = reader.f64()?;
     let (low, high) = (reader.f64()?, reader.f64()?);
@@ -125,12 +124,7 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
     };
     let config = Config {
         rate_hz,
-        codes: match codes {
-            0 => Codes::Signed12,
-            1 => Codes::Unsigned12,
-            2 => Codes::Signed16,
-            _ => return None,
-        },
+        codes: Codes::between(lowest, highest)?,
         band_hz: (flags & 2 != 0).then_some((low, high)),
         method: Method::from_u8(method)?,
         reach: match reach {

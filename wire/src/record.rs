@@ -25,8 +25,9 @@
 //! | 68 | sigma of the velocity: f32, m/s |
 //! | 72 | the other range of an exchange: i64 |
 //! | 80 | the other velocity of an exchange: i64 |
+//! | 88 | sample rate: f64, Hz |
 //!
-//! A later version of the same number may append fields: readers ignore what follows byte 88.
+//! A later version of the same number may append fields: readers ignore what follows byte 96.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
@@ -41,10 +42,10 @@ use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
 
 /// The layout's version.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Bytes of a record.
-pub const LENGTH: usize = 88;
+pub const LENGTH: usize = 96;
 
 /// What the front end lost until a record was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -197,6 +198,7 @@ impl Record {
         writer.f32(flat.sigma_velocity);
         writer.i64(flat.other_range);
         writer.i64(flat.other_velocity);
+        writer.f64(tone.rate_hz);
         bytes
     }
 
@@ -236,12 +238,13 @@ impl Record {
             clock: reader.u64()?,
         };
         let clipped = reader.u32()?;
-        let tone = Tone {
+        let mut tone = Tone {
             verdict: Verdict::from_u8(verdict)?,
             frequency: Frequency(I0F32::from_bits(reader.i32()?)),
             sigma: reader.f32()?,
             snr: reader.f32()?,
             amplitude: reader.f32()?,
+            rate_hz: 0.0,
         };
         let health = Health { lost: reader.u32()?, faults: reader.u32()? };
         let [outcome, outcome_verdict, ambiguity, method] = reader.take()?;
@@ -256,6 +259,7 @@ impl Record {
             other_range: reader.i64()?,
             other_velocity: reader.i64()?,
         };
+        tone.rate_hz = reader.f64()?;
         let result = flat.outcome()?;
         let method = Method::from_u8(method)?;
         Some(Self { measurement: Measurement { stamp, clipped, tone, result }, method, health })

@@ -19,7 +19,7 @@ use crate::config;
 use crate::config::EncodingError;
 use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::pipeline::{Measurement, Outcome};
 
@@ -113,7 +113,7 @@ impl Default for Settings {
         Self {
             core_mhz: 0,
             iq: false,
-            config: Config { rate_hz: 500e3, codes: Codes::Unsigned12, ..Config::default() },
+            config: Config::new(500e3, Codes::unsigned::<12>()),
             guard: 0,
             drive: Drive::Off,
             report_every: 1,

@@ -7,12 +7,13 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use picket::acquire::sample::{Codes, Iq, Real, Record, Segment, Stamp, Statistics};
-use picket::config::Plan;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp, Statistics};
 use picket::estimate::lock::Lock;
 use picket::estimate::locked::{self, Place};
 use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
+use picket::plan::Plan;
 use picket::spectrum::fft::twiddle::MAX_LENGTH;
 use picket::spectrum::zoom::Oscillator;
 use picket::tracker::Tracker;
@@ -37,7 +38,7 @@ fn main() -> ! {
         fail(Exit::Config, "this image takes real records of 1024 samples");
     }
     Timer::ONE.run_free();
-    let plan = playback.plan::<Real>(N);
+    let plan = playback.plan::<Real, N>();
     let mut pipeline = Pipeline::<Real, N>::new(plan);
     let mut tracker = Tracker::<Real, N>::new(plan);
     let (mut bytes, mut samples) = ([0; 2 * N], [0; N]);
@@ -105,8 +106,8 @@ impl Equality {
             };
             let kernel = oscillator.zoom::<R, N>(samples);
             self.compared = self.compared.wrapping_add(1);
-            let clipped = Statistics::clipped::<R>(samples, Codes::Signed16);
-            let same = clipped == Statistics::of::<R>(samples, Codes::Signed16).clipped;
+            let clipped = Statistics::clipped::<R>(samples, Codes::signed::<16>());
+            let same = clipped == Statistics::of::<R>(samples, Codes::signed::<16>()).clipped;
             if !same || kernel != oscillator.zoom_portably::<R, N>(samples) {
                 self.unequal = self.unequal.wrapping_add(1);
             }
@@ -127,7 +128,7 @@ fn stages(tone: &Tone, samples: &[i16; N]) {
     }
 }
 
-fn follow(tracker: &mut Tracker<Real, N>, plan: &Plan, stamp: Stamp, samples: &[i16; N]) {
+fn follow(tracker: &mut Tracker<Real, N>, plan: &Plan<Real, N>, stamp: Stamp, samples: &[i16; N]) {
     let (ticks, measurement) = measured(|| tracker.block(stamp, samples));
     let way = if tracker.is_locked(Segment::Continuous) { "locked" } else { "searched" };
     figure(Uart::ONE, way, ticks.into());

@@ -32,7 +32,7 @@ impl ForRecord for Check {
     fn run<R: Record, const N: usize>(self) {
         let Check(mut playback) = self;
         let header = playback.header;
-        let plan = playback.plan::<R>(N);
+        let plan = playback.plan::<R, N>();
         let mut pipeline = Pipeline::<R, N>::new(plan);
         let mut bytes = [0; 4 * MAX_LENGTH];
         let mut samples = [R::Sample::default(); N];

@@ -41,7 +41,7 @@ impl ForRecord for Instrument {
     #[inline(never)]
     fn run<R: Record, const N: usize>(self) {
         let Instrument(mut playback) = self;
-        let plan = playback.plan::<R>(N);
+        let plan = playback.plan::<R, N>();
         let method = plan.options.method;
         info!("{} blocks of {} samples, bins {}, {}", playback.header.blocks, N, plan.band, method);
         let mut pipeline = Pipeline::<R, N>::new(plan);

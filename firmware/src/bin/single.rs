@@ -5,9 +5,10 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
+use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Stamp};
-use picket::config::Plan;
 use picket::pipeline::Pipeline;
+use picket::plan::Plan;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use static_cell::ConstStaticCell;
@@ -21,7 +22,7 @@ fn main() -> ! {
         ConstStaticCell::new(Pipeline::new(Plan::IDLE));
     static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);
     if let Some((pipeline, samples)) = PIPELINE.try_take().zip(SAMPLES.try_take()) {
-        pipeline.adopt(const { Plan::tone::<Real>(1024) });
+        pipeline.adopt(const { Plan::tone(1.0, Codes::signed::<12>()) });
         black_box(pipeline.tone(&Stamp::default(), black_box(samples)));
     }
     exit(Exit::Done)

@@ -27,7 +27,7 @@ fn main() -> ! {
     // What the proof of freedom from panics must find.
     #[cfg(feature = "deliberate-panic")]
     assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
-    let plan = playback.plan::<Real>(N);
+    let plan = playback.plan::<Real, N>();
     let method = plan.options.method;
     let mut tracker = Tracker::<Real, N>::new(plan);
     let Some(mut acquisition) = Acquisition::new(&playback.header) else {

@@ -1,12 +1,12 @@
 //! What measures a block: the pipeline, or, in an image built to follow tones, the tracker around it.
 
-use super::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::frontend::Block;
 use picket::acquire::sample::{Iq, Real, Stamp};
 use picket::pipeline::Measurement;
 #[cfg(not(feature = "tracking"))]
 pub use picket::pipeline::Pipeline as Meter;
+use picket::plan::EitherPlan;
 #[cfg(feature = "tracking")]
 pub use picket::tracker::Tracker as Meter;
 use picket_wire::follow::Follow;
@@ -22,7 +22,7 @@ pub type Meters<const N: usize> = (&'static mut Meter<Real, N>, &'static mut Met
 macro_rules! meters {
     ($n:expr) => {{
         use picket::acquire::sample::{Iq, Real};
-        use picket::config::Plan;
+        use picket::plan::Plan;
         use $crate::instrument::measurer::Meter;
         static REAL: static_cell::ConstStaticCell<Meter<Real, { $n }>> =
             static_cell::ConstStaticCell::new(Meter::new(Plan::IDLE));
@@ -42,13 +42,16 @@ pub enum Measurer<const N: usize> {
 
 impl<const N: usize> Measurer<N> {
     /// The one for these settings.
-    pub fn new((real, iq): Meters<N>, plan: &Plan) -> Self {
-        if plan.settings.iq {
-            iq.adopt(plan.plan);
-            Measurer::Iq(iq)
-        } else {
-            real.adopt(plan.plan);
-            Measurer::Real(real)
+    pub fn new((real, iq): Meters<N>, plan: &EitherPlan<N>) -> Self {
+        match plan {
+            EitherPlan::Real(plan) => {
+                real.adopt(*plan);
+                Measurer::Real(real)
+            }
+            EitherPlan::Iq(plan) => {
+                iq.adopt(*plan);
+                Measurer::Iq(iq)
+            }
         }
     }
 

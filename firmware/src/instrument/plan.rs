@@ -1,18 +1,19 @@
 //! Settings that were checked, as far as they are the same on every board.
 
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Timing;
-use picket::acquire::sample::{Codes, Iq, Real};
-use picket::config::{self, Config, Scene};
+use picket::config::{Config, Scene};
+use picket::plan::EitherPlan;
 use picket_wire::settings::{Calibration, Drive, GUARD, Settings};
 use picket_wire::settings_error::SettingsError;
 
 /// What the instrument follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub struct Plan<const N: usize> {
     /// The settings with what was rounded: clock, rate, duration, codes.
     pub settings: Settings,
     /// The pipeline's plan.
-    pub plan: config::Plan,
+    pub plan: EitherPlan<N>,
     /// Samples of a segment: block and guard.
     pub length: u32,
     /// How blocks follow each other.
@@ -22,12 +23,12 @@ pub struct Plan {
 /// Bins around 0 Hz that the converters' offset takes.
 const OFFSET_BINS: i32 = 2;
 
-impl Plan {
-    /// Checks settings for blocks of `n` samples, sampled at the board's rate that is nearest to the one asked for.
+impl<const N: usize> Plan<N> {
+    /// Checks settings for blocks of `N` samples, sampled at the board's rate that is nearest to the one asked for.
     ///
     /// # Errors
     /// They contradict each other, or cannot be measured.
-    pub fn new(settings: &Settings, n: usize, rate_hz: f64) -> Result<Self, SettingsError> {
+    pub fn new(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         let Calibration { clock_ppm, range_offset_m, range_slope } = settings.calibration;
         let right = clock_ppm.abs() <= 1e3 && range_offset_m.is_finite();
         if !(right && (0.5..=2.0).contains(&range_slope)) {
@@ -40,9 +41,13 @@ impl Plan {
         if chirp != (settings.drive != Drive::Off) {
             return Err(SettingsError::Drive);
         }
-        let length = n as u32 + u32::from(settings.guard);
+        let length = N as u32 + u32::from(settings.guard);
         let config = true_config(settings, rate_hz, length);
-        let plan = if settings.iq { config.validate::<Iq>(n) } else { config.validate::<Real>(n) };
+        let plan = if settings.iq {
+            config.plan().map(EitherPlan::Iq)
+        } else {
+            config.plan().map(EitherPlan::Real)
+        };
         let plan = plan.map_err(SettingsError::Config)?;
         if settings.iq && plan.band.low <= OFFSET_BINS && plan.band.high >= -OFFSET_BINS {
             return Err(SettingsError::Offset);
@@ -57,7 +62,7 @@ impl Plan {
 /// The configuration with the rate there is, the converter's codes and the ramp's true duration.
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
     let rate_hz = rate_hz * (1.0 + f64::from(settings.calibration.clock_ppm) * 1e-6);
-    let mut config = Config { rate_hz, codes: Codes::Unsigned12, ..settings.config };
+    let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
     if let Scene::Chirp { duration_s, .. } = &mut config.scene {
         // A board's rate is above 0. Up by the last bit's rounding, so that a record fits its ramp.
         *duration_s = f64::from(length) / rate_hz * (1.0 + 2.0 * f64::EPSILON);

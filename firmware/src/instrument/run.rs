@@ -26,7 +26,7 @@ use picket_wire::status::{Raw, Status};
 /// The instrument.
 pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     board: B,
-    plan: Plan,
+    plan: Plan<N>,
     boot: Boot,
     reader: Reader,
     refused: u32,
@@ -67,7 +67,7 @@ fn of_words<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
 fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     board: &B,
     settings: &Settings,
-) -> Result<(Plan, B::Words), SettingsError> {
+) -> Result<(Plan<N>, B::Words), SettingsError> {
     if settings.config.following.most > 0 && !FOLLOWS {
         return Err(SettingsError::Tracking);
     }
@@ -107,7 +107,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             refused: 0,
             dropped: 0,
             blocks,
-            measurer: Measurer::new(meters?, &plan),
+            measurer: Measurer::new(meters?, &plan.plan),
             captures: 0,
             raw: None,
             until_report: 0,
@@ -298,7 +298,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
     }
 
     /// Settings that were sent.
-    fn check(&self, settings: &Settings, n: usize) -> Result<Plan, Refusal> {
+    fn check(&self, settings: &Settings, n: usize) -> Result<Plan<N>, Refusal> {
         let refused = |error: SettingsError| Refusal::Settings(error.code());
         if n != N {
             return Err(refused(SettingsError::Length));
@@ -332,7 +332,7 @@ fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
 
 fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     board: &B,
-    plan: &Plan,
+    plan: &Plan<N>,
     causes: Causes,
     last: LastEnd,
     stored: bool,

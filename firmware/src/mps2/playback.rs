@@ -5,9 +5,9 @@ use super::halt::{Exit, exit};
 use core::arch::asm;
 use core::ffi::CStr;
 use picket::acquire::sample::Record;
-use picket::config::Plan;
 use picket::estimate::method::Method;
 use picket::pipeline::Measurement;
+use picket::plan::Plan;
 use picket_wire::capture::Header;
 use picket_wire::record::{Health, Record as Telemetry};
 
@@ -39,9 +39,9 @@ impl Playback {
         }
     }
 
-    /// Checks the configuration for records of kind `R` and `n` samples.
-    pub fn plan<R: Record>(&self, n: usize) -> Plan {
-        match self.header.config.validate::<R>(n) {
+    /// Checks the configuration for records of kind `R` and `N` samples.
+    pub fn plan<R: Record, const N: usize>(&self) -> Plan<R, N> {
+        match self.header.config.plan() {
             Ok(plan) => plan,
             Err(error) => fail(Exit::Config, error.message()),
         }

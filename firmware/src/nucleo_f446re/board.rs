@@ -41,12 +41,12 @@ impl Board<N, SLOT> for Nucleo {
         Some(Self { tree, serial })
     }
 
-    fn plan(&self, settings: &Settings) -> Result<(Plan, Words), SettingsError> {
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
         let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
-        Words::plan(settings, N, &Tree::new(speed, self.tree.source))
+        Words::plan(settings, &Tree::new(speed, self.tree.source))
     }
 
-    fn sample(&mut self, plan: &Plan, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
+    fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
         converter::start(plan, words, &self.tree)
     }
 

@@ -1,5 +1,6 @@
 //! The sample clock's timer and what makes chirps in step with it: the DAC with its table, or the synthesiser.
 
+use super::N;
 use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
 use super::words::Words;
 use super::words::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
@@ -20,7 +21,7 @@ static FIRST: AtomicU16 = AtomicU16::new(0);
 static LENGTH: AtomicU16 = AtomicU16::new(0);
 
 /// Sets the timers and what plays the chirp; nothing runs before [`run`]. Gives false where the synthesiser is deaf.
-pub fn set_up(plan: &Plan, words: &Words) -> bool {
+pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     let period = words.sampling.period;
     put!(tim3().psc(), u32::from(period.prescaler));
     put!(tim3().arr(), u32::from(period.reload));

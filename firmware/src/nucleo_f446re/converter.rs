@@ -4,7 +4,6 @@
 //! the other's place. Writing the place that is being filled stops the stream with an error, so a late interrupt cannot spoil
 //! a block silently.
 
-use super::SLOT;
 use super::chirp;
 use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
 use super::words::Words;
@@ -12,6 +11,7 @@ use super::words::clock::Tree;
 use super::words::sampling::{
     ADC_SR_OVR, Converter, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
 };
+use super::{N, SLOT};
 use crate::instrument::plan::Plan;
 use core::cell::RefCell;
 use cortex_m::interrupt::{Mutex, free};
@@ -169,7 +169,7 @@ pub fn counters() -> Counters {
 }
 
 /// Sets converters and stream up and starts them; once only. Gives the main loop's end.
-pub fn start(plan: &Plan, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
+pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
     static MEMORY: [ConstStaticCell<Memory>; 3] = [const { ConstStaticCell::new([0; SLOT]) }; 3];
     static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> = ConstStaticCell::new(FrontEnd::new());
     let [a, b, c] = &MEMORY;

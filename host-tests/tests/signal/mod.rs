@@ -1,7 +1,8 @@
 //! Records of tones in noise as a converter delivers them, and how to measure errors on many of them.
 #![allow(dead_code)]
 
-use picket::acquire::sample::{Codes, Iq, Real, Record, Stamp};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record, Stamp};
 use picket::config::Config;
 use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
@@ -52,7 +53,7 @@ fn analogue<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) ->
     })
 }
 
-pub const CODES: Codes = Codes::Signed12;
+pub const CODES: Codes = Codes::signed::<12>();
 
 /// The largest amplitude at which four deviations of the noise do not clip.
 pub fn amplitude(snr_db: f64) -> f64 {
@@ -169,7 +170,7 @@ pub fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
 
 /// The same by any engine.
 pub fn measure_by<R: Kind, const N: usize, E: Engine>(samples: &[R::Sample; N]) -> Tone {
-    let plan = Config::default().validate::<R>(N).unwrap();
+    let plan = Config::new(1.0, Codes::signed::<12>()).plan::<R, N>().unwrap();
     Pipeline::<R, N, E>::new(plan).block(Stamp::default(), samples).tone
 }
 

@@ -5,7 +5,6 @@ use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
-use picket::config::Plan;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::measure::{excess_over, residual};
@@ -14,6 +13,7 @@ use picket::estimate::tone::Verdict;
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket::estimate::unclipped::Unclipped;
 use picket::math::scalar::Scalar;
+use picket::plan::Terms;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{Band, Peak, Search};
 use picket_transform::{Fft, Transform, num_complex::Complex};
@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// An engine for any number of samples.
 pub(super) struct Floats<T: Transform, R> {
     n: usize,
-    plan: Plan,
+    plan: Terms,
     fft: Arc<dyn Fft<T>>,
     scratch: Vec<Complex<T>>,
     samples: Vec<Complex<T>>,
@@ -40,7 +40,7 @@ impl<T: Transform, R> Debug for Floats<T, R> {
 }
 
 impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
-    pub(super) fn new(n: usize, plan: Plan) -> Self {
+    pub(super) fn new(n: usize, plan: Terms) -> Self {
         let fft = T::forward(n);
         let scratch = vec![Complex::new(T::zero(), T::zero()); fft.get_inplace_scratch_len()];
         Floats {

@@ -7,11 +7,13 @@ mod target;
 use crate::estimator::Estimator;
 use crate::simulate::Kind;
 use floats::Floats;
-use picket::acquire::sample::{Codes, Record};
-use picket::config::{Config, Plan};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Record;
+use picket::config::Config;
 use picket::estimate::measure;
 use picket::estimate::method::Method;
 use picket::estimate::tone::Verdict;
+use picket::plan::Terms;
 use picket::spectrum::fft::twiddle::{MAX_LENGTH, supported};
 use picket_transform::num_complex::Complex;
 use std::fmt::Debug;
@@ -139,7 +141,7 @@ pub const LONGEST: usize = 1 << 22;
 pub fn engine<R: Kind>(
     arithmetic: Arithmetic,
     n: usize,
-    plan: Plan,
+    plan: Terms,
 ) -> Result<Box<dyn Engine>, String> {
     build(R::IQ, arithmetic, n, plan)
 }
@@ -149,7 +151,7 @@ fn build(
     iq: bool,
     arithmetic: Arithmetic,
     n: usize,
-    plan: Plan,
+    plan: Terms,
 ) -> Result<Box<dyn Engine>, String> {
     if !(SHORTEST..=LONGEST).contains(&n) {
         return Err(format!("N = {n}: choose {SHORTEST} to {LONGEST} samples"));
@@ -160,17 +162,17 @@ fn build(
         ));
     }
     let options = measure::Options { arithmetic: arithmetic.after_the_fft(), ..plan.options };
-    let plan = Plan { options, ..plan };
+    let plan = Terms { options, ..plan };
     Ok(with_kind!(iq, R => match (arithmetic, n) {
         (Arithmetic::F64, _) => Box::new(Floats::<f64, R>::new(n, plan)),
         (Arithmetic::F32, _) => Box::new(Floats::<f32, R>::new(n, plan)),
-        (_, 64) => Box::new(Target::<R, 64>::new(plan)),
-        (_, 128) => Box::new(Target::<R, 128>::new(plan)),
-        (_, 256) => Box::new(Target::<R, 256>::new(plan)),
-        (_, 512) => Box::new(Target::<R, 512>::new(plan)),
-        (_, 1024) => Box::new(Target::<R, 1024>::new(plan)),
-        (_, 2048) => Box::new(Target::<R, 2048>::new(plan)),
-        _ => Box::new(Target::<R, 4096>::new(plan)),
+        (_, 64) => Target::<R, 64>::boxed(plan)?,
+        (_, 128) => Target::<R, 128>::boxed(plan)?,
+        (_, 256) => Target::<R, 256>::boxed(plan)?,
+        (_, 512) => Target::<R, 512>::boxed(plan)?,
+        (_, 1024) => Target::<R, 1024>::boxed(plan)?,
+        (_, 2048) => Target::<R, 2048>::boxed(plan)?,
+        _ => Target::<R, 4096>::boxed(plan)?,
     }))
 }
 
@@ -180,8 +182,10 @@ fn within<R: Record>(bins: f64, n: usize) -> f64 {
 }
 
 /// A search of the whole band of a record, for codes of this width.
-pub fn whole<R: Record>(n: usize, codes: Codes) -> Result<Plan, String> {
-    Config { codes, ..Config::default() }.validate::<R>(n).map_err(|error| error.to_string())
+pub fn whole<R: Record>(n: usize, codes: Codes) -> Result<Terms, String> {
+    Config { codes, ..Config::new(1.0, Codes::signed::<12>()) }
+        .terms::<R>(n)
+        .map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -198,7 +202,7 @@ mod tests {
         let best = Estimator::best(R::IQ, Reach::Sixteen).name();
         let third = if arithmetic == Arithmetic::TargetFixed { "rife" } else { "candan" };
         let methods = parse(&format!("{best},z-rife,{third}"), Reach::Sixteen).unwrap();
-        let plan = whole::<R>(1024, Codes::Signed12).unwrap();
+        let plan = whole::<R>(1024, Codes::signed::<12>()).unwrap();
         let mut engine = engine::<R>(arithmetic, 1024, plan).unwrap();
         let quick = engine.frequencies(&record, &methods);
         let full = engine.measure(&record, &methods, false);
@@ -231,7 +235,7 @@ mod tests {
     #[test]
     fn verdicts_agree() {
         use Arithmetic::*;
-        let plan = whole::<Real>(1024, Codes::Signed12).unwrap();
+        let plan = whole::<Real>(1024, Codes::signed::<12>()).unwrap();
         let best = [Estimator::best(false, Reach::Sixteen)];
         let of = |bins: f64, amplitude: f64, gap: bool, second: f64| {
             let mut signal = Signal::tone(bins, amplitude, 40.0);
@@ -253,7 +257,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_done_is_said() {
-        let plan = whole::<Real>(1000, Codes::Signed12).unwrap();
+        let plan = whole::<Real>(1000, Codes::signed::<12>()).unwrap();
         assert!(engine::<Real>(Arithmetic::F64, 1000, plan).is_ok());
         assert!(engine::<Real>(Arithmetic::Target, 1000, plan).is_err());
         assert!(engine::<Real>(Arithmetic::F64, 3, plan).is_err());

@@ -5,10 +5,10 @@ use crate::estimator::{Estimator, reached};
 use crate::simulate::{Kind, codes};
 use fixed::types::I2F30;
 use picket::acquire::sample::{Record, Stamp};
-use picket::config::Plan;
 use picket::estimate::least_squares::{Course, fixed as in_integers};
 use picket::estimate::measure::{Arithmetic, Options};
 use picket::pipeline::Pipeline;
+use picket::plan::{Plan, Terms};
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::{Spectrum, peak};
 use picket_transform::num_complex::Complex;
@@ -16,14 +16,15 @@ use picket_transform::num_complex::Complex;
 /// An engine for `N` samples, a length of the integer FFT.
 #[derive(Debug)]
 pub(super) struct Target<R: Record, const N: usize> {
-    plan: Plan,
+    plan: Plan<R, N>,
     spectrum: Box<Spectrum<R, N>>,
     sequence: u32,
 }
 
 impl<R: Kind, const N: usize> Target<R, N> {
-    pub(super) fn new(plan: Plan) -> Self {
-        Target { plan, spectrum: Box::new(Spectrum::new()), sequence: 0 }
+    pub(super) fn boxed(terms: Terms) -> Result<Box<dyn Engine>, String> {
+        let plan = Plan::of_terms(terms).map_err(|error| error.to_string())?;
+        Ok(Box::new(Self { plan, spectrum: Box::new(Spectrum::new()), sequence: 0 }))
     }
 
     fn offset(&self, estimator: Estimator, samples: &[R::Sample; N], peak: i32) -> f64 {
@@ -76,7 +77,7 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
                 return Estimate::NOTHING;
             };
             let options = Options { method, reach, ..self.plan.options };
-            let plan = Plan { options, ..self.plan };
+            let plan = self.plan.with_options(options);
             let mut pipeline = Box::new(Pipeline::<R, N>::new(plan));
             let tone = pipeline.block(stamp, &samples).tone;
             Estimate {

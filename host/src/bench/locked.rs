@@ -4,6 +4,7 @@ use super::{Core, LIMIT, SEED, equality};
 use crate::emulator::{Capture, RunError};
 use crate::simulate::{Line, Signal, generator};
 use crate::toolchain::{Firmware, Profile, ToolError};
+use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Segment};
 use picket::config::{Config, ConfigError, Following};
 use picket::estimate::measure::Arithmetic;
@@ -71,7 +72,7 @@ pub fn image(core: &Core) -> Result<PathBuf, ToolError> {
 
 fn config() -> Config {
     let following = Following { most: 1, refresh: REFRESH, ..Following::default() };
-    Config { arithmetic: Arithmetic::Float, following, ..Config::default() }
+    Config { arithmetic: Arithmetic::Float, following, ..Config::new(1.0, Codes::signed::<12>()) }
 }
 
 /// The blocks: a tone that drifts, over a constant offset, in noise of several strengths.
@@ -118,7 +119,7 @@ fn header() -> Header {
 
 /// What this machine makes of the same blocks, and in how many of them it did not search.
 pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
-    let plan = config().validate::<Real>(N)?;
+    let plan = config().plan::<Real, N>()?;
     let mut tracker = Box::new(Tracker::<Real, N>::new(plan));
     let (mut telemetry, mut locked) = (Vec::new(), 0);
     for (sequence, block) in blocks().enumerate() {

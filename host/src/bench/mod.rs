@@ -12,6 +12,7 @@ pub mod table;
 
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
+use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
@@ -187,7 +188,7 @@ pub fn count(
     random: u32,
 ) -> Result<Count, RunError> {
     let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
-    let config = Config { reach, arithmetic, ..Config::default() };
+    let config = Config { reach, arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
     let header =
         Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS as u32) };
     let blocks = blocks(n);
@@ -205,7 +206,7 @@ pub fn search<R: Record>(
 ) -> Result<u64, RunError> {
     // At this rate a bin is a hertz.
     let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
-    let config = Config { rate_hz: n as f64, band_hz, ..Config::default() };
+    let config = Config { rate_hz: n as f64, band_hz, ..Config::new(1.0, Codes::signed::<12>()) };
     let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, BLOCKS as u32) };
     let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
     let (figures, _) = run::<R>(core, image, &header, &blocks(n).map(pairs))?;
@@ -221,7 +222,10 @@ pub fn compare_iq(
     n: usize,
     random: u32,
 ) -> Result<(u64, u64), RunError> {
-    let header = Header { period_us: random, ..Header::of::<Iq>(Config::default(), n as u32, 0) };
+    let header = Header {
+        period_us: random,
+        ..Header::of::<Iq>(Config::new(1.0, Codes::signed::<12>()), n as u32, 0)
+    };
     Ok(equality(&run::<Iq>(core, image, &header, &[])?.0))
 }
 

@@ -1,7 +1,7 @@
 //! `cargo analyze`: methods on a recording.
 
 use clap::Parser;
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::Following;
 use picket::estimate::least_squares::Reach;
 use picket_host::analyze::{self, Analysis, Style};
@@ -115,9 +115,9 @@ fn run(options: &Options) -> Result<ExitCode, String> {
         scale: options.scale,
     };
     let codes = match options.bits {
-        12 if options.unsigned => Codes::Unsigned12,
-        12 => Codes::Signed12,
-        16 if !options.unsigned => Codes::Signed16,
+        12 if options.unsigned => Codes::unsigned::<12>(),
+        12 => Codes::signed::<12>(),
+        16 if !options.unsigned => Codes::signed::<16>(),
         16 => return Err("--unsigned codes have 12 bits: add --bits 12".into()),
         bits => return Err(format!("--bits {bits}: choose 12 or 16")),
     };

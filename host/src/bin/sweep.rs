@@ -2,7 +2,7 @@
 
 use clap::{Parser, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::{self, Estimator};
 use picket_host::simulate::{Kind, Width};
@@ -147,8 +147,8 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
         return Err("--amplitude and --dc are numbers of codes, the amplitude positive".into());
     }
     let width = match options.bits {
-        Bits::Twelve => Width::Codes(Codes::Signed12),
-        Bits::Sixteen => Width::Codes(Codes::Signed16),
+        Bits::Twelve => Width::Codes(Codes::signed::<12>()),
+        Bits::Sixteen => Width::Codes(Codes::signed::<16>()),
         Bits::Float => Width::Float,
     };
     Ok(Sweep {

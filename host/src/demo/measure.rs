@@ -10,9 +10,10 @@ use crate::scenario::{self, Bars};
 use crate::simulate::{Kind, Signal, generator};
 use crate::toolchain::{Firmware, Profile};
 use picket::acquire::sample::{Iq, Real};
-use picket::config::{Config, Solver};
+use picket::config::Config;
 use picket::estimate::method::Method;
 use picket::pipeline::{Measurement, Outcome};
+use picket::plan::Solver;
 use picket_wire::capture::Header;
 use picket_wire::record::Record;
 use std::time::Duration;
@@ -44,7 +45,7 @@ pub(super) struct Lidar {
 impl Lidar {
     pub fn new(method: Option<Method>) -> Result<Self, DemoError> {
         let config = configured(scenario::lidar(), method);
-        let plan = config.validate::<Real>(N).map_err(said)?;
+        let plan = config.plan::<Real, N>().map_err(said)?;
         let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
         let rows = scenario::table3();
         let beats = rows.iter().flat_map(|row| scenario::lidar_beats(row, &scales));
@@ -79,7 +80,7 @@ impl Lidar {
 /// The turntable's speeds.
 pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
     let config = configured(scenario::turntable(), options.method);
-    let plan = config.validate::<Iq>(N).map_err(said)?;
+    let plan = config.plan::<Iq, N>().map_err(said)?;
     let Solver::Doppler(scale) = plan.solver else { return Err(said("no velocity")) };
     let rows = scenario::turntable_rows();
     let per_cycle: f64 = scale.fixed.to_num();

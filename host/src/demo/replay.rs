@@ -7,7 +7,8 @@ use crate::emulator::Capture;
 use crate::progress;
 use crate::recording::{self, Recording};
 use crate::simulate::Kind;
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 use picket::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket::pipeline::Outcome;
 use picket::spectrum::fft::twiddle;
@@ -44,7 +45,7 @@ pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
 fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
     let rate_hz = recording.rate_hz();
     let config = config(rate_hz, options)?;
-    config.validate::<R>(options.n).map_err(said)?;
+    config.terms::<R>(options.n).map_err(said)?;
     let length = recording.length().ok_or_else(|| said("replay reads wav and int16 files"))?;
     let blocks = u32::try_from(length / options.n as u64).map_err(|_| said("too many blocks"))?;
     let header = Header::of::<R>(config, options.n as u32, blocks);
@@ -83,10 +84,10 @@ fn config(rate_hz: f64, options: &Options) -> Result<Config, DemoError> {
             return Err(said(format!("--carrier-hz {carrier}: give a positive frequency")));
         }
     };
-    let defaults = Config::default();
+    let defaults = Config::new(1.0, Codes::signed::<12>());
     Ok(Config {
         rate_hz,
-        codes: Codes::Signed16,
+        codes: Codes::signed::<16>(),
         band_hz: options.band,
         scene,
         method: options.method.unwrap_or(defaults.method),

@@ -6,10 +6,10 @@ use super::table::{Summary, table};
 use super::{DemoError, heading, said};
 use comfy_table::{Cell, CellAlignment};
 use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::config::Solver;
 use picket::estimate::method::Method;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
+use picket::plan::Solver;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -80,7 +80,7 @@ impl Spread {
 
 /// 1.5 bins of the lidar in metres and in metres per second.
 fn gross_bars() -> (f64, f64) {
-    let plan = crate::scenario::lidar().validate::<Real>(N);
+    let plan = crate::scenario::lidar().plan::<Real, N>();
     match plan.map(|plan| plan.solver) {
         Ok(Solver::Chirp(_, scales)) => {
             let bins = |scale: picket::solve::chirp::Scale| {
@@ -96,7 +96,7 @@ fn gross_bars() -> (f64, f64) {
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(Some(method))?;
-    let plan = lidar.config.validate::<Real>(N).map_err(said)?;
+    let plan = lidar.config.plan::<Real, N>().map_err(said)?;
     let per_seed = lidar.beats.len() as u32;
     let of_seed = |index: u64| {
         let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));

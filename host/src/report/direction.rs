@@ -6,7 +6,8 @@ use super::lidar::N;
 use crate::arithmetic::{Arithmetic, engine, whole};
 use crate::estimator::{Estimator, parse};
 use crate::simulate::{Signal, Width, generator};
-use picket::acquire::sample::{Codes, Iq};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Iq;
 use rayon::prelude::*;
 
 /// Sweeps that [`direction`] runs.
@@ -96,7 +97,7 @@ fn wrong_directions(
     trials: usize,
     seed: u64,
 ) -> Result<usize, String> {
-    let plan = whole::<Iq>(N, Codes::Signed16)?;
+    let plan = whole::<Iq>(N, Codes::signed::<16>())?;
     let make = || engine::<Iq>(Arithmetic::F64, N, plan);
     make()?;
     let mut signal = Signal::tone(64.0 + delta, 1000.0, snr_db);

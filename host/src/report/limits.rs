@@ -7,7 +7,8 @@ use crate::estimator::parse;
 use crate::reference::Reference;
 use crate::simulate::{Width, generator};
 use crate::sweep::{Row, Sweep};
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
 use rand::RngExt;
@@ -229,7 +230,7 @@ pub fn image_floors(lab: &Lab) -> Result<Section, String> {
     }
     let mut noisy = Vec::new();
     for (bin, snr_db) in [(5.0, 30.0), (5.0, 60.0), (256.0, 60.0)] {
-        let width = Width::Codes(Codes::Signed12);
+        let width = Width::Codes(Codes::signed::<12>());
         noisy.push(lab.run::<Real>(&Sweep { bin, width, ..sweep.clone() }, snr_db)?);
     }
     let mut table = Table::new([
@@ -316,7 +317,7 @@ pub fn fixed_point(lab: &Lab) -> Result<Section, String> {
                 arithmetic,
                 amplitude,
                 estimators: parse("least-squares-real", Reach::Eight)?,
-                width: Width::Codes(Codes::Signed12),
+                width: Width::Codes(Codes::signed::<12>()),
                 ..plan.clone()
             };
             let row = lab.run::<Real>(&sweep, snr_db)?.remove(0);

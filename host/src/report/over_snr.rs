@@ -5,7 +5,8 @@ use super::lab::{Check, Lab, Section, Table, digits};
 use crate::arithmetic::Arithmetic;
 use crate::simulate::Width;
 use crate::sweep::{Row, Sweep};
-use picket::acquire::sample::{Codes, Iq, Real};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real};
 
 /// Sweeps that [`over_snr`] runs.
 pub const OVER_SNR: u64 = 2 * SNR_DB.len() as u64;
@@ -17,7 +18,7 @@ pub const README_METHODS: &str = "least-squares-real,z-rife,quinn2,haqse";
 /// The sweep behind a point of the README's picture, real samples.
 pub fn readme_sweep(lab: &Lab, methods: &str) -> Result<Sweep, String> {
     let plan = lab.sweep(methods, lab.trials(4000, 150))?;
-    let width = Width::Codes(Codes::Signed12);
+    let width = Width::Codes(Codes::signed::<12>());
     Ok(Sweep { arithmetic: Arithmetic::Target, width, bin: 5.0, ..plan })
 }
 

@@ -5,7 +5,8 @@ use super::lab::{Check, Lab, Section, Table, digits, plus_minus};
 use crate::scenario::{TURNTABLE_BARS, TURNTABLE_RADIUS_M, turntable_rows};
 use crate::simulate::Width;
 use crate::sweep::{Offsets, Row, Sweep};
-use picket::acquire::sample::{Codes, Iq};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Iq;
 use picket::estimate::methods::autocorrelation::best_lag;
 use std::f64::consts::PI;
 
@@ -255,7 +256,7 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
             let plan = lab.sweep(&methods.join(","), lab.trials(2000, 100))?;
             let sweep = Sweep {
                 arithmetic: crate::arithmetic::Arithmetic::Target,
-                width: Width::Codes(Codes::Signed12),
+                width: Width::Codes(Codes::signed::<12>()),
                 offsets: Offsets::Fixed(0.0),
                 bin: speed / mps_per_bin,
                 ..plan

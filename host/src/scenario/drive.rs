@@ -1,6 +1,6 @@
 //! Thirty seconds before a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
 use picket::solve::chirp::{self, Scales, Shape};
 use std::f64::consts::TAU;
@@ -20,7 +20,7 @@ const OTHER_DB: f64 = 4.0;
 pub fn config() -> Config {
     Config {
         rate_hz: 1.024e6,
-        codes: Codes::Signed12,
+        codes: Codes::signed::<12>(),
         scene: Waveform::Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: SPEED_OF_LIGHT / 77e9,
@@ -34,7 +34,7 @@ pub fn config() -> Config {
             most: 2,
             ..Following::default()
         },
-        ..Config::default()
+        ..Config::new(1.0, Codes::signed::<12>())
     }
 }
 

@@ -3,7 +3,8 @@
 
 pub mod drive;
 
-use picket::acquire::sample::{Codes, Segment};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Segment;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::{self, Scales, Shape};
 use std::f64::consts::TAU;
@@ -55,14 +56,14 @@ pub const TURNTABLE_BARS: Bars = Bars { range_m: 0.0, velocity_mps: 2e-3 };
 pub fn lidar() -> Config {
     Config {
         rate_hz: 250e6,
-        codes: Codes::Signed12,
+        codes: Codes::signed::<12>(),
         scene: Scene::Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
             duration_s: 10e-6,
         },
-        ..Config::default()
+        ..Config::new(1.0, Codes::signed::<12>())
     }
 }
 
@@ -70,9 +71,9 @@ pub fn lidar() -> Config {
 pub fn turntable() -> Config {
     Config {
         rate_hz: 10e6,
-        codes: Codes::Signed12,
+        codes: Codes::signed::<12>(),
         scene: Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0 },
-        ..Config::default()
+        ..Config::new(1.0, Codes::signed::<12>())
     }
 }
 

@@ -1,7 +1,7 @@
 //! A device's settings as JSON, for people to read and edit.
 
 use super::{WatchError, io};
-use picket::acquire::sample::Codes;
+use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
@@ -105,7 +105,6 @@ impl Fields {
             reach: config.reach.bins() as u8,
             false_alarm: config.false_alarm,
             scene: match config.scene {
-                Scene::Tone => Scenes::Tone,
                 Scene::Doppler { wavelength_m, angle_rad } => {
                     Scenes::Doppler { wavelength_m, angle_rad }
                 }
@@ -117,6 +116,7 @@ impl Fields {
                     };
                     Scenes::Chirp { shape, wavelength_m, bandwidth_hz }
                 }
+                _ => Scenes::Tone,
             },
             follow: Follow::of(&config.following),
             drive: match settings.drive {
@@ -170,14 +170,14 @@ impl Fields {
         };
         let config = Config {
             rate_hz: self.rate_hz,
-            codes: Codes::Unsigned12,
+            codes: Codes::unsigned::<12>(),
             band_hz: self.band_hz,
             method,
             reach,
             false_alarm: self.false_alarm,
             scene,
             following: self.follow.following(),
-            ..Config::default()
+            ..Config::new(1.0, Codes::signed::<12>())
         };
         let calibration = Calibration {
             clock_ppm: self.clock_ppm,

@@ -23,7 +23,8 @@
 //! rounding is 80 dB more. The figures are asserted in `host-tests/tests/f32.rs`.
 
 use super::integer::{Pair, Point};
-use crate::acquire::sample::{Codes, Record};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::Record;
 use crate::math::products::power;
 use microfft::Complex32;
 
@@ -55,11 +56,11 @@ pub fn transform<R: Record, const N: usize>(
 
 /// By how much codes are shifted up.
 const fn shift<R: Record, const N: usize>(codes: Codes) -> u32 {
-    let bits = match codes {
-        // The middle is away.
-        Codes::Signed12 | Codes::Unsigned12 => 12,
-        Codes::Signed16 => 16,
-    };
+    // The middle is away: half the span is left, and a sign.
+    let (low, high) = codes.rails();
+    let half = ((high as i32 - low as i32 + 2) / 2) as u32;
+    let bits = half.next_power_of_two().trailing_zeros() + 1;
+    let bits = if bits < 12 { 12 } else { bits };
     let points = if R::IQ { N } else { N / 2 };
     31 - bits - points.trailing_zeros()
 }

@@ -22,7 +22,7 @@
 
 use super::integer::Pair;
 use super::twiddle::{self, Packed, Triple};
-use crate::acquire::sample::Codes;
+use crate::acquire::codes::Codes;
 
 /// By how many bits a bin is finer than a stored point.
 pub const FRACTION: u32 = 10;
@@ -54,12 +54,12 @@ pub(super) const fn first_radix(m: usize) -> usize {
     if m.trailing_zeros().is_multiple_of(2) { 4 } else { 8 }
 }
 
-/// By how much codes between these two are shifted up; down where it is negative, which codes of 12 bits never need.
+/// By how much codes between these two are shifted up; down where it is negative, which codes of 13 bits and fewer never need.
 pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 {
     let centre = i32::from(codes.middle());
     let largest = (i32::from(high) - centre).max(centre - i32::from(low));
     let allowed = LARGEST * 8 / first_radix(M) as i32;
-    let mut shift = if codes.bits() < 16 { 0 } else { -4 };
+    let mut shift = if codes.bits() <= 13 { 0 } else { -4 };
     while shift < 11 && largest << (shift + 5) <= allowed << 4 {
         shift += 1;
     }

@@ -1,6 +1,7 @@
 //! Kernels against their definition.
 
-use picket::acquire::sample::{Codes, Record};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Record;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::Engine;
 use picket::spectrum::peak::{Band, find, find_portably};
@@ -57,9 +58,9 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let mut samples = [R::Sample::default(); N];
         for block in 0..blocks {
             let codes = match block % 3 {
-                0 => Codes::Signed12,
-                1 => Codes::Unsigned12,
-                _ => Codes::Signed16,
+                0 => Codes::signed::<12>(),
+                1 => Codes::unsigned::<12>(),
+                _ => Codes::signed::<16>(),
             };
             let (low, high) = codes.rails();
             let weaker = random.draw() % codes.bits();

@@ -42,7 +42,7 @@ impl<E: Engine> ForRecord for Stages<E> {
     fn run<R: Record, const N: usize>(self) {
         let Stages { mut playback, .. } = self;
         let header = playback.header;
-        let plan = playback.plan::<R>(N);
+        let plan = playback.plan::<R, N>();
         let mut pipeline = Pipeline::<R, N, E>::new(plan);
         let mut spectrum = Spectrum::<R, N, E>::new();
         let mut equality = Equality::<R, N, E>::default();

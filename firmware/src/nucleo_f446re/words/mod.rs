@@ -31,16 +31,19 @@ pub struct Words {
 }
 
 impl Words {
-    /// Checks everything for blocks of `n` samples with this clock.
+    /// Checks everything for blocks of `N` samples with this clock.
     ///
     /// # Errors
     /// The settings cannot work on this board.
-    pub fn plan(settings: &Settings, n: usize, tree: &Tree) -> Result<(Plan, Self), SettingsError> {
+    pub fn plan<const N: usize>(
+        settings: &Settings,
+        tree: &Tree,
+    ) -> Result<(Plan<N>, Self), SettingsError> {
         let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
         let sampling = Sampling::plan(tree, settings.config.rate_hz, settings.iq);
         let sampling = sampling.map_err(SettingsError::Rate)?;
         let settings = Settings { core_mhz: speed.mhz(), ..*settings };
-        let plan = Plan::new(&settings, n, sampling.rate_hz)?;
+        let plan = Plan::new(&settings, sampling.rate_hz)?;
         let mut words = Words { sampling, waveform: None, synthesiser: None };
         if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
             match settings.drive {
@@ -73,7 +76,7 @@ impl Words {
 mod tests {
     use super::clock::Source;
     use super::*;
-    use picket::acquire::sample::Codes;
+    use picket::acquire::codes::Codes;
     use picket::config::{Config, ConfigError};
     use picket::solve::chirp::Shape;
     use picket_wire::settings::Calibration;
@@ -81,8 +84,8 @@ mod tests {
 
     const TREE: Tree = Tree::new(Speed::Mhz180, Source::HsePll);
 
-    fn plan(settings: &Settings) -> Result<(Plan, Words), SettingsError> {
-        Words::plan(settings, 1024, &TREE)
+    fn plan(settings: &Settings) -> Result<(Plan<1024>, Words), SettingsError> {
+        Words::plan(settings, &TREE)
     }
 
     fn chirp(shape: Shape, drive: Drive) -> Settings {
@@ -107,7 +110,7 @@ mod tests {
         };
         let samples = duration_s * instrument.settings.config.rate_hz;
         assert!((samples - 1088.0).abs() < 1e-9, "{samples}");
-        assert_eq!(instrument.settings.config.codes, Codes::Unsigned12);
+        assert_eq!(instrument.settings.config.codes, Codes::unsigned::<12>());
         let (_, head) = plan(&chirp(Shape::Triangle, HEAD)).unwrap();
         assert!(head.synthesiser.is_some() && head.waveform.is_none());
     }

@@ -14,9 +14,9 @@ use crate::progress;
 use crate::scenario::drive::{self, CYCLE_S, CYCLES, Scene};
 use crate::simulate::{Line, Signal, generator};
 use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::config::{Plan, Solver};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
+use picket::plan::{Plan, Solver};
 use picket::solve::chirp::{Scales, Target};
 use picket::tracker::Tracker;
 use picket_wire::capture::Header;
@@ -122,8 +122,8 @@ fn samples(seed: u64, cycle: usize, segment: usize, scales: &Scales) -> Vec<i16>
     signal.codes::<Real>(N, &mut generator(seed, (3 * cycle + segment) as u64))
 }
 
-fn scales() -> Result<(Plan, Scales), DemoError> {
-    let plan = drive::config().validate::<Real>(N).map_err(said)?;
+fn scales() -> Result<(Plan<Real, N>, Scales), DemoError> {
+    let plan = drive::config().plan::<Real, N>().map_err(said)?;
     let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
     Ok((plan, scales))
 }

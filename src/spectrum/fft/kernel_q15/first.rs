@@ -2,7 +2,7 @@
 
 use super::super::integer::Pair;
 use super::super::q15::{self, DIAGONAL, first_radix};
-use crate::acquire::sample::Codes;
+use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
 
 /// As [`q15::extremes`], of which it may find less than all where the rest does not matter to [`q15::shift`].
@@ -11,7 +11,7 @@ pub fn extremes(pairs: &[Pair], codes: Codes) -> [i16; 2] {
     if groups.is_empty() || !groups.start.cast::<u32>().is_aligned() {
         return q15::extremes(pairs);
     }
-    let enough = if codes.bits() < 16 { q15::WIDE } else { u16::MAX };
+    let enough = if codes.bits() <= 13 { q15::WIDE } else { u16::MAX };
     let mut seen = [[i16::MAX; 2], [i16::MIN; 2]];
     // SAFETY: the range is inside `pairs`, aligned and not empty.
     unsafe {

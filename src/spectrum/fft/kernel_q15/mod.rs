@@ -48,7 +48,7 @@ pub use search::{bend, sweep};
 use super::integer::Pair;
 use super::q15;
 use super::twiddle;
-use crate::acquire::sample::Codes;
+use crate::acquire::codes::Codes;
 
 /// As [`q15::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {

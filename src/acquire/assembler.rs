@@ -1,0 +1,272 @@
+//! Records of a stream: chunks of any length in, records of `N` samples out, with stamps, never across a gap.
+//!
+//! A HAL's ADC driver gives chunks of its own length, a file what was read at once. Where the DMA controller itself can fill
+//! records one after the other, [`crate::acquire::frontend`] needs no copy.
+
+use super::format::{Format, Word};
+use super::frontend::Timing;
+use super::sample::{Record, Segment, Stamp};
+
+/// Chunks in, records out. Its memory is a record of `N` samples.
+///
+/// ```
+/// use picket::{Assembler, Format, Real};
+///
+/// let mut assembler = Assembler::<Real, 64>::new(Format::unsigned::<12>());
+/// let mut records = 0;
+/// for chunk in [0u16; 1000].chunks(77) {
+///     assembler.push(chunk, |stamp, samples: &[i16; 64]| {
+///         assert_eq!(stamp.sequence, records);
+///         assert_eq!(stamp.clock, 64 * u64::from(records));
+///         records += 1;
+///     });
+/// }
+/// assert_eq!(records, 1000 / 64);
+/// ```
+///
+/// A record starts at a multiple of the hop on the sample clock, also behind a gap: so a chirp's segments stay in their order
+/// whatever was lost, as long as the loss is told exactly.
+#[derive(Clone, Debug)]
+pub struct Assembler<R: Record, const N: usize> {
+    format: Format,
+    /// The hop, and the segments of a chirp.
+    timing: Timing,
+    samples: [R::Sample; N],
+    /// Samples of the record that are there.
+    filled: usize,
+    /// Samples to be passed over before the next record.
+    skip: u64,
+    /// The first word of an I/Q pair whose second is in the next chunk.
+    half: Option<i16>,
+    /// The sample clock at the next sample.
+    clock: u64,
+    /// The number of the next record.
+    number: u64,
+    gap: bool,
+}
+
+impl<R: Record, const N: usize> Assembler<R, N> {
+    /// An assembler of records that follow each other closely, of words of this format.
+    pub fn new(format: Format) -> Self {
+        Self {
+            format,
+            timing: Timing::continuous(N as u32),
+            samples: [R::Sample::default(); N],
+            filled: 0,
+            skip: 0,
+            half: None,
+            clock: 0,
+            number: 0,
+            gap: false,
+        }
+    }
+
+    /// With `hop` samples from the start of one record to the start of the next: fewer than `N` where records overlap, more where
+    /// samples are left out, as a chirp's guard. At least 1.
+    #[must_use]
+    pub const fn with_hop(mut self, hop: u32) -> Self {
+        self.timing.period = if hop == 0 { 1 } else { hop };
+        self
+    }
+
+    /// With the segments of a chirp, in their order, a record each.
+    #[must_use]
+    pub const fn with_segments(mut self, segments: &'static [Segment]) -> Self {
+        self.timing.segments = segments;
+        self
+    }
+
+    /// Takes a chunk of the converter's words, I/Q in turn; gives each record that it completes to `each`, with its stamp.
+    ///
+    /// Cost: some ten instructions a word for its format, and with overlapping records a copy of the overlap.
+    pub fn push<W: Word>(&mut self, words: &[W], mut each: impl FnMut(&Stamp, &[R::Sample; N])) {
+        for &word in words {
+            let code = self.format.code(word);
+            let parts = match (R::IQ, self.half.take()) {
+                (false, _) => [code, 0],
+                (true, Some(first)) => [first, code],
+                (true, None) => {
+                    self.half = Some(code);
+                    continue;
+                }
+            };
+            self.sample(R::of_parts(parts), &mut each);
+        }
+    }
+
+    /// As [`Assembler::push`], for a chunk whose first sample has this number, as counted by a timer or a driver. Where samples are
+    /// missing before it, that is a loss as by [`Assembler::lost`]. Samples that were here before are passed over.
+    pub fn push_at<W: Word>(
+        &mut self,
+        clock: u64,
+        words: &[W],
+        each: impl FnMut(&Stamp, &[R::Sample; N]),
+    ) {
+        let mut words = words;
+        if clock > self.clock {
+            self.lost(clock - self.clock);
+        } else if clock < self.clock {
+            let parts = if R::IQ { 2 } else { 1 };
+            let known = usize::try_from(self.clock - clock).unwrap_or(usize::MAX);
+            words = words.get(known.saturating_mul(parts)..).unwrap_or(&[]);
+            self.half = None;
+        }
+        self.push(words, each);
+    }
+
+    /// Says that so many samples are missing before the next chunk. The record begun is given up, and the next is marked as
+    /// behind a gap. Where nobody knows how many, say 1: the clock is wrong from there on, and a chirp's segments with it.
+    pub fn lost(&mut self, samples: u64) {
+        let hop = u64::from(self.timing.period).max(1);
+        self.clock = self.clock.saturating_add(samples.max(1));
+        self.number = self.clock.div_ceil(hop);
+        self.skip = self.number.saturating_mul(hop).saturating_sub(self.clock);
+        (self.filled, self.half, self.gap) = (0, None, true);
+    }
+
+    fn sample(&mut self, sample: R::Sample, each: &mut impl FnMut(&Stamp, &[R::Sample; N])) {
+        self.clock = self.clock.saturating_add(1);
+        if self.skip > 0 {
+            self.skip -= 1;
+            return;
+        }
+        if let Some(place) = self.samples.get_mut(self.filled) {
+            *place = sample;
+            self.filled += 1;
+        }
+        if self.filled < N {
+            return;
+        }
+        each(&self.timing.stamp(self.number, self.gap), &self.samples);
+        self.number = self.number.wrapping_add(1);
+        self.gap = false;
+        let hop = self.timing.period as usize;
+        self.filled = N.saturating_sub(hop);
+        self.skip = hop.saturating_sub(N) as u64;
+        for index in 0..self.filled {
+            let kept = self.samples.get(index.saturating_add(hop)).copied();
+            if let Some((place, kept)) = self.samples.get_mut(index).zip(kept) {
+                *place = kept;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::sample::{Iq, Real};
+    use std::vec::Vec;
+
+    const N: usize = 64;
+
+    /// A stream whose samples are their own numbers.
+    fn stream(length: usize) -> Vec<i16> {
+        (0..length as i16).collect()
+    }
+
+    /// Stamps and first samples of the records that chunks of these lengths make.
+    fn records(
+        assembler: &mut Assembler<Real, N>,
+        stream: &[i16],
+        chunk: usize,
+    ) -> Vec<(Stamp, i16)> {
+        let mut seen = Vec::new();
+        for chunk in stream.chunks(chunk) {
+            assembler.push(chunk, |stamp, samples| {
+                let follow = samples.windows(2).all(|pair| pair[1] == pair[0] + 1);
+                assert!(follow, "a record mixes what does not belong together");
+                seen.push((*stamp, samples[0]));
+            });
+        }
+        seen
+    }
+
+    #[test]
+    fn chunks_of_any_length_make_the_same_records() {
+        for hop in [1, 17, 63, 64, 65, 200] {
+            let new = || Assembler::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
+            let whole = records(&mut new(), &stream(2000), 2000);
+            assert_eq!(whole.len(), (2000 - N) / hop as usize + 1, "hop {hop}");
+            for (number, (stamp, first)) in whole.iter().enumerate() {
+                assert_eq!(stamp.sequence as usize, number);
+                assert_eq!(stamp.clock as usize, number * hop as usize);
+                assert_eq!(*first as u64, stamp.clock);
+                assert!(!stamp.gap);
+            }
+            for chunk in [1, 3, 63, 64, 65, 333] {
+                assert_eq!(records(&mut new(), &stream(2000), chunk), whole, "hop {hop}, {chunk}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_record_crosses_a_gap_and_every_stamp_stays_right() {
+        for hop in [32, 64, 100] {
+            for (before, missing) in [(10, 1), (64, 64), (100, 37), (130, 1000), (0, 5)] {
+                let new = || Assembler::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
+                let all = stream(3000);
+                let mut told = new();
+                let mut seen = records(&mut told, &all[..before], 7);
+                told.lost(missing as u64);
+                seen.extend(records(&mut told, &all[before + missing..], 7));
+                // The same, found by the count; some samples come twice.
+                let mut found = new();
+                let mut again = Vec::new();
+                let mut note = |stamp: &Stamp, samples: &[i16; N]| again.push((*stamp, samples[0]));
+                found.push_at(0, &all[..before], &mut note);
+                found.push_at(0, &all[..before / 2], &mut note);
+                found.push_at((before + missing) as u64, &all[before + missing..2000], &mut note);
+                found.push_at(1990, &all[1990..], &mut note);
+                assert_eq!(seen, again, "hop {hop}, {missing} missing after {before}");
+                for (stamp, first) in &seen {
+                    assert_eq!(stamp.clock, u64::from(stamp.sequence) * u64::from(hop));
+                    assert_eq!(*first as u64, stamp.clock);
+                }
+                let gaps: Vec<u64> = seen.iter().filter(|s| s.0.gap).map(|s| s.0.clock).collect();
+                assert_eq!(gaps.len(), 1);
+                assert!(gaps[0] >= (before + missing) as u64);
+                assert!(gaps[0] < (before + missing) as u64 + u64::from(hop));
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_are_kept_together_over_chunks_and_gaps() {
+        let words: Vec<i16> = (0..1000).collect();
+        for chunk in [1, 3, 7, 128] {
+            let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
+            let mut seen = 0;
+            for chunk in words.chunks(chunk) {
+                assembler.push(chunk, |stamp, samples| {
+                    assert_eq!(samples[0], [stamp.clock as i16 * 2, stamp.clock as i16 * 2 + 1]);
+                    seen += 1;
+                });
+            }
+            assert_eq!(seen, 500 / N);
+        }
+        // Half a pair is lost with what follows it.
+        let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
+        assembler.push(&words[..21], |_, _| panic!("too short"));
+        assembler.lost(2);
+        let mut first = None;
+        assembler.push(&words[24..], |stamp, samples| {
+            first.get_or_insert((stamp.clock, samples[0]));
+        });
+        assert_eq!(first, Some((64, [128, 129])));
+    }
+
+    #[test]
+    fn segments_keep_their_order_over_a_loss() {
+        const TRAPEZOID: &[Segment] = &[Segment::Up, Segment::Flat, Segment::Down];
+        let format = Format::signed::<16>();
+        let mut assembler = Assembler::<Real, N>::new(format).with_hop(80).with_segments(TRAPEZOID);
+        let mut seen = records(&mut assembler, &stream(200), 50);
+        assembler.lost(300);
+        seen.extend(records(&mut assembler, &stream(1000)[500..], 50));
+        for (stamp, _) in &seen {
+            assert_eq!(stamp.segment, TRAPEZOID[stamp.clock as usize / 80 % 3]);
+        }
+        assert!(seen.len() > 6);
+    }
+}

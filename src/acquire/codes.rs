@@ -1,0 +1,102 @@
+//! The converter's codes and their rails.
+
+/// Which codes a converter makes: a sample at one of the two rails has touched it, and none lies beyond.
+///
+/// The codes decide how far the integer FFT may shift samples up (see [`crate::spectrum::fft::integer`] for the growth
+/// bound) and what counts as clipped, so they have no default: a record read by the wrong codes is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Codes {
+    low: i16,
+    high: i16,
+}
+
+impl Codes {
+    /// Signed codes of `BITS` bits, 8 to 16: of 12 bits -2048..=2047.
+    pub const fn signed<const BITS: u32>() -> Self {
+        const { assert!(8 <= BITS && BITS <= 16, "signed codes have 8 to 16 bits") };
+        Self { low: (-1i32 << (BITS - 1)) as i16, high: ((1i32 << (BITS - 1)) - 1) as i16 }
+    }
+
+    /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter gives them: of 12 bits 0..=4095. (Those of 16
+    /// bits do not fit a sample: an [`Assembler`](crate::acquire::assembler::Assembler) makes signed ones of them.)
+    /// The constant offset falls into bin 0, which no estimator reads.
+    pub const fn unsigned<const BITS: u32>() -> Self {
+        const { assert!(8 <= BITS && BITS <= 15, "unsigned codes have 8 to 15 bits") };
+        Self { low: 0, high: ((1i32 << BITS) - 1) as i16 }
+    }
+
+    /// Codes from `low` to `high`, as of a converter that adds several conversions up. `None` where they are fewer than 256.
+    pub const fn between(low: i16, high: i16) -> Option<Self> {
+        if high as i32 - (low as i32) < 255 { None } else { Some(Self { low, high }) }
+    }
+
+    /// Codes of so many bits: as [`Codes::signed`] and [`Codes::unsigned`], where the number is known only when the program
+    /// runs. `None` for numbers that those refuse.
+    pub const fn of_bits(signed: bool, bits: u32) -> Option<Self> {
+        match bits {
+            8..=16 if signed => {
+                Self::between((-1i32 << (bits - 1)) as i16, ((1i32 << (bits - 1)) - 1) as i16)
+            }
+            8..=15 if !signed => Self::between(0, ((1i32 << bits) - 1) as i16),
+            _ => None,
+        }
+    }
+
+    /// None at all, in zeros: for a plan that waits for another.
+    pub(crate) const IDLE: Self = Self { low: 0, high: 0 };
+
+    /// The lowest and the highest code: a sample there has touched a rail.
+    pub const fn rails(self) -> (i16, i16) {
+        (self.low, self.high)
+    }
+
+    /// The middle between the rails, rounded up.
+    pub const fn middle(self) -> i16 {
+        ((self.low as i32 + self.high as i32 + 1) >> 1) as i16
+    }
+
+    /// The width of a code as a signed number, as the transform reads it: 12 to 16. Narrower codes are read as those of 12 bits.
+    pub const fn bits(self) -> u32 {
+        // The bits of the farther rail without its sign.
+        let farther = (if self.low < 0 { !self.low } else { self.low } | self.high) as u32;
+        let bits = 33 - farther.leading_zeros();
+        if bits < 12 { 12 } else { bits }
+    }
+
+    /// Codes whose rails lie one beyond these; `None` where a sample could not hold them.
+    pub(crate) const fn wider(self) -> Option<Self> {
+        match (self.low.checked_sub(1), self.high.checked_add(1)) {
+            (Some(low), Some(high)) => Some(Self { low, high }),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rails_middle_and_width() {
+        for (codes, rails, middle, bits) in [
+            (Codes::signed::<12>(), (-2048, 2047), 0, 12),
+            (Codes::unsigned::<12>(), (0, 4095), 2048, 13),
+            (Codes::signed::<16>(), (i16::MIN, i16::MAX), 0, 16),
+            (Codes::signed::<14>(), (-8192, 8191), 0, 14),
+            (Codes::unsigned::<15>(), (0, i16::MAX), 16384, 16),
+            (Codes::unsigned::<8>(), (0, 255), 128, 12),
+            (Codes::between(-3000, 100).unwrap(), (-3000, 100), -1450, 13),
+        ] {
+            assert_eq!((codes.rails(), codes.middle(), codes.bits()), (rails, middle, bits));
+        }
+        for bits in 0..20 {
+            assert_eq!(Codes::of_bits(true, bits).is_some(), (8..=16).contains(&bits));
+            assert_eq!(Codes::of_bits(false, bits).is_some(), (8..=15).contains(&bits));
+        }
+        assert_eq!(Codes::of_bits(true, 12), Some(Codes::signed::<12>()));
+        assert_eq!(Codes::of_bits(false, 10), Some(Codes::unsigned::<10>()));
+        assert_eq!(Codes::between(0, 200), None);
+        assert_eq!(Codes::signed::<16>().wider(), None);
+    }
+}

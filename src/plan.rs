@@ -1,0 +1,174 @@
+//! A configuration that was checked, in the units of the pipeline: what follows it cannot fail.
+
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Iq, Real, Record};
+use crate::config::ConfigError;
+use crate::estimate::detection::{FALSE_ALARM, Threshold};
+use crate::estimate::least_squares::Reach;
+use crate::estimate::measure::{Arithmetic, Options};
+use crate::estimate::method::Method;
+use crate::solve::chirp::{Scale, Scales, Shape};
+use crate::solve::track::Tracking;
+use crate::spectrum::fft::twiddle::supported;
+use crate::spectrum::peak::Band;
+use core::marker::PhantomData;
+use core::ops::Deref;
+
+/// How tones become targets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u8)]
+pub enum Solver {
+    /// They do not.
+    None,
+    /// Velocity of one cycle per sample.
+    Doppler(Scale),
+    /// Ramps.
+    Chirp(Shape, Scales),
+}
+
+/// What a plan says, for records whose kind and length are known only when the program runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// Samples in a record.
+    pub n: u32,
+    /// Whether the records are I/Q.
+    pub iq: bool,
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// The converter's codes.
+    pub codes: Codes,
+    /// The bins searched.
+    pub band: Band,
+    /// How a tone is measured.
+    pub options: Options,
+    /// How tones become targets.
+    pub solver: Solver,
+    /// How tones are followed.
+    pub tracking: Tracking,
+}
+
+impl Terms {
+    /// How many blocks a chirp has; 1 without.
+    pub const fn segments(&self) -> u32 {
+        match self.solver {
+            Solver::None | Solver::Doppler(_) | Solver::Chirp(Shape::Sawtooth, _) => 1,
+            Solver::Chirp(Shape::Triangle, _) => 2,
+            Solver::Chirp(Shape::Trapezoid, _) => 3,
+        }
+    }
+}
+
+/// What a pipeline follows, for records of kind `R` and `N` samples: a plan for others does not fit it.
+///
+/// A length that the transform does not have is a compile error:
+///
+/// ```compile_fail
+/// use picket::{Codes, Plan, Real};
+/// let plan = Plan::<Real, 1000>::tone(48_000.0, Codes::signed::<12>());
+/// ```
+///
+/// and so is a plan for records of another length or kind:
+///
+/// ```compile_fail
+/// use picket::{Codes, Config, Pipeline, Plan, Real};
+/// let plan: Plan<Real, 4096> = Config::new(48_000.0, Codes::signed::<12>()).plan()?;
+/// let mut pipeline = Pipeline::<Real, 1024>::new(plan);
+/// # Ok::<(), picket::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan<R: Record, const N: usize> {
+    terms: Terms,
+    kind: PhantomData<R>,
+}
+
+impl<R: Record, const N: usize> Deref for Plan<R, N> {
+    type Target = Terms;
+
+    fn deref(&self) -> &Terms {
+        &self.terms
+    }
+}
+
+impl<R: Record, const N: usize> Plan<R, N> {
+    /// The plan of [`Config::new`](crate::config::Config::new) with eight bins on each side, made by the compiler: a program
+    /// that has nothing else to set needs no code to check it. The rate must be positive.
+    pub const fn tone(rate_hz: f64, codes: Codes) -> Self {
+        Self::supported();
+        let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+        let options = Options {
+            method: Method::LeastSquares.of_kind::<R>(),
+            reach: Reach::Eight,
+            arithmetic: Arithmetic::of_core(),
+            threshold: Threshold::new(band.width(), FALSE_ALARM),
+        };
+        let Self { terms: idle, kind } = Self::IDLE;
+        Self {
+            terms: Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle },
+            kind,
+        }
+    }
+
+    /// The plan that says this.
+    ///
+    /// # Errors
+    /// The terms are for records of another kind or length.
+    pub const fn of_terms(terms: Terms) -> Result<Self, ConfigError> {
+        Self::supported();
+        if terms.n as usize == N && terms.iq == R::IQ {
+            Ok(Self { terms, kind: PhantomData })
+        } else {
+            Err(ConfigError::Records)
+        }
+    }
+
+    /// The same plan with another way to measure a tone.
+    pub const fn with_options(mut self, options: Options) -> Self {
+        self.terms.options = options;
+        self
+    }
+
+    /// A plan to be replaced by another, for a pipeline in memory that is there before the program runs: all of it is zeros, which
+    /// take no place in the program.
+    pub const IDLE: Self = Self {
+        terms: Terms {
+            n: 0,
+            iq: false,
+            rate_hz: 0.0,
+            codes: Codes::IDLE,
+            band: Band { low: 0, high: 0 },
+            options: Options {
+                method: Method::Rife,
+                reach: Reach::Four,
+                arithmetic: Arithmetic::Float,
+                threshold: Threshold::ZERO,
+            },
+            solver: Solver::None,
+            tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 0, refresh: 0 },
+        },
+        kind: PhantomData,
+    };
+
+    const fn supported() {
+        const { assert!(supported(N), "a record has 64, 128, ... 4096 samples") };
+    }
+}
+
+/// Plans for either kind of record, where a setting decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EitherPlan<const N: usize> {
+    /// One converter's.
+    Real(Plan<Real, N>),
+    /// Two converters'.
+    Iq(Plan<Iq, N>),
+}
+
+impl<const N: usize> Deref for EitherPlan<N> {
+    type Target = Terms;
+
+    fn deref(&self) -> &Terms {
+        match self {
+            EitherPlan::Real(plan) => plan,
+            EitherPlan::Iq(plan) => plan,
+        }
+    }
+}
