@@ -10,6 +10,7 @@ pub mod emulator;
 pub mod estimator;
 pub mod flash;
 pub mod follow;
+pub mod impair;
 pub mod progress;
 pub mod recording;
 pub mod reference;
