@@ -3,6 +3,7 @@ pub mod analyze;
 pub mod arithmetic;
 pub mod bench;
 pub mod board;
+pub mod campaign;
 pub mod cli;
 pub mod demo;
 pub mod device;

@@ -92,7 +92,7 @@ pub fn noise_burst(scene: &mut Scene, v: &[f64]) {
 
 /// Single samples that stick out.
 pub fn impulses(scene: &mut Scene, v: &[f64]) {
-    for _ in 0..v[0] as usize {
+    for _ in 0..v[0].round() as usize {
         let at = scene.rng.random_range(0..scene.n);
         let (re, im) = (scene.sign(), scene.sign());
         scene.added[at] += Complex::new(re, im) * (v[1] * scene.rail);
