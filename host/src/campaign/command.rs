@@ -5,13 +5,21 @@ use crate::impair::{Impairment, help};
 use crate::simulate::Kind;
 use crate::{cli, progress};
 use clap::Args;
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 use std::process::ExitCode;
 
 /// Signal-to-noise ratios unless told otherwise, dB.
 pub const SNR_DB: [f64; 3] = [10.0, 30.0, 50.0];
 /// Records of each unless told otherwise.
 pub const TRIALS: usize = 300;
+
+/// What stands below the table.
+const LEGEND: &str = "\
+right    % good or moving, and within 5 sigma of the truth
+flagged  % any other verdict; wolf: of them those within 5 sigma
+lie      % good or moving, and off by more than 5 sigma
+RMSE and error/sigma leave out answers off by more than 1.5 bins; z2 is the mean of (error/sigma)^2 of all good ones.
+The bound is that of a pure tone in white noise as dense as the noise is at the tone.";
 
 /// Options of a sweep that belong to impairments.
 #[derive(Args, Clone, Debug)]
@@ -92,21 +100,21 @@ pub fn run<R: Kind>(
     }
     cli::print_line(&table(&all).to_string());
     cli::print_line(&format!(
-        "{} samples, {}, {}, {} records each, seed {}. In per cent of the records. right: good or moving, and within 5 sigma; \
-         flagged: any other verdict; lie: good or moving, and off by more; wolf: flagged, though within 5 sigma. RMSE and \
-         error/sigma without answers off by 1.5 bins; bound: of a pure tone in noise as dense as it is there. z2: mean of (error/sigma)^2 of the good.",
+        "{} samples, {}, {}, {} records of each, seed {}",
         campaign.n,
         R::NAME,
         campaign.arithmetic.name(),
         campaign.trials,
         campaign.seed
     ));
+    cli::print_line(LEGEND);
     Ok(ExitCode::SUCCESS)
 }
 
 fn table(cells: &[Cell]) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let rule = LineStyle::none().fill('─').junction('─');
+    table.load_style(TableStyle::new().header_separator(rule));
     table.set_content_arrangement(ContentArrangement::Disabled);
     table.set_header([
         "impairment",

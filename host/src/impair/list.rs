@@ -134,7 +134,7 @@ const LEVEL: (f64, f64) = (-120.0, 40.0);
 const CORNER: (f64, f64) = (1e-3, 10.0);
 
 /// Every impairment.
-pub static LIST: &[Entry] = &[
+pub const LIST: &[Entry] = &[
     Entry::new("none", "nothing: a tone in white noise", &[], |_, _| {}),
     Entry::new("dc", "a constant offset", &[Key::new("fs", FS, &[0.01, 0.05], ONE)], added::dc)
         .at(Place::Low),

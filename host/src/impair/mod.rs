@@ -72,8 +72,8 @@ impl Impairment {
         !self.entry.noiseless
     }
 
-    /// The next record of `rng`. The place of the tone and its phase are drawn first: all impairments of one
-    /// seed have the same.
+    /// The next record of `rng`. The tone's place and phase are drawn first: in one range of bins all
+    /// impairments of one seed have the same.
     pub fn record<R: Kind>(&self, setup: &Setup, rng: &mut ChaCha8Rng) -> Impaired {
         self.either(R::IQ, setup, rng)
     }
