@@ -194,6 +194,7 @@ pub fn outliers(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -292,6 +293,7 @@ pub fn image_floors(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 

@@ -158,6 +158,7 @@ pub fn crossings(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -227,6 +228,7 @@ pub fn three_ratios(lab: &Lab) -> Result<Section, String> {
         charts,
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -317,5 +319,6 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
