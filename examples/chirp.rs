@@ -34,7 +34,10 @@ fn main() -> Result<(), ConfigError> {
         if let Outcome::Target(target) = measurement.result {
             let (range, velocity) = (target.range, target.velocity);
             println!("range {range:.4} ± {:.4} m", target.sigma_range);
-            println!("velocity {velocity:.4} ± {:.4} m/s, {}", target.sigma_velocity, target.verdict);
+            println!(
+                "velocity {velocity:.4} ± {:.4} m/s, {}",
+                target.sigma_velocity, target.verdict
+            );
             assert!((range.to_num::<f64>() - range_m).abs() < 0.01);
             assert!((velocity.to_num::<f64>() - velocity_mps).abs() < 0.01);
         }
