@@ -1,5 +1,6 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
+mod campaign;
 mod cli;
 mod demo;
 mod device;
