@@ -9,6 +9,7 @@ pub mod dft;
 pub mod frequency;
 pub mod hann;
 pub mod interpolate;
+pub mod judge;
 pub mod least_squares;
 pub mod lock;
 pub mod locked;
@@ -19,6 +20,7 @@ pub mod noise_fixed;
 pub mod quinn;
 pub mod returns;
 pub mod rife;
+pub mod ring;
 pub mod samples;
 pub mod several;
 
