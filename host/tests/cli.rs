@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-const ANALYZE: &str = env!("CARGO_BIN_EXE_analyze");
-const SWEEP: &str = env!("CARGO_BIN_EXE_sweep");
+const ANALYZE: &str = "analyze";
+const SWEEP: &str = "sweep";
 
 /// A file of this test's own.
 fn file(name: &str, bytes: &[u8]) -> String {
@@ -37,13 +37,13 @@ fn spec(channels: u16, bits: u16) -> hound::WavSpec {
     hound::WavSpec { channels, sample_rate: 8000, bits_per_sample: bits.min(32), sample_format }
 }
 
-fn run(program: &str, arguments: &[&str]) -> Output {
-    Command::new(program).args(arguments).output().unwrap()
+fn run(command: &str, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_picket")).arg(command).args(arguments).output().unwrap()
 }
 
 #[track_caller]
-fn refused(program: &str, arguments: &[&str], says: &str) {
-    let output = run(program, arguments);
+fn refused(command: &str, arguments: &[&str], says: &str) {
+    let output = run(command, arguments);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
     assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
@@ -52,8 +52,8 @@ fn refused(program: &str, arguments: &[&str], says: &str) {
 }
 
 #[track_caller]
-fn lines(program: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
-    let output = run(program, arguments);
+fn lines(command: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
+    let output = run(command, arguments);
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {message}");
     let text = String::from_utf8(output.stdout).unwrap();

@@ -1,4 +1,4 @@
-//! `cargo watch-device` and `cargo flash` as a user runs them, with a device that is only bytes.
+//! `cargo picket watch` and `cargo picket flash` as a user runs them, with a device that is only bytes.
 
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use picket::acquire::sample::Stamp;
@@ -20,8 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
-const WATCH: &str = env!("CARGO_BIN_EXE_watch_device");
-const FLASH: &str = env!("CARGO_BIN_EXE_flash");
+const PICKET: &str = env!("CARGO_BIN_EXE_picket");
 
 fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
@@ -52,7 +51,8 @@ fn session() -> Vec<u8> {
 }
 
 fn run(arguments: &[&str], input: &[u8]) -> Output {
-    let mut child = Command::new(WATCH)
+    let mut child = Command::new(PICKET)
+        .arg("watch")
         .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -156,7 +156,8 @@ fn unplugging_and_plugging_in_again_is_survived() {
     let name = path("port");
     let (mut ours, theirs) = plug(&name);
     let mut child = Running(
-        Command::new(WATCH)
+        Command::new(PICKET)
+            .arg("watch")
             .args([name.to_str().unwrap(), "--jsonl", "--rate", "500000", "--count", "2"])
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -186,7 +187,7 @@ fn unplugging_and_plugging_in_again_is_survived() {
 
 #[test]
 fn flash_builds_within_the_budget_and_stops_before_the_probe() {
-    let output = Command::new(FLASH).arg("--dry-run").output().unwrap();
+    let output = Command::new(PICKET).args(["flash", "--dry-run"]).output().unwrap();
     let said = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let words: Vec<&str> = said.split_whitespace().collect();

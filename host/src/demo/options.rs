@@ -1,4 +1,4 @@
-//! What a user types after `cargo demo --`.
+//! What a user types after `picket demo`.
 
 use clap::{Parser, ValueEnum};
 use picket::estimate::method::Method;
@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "cargo demo --", version)]
 pub struct Options {
     /// What is in front of the sensor
     #[arg(long, value_enum, default_value_t = Scenario::Table3)]

@@ -39,7 +39,7 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
              doi:10.3724/SP.J.1146.2010.01373</a>), the Doppler paper, beside what Picket measures. Every number was \
              computed by this run. ± is one standard error.</p>\n";
     page += &format!(
-        "<p class=\"faint\">cargo report{} --seed {}, Picket {}: {held} of {} figures within their bars.</p>\n",
+        "<p class=\"faint\">picket report{} --seed {}, Picket {}: {held} of {} figures within their bars.</p>\n",
         if lab.quick { " -- --quick" } else { " --" },
         lab.seed,
         env!("CARGO_PKG_VERSION"),

@@ -1,4 +1,4 @@
-//! `cargo watch-device`: what an instrument measures, live, recorded or replayed; and orders to it.
+//! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
 pub mod line;
 pub mod orders;
@@ -7,7 +7,7 @@ pub mod settings;
 
 use crate::cli::print_line;
 use crate::device::{Blocks, Listener, Said};
-use clap::Parser;
+use clap::Args;
 use line::Scale;
 use orders::Orders;
 use port::{Piece, Source};
@@ -19,8 +19,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// Shows what a device measures: a table, or lines for programs.
-#[derive(Parser, Debug)]
-#[command(name = "cargo watch-device", version)]
+#[derive(Args, Debug)]
 pub struct Options {
     /// The device's serial port (/dev/ttyACM0), or - for its bytes on stdin
     #[arg(required_unless_present = "replay", conflicts_with = "replay")]

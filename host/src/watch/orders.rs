@@ -33,7 +33,7 @@ pub struct Orders {
     /// Captures so many blocks as they are, little-endian i16, to --capture-to, and ends
     #[arg(long, value_name = "BLOCKS", requires = "capture_to")]
     capture: Option<u16>,
-    /// The capture's file: for cargo analyze -- FILE --format i16 --bits 12 --unsigned
+    /// The capture's file: for picket analyze FILE --format i16 --bits 12 --unsigned
     #[arg(long, value_name = "FILE", requires = "capture")]
     capture_to: Option<PathBuf>,
 }

@@ -1,5 +1,7 @@
 //! Methods on a recording, block by block, in constant memory.
 
+pub mod command;
+
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
 use crate::cli::print_line;
 use crate::estimator::Estimator;

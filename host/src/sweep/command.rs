@@ -1,19 +1,19 @@
-//! `cargo sweep`: the errors of methods over many simulated records.
+//! `picket sweep`: the errors of methods over many simulated records.
 
-use clap::{Parser, ValueEnum};
+use super::{Offsets, Row, Sweep};
+use crate::arithmetic::Arithmetic;
+use crate::estimator::{self, Estimator};
+use crate::simulate::{Kind, Width};
+use crate::{cli, progress, with_kind};
+use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use picket::acquire::sample::Codes;
-use picket_host::arithmetic::Arithmetic;
-use picket_host::estimator::{self, Estimator};
-use picket_host::simulate::{Kind, Width};
-use picket_host::sweep::{Offsets, Row, Sweep};
-use picket_host::{cli, progress, with_kind};
 use std::process::ExitCode;
 
 /// Measures methods on simulated records: RMSE, bias, outliers, and the ratio to the Cramer-Rao bound.
-#[derive(Parser)]
-#[command(version, after_help = estimator::help())]
-struct Options {
+#[derive(Args, Debug)]
+#[command(after_help = estimator::help())]
+pub struct Options {
     /// Methods, separated by commas (listed below)
     #[arg(long)]
     method: Option<String>,
@@ -61,7 +61,7 @@ struct Options {
     json: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Samples {
     /// Real samples
     Real,
@@ -69,7 +69,7 @@ enum Samples {
     Complex,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum Bits {
     /// Signed 12-bit codes
     #[value(name = "12")]
@@ -81,13 +81,12 @@ enum Bits {
     Float,
 }
 
-fn main() -> ExitCode {
-    cli::main(
-        |options: Options| with_kind!(options.kind == Samples::Complex, R => run::<R>(&options)),
-    )
+/// Simulates and prints the errors.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
+    with_kind!(options.kind == Samples::Complex, R => run_kind::<R>(options))
 }
 
-fn run<R: Kind>(options: &Options) -> Result<ExitCode, String> {
+fn run_kind<R: Kind>(options: &Options) -> Result<ExitCode, String> {
     let sweep = plan::<R>(options)?;
     let trials = sweep.trials * sweep.offsets.points() * options.snr_db.len();
     let bar = progress::bar(trials as u64, "trials");

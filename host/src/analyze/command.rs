@@ -1,21 +1,21 @@
-//! `cargo analyze`: methods on a recording.
+//! `picket analyze`: methods on a recording.
 
-use clap::Parser;
+use super::{self as analyze, Analysis, Style};
+use crate::arithmetic::Arithmetic;
+use crate::follow::{self, Pursuit, Sighting};
+use crate::recording::{self, Format};
+use crate::{cli, estimator, progress, spectrogram};
+use clap::Args;
 use picket::acquire::sample::Codes;
 use picket::config::Following;
 use picket::estimate::least_squares::Reach;
-use picket_host::analyze::{self, Analysis, Style};
-use picket_host::arithmetic::Arithmetic;
-use picket_host::follow::{self, Pursuit, Sighting};
-use picket_host::recording::{self, Format};
-use picket_host::{cli, estimator, progress, spectrogram};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Measures the strongest tone in each block of a recording.
-#[derive(Parser)]
-#[command(version, after_help = estimator::help())]
-struct Options {
+#[derive(Args, Debug)]
+#[command(after_help = estimator::help())]
+pub struct Options {
     /// The recording: wav, headerless int16, csv, or JSON lines
     file: PathBuf,
     /// Format; else by the file's name
@@ -91,11 +91,8 @@ fn picture(text: &str) -> Result<PathBuf, String> {
     known.then_some(path).ok_or_else(|| "name the picture .svg or .png".into())
 }
 
-fn main() -> ExitCode {
-    cli::main(|options: Options| run(&options))
-}
-
-fn run(options: &Options) -> Result<ExitCode, String> {
+/// Analyses the recording and prints what is found.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
     if options.n == Some(0) || options.hop == Some(0) {
         return Err("--n and --hop must be at least 1".into());
     }

@@ -1,20 +1,18 @@
-//! `cargo firmware`: builds and lints the images for every core, with whatever toolchain is at hand.
+//! `picket firmware`: builds and lints the images for every core, with whatever toolchain is at hand.
 
-use clap::{Parser, Subcommand};
-use picket_host::cli;
-use picket_host::emulator::{Footprint, RunError};
-use picket_host::toolchain::{self, Firmware, Profile, Target};
+use crate::emulator::{Footprint, RunError};
+use crate::toolchain::{self, Firmware, Profile, Target};
+use clap::{Args, Subcommand};
 use std::process::ExitCode;
 
 /// Works on the firmware images.
-#[derive(Parser)]
-#[command(name = "cargo firmware", version)]
-struct Options {
+#[derive(Args, Debug)]
+pub struct Options {
     #[command(subcommand)]
     work: Work,
 }
 
-#[derive(Subcommand)]
+#[derive(Debug, Subcommand)]
 enum Work {
     /// Lints the library and the images for every core; warnings are errors
     Clippy,
@@ -36,11 +34,12 @@ const IMAGES: [(Target, &[&str], &[&str]); 6] = [
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
 ];
 
-fn main() -> ExitCode {
-    cli::main(|options: Options| match options.work {
+/// Does the work.
+pub fn run(options: &Options) -> Result<ExitCode, RunError> {
+    match options.work {
         Work::Clippy => clippy(),
         Work::Size => size(),
-    })
+    }
 }
 
 fn clippy() -> Result<ExitCode, RunError> {
