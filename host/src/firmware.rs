@@ -50,14 +50,14 @@ fn clippy() -> Result<ExitCode, RunError> {
 }
 
 fn size() -> Result<ExitCode, RunError> {
-    println!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
+    outln!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
     for (target, images, features) in IMAGES {
         for &bin in images {
             for profile in [Profile::Release, Profile::Size] {
                 let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::of(&image)?;
                 let (core, profile) = (target.triple(), profile.name());
-                println!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
+                outln!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
             }
         }
     }

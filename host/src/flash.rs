@@ -24,10 +24,10 @@ pub struct Options {
 /// Builds the image, shows its size and writes it.
 pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
     let image = build(options.tracking)?;
-    println!("{image}");
+    outln!("{image}");
     if !options.dry_run {
         write(&image)?;
-        println!("written: picket watch lists the ports");
+        outln!("written: picket watch lists the ports");
     }
     Ok(ExitCode::SUCCESS)
 }

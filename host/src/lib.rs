@@ -1,12 +1,23 @@
 //! Host tools.
+/// `print!`, by [`cli::print`].
+macro_rules! out {
+    ($($t:tt)*) => { $crate::cli::print(&format!($($t)*)) };
+}
+/// `println!`, by [`cli::print`].
+macro_rules! outln {
+    ($($t:tt)*) => { $crate::cli::print_line(&format!($($t)*)) };
+}
+
 pub mod analyze;
 pub mod arithmetic;
+pub mod band;
 pub mod bench;
 pub mod board;
 pub mod cli;
 pub mod demo;
 pub mod device;
 pub mod emulator;
+pub mod end;
 pub mod estimator;
 pub mod firmware;
 pub mod flash;

@@ -4,7 +4,7 @@ use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
 use crate::recording::{self, Format};
-use crate::{cli, estimator, progress, spectrogram};
+use crate::{band, cli, estimator, progress, spectrogram};
 use clap::Args;
 use picket::acquire::sample::Codes;
 use picket::config::Following;
@@ -25,10 +25,10 @@ pub struct Options {
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     rate: Option<f64>,
     /// Samples in a block [default: 1024; JSON: the whole record]
-    #[arg(long)]
+    #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
     n: Option<usize>,
     /// Samples from one block's start to the next [default: N]
-    #[arg(long)]
+    #[arg(long, value_parser = cli::count::<{ usize::MAX }>)]
     hop: Option<usize>,
     /// Samples to leave out at the start
     #[arg(long, default_value_t = 0)]
@@ -37,7 +37,7 @@ pub struct Options {
     #[arg(long)]
     iq: bool,
     /// Band searched in hertz, both ends included
-    #[arg(long, value_name = "LO:HI", value_parser = band, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true)]
     band: Option<(f64, f64)>,
     /// Methods, separated by commas (listed below) [default: least squares]
     #[arg(long)]
@@ -61,7 +61,7 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
     /// Draws the tracks over the spectrogram into this file, SVG or PNG by its name
-    #[arg(long, value_name = "FILE", requires = "track", value_parser = picture)]
+    #[arg(long, value_name = "FILE", requires = "track", value_parser = cli::picture)]
     plot: Option<PathBuf>,
     /// The most tones followed at once, 1 to 4
     #[arg(long, default_value_t = 1, requires = "track")]
@@ -79,23 +79,8 @@ pub struct Options {
     csv: bool,
 }
 
-fn band(text: &str) -> Result<(f64, f64), String> {
-    let ends =
-        text.split_once(':').and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
-    ends.ok_or_else(|| "give the band as LO:HI in hertz".into())
-}
-
-fn picture(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let known = path.extension().is_some_and(|suffix| suffix == "svg" || suffix == "png");
-    known.then_some(path).ok_or_else(|| "name the picture .svg or .png".into())
-}
-
 /// Analyses the recording and prints what is found.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
-    if options.n == Some(0) || options.hop == Some(0) {
-        return Err("--n and --hop must be at least 1".into());
-    }
     if !(options.scale.is_finite() && options.scale > 0.0) {
         return Err("--scale must be a positive number".into());
     }

@@ -3,6 +3,7 @@
 pub mod command;
 
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
+use crate::band;
 use crate::cli::print_line;
 use crate::estimator::Estimator;
 use crate::recording::{self, Format, Recording, Records, Sample};
@@ -256,6 +257,7 @@ impl Station {
             // The length is checked first: the plan takes any.
             let whole = Config { band_hz: None, ..config };
             engine::<R>(analysis.arithmetic, n, whole.validate::<R>(n).map_err(text)?)?;
+            band::holds_a_bin(analysis.band_hz, rate, n)?;
             let plan = config.validate::<R>(n).map_err(text)?;
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
         })
