@@ -481,8 +481,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
     let read = recording::Options {
         format: Some(recording::Format::I16),
         rate_hz: Some(500e3),
-        iq: false,
-        scale: 1.0,
+        ..Default::default()
     };
     let analysis = Analysis {
         read,
@@ -494,6 +493,8 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         reach: Default::default(),
         codes: Codes::Unsigned12,
         arithmetic: Arithmetic::Target,
+        false_alarm: picket::config::Config::default().false_alarm,
+        carrier_hz: None,
         style: Style::Json,
     };
     let mut replayed = Vec::new();

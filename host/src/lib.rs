@@ -30,6 +30,7 @@ pub mod scenario;
 pub mod shell;
 pub mod simulate;
 pub mod spectrogram;
+pub mod survey;
 pub mod sweep;
 pub mod toolchain;
 pub mod watch;
