@@ -9,10 +9,17 @@ pub fn parse(text: &str) -> Result<(f64, f64), String> {
 }
 
 /// A band between two bins holds nothing that could be searched.
-pub fn holds_a_bin(band_hz: Option<(f64, f64)>, rate_hz: f64, n: usize) -> Result<(), String> {
+pub fn holds_a_bin(
+    band_hz: Option<(f64, f64)>,
+    rate_hz: f64,
+    n: usize,
+    iq: bool,
+) -> Result<(), String> {
     let Some((low, high)) = band_hz else { return Ok(()) };
     let bin_hz = rate_hz / n as f64;
-    if (low / bin_hz).ceil() <= (high / bin_hz).floor() {
+    let lowest = if iq { -rate_hz / 2.0 } else { 0.0 };
+    // What lies outside is told elsewhere.
+    if high < lowest || low > rate_hz / 2.0 || (low / bin_hz).ceil() <= (high / bin_hz).floor() {
         return Ok(());
     }
     Err(format!(

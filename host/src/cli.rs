@@ -59,17 +59,22 @@ pub fn main() -> ExitCode {
     end::listen();
     match Picket::try_parse() {
         Ok(picket) => picket.command.run().unwrap_or_else(fail),
-        Err(error) => match error.kind() {
-            Asked::DisplayHelp | Asked::DisplayVersion => {
-                print(&error.to_string());
-                ExitCode::SUCCESS
+        Err(error) => {
+            match error.kind() {
+                Asked::DisplayHelp | Asked::DisplayVersion => {
+                    print(&error.to_string());
+                    ExitCode::SUCCESS
+                }
+                Asked::DisplayHelpOnMissingArgumentOrSubcommand => {
+                    let which = std::env::args().nth(1).unwrap_or_default();
+                    fail(match which.is_empty() {
+                    true => "name a command: `picket help` lists all, `picket demo` needs no hardware".to_owned(),
+                    false => format!("name what to do: `picket help {which}` lists all"),
+                })
+                }
+                _ => fail(one_line(&error.to_string())),
             }
-            Asked::DisplayHelpOnMissingArgumentOrSubcommand => fail(
-                "name a command: `picket help` lists all, `picket demo` needs no hardware"
-                    .to_owned(),
-            ),
-            _ => fail(one_line(&error.to_string())),
-        },
+        }
     }
 }
 
@@ -107,6 +112,8 @@ fn fail(failure: impl Into<Failure>) -> ExitCode {
 fn one_line(message: &str) -> String {
     let told = message.trim_start_matches("error: ").split("\n\nUsage").next().unwrap_or(message);
     let told = told.split("\n\nFor more").next().unwrap_or(told);
+    // Of a value that is wrong it says how to pass it on as a file's name.
+    let told = told.split("tip: to pass").next().unwrap_or(told);
     let words: Vec<&str> = told.split_whitespace().collect();
     words.join(" ") + " (--help lists all)"
 }

@@ -2,7 +2,7 @@
 
 use crate::arithmetic::{Arithmetic, Estimate, engine};
 use crate::estimator::Estimator;
-use crate::recording::{Options, Recording};
+use crate::recording::{Options, Recording, RecordingError};
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::with_kind;
 use picket::acquire::sample::Codes;
@@ -85,11 +85,8 @@ impl Survey {
             samples.push(sample.map_err(|error| error.to_string())?.value);
         }
         if samples.len() < SHORTEST {
-            return Err(format!(
-                "{}: {} samples are too few: a look takes {SHORTEST}, --n 16 takes 16",
-                file.display(),
-                samples.len()
-            ));
+            let short = RecordingError::Short(file.into(), samples.len() as u64, SHORTEST);
+            return Err(short.to_string());
         }
         let n = LONGEST.min(1 << samples.len().ilog2());
         let powers = powers(&samples, n);

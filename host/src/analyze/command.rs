@@ -29,7 +29,7 @@ pub struct Options {
     #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
     n: Option<usize>,
     /// Samples from one block's start to the next [default: N]
-    #[arg(long, value_parser = cli::count::<{ usize::MAX }>)]
+    #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
     hop: Option<usize>,
     /// The channel of a wav file, or the column of a csv file, from 1; two, as 2,3, are I and Q
     #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
@@ -215,10 +215,10 @@ impl Options {
 /// A first look at an unknown recording.
 fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String> {
     let survey = Survey::of(&options.file, read)?;
-    cli::print(&survey.text(&options.reading()));
     if let Some(picture) = &options.plot {
         survey.draw(&options.file, picture)?;
     }
+    cli::print(&survey.text(&options.reading()));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -296,7 +296,7 @@ impl Station {
             // The length is checked first: the plan takes any.
             let whole = Config { band_hz: None, ..config };
             engine::<R>(analysis.arithmetic, n, whole.validate::<R>(n).map_err(text)?)?;
-            band::holds_a_bin(analysis.band_hz, rate, n)?;
+            band::holds_a_bin(analysis.band_hz, rate, n, iq)?;
             let plan = config.validate::<R>(n).map_err(text)?;
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
         })

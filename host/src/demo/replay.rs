@@ -45,7 +45,7 @@ pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
 fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
     let rate_hz = recording.rate_hz();
     let config = config(rate_hz, options)?;
-    band::holds_a_bin(options.band, rate_hz, options.n).map_err(said)?;
+    band::holds_a_bin(options.band, rate_hz, options.n, R::IQ).map_err(said)?;
     config.validate::<R>(options.n).map_err(said)?;
     let length = recording.length().ok_or_else(|| said("replay reads wav and int16 files"))?;
     let blocks = u32::try_from(length / options.n as u64).map_err(|_| said("too many blocks"))?;

@@ -20,6 +20,9 @@ struct Header {
 
 fn header(head: &[u8]) -> Result<Header, String> {
     let cut = || "its header is cut off".to_string();
+    if !head.starts_with(MAGIC) {
+        return Err("it does not begin as one".into());
+    }
     let version = *head.get(6).ok_or_else(cut)?;
     let (size, text) = match version {
         1 => (head.get(8..10).ok_or_else(cut)?, 10),

@@ -3,7 +3,7 @@
 use super::input::Input;
 use super::{Options, RecordingError, Sample};
 use serde::Deserialize;
-use std::io::{BufRead, Read};
+use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// A record of a JSON line.
@@ -99,6 +99,10 @@ impl Iterator for Records {
                 Ok(_) => {
                     let wrong = |what| RecordingError::Line(self.path.clone(), self.line, what);
                     return Some(self.parse(&text).map_err(wrong));
+                }
+                Err(error) if error.kind() == ErrorKind::InvalidData => {
+                    let what = "not text: is it of another --format?".into();
+                    return Some(Err(RecordingError::Line(self.path.clone(), self.line, what)));
                 }
                 Err(error) => return Some(Err(RecordingError::Io(self.path.clone(), error))),
             }

@@ -175,7 +175,9 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     let mut watch = Watch::new(style, options, orders.alone(), capture.transpose()?);
     end::look();
     let ended = watch.until_the_end(&mut source, orders, record, options.count);
-    watch.finish();
+    if watch.heard || ended.is_ok() && source.listens() {
+        watch.finish();
+    }
     ended?;
     let name = options.replay.as_ref().map(|path| path.display().to_string());
     let name = name.unwrap_or_else(|| "the input".into());
