@@ -221,6 +221,8 @@ fn every_estimator_by_the_analyser() {
             reach: Reach::Sixteen,
             codes: Codes::Signed12,
             arithmetic: Arithmetic::F64,
+            false_alarm: picket::config::Config::default().false_alarm,
+            carrier_hz: None,
             style: Style::Json,
         };
         let mut answers = Vec::new();

@@ -1,5 +1,6 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
+mod bad;
 mod campaign;
 mod cli;
 mod demo;
@@ -8,3 +9,5 @@ mod impair;
 mod readme;
 mod report;
 mod trust;
+mod typed;
+mod unknown;

@@ -3,7 +3,7 @@
 use std::process::{Command, Output};
 
 fn sweep(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sweep")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_picket")).arg("sweep").args(arguments).output().unwrap()
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn campaigns_that_cannot_be() {
     refused(&["--impair", "dc", "--bins", "9:4"], "low end first");
     refused(&["--impair", "dc", "--bin", "9"], "--bin");
     refused(&["--bins", "4:9"], "--impair");
-    refused(&["--impair", "dc", "--trials", "0"], "at least one");
+    refused(&["--impair", "dc", "--trials", "0"], "at least 1");
     refused(&["--impair", "dc", "--method", "ml"], "needs --arith f64");
     let list = sweep(&["--impair", "list"]);
     let text = String::from_utf8(list.stdout).unwrap();
