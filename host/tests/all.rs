@@ -1,5 +1,7 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
+mod bad;
+mod campaign;
 mod cli;
 mod demo;
 mod device;
@@ -7,3 +9,5 @@ mod impair;
 mod readme;
 mod report;
 mod trust;
+mod typed;
+mod unknown;

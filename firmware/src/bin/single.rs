@@ -1,5 +1,5 @@
 //! The smallest measurement: real records of 1,024 samples, one default plan, nothing to choose at run time. What is left in
-//! this image is what such a user's image pays for it; `cargo bench-target` states its size.
+//! this image is what such a user's image pays for it; `cargo picket bench` states its size.
 #![no_std]
 #![no_main]
 
