@@ -6,5 +6,6 @@ mod demo;
 mod device;
 mod readme;
 mod report;
+mod session;
 mod typed;
 mod unknown;

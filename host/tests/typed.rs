@@ -143,7 +143,7 @@ fn every_command_of_the_documents_exists() {
             else {
                 continue;
             };
-            let end = arguments.find([';', '|', '>', '&']).unwrap_or(arguments.len());
+            let end = arguments.find([';', '|', '>', '&', '\\']).unwrap_or(arguments.len());
             let words = arguments[..end].split_whitespace();
             if arguments.contains("...")
                 || arguments.contains("OPTIONS")
@@ -154,6 +154,7 @@ fn every_command_of_the_documents_exists() {
             // Names in capitals stand for what the reader has.
             let words = words.map(|word| match word {
                 "METHOD" => "z-rife",
+                "FILE" => "x.svg",
                 "SHELL" => "bash",
                 word => word,
             });
