@@ -24,6 +24,10 @@ const USUAL: usize = 4096;
 /// Lines that are told, and how far above the floor they stand, in dB.
 const LINES: usize = 6;
 const ABOVE_DB: f64 = 13.0;
+/// Lines so far below the strongest one are not told, in dB: a converter's own.
+const BELOW_DB: f64 = 70.0;
+/// Points of the drawn spectrum: each is the strongest of its bins.
+const POINTS: usize = 800;
 /// Bins of the window's main lobe, on each side.
 const LOBE: i64 = 3;
 
@@ -121,23 +125,26 @@ impl Survey {
     fn peaks(&self, samples: &[Complex<f64>]) -> Vec<Spectral> {
         let at = |index: i64| self.power.get(usize::try_from(index).ok()?);
         let dc = self.power.iter().position(|&(hertz, ..)| hertz == 0.0).unwrap_or(0) as i64;
-        let mut found: Vec<(f64, f64)> = Vec::new();
+        let mut found: Vec<(f64, f64, f64)> = Vec::new();
         for (index, &(hertz, power, floor)) in (0i64..).zip(&self.power) {
             let around = (index - LOBE..=index + LOBE).filter(|&other| other != index);
             let highest = around.filter_map(at).all(|&(_, other, _)| other <= power);
             let away = (index - dc).abs() > LOBE;
             if highest && away && power - floor > ABOVE_DB {
-                found.push((hertz, power - floor));
+                found.push((hertz, power, power - floor));
             }
         }
-        let strength = |&(hertz, _): &(f64, f64)| {
-            self.power.iter().find(|point| point.0 == hertz).map_or(0.0, |point| point.1)
-        };
-        found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let strongest = found.first().map_or(0.0, |line| line.1);
+        found.retain(|line| line.1 > strongest - BELOW_DB);
         found.truncate(LINES);
-        let measured = |&(hertz, above_db): &(f64, f64)| {
-            let band = (hertz - 2.0 * self.bin_hz(), hertz + 2.0 * self.bin_hz());
-            let estimate = self.measured(samples, band);
+        let measured = |&(hertz, power, above_db): &(f64, f64, f64)| {
+            // Wide enough for the noise around it to be seen, and no stronger line within.
+            let stronger = found.iter().filter(|line| line.1 > power);
+            let free =
+                stronger.map(|line| (line.0 - hertz).abs() / 2.0).fold(f64::INFINITY, f64::min);
+            let width = free.min(64.0 * self.bin_hz()).max(3.0 * self.bin_hz());
+            let estimate = self.measured(samples, (hertz - width, hertz + width));
             match estimate.filter(|estimate| estimate.bins.is_finite()) {
                 Some(Estimate { bins, sigma_bins, verdict, .. }) => {
                     let signed = if self.iq && bins > self.n as f64 / 2.0 {
@@ -255,8 +262,13 @@ impl Survey {
             "rate      {} Hz, {kind}, {} samples looked at ({seconds:.4} s)\n",
             self.rate_hz, self.samples
         );
-        text +=
-            &format!("values    {low:.6} to {high:.6}, mean {mean:.6}, rms without it {rms:.6}");
+        text += &format!(
+            "values    {} to {}, mean {}, rms without it {}",
+            digits(low),
+            digits(high),
+            digits(mean),
+            digits(rms)
+        );
         text += &match step {
             Some(step) => {
                 let bits = ((high - low) / step + 1.0).log2().ceil().max(1.0);
@@ -294,11 +306,16 @@ impl Survey {
 
     /// The spectrum with its floor.
     pub fn draw(&self, file: &Path, picture: &Path) -> Result<(), String> {
-        let points =
-            |value: fn(&(f64, f64, f64)) -> f64| self.power.iter().map(move |p| (p.0, value(p)));
         let bottom = self.power.iter().map(|p| p.2).fold(f64::INFINITY, f64::min);
         let top = self.power.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
         let (bottom, top) = ((bottom / 10.0).floor() * 10.0 - 10.0, (top / 10.0).ceil() * 10.0);
+        let together = self.power.len().div_ceil(POINTS);
+        let points = |value: fn(&(f64, f64, f64)) -> f64| {
+            self.power.chunks(together).map(move |bins| {
+                let highest = bins.iter().map(value).fold(bottom, f64::max);
+                (bins[0].0, highest)
+            })
+        };
         let half = self.rate_hz / 2.0;
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let marks = self.lines.iter().map(|line| {
@@ -324,6 +341,12 @@ impl Survey {
 
 /// Above this share of the samples at either end they are clipped.
 const CLIPPED: f64 = 0.002;
+
+/// Four digits and more.
+fn digits(value: f64) -> String {
+    let before = value.abs().max(1e-9).log10().floor();
+    format!("{value:.*}", (3.0 - before).clamp(0.0, 12.0) as usize)
+}
 
 fn values(samples: &[Complex<f64>]) -> Values {
     let parts = || samples.iter().flat_map(|sample| [sample.re, sample.im]);

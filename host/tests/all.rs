@@ -8,6 +8,7 @@ mod device;
 mod impair;
 mod readme;
 mod report;
+mod session;
 mod trust;
 mod typed;
 mod unknown;

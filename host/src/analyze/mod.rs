@@ -207,8 +207,8 @@ impl Analyst<'_> {
 
     /// Whether every chosen method takes records of a kind.
     fn suits(&self, iq: bool) -> Result<(), String> {
-        let estimators = self.analysis.estimators.iter().flatten();
-        with_kind!(iq, R => estimators.map(|estimator| estimator.check::<R>()).collect())
+        let mut estimators = self.analysis.estimators.iter().flatten();
+        with_kind!(iq, R => estimators.try_for_each(|estimator| estimator.check::<R>()))
     }
 
     /// The engine for records of a kind and length, made at first need.

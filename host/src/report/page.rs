@@ -11,11 +11,11 @@ const HEAD: &str = r#"<!doctype html>
 @media screen and (prefers-color-scheme: dark) {
   :root { --ink: #e4e4e4; --ground: #15181c; --line: #444a52; --faint: #a0a6ad; --bad: #ff8080; }
 }
-body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 60rem;
+body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 66rem;
   margin: 2rem auto; padding: 0 1rem; }
 svg { width: 100%; height: auto; color: var(--ink); break-inside: avoid; display: block; }
 /* Below this width a picture's text would fall under 11 px: it scrolls instead. */
-.picture svg { min-width: 53rem; }
+.picture svg { min-width: 64rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after: avoid; }
 /* What scrolls sideways has a shadow at the side where there is more. */
 .picture, .table { overflow-x: auto; margin: 1rem 0; background: linear-gradient(to right, var(--ground) 40%, transparent) left,
@@ -23,11 +23,11 @@ h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after:
   linear-gradient(to left, var(--more), transparent) right; background-size: 3rem 100%, 3rem 100%, 1.2rem 100%, 1.2rem 100%;
   background-repeat: no-repeat; background-attachment: local, local, scroll, scroll; }
 .hint { display: none; }
-@media screen and (max-width: 56rem) { .hint { display: block; } }
+@media screen and (max-width: 66rem) { .hint { display: block; } }
 table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.25rem 0.7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
-th { vertical-align: bottom; }
+th { vertical-align: bottom; white-space: normal; min-width: 4.5rem; }
 tr { break-inside: avoid; }
 details, .faint { color: var(--faint); font-size: 0.9rem; }
 .bad { color: var(--bad); font-weight: bold; }
