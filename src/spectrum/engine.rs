@@ -11,8 +11,8 @@
 #[cfg(feature = "microfft")]
 use super::fft::float;
 use super::fft::{self, integer, q15, twiddle::splits};
-use super::narrow;
-use super::sweep::{self, Sweep};
+use super::q15_bins;
+use super::scan::{self, Scan};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
 use core::mem::MaybeUninit;
@@ -80,13 +80,13 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     fn search<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep>;
+    ) -> Option<Scan>;
 
     /// [`Engine::search`] by its definition in portable code.
     fn search_portably<R: Record, const N: usize>(
         _points: &[[Self::Part; 2]],
         _bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         None
     }
 
@@ -149,12 +149,12 @@ impl Engine for I32 {
     fn search<R: Record, const N: usize>(
         points: &[Point],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         if R::IQ {
             let first = *bins.start();
-            return Some(sweep::over(points.get(bins)?, first, core::convert::identity));
+            return Some(scan::over(points.get(bins)?, first, core::convert::identity));
         }
-        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::sweep, (points, const { splits(N) })))
+        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::scan, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Point], stride: usize) -> u64 {
@@ -196,20 +196,20 @@ impl Engine for Q15 {
     #[inline]
     fn bin<R: Record, const N: usize>(points: &[Pair], k: usize) -> Point {
         if R::IQ {
-            return points.get(k).copied().map_or([0; 2], narrow::wide);
+            return points.get(k).copied().map_or([0; 2], q15_bins::wide);
         }
-        narrow::split(points, const { splits(N) }, k)
+        q15_bins::split(points, const { splits(N) }, k)
     }
 
     #[inline]
     fn search<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         #[cfg(dsp)]
         if !R::IQ && is_whole::<N>(&bins) {
             let table = const { splits(N) };
-            return Some(by_length!(R, N, fft::kernel_q15::sweep, (points, table)));
+            return Some(by_length!(R, N, fft::kernel_q15::scan, (points, table)));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -217,12 +217,13 @@ impl Engine for Q15 {
     fn search_portably<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         if R::IQ {
             let first = *bins.start();
-            return Some(narrow::over(points.get(bins)?, first));
+            return Some(q15_bins::over(points.get(bins)?, first));
         }
-        is_whole::<N>(&bins).then(|| by_length!(R, N, narrow::sweep, (points, const { splits(N) })))
+        is_whole::<N>(&bins)
+            .then(|| by_length!(R, N, q15_bins::scan, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Pair], stride: usize) -> u64 {
@@ -233,7 +234,7 @@ impl Engine for Q15 {
     }
 
     fn bend_portably(points: &[Pair], stride: usize) -> u64 {
-        narrow::bend(points, stride)
+        q15_bins::bend(points, stride)
     }
 }
 
@@ -276,11 +277,11 @@ impl Engine for F32 {
     fn search<R: Record, const N: usize>(
         points: &[float::Float],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         let first = *bins.start();
         // All but bins 0 and N/2 of a real record are stored as they are.
         let stored = R::IQ || first > 0;
-        Some(sweep::over(points.get(bins).filter(|_| stored)?, first, float::whole))
+        Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole))
     }
 
     fn bend(points: &[float::Float], stride: usize) -> u64 {

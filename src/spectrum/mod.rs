@@ -3,9 +3,9 @@
 pub mod bins;
 pub mod engine;
 pub mod fft;
-pub mod narrow;
 pub mod peak;
-pub mod sweep;
+pub mod q15_bins;
+pub mod scan;
 pub mod zoom;
 #[cfg(dsp)]
 mod zoom_dsp;
@@ -19,7 +19,7 @@ use engine::{Engine, I32};
 use fft::integer::{self, Point};
 use num_complex::Complex;
 use peak::Band;
-use sweep::Sweep;
+use scan::Scan;
 
 /// The spectrum of one record of `N` samples.
 ///
@@ -75,34 +75,34 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     }
 
     /// The strongest bin of a band, of equal ones the lowest, and the power of all.
-    pub(crate) fn search(&self, band: Band) -> Sweep {
+    pub(crate) fn search(&self, band: Band) -> Scan {
         let bins = self.range(band);
-        if let Some(sweep) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
-            return sweep;
+        if let Some(scan) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
+            return scan;
         }
         // A window at a time.
         let mut places = [MaybeUninit::uninit(); 17];
-        let (mut sweep, mut next) = (Sweep::from(band.low as usize), band.low);
+        let (mut scan, mut next) = (Scan::from(band.low as usize), band.low);
         let mut left = band.width() as usize;
         while left > 0 {
             let count = left.min(places.len());
             let window = self.fill(next, places.get_mut(..count).unwrap_or_default());
-            sweep = sweep.then(sweep::over(window, next as usize, core::convert::identity));
+            scan = scan.then(scan::over(window, next as usize, core::convert::identity));
             next = next.wrapping_add(count as i32);
             left -= count;
         }
-        sweep
+        scan
     }
 
     /// [`Spectrum::search`] by its definition in portable code.
-    pub(crate) fn search_portably(&self, band: Band) -> Sweep {
+    pub(crate) fn search_portably(&self, band: Band) -> Scan {
         let bins = self.range(band);
-        if let Some(sweep) = bins.and_then(|bins| E::search_portably::<R, N>(self.points(), bins)) {
-            return sweep;
+        if let Some(scan) = bins.and_then(|bins| E::search_portably::<R, N>(self.points(), bins)) {
+            return scan;
         }
-        (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
-            sweep.see(k as usize, self.power(k));
-            sweep
+        (band.low..=band.high).fold(Scan::from(band.low as usize), |mut scan, k| {
+            scan.see(k as usize, self.power(k));
+            scan
         })
     }
 

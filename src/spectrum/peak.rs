@@ -6,7 +6,7 @@
 use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
-use super::sweep::Sweep;
+use super::scan::Scan;
 use crate::acquire::sample::Record;
 use crate::math::products::power;
 use core::mem::MaybeUninit;
@@ -150,7 +150,7 @@ impl Search {
 
 /// Searches `band` of a spectrum: what [`Search`] would find, in fewer operations.
 ///
-/// The whole band of a real record goes through [`super::sweep`] (32 instructions for two bins on a core with
+/// The whole band of a real record goes through [`super::scan`] (32 instructions for two bins on a core with
 /// the DSP extension). The skirt is added up afterwards, when the peak is known.
 pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -175,9 +175,9 @@ pub fn find_portably<R: Record, const N: usize>(
     of(&found, band, &around)
 }
 
-/// The peak that a sweep over a band has found, with the bins around it.
+/// The peak that a scan over a band has found, with the bins around it.
 #[inline(always)]
-fn of(found: &Sweep, band: Band, around: &[Point]) -> Option<Peak> {
+fn of(found: &Scan, band: Band, around: &[Point]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }

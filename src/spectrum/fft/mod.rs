@@ -17,9 +17,9 @@ pub mod q15;
 pub mod twiddle;
 
 #[cfg(not(any(dsp, short_products)))]
-pub(super) use super::sweep::real as sweep;
+pub(super) use super::scan::real as scan;
 #[cfg(any(dsp, short_products))]
-pub(super) use engine::sweep;
+pub(super) use engine::scan;
 #[cfg(not(any(dsp, short_products)))]
 use integer as engine;
 #[cfg(dsp)]

@@ -12,7 +12,7 @@ pub(super) struct Seen {
 }
 
 /// Splits the pairs of points beside the middle, outwards to the first and the last, adds their powers to `seen`
-/// and keeps the strongest, of equal ones the lowest (see [`crate::spectrum::sweep::real`]).
+/// and keeps the strongest, of equal ones the lowest (see [`crate::spectrum::scan::real`]).
 ///
 /// # Safety
 /// `points` must be `2 middle` bytes of points, `factors` the one of the pair nearest the middle, those of the

@@ -1,6 +1,6 @@
 //! The transform and the search on cores with the DSP extension: whole loops in assembly, because a radix-4
 //! butterfly needs all fourteen registers and the compiler gives assembly twelve. Each kernel equals its portable
-//! definition in [`super::integer`] and [`crate::spectrum::sweep`] bit for bit, on every input; the tests on
+//! definition in [`super::integer`] and [`crate::spectrum::scan`] bit for bit, on every input; the tests on
 //! emulated cores drive both. No kernel branches on data but the search, where the maximum rises.
 //!
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
@@ -18,7 +18,7 @@ mod rails;
 use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::scan::Scan;
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
@@ -123,13 +123,13 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
     }
 }
 
-/// As [`crate::spectrum::sweep::real`], for the transform of at least 32 pairs.
-pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+/// As [`crate::spectrum::scan::real`], for the transform of at least 32 pairs.
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = points.len() / 2;
     let centre = points.get(middle).map_or(0, |&x| power(x));
     let mut seen = Seen { best: centre, total: centre, at: points.as_ptr() };
     if table.len() < middle || middle < 2 {
-        return Sweep { bin: middle as i32, power: centre, total: centre };
+        return Scan { bin: middle as i32, power: centre, total: centre };
     }
     // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, their factors inside `table`.
     unsafe {
@@ -138,7 +138,7 @@ pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
         pairs_outwards(&mut seen, points.as_ptr(), middle * size_of::<Point>(), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(points.as_ptr() as usize) / size_of::<Point>();
-    Sweep { bin: bin as i32, power: seen.best, total: seen.total }
+    Scan { bin: bin as i32, power: seen.best, total: seen.total }
 }
 
 /// As [`integer::window`].

@@ -1,6 +1,6 @@
 //! The 16-bit transform and its search on cores with the DSP extension: packed points, two products an instruction, the
 //! sticky flag Q for headroom. Each kernel equals its portable definition in [`super::q15`] and
-//! [`crate::spectrum::narrow`] bit for bit.
+//! [`crate::spectrum::q15_bins`] bit for bit.
 //!
 //! Functions are naked, as in [`super::kernel_dsp`]. Those of the passes clear Q first and return whether `SSAT16` has set it;
 //! an interrupt between leaves it alone, for its return restores the flags.
@@ -43,7 +43,7 @@ mod first;
 mod passes;
 mod search;
 
-pub use search::{bend, sweep};
+pub use search::{bend, scan};
 
 use super::integer::Pair;
 use super::q15;

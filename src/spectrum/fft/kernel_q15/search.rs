@@ -3,16 +3,16 @@
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
 use crate::spectrum::fft::assembly::kernel;
-use crate::spectrum::narrow::{self, SPARSE};
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::q15_bins::{self, SPARSE};
+use crate::spectrum::scan::Scan;
 
-/// As [`narrow::sweep`].
-pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+/// As [`q15_bins::scan`].
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     let middle = M / 2;
     if points.len() != M || table.len() < middle || middle <= SPARSE {
-        return Sweep::from(middle);
+        return Scan::from(middle);
     }
-    let centre = points.get(middle).map_or(0, |&p| narrow::power(p));
+    let centre = points.get(middle).map_or(0, |&p| q15_bins::power(p));
     let from = points.as_ptr();
     let mut seen = Seen { total: centre as u64, best: centre, at: from.wrapping_add(middle) };
     // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, an odd number of them, their factors
@@ -24,19 +24,19 @@ pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
         pairs_outwards(&mut seen, from, from.add(middle), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Pair>();
-    narrow::swept(bin, seen.best, seen.total)
+    q15_bins::scanned(bin, seen.best, seen.total)
 }
 
-/// As [`narrow::bend`].
+/// As [`q15_bins::bend`].
 pub fn bend(points: &[Pair], stride: usize) -> u64 {
     let (count, stride) = (points.len().saturating_sub(2), stride.max(1));
     if count == 0 || !points.as_ptr().cast::<u32>().is_aligned() {
-        return narrow::bend(points, stride);
+        return q15_bins::bend(points, stride);
     }
     let range = points.as_ptr_range();
     // SAFETY: three aligned points start at each `stride`-th place that is two or more before the end.
     let sum = unsafe { bends(range.start, range.end.sub(2), stride * size_of::<Pair>()) };
-    narrow::halved(sum)
+    q15_bins::halved(sum)
 }
 
 /// What the search has seen, as [`pairs_outwards`] keeps it.

@@ -1,7 +1,7 @@
 //! The transform and the search on Armv6-M, which multiplies 32 bits by 32 to 32 and has eight registers for most
 //! instructions: whole loops in assembly, which split a number into halves once for all its products and keep constants
 //! and sums in the other registers. Each kernel equals its portable definition in [`super::integer`] and
-//! [`crate::spectrum::sweep`] bit for bit, for every record.
+//! [`crate::spectrum::scan`] bit for bit, for every record.
 //!
 //! The functions are naked: what they do to registers and memory is written in them and nowhere else.
 
@@ -30,8 +30,8 @@ mod passes;
 use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
 use super::twiddle::{Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::narrow::SPARSE;
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::q15_bins::SPARSE;
+use crate::spectrum::scan::Scan;
 use bins::{Outwards, bends, pairs_outwards};
 use first::eights;
 use passes::pass;
@@ -97,21 +97,21 @@ const fn shifts(m: usize, shift: u32) -> bool {
     short.first == 8 && (short.shift == shift || long.shift == shift)
 }
 
-/// As [`crate::spectrum::sweep::real`].
+/// As [`crate::spectrum::scan::real`].
 ///
 /// Of the bins X and Y of a pair the kernel adds up `(|X|^2 + |Y|^2) / 2`, which is the sum of four squares, and stops
 /// where that leaves room for a bin as strong as one that is known.
-pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
-    let mut sweep = Sweep::from(middle);
+    let mut scan = Scan::from(middle);
     let (Ok(points), true) = (<&[Point; M]>::try_from(points), table.len() >= middle) else {
-        return sweep;
+        return scan;
     };
-    sweep.see(middle, points.get(middle).map_or(0, |&x| power(x)));
+    scan.see(middle, points.get(middle).map_or(0, |&x| power(x)));
     let sure = sure(points);
     let mut state = Outwards::new(points, table);
     loop {
-        state.least = sweep.power.max(sure).div_ceil(2);
+        state.least = scan.power.max(sure).div_ceil(2);
         // SAFETY: the state is of M points and as many factors as lie before their middle.
         let found = unsafe { pairs_outwards(&mut state) };
         let Some((lower, upper)) = found.then(|| state.last(points)) else {
@@ -120,15 +120,15 @@ pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
         let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
         if let Some(((&p, &q), &w)) = pair {
             let [x, y] = split_pair(p, q, w).map(power);
-            if x >= sweep.power {
-                (sweep.power, sweep.bin) = (x, lower as i32);
+            if x >= scan.power {
+                (scan.power, scan.bin) = (x, lower as i32);
             }
-            if y > sweep.power {
-                (sweep.power, sweep.bin) = (y, upper as i32);
+            if y > scan.power {
+                (scan.power, scan.bin) = (y, upper as i32);
             }
         }
     }
-    Sweep { total: sweep.total.wrapping_add(state.total << 1), ..sweep }
+    Scan { total: scan.total.wrapping_add(state.total << 1), ..scan }
 }
 
 /// Not more than the power of the strongest bin, by the largest part of every so manieth pair of points.

@@ -3,7 +3,7 @@
 use super::fft::integer::{Pair, Point, split_pair};
 use super::fft::q15::FRACTION;
 use super::fft::twiddle::Packed;
-use super::sweep::Sweep;
+use super::scan::Scan;
 
 /// By how much a power is more than that of stored points.
 const SQUARES: u32 = 2 * FRACTION;
@@ -39,7 +39,7 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// Sweeps bins 1..M of a real record from the M points of its transform.
+/// Scans bins 1..M of a real record from the M points of its transform.
 ///
 /// Of two points `p = Z[k]` and `q = Z[M-k]` the powers of bins k and M-k follow without the bins themselves:
 ///
@@ -49,12 +49,12 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
 ///
 /// Their sum is A + B: where that is below the strongest bin so far, neither can be stronger, and most pairs end
 /// there, the more of them because of a look at every eighth pair beforehand. Outwards from the middle, as
-/// [`super::sweep::real`].
-pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+/// [`super::scan::real`].
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     let middle = M / 2;
     // An array's length the compiler knows: it checks no index below.
     let (Ok(points), Some(table)) = (<&[Pair; M]>::try_from(points), table.get(..middle)) else {
-        return Sweep::from(middle);
+        return Scan::from(middle);
     };
     let centre = points.get(middle).map_or(0, |&p| power(p));
     let (mut bin, mut total) = (middle, u64::from(centre as u32));
@@ -79,7 +79,7 @@ pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
             (best, bin) = (y, upper);
         }
     }
-    swept(bin, best, total)
+    scanned(bin, best, total)
 }
 
 /// Less than the power of the strongest bin, but not much: the stronger bin of a pair has half their sum or more.
@@ -93,9 +93,9 @@ fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
     (most >> 1) - 1
 }
 
-/// A sweep of powers of stored points, in units of bins.
-pub(super) const fn swept(bin: usize, best: i32, total: u64) -> Sweep {
-    Sweep { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
+/// A scan of powers of stored points, in units of bins.
+pub(super) const fn scanned(bin: usize, best: i32, total: u64) -> Scan {
+    Scan { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
 }
 
 /// `((B - A) sin + 2 D cos) / 2` by a factor packed `-cos | -sin << 16`.
@@ -120,13 +120,13 @@ fn cross(p: Pair, q: Pair) -> i32 {
     product(p[0], q[1]).wrapping_add(product(p[1], q[0]))
 }
 
-/// Sweeps bins that are stored as they are, the first of them number `first`.
-pub fn over(bins: &[Pair], first: usize) -> Sweep {
-    let mut sweep = Sweep::from(first);
+/// Scans bins that are stored as they are, the first of them number `first`.
+pub fn over(bins: &[Pair], first: usize) -> Scan {
+    let mut scan = Scan::from(first);
     for (&bin, k) in bins.iter().zip(first..) {
-        sweep.see(k, u64::from(power(bin) as u32));
+        scan.see(k, u64::from(power(bin) as u32));
     }
-    Sweep { power: sweep.power << SQUARES, total: sweep.total << SQUARES, ..sweep }
+    Scan { power: scan.power << SQUARES, total: scan.total << SQUARES, ..scan }
 }
 
 /// The sum of the powers of half the second difference around every `stride`-th point from the second on, as
