@@ -25,8 +25,8 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Kind {
-    /// A measurement ([`super::record::Record`]).
-    Record = 1,
+    /// A measurement ([`super::telemetry::Telemetry`]).
+    Telemetry = 1,
     /// The last frame of a run: the front end's counters.
     End = 2,
     /// A host's question ([`super::command::Request`]).
@@ -49,7 +49,7 @@ impl Kind {
     /// The kind with this number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {
-            1 => Some(Kind::Record),
+            1 => Some(Kind::Telemetry),
             2 => Some(Kind::End),
             3 => Some(Kind::Command),
             4 => Some(Kind::Reply),

@@ -22,7 +22,7 @@ pub mod command;
 mod config;
 pub mod follow;
 pub mod frame;
-pub mod record;
 pub mod settings;
 pub mod settings_error;
 pub mod status;
+pub mod telemetry;

@@ -23,7 +23,7 @@ use picket_firmware::mps2::playback::{Playback, fail, send};
 use picket_firmware::mps2::{Timer, Uart, figure, handlers};
 use picket_wire::capture::decode;
 use picket_wire::follow::Follow;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(handlers(&[]));
 

@@ -11,7 +11,7 @@ use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Timer, Uart, figure, handlers};
 use picket_wire::capture::decode;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(handlers(&[]));
 

@@ -10,7 +10,7 @@ use picket_firmware::mps2::converter::{Acquisition, HANDLERS};
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Uart, figure};
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 #[cfg(feature = "log")]
 use defmt_semihosting as _;

@@ -11,7 +11,7 @@ use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};
 use picket_firmware::mps2::{Uart, figure};
 use picket_wire::follow::Follow;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(HANDLERS);
 

@@ -18,10 +18,10 @@ use picket::pipeline::Measurement;
 use picket_wire::boot::{Boot, Causes, LastEnd, Name};
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
-use picket_wire::record::{Health, Record};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
+use picket_wire::telemetry::{Health, Telemetry};
 
 /// The instrument.
 pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
@@ -186,7 +186,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let method = self.plan.plan.options.method;
         let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
-        self.send(&Record { measurement, method, health }.to_frame());
+        self.send(&Telemetry { measurement, method, health }.to_frame());
         if let Some(follow) = self.measurer.followed(&stamp) {
             self.send(&follow.to_frame());
         }

@@ -9,7 +9,7 @@ use picket::estimate::method::Method;
 use picket::pipeline::Measurement;
 use picket::plan::Plan;
 use picket_wire::capture::Header;
-use picket_wire::record::{Health, Record as Telemetry};
+use picket_wire::telemetry::{Health, Telemetry};
 
 /// The capture's name in the emulator's working directory.
 const NAME: &CStr = c"capture.bin";

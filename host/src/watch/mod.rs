@@ -190,7 +190,9 @@ impl Watch {
             return Err(error);
         }
         match said {
-            Said::Record(record) => self.row(&line::Row::of(&record, &self.scale, &self.listener)),
+            Said::Telemetry(record) => {
+                self.row(&line::Row::of(&record, &self.scale, &self.listener))
+            }
             Said::Boot(boot) => {
                 self.scale.n = Some(boot.n as usize);
                 self.note(&line::boot(&boot));

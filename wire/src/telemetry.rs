@@ -60,7 +60,7 @@ pub struct Health {
 /// A measurement and the state of the device that made it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Record {
+pub struct Telemetry {
     /// What was measured.
     pub measurement: Measurement,
     /// By which method.
@@ -73,7 +73,7 @@ pub struct Record {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum RecordError {
+pub enum TelemetryError {
     /// It is of another kind.
     Kind(Kind),
     /// It is of another version.
@@ -84,20 +84,20 @@ pub enum RecordError {
     Field,
 }
 
-impl core::fmt::Display for RecordError {
+impl core::fmt::Display for TelemetryError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            RecordError::Kind(_) => f.write_str("the frame carries no record"),
-            RecordError::Version(version) => {
+            TelemetryError::Kind(_) => f.write_str("the frame carries no record"),
+            TelemetryError::Version(version) => {
                 write!(f, "the record is of version {version}, this reader knows {VERSION}")
             }
-            RecordError::Short => f.write_str("the record is too short"),
-            RecordError::Field => f.write_str("a field of the record has no meaning"),
+            TelemetryError::Short => f.write_str("the record is too short"),
+            TelemetryError::Field => f.write_str("a field of the record has no meaning"),
         }
     }
 }
 
-impl core::error::Error for RecordError {}
+impl core::error::Error for TelemetryError {}
 
 /// The outcome in the record's own fields.
 #[derive(Default)]
@@ -174,7 +174,7 @@ impl Flat {
     }
 }
 
-impl Record {
+impl Telemetry {
     /// The record's bytes.
     pub fn to_bytes(&self) -> [u8; LENGTH] {
         let Measurement { stamp, clipped, tone, result } = &self.measurement;
@@ -205,28 +205,28 @@ impl Record {
     /// The record as a frame, ready to send.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
         // A record is shorter than the largest payload.
-        frame::encode(Kind::Record, &self.to_bytes()).unwrap_or_default()
+        frame::encode(Kind::Telemetry, &self.to_bytes()).unwrap_or_default()
     }
 
     /// The record a frame carries.
-    pub fn of_frame(frame: &Frame) -> Result<Self, RecordError> {
+    pub fn of_frame(frame: &Frame) -> Result<Self, TelemetryError> {
         match frame.kind {
-            Kind::Record => Self::of_bytes(&frame.payload),
-            kind => Err(RecordError::Kind(kind)),
+            Kind::Telemetry => Self::of_bytes(&frame.payload),
+            kind => Err(TelemetryError::Kind(kind)),
         }
     }
 
     /// The record that `bytes` hold.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Self, RecordError> {
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
         match bytes.first() {
-            None => return Err(RecordError::Short),
+            None => return Err(TelemetryError::Short),
             Some(&VERSION) => {}
-            Some(&version) => return Err(RecordError::Version(version)),
+            Some(&version) => return Err(TelemetryError::Version(version)),
         }
         let Some((body, _)) = bytes.split_first_chunk::<LENGTH>() else {
-            return Err(RecordError::Short);
+            return Err(TelemetryError::Short);
         };
-        Self::read(&mut Reader(body)).ok_or(RecordError::Field)
+        Self::read(&mut Reader(body)).ok_or(TelemetryError::Field)
     }
 
     fn read(reader: &mut Reader<'_>) -> Option<Self> {
@@ -277,9 +277,9 @@ mod tests {
             ..Target::default()
         };
         let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
-        let record = Record { measurement, method: Method::ZRife, health: Health::default() };
+        let record = Telemetry { measurement, method: Method::ZRife, health: Health::default() };
         // The last field is the last of the layout.
-        assert_eq!(Record::of_bytes(&record.to_bytes()), Ok(record));
+        assert_eq!(Telemetry::of_bytes(&record.to_bytes()), Ok(record));
         const { assert!(LENGTH <= frame::PAYLOAD) };
         assert!(!record.to_frame().is_empty());
     }
