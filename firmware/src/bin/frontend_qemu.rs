@@ -29,18 +29,18 @@ macro_rules! info {
 fn main() -> ! {
     let playback = Playback::open();
     let (iq, n) = (playback.header.iq, playback.header.n as usize);
-    for_record(iq, n, Instrument(playback));
+    for_record(iq, n, Playthrough(playback));
     exit(Exit::Done)
 }
 
-struct Instrument(Playback);
+struct Playthrough(Playback);
 
-impl ForRecord for Instrument {
+impl ForRecord for Playthrough {
     type Output = ();
 
     #[inline(never)]
     fn run<R: Record, const N: usize>(self) {
-        let Instrument(mut playback) = self;
+        let Playthrough(mut playback) = self;
         let plan = playback.plan::<R, N>();
         let method = plan.options.method;
         info!("{} blocks of {} samples, bins {}, {}", playback.header.blocks, N, plan.band, method);

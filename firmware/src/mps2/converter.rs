@@ -61,7 +61,7 @@ impl Input {
 }
 
 /// The converter and its DMA controller, with the slot being filled.
-pub struct Converter {
+pub struct PlayedConverter {
     controller: Controller,
     slot: Slot,
     words: usize,
@@ -80,7 +80,7 @@ pub struct Interrupts {
     pub dma: u32,
 }
 
-impl Converter {
+impl PlayedConverter {
     /// Converts the next block; stops the timer when there is none.
     fn convert(&mut self) {
         self.interrupts.timer = self.interrupts.timer.wrapping_add(1);
@@ -98,7 +98,7 @@ impl Converter {
     }
 }
 
-impl Dma for Converter {
+impl Dma for PlayedConverter {
     type Slot = Slot;
 
     fn status(&mut self) -> Status {
@@ -115,10 +115,11 @@ impl Dma for Converter {
     }
 }
 
-static FILLER: Mutex<RefCell<Option<Filler<'static, Converter>>>> = Mutex::new(RefCell::new(None));
+static FILLER: Mutex<RefCell<Option<Filler<'static, PlayedConverter>>>> =
+    Mutex::new(RefCell::new(None));
 
 /// Does `work` with the interrupts' half; `None` before it exists.
-fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Converter>) -> T) -> Option<T> {
+fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, PlayedConverter>) -> T) -> Option<T> {
     free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
 }
 
@@ -155,7 +156,7 @@ impl Acquisition {
         let [first, second] = &MEMORY;
         let (slot, spare) = (Slot::new(first.try_take()?), Slot::new(second.try_take()?));
         let words = header.block_bytes() / 4;
-        let converter = Converter {
+        let converter = PlayedConverter {
             controller: Controller::new(),
             slot,
             words,

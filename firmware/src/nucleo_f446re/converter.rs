@@ -9,7 +9,7 @@ use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
 use super::words::Words;
 use super::words::clock::Tree;
 use super::words::sampling::{
-    ADC_SR_OVR, Converter, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
+    ADC_SR_OVR, ConverterWords, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
 };
 use super::{N, SLOT};
 use crate::instrument::plan::Plan;
@@ -29,7 +29,7 @@ pub struct Chain {
     held: [Slot; 2],
     /// The stream's words, the converters' and the length of a segment in samples.
     control: u32,
-    converter: Converter,
+    converter: ConverterWords,
     length: u32,
     iq: bool,
     /// CT when it was last asked.
@@ -61,8 +61,10 @@ impl Chain {
     fn start(&mut self) {
         chirp::rewind();
         let stream = dma2().st(0);
-        let (Converter { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 }, [first, second]) =
-            (self.converter, &self.held);
+        let (
+            ConverterWords { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 },
+            [first, second],
+        ) = (self.converter, &self.held);
         // ADC_DR at 0x4C, ADC_CDR at 0x308 (RM 13.13.14, 13.13.17).
         put!(stream.par(), if self.iq { 0x4001_2308 } else { 0x4001_204C });
         put!(stream.m0ar(), first.address());

@@ -103,7 +103,7 @@ impl Sampling {
     }
 
     /// The converters' words.
-    pub fn converter(&self, tree: &Tree) -> Converter {
+    pub fn converter(&self, tree: &Tree) -> ConverterWords {
         let code = SAMPLING_CYCLES.iter().position(|&cycles| cycles == self.sampling_cycles);
         let code = code.unwrap_or_default() as u32;
         let (multi, dma) = if self.iq {
@@ -114,7 +114,7 @@ impl Sampling {
             (0, 1 << 8 | 1 << 9)
         };
         let continuous = u32::from(self.continuous) << 1;
-        Converter {
+        ConverterWords {
             common: multi | tree.adc_prescaler << 16,
             // OVRIE 26.
             cr1: 1 << 26,
@@ -141,7 +141,7 @@ impl Sampling {
 
 /// The words of ADC1, ADC2 and what they share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Converter {
+pub struct ConverterWords {
     /// ADC_CCR (RM 13.13.16).
     pub common: u32,
     /// ADC_CR1 of both (RM 13.13.2).
