@@ -1,23 +1,24 @@
-//! The search over the whole of a real record's spectrum: each bin is split from the transform, its power compared
-//! and added, and forgotten. A spectrum that is never stored costs neither its memory nor the stores.
+//! The search over the whole spectrum of a real record. It splits each bin from the transform,
+//! compares and sums its power, and drops it. The spectrum is never stored, which saves its memory
+//! and the stores.
 
 use super::fft::integer::{Point, split_pair};
 use super::fft::twiddle::Packed;
 use crate::math::products::power;
 
-/// What a scan over bins found.
+/// The result of a scan over bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scan {
-    /// The strongest bin; of equal ones the lowest.
+    /// The strongest bin; of equals the lowest.
     pub bin: i32,
-    /// Its power.
+    /// Its power, in stored units.
     pub power: u64,
     /// The sum of the powers of all bins.
     pub total: u64,
 }
 
 impl Scan {
-    /// Nothing seen yet, of bins from this one on.
+    /// A scan of bins from `bin` on that has seen none yet.
     pub(super) const fn from(bin: usize) -> Self {
         Self { bin: bin as i32, power: 0, total: 0 }
     }
@@ -31,14 +32,15 @@ impl Scan {
         }
     }
 
-    /// This and a scan over bins above it.
+    /// This scan followed by a scan of the bins above it.
     pub(super) const fn then(self, above: Self) -> Self {
         let total = self.total.wrapping_add(above.total);
         let stronger = if above.power > self.power { above } else { self };
         Self { total, ..stronger }
     }
 
-    /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
+    /// A rise is rare, and `cold` tells the compiler so. It would otherwise carry the maximum
+    /// through every turn of the loop.
     #[cold]
     #[inline(never)]
     fn rise(&mut self, power: u64, bin: usize) {
@@ -46,7 +48,7 @@ impl Scan {
     }
 }
 
-/// Scans bins that are stored as they are, the first of them number `first`; `point` gives one in integers.
+/// Scans stored bins, the first of which is bin `first`; `point` converts one to integers.
 #[inline(always)]
 pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Scan {
     let (mut scan, mut total) = (Scan::from(first), 0u64);
@@ -63,15 +65,16 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 /// Scans bins 1..M of a real record from the M points of its transform; `table` is
 /// [`super::fft::twiddle::splits`].
 ///
-/// Bins k and M-k come from one pair of points, so the scan goes outwards from the middle: a lower
-/// bin is then below all before it and wins if it is as strong, an upper one is above all and must be
-/// stronger. Powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's growth bound).
+/// Bins k and M-k come from one pair of points, so the scan goes outwards from the middle. A lower
+/// bin is then below all bins so far and wins a tie; an upper bin is above all bins so far and must
+/// be stronger. The powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's
+/// growth bound).
 #[cfg_attr(dsp, allow(dead_code))]
 #[inline(never)] // its loop needs all registers
 pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
     let mut scan = Scan { bin: middle as i32, power: 0, total: 0 };
-    // An array's length the compiler knows: it checks no index below.
+    // The compiler knows an array's length, so it checks no index below.
     let (Ok(points), Some(table)) = (<&[Point; M]>::try_from(points), table.get(..middle)) else {
         return scan;
     };
@@ -105,7 +108,7 @@ mod tests {
         let mut state = 1u32;
         for size in [1u32, 2, 3, 1 << 10, 1 << 27] {
             for _ in 0..200 {
-                // Small sizes make many equal powers.
+                // Small values make many equal powers.
                 let points: std::vec::Vec<Point> = (0..64)
                     .map(|_| {
                         [0; 2].map(|_: i32| {
