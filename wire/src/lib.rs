@@ -1,5 +1,5 @@
-//! What a Picket instrument and its host say to each other: the bytes of records, commands, settings and captures, the
-//! same for every board. `docs/protocol.md` shows a frame byte by byte.
+//! What a Picket instrument and its host say to each other, the same for every board: telemetry,
+//! tracks, commands, settings and captures as bytes. `docs/protocol.md` shows a frame byte by byte.
 //!
 //! ```text
 //! board -> host   measurement -> record -> frame -> COBS -> line

@@ -1,4 +1,4 @@
-//! A measurement as bytes: little-endian, versioned, the same on every machine.
+//! Telemetry: a measurement as bytes, little-endian, versioned, the same on every machine.
 //!
 //! | offset | field |
 //! |---|---|
@@ -27,7 +27,7 @@
 //! | 80 | the other velocity of an exchange: i64 |
 //! | 88 | sample rate: f64, Hz |
 //!
-//! A later version of the same number may append fields: readers ignore what follows byte 96.
+//! A later layout of the same version may append fields. Readers ignore what follows byte 96.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
@@ -41,46 +41,46 @@ use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
 
-/// The layout's version.
+/// The version of the layout.
 pub const VERSION: u8 = 2;
 
-/// Bytes of a record.
+/// Length of the telemetry of one block, bytes.
 pub const LENGTH: usize = 96;
 
-/// What the front end lost until a record was made.
+/// What the front end lost so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
-    /// Blocks that were filled but not delivered.
+    /// Blocks that were filled and not delivered.
     pub lost: u32,
-    /// Interrupts and transfers that were not as they should be.
+    /// Spurious interrupts, failed transfers and converter overruns.
     pub faults: u32,
 }
 
-/// A measurement and the state of the device that made it.
+/// A measurement, and the state of the instrument that made it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Telemetry {
-    /// What was measured.
+    /// The measurement.
     pub measurement: Measurement,
-    /// By which method.
+    /// The method of estimation.
     pub method: Method,
-    /// What was lost.
+    /// What was lost so far.
     pub health: Health,
 }
 
-/// Why a frame is no record.
+/// Why a frame holds no telemetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TelemetryError {
-    /// It is of another kind.
+    /// The frame is of another kind.
     Kind(Kind),
-    /// It is of another version.
+    /// The payload is of another version.
     Version(u8),
-    /// It is shorter than [`LENGTH`].
+    /// The payload is shorter than [`LENGTH`].
     Short,
-    /// A field holds a number without a meaning.
+    /// A field holds an unknown number.
     Field,
 }
 
@@ -99,7 +99,7 @@ impl core::fmt::Display for TelemetryError {
 
 impl core::error::Error for TelemetryError {}
 
-/// The outcome in the record's own fields.
+/// The outcome, as the layout's fields.
 #[derive(Default)]
 struct Flat {
     outcome: u8,
@@ -175,7 +175,7 @@ impl Flat {
 }
 
 impl Telemetry {
-    /// The record's bytes.
+    /// The telemetry as bytes.
     pub fn to_bytes(&self) -> [u8; LENGTH] {
         let Measurement { stamp, clipped, tone, result } = &self.measurement;
         let flat = Flat::of(result);
@@ -202,13 +202,16 @@ impl Telemetry {
         bytes
     }
 
-    /// The record as a frame, ready to send.
+    /// The telemetry as a frame, ready to send.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
-        // A record is shorter than the largest payload.
+        // Telemetry is shorter than the largest payload.
         frame::encode(Kind::Telemetry, &self.to_bytes()).unwrap_or_default()
     }
 
-    /// The record a frame carries.
+    /// The telemetry in a frame.
+    ///
+    /// # Errors
+    /// The frame is of another kind, or its payload holds no telemetry.
     pub fn of_frame(frame: &Frame) -> Result<Self, TelemetryError> {
         match frame.kind {
             Kind::Telemetry => Self::of_bytes(&frame.payload),
@@ -216,7 +219,10 @@ impl Telemetry {
         }
     }
 
-    /// The record that `bytes` hold.
+    /// The telemetry in these bytes.
+    ///
+    /// # Errors
+    /// The bytes are too short, of another version, or a field holds an unknown number.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
         match bytes.first() {
             None => return Err(TelemetryError::Short),
@@ -278,7 +284,7 @@ mod tests {
         };
         let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
         let record = Telemetry { measurement, method: Method::ZRife, health: Health::default() };
-        // The last field is the last of the layout.
+        // The last field ends the layout.
         assert_eq!(Telemetry::of_bytes(&record.to_bytes()), Ok(record));
         const { assert!(LENGTH <= frame::PAYLOAD) };
         assert!(!record.to_frame().is_empty());
