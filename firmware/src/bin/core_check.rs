@@ -1,4 +1,5 @@
-//! The core without a front end: measures a capture block after block, to be compared with other machines.
+//! The library without a front end. It measures a capture block by block, for comparison with other
+//! machines.
 #![no_std]
 #![no_main]
 

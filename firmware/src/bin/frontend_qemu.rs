@@ -17,7 +17,7 @@ use defmt_semihosting as _;
 
 picket_firmware::vectors!(HANDLERS);
 
-/// A log line, in images built with the feature `log`. Never in an interrupt.
+/// Writes a log line, in images with the feature `log`. No interrupt logs.
 macro_rules! info {
     ($($line:tt)*) => {
         #[cfg(feature = "log")]

@@ -1,5 +1,5 @@
-//! The instrument that follows what it measures, on an emulated board: as `frontend_qemu`, with the tracker, for real
-//! records of 1024 samples.
+//! The instrument with the tracker on an emulated board: `frontend_qemu` for real records of 1024
+//! samples, following what it measures.
 #![no_std]
 #![no_main]
 
@@ -24,7 +24,7 @@ fn main() -> ! {
     if playback.header.iq || playback.header.n as usize != N {
         fail(Exit::Config, "this image follows real records of 1024 samples");
     }
-    // What the proof of freedom from panics must find.
+    // The proof of freedom from panics must find this one.
     #[cfg(feature = "deliberate-panic")]
     assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
     let plan = playback.plan::<Real, N>();
