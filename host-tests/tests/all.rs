@@ -7,6 +7,7 @@ mod estimators;
 mod f32;
 mod fft;
 mod figures;
+mod front_door;
 mod frontend;
 mod golden;
 mod least_squares;

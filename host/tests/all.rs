@@ -3,5 +3,7 @@
 mod cli;
 mod demo;
 mod device;
+mod impair;
 mod readme;
 mod report;
+mod trust;

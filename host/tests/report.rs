@@ -4,8 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-const PICTURES: [&str; 10] = [
+const PICTURES: [&str; 12] = [
     "over-snr",
+    "impaired",
+    "trust-good",
     "image-floors",
     "outliers",
     "lidar-figure-2",
@@ -58,7 +60,7 @@ fn the_quick_report() {
         assert!(checks.iter().any(|check| check["figure"] == figure), "no \"{figure}\"");
     }
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.ends_with("</body></html>\n") && page.matches("<h2").count() == 13);
+    assert!(page.ends_with("</body></html>\n") && page.matches("<h2").count() == 15);
     // One file: nothing is fetched.
     assert!(!page.contains("<img") && !page.contains("<link") && !page.contains("<script"));
     assert!(!page.contains("NaN"));

@@ -10,6 +10,7 @@
 //! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
 //! but were not measured.
 
+use super::judge::Line;
 use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
 use super::measure::{Options, Seen, excess};
 use super::noise::{self, NOISE_BINS};
@@ -212,9 +213,13 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
             let clipped = clipped as f32 / N as f32;
             let seen = Seen {
                 noise,
-                excess,
+                line: if excess > 1.0 || self.crowded(found) {
+                    Line::Unresolved
+                } else {
+                    Line::Steady
+                },
                 clipped,
-                unresolved: self.crowded(found),
+                image: false,
                 gap: stamp.gap,
                 weak: !detected,
                 sigma: widened(sigma_bins(&found.fit, N, noise * excess), clipped),

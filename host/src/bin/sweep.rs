@@ -4,6 +4,7 @@ use clap::{Parser, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use picket::acquire::codes::Codes;
 use picket_host::arithmetic::Arithmetic;
+use picket_host::campaign::{self, Campaign};
 use picket_host::estimator::{self, Estimator};
 use picket_host::simulate::{Kind, Width};
 use picket_host::sweep::{Offsets, Row, Sweep};
@@ -24,17 +25,18 @@ struct Options {
     #[arg(long, default_value_t = 1024)]
     n: usize,
     /// Signal-to-noise ratios in dB, separated by commas; inf for no noise
-    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, default_value = "-10,0,20,40")]
-    snr_db: Vec<f64>,
+    /// [default: -10,0,20,40; with --impair 10,30,50]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
+    snr_db: Option<Vec<f64>>,
     /// Points across one bin, from -0.5 to +0.5
     #[arg(long, default_value_t = 15)]
     delta_points: usize,
     /// Instead of points: "uniform" for an offset of its own in each trial, or one offset in bins
     #[arg(long, allow_hyphen_values = true)]
     delta: Option<String>,
-    /// Records at each point
-    #[arg(long, default_value_t = 2000)]
-    trials: usize,
+    /// Records at each point [default: 2000; with --impair 300]
+    #[arg(long)]
+    trials: Option<usize>,
     /// Width of the converter's codes
     #[arg(long, value_enum, default_value = "12")]
     bits: Bits,
@@ -53,12 +55,29 @@ struct Options {
     /// Seed of the generator
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Arithmetic
-    #[arg(long, value_enum, default_value = "f64")]
-    arith: Arithmetic,
+    /// Arithmetic [default: f64; with --impair target]
+    #[arg(long, value_enum)]
+    arith: Option<Arithmetic>,
     /// One JSON object a line
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    impaired: campaign::command::Flags,
+}
+
+impl Options {
+    /// Pure tones' default or that of impairments.
+    fn usual<T>(&self, given: Option<T>, pure: T, impaired: T) -> T {
+        given.unwrap_or(if self.impaired.impair.is_some() { impaired } else { pure })
+    }
+
+    fn snr_db(&self) -> Vec<f64> {
+        self.usual(
+            self.snr_db.clone(),
+            vec![-10.0, 0.0, 20.0, 40.0],
+            campaign::command::SNR_DB.into(),
+        )
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -89,10 +108,25 @@ fn main() -> ExitCode {
 
 fn run<R: Kind>(options: &Options) -> Result<ExitCode, String> {
     let sweep = plan::<R>(options)?;
-    let trials = sweep.trials * sweep.offsets.points() * options.snr_db.len();
+    let all_snr_db = options.snr_db();
+    if let Some(names) = &options.impaired.impair {
+        let campaign = Campaign {
+            estimators: sweep.estimators,
+            arithmetic: sweep.arithmetic,
+            n: sweep.n,
+            trials: sweep.trials,
+            width: sweep.width,
+            amplitude: sweep.amplitude,
+            bins: options.impaired.bins,
+            truth: options.impaired.truth,
+            seed: sweep.seed,
+        };
+        return campaign::command::run::<R>(names, &campaign, &all_snr_db, options.json);
+    }
+    let trials = sweep.trials * sweep.offsets.points() * all_snr_db.len();
     let bar = progress::bar(trials as u64, "trials");
     let mut rows = Vec::new();
-    for &snr_db in &options.snr_db {
+    for &snr_db in &all_snr_db {
         let new = sweep.run::<R>(snr_db, &bar)?;
         if options.json {
             for row in &new {
@@ -127,9 +161,10 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
         Some(names) => estimator::parse(names, reach)?,
         None => vec![Estimator::best(R::IQ, reach)],
     };
+    let arithmetic = options.usual(options.arith, Arithmetic::F64, Arithmetic::Target);
     for estimator in &estimators {
         estimator.check::<R>()?;
-        options.arith.check(*estimator)?;
+        arithmetic.check(*estimator)?;
     }
     let n = options.n;
     let bin = options.bin.unwrap_or((n / 16) as f64);
@@ -137,10 +172,12 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
     if !(0.0..=most).contains(&bin) {
         return Err(format!("--bin {bin}: choose 0 to {most}"));
     }
-    if options.trials == 0 || options.delta_points == 0 || options.snr_db.is_empty() {
+    let trials = options.usual(options.trials, 2000, campaign::command::TRIALS);
+    let all_snr_db = options.snr_db();
+    if trials == 0 || options.delta_points == 0 || all_snr_db.is_empty() {
         return Err("--trials, --delta-points and --snr-db need at least one".into());
     }
-    if let Some(snr_db) = options.snr_db.iter().find(|x| x.is_nan() || **x == f64::NEG_INFINITY) {
+    if let Some(snr_db) = all_snr_db.iter().find(|x| x.is_nan() || **x == f64::NEG_INFINITY) {
         return Err(format!("--snr-db {snr_db}: give decibels, or inf for no noise"));
     }
     if options.amplitude.is_some_and(|a| !(a > 0.0 && a.is_finite())) || !options.dc.is_finite() {
@@ -153,11 +190,11 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
     };
     Ok(Sweep {
         estimators,
-        arithmetic: options.arith,
+        arithmetic,
         n,
         bin,
         offsets: offsets(options)?,
-        trials: options.trials,
+        trials,
         width,
         amplitude: options.amplitude,
         dc: options.dc,

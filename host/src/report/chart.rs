@@ -1,16 +1,11 @@
-//! A chart, and how it becomes a picture: SVG for the page, PNG for everything else.
-//!
-//! Fonts come with the program (DejaVu Sans), so a machine without any draws the same picture.
+//! A chart: lines over two axes.
 
 use super::field::Field;
+use super::picture::{self, COLOURS, FONT, GRID, INK};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontStyle, register_font};
-use std::fs::File;
-use std::io::BufWriter;
-use std::sync::Once;
 
 /// A quantity along one side of a chart.
 #[derive(Clone, Debug)]
@@ -146,29 +141,10 @@ pub struct Chart {
 /// Width and height in pixels.
 pub const SIZE: (u32, u32) = (960, 520);
 
-/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), on light and dark ground.
-const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(140, 140, 140),
-    RGBColor(150, 110, 60),
-];
-
-/// Stands for the ink of the page, which is dark on paper and light on a dark screen.
-const INK: RGBColor = RGBColor(1, 2, 3);
-const INK_TEXT: &str = "#010203";
-const GRID: RGBColor = RGBColor(160, 160, 160);
-
-const FONT: &str = "sans-serif";
-
 impl Chart {
     /// The chart as SVG without a background, its ink the colour of the text around it.
     pub fn inline_svg(&self) -> Result<String, String> {
-        Ok(self.svg_in(None, None)?.replace(INK_TEXT, "currentColor"))
+        Ok(picture::inline(&self.svg_in(None, None)?))
     }
 
     /// The chart as an SVG file of its own, on white, with the points' values as JSON in its metadata.
@@ -179,21 +155,11 @@ impl Chart {
     fn svg_over(&self, field: Option<&Field>) -> Result<String, String> {
         let points = self.series.iter().map(|s| (s.label.clone(), serde_json::json!(s.points)));
         let values = serde_json::Value::Object(points.collect()).to_string();
-        let text = self.svg_in(Some(WHITE), field)?.replace(INK_TEXT, "#202020");
-        Ok(text.replacen(">\n", &format!(">\n<metadata>{}</metadata>\n", escape(&values)), 1))
+        Ok(picture::on_paper(&self.svg_in(Some(WHITE), field)?, &values))
     }
 
     fn svg_in(&self, ground: Option<RGBColor>, field: Option<&Field>) -> Result<String, String> {
-        let mut text = String::new();
-        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        self.draw(root, ground, field, 1.0)?;
-        // A width of its own would not follow the page's.
-        let (width, height) = SIZE;
-        Ok(text.replacen(
-            &format!("<svg width=\"{width}\" height=\"{height}\""),
-            &format!("<svg role=\"img\" aria-label=\"{}\"", escape(&self.title)),
-            1,
-        ))
+        picture::svg(SIZE, &self.title, |root| self.draw(root, ground, field, 1.0))
     }
 
     /// The chart as a PNG file, with twice the points a side.
@@ -202,18 +168,7 @@ impl Chart {
     }
 
     fn png_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
-        let (width, height) = (2 * SIZE.0, 2 * SIZE.1);
-        let mut pixels = vec![0; 3 * width as usize * height as usize];
-        let root = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-        self.draw(root, Some(WHITE), field, 2.0)?;
-        let write = || -> Result<(), png::EncodingError> {
-            let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
-            encoder.set_color(png::ColorType::Rgb);
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&pixels)?;
-            writer.finish()
-        };
-        write().map_err(|error| format!("{}: {error}", file.display()))
+        picture::png(SIZE, file, |root| self.draw(root, Some(WHITE), field, 2.0))
     }
 
     /// The chart as a file: SVG or PNG, by its name.
@@ -238,11 +193,6 @@ impl Chart {
         field: Option<&Field>,
         scale: f64,
     ) -> Result<(), String> {
-        static FONTS: Once = Once::new();
-        FONTS.call_once(|| {
-            // It is a font: nothing can go wrong that a test would not see.
-            let _ = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
-        });
         self.plot(&root, ground, field, scale)
             .map_err(|error| format!("{}: {error}", self.name))?;
         root.present().map_err(|error| format!("{}: {error}", self.name))
@@ -361,11 +311,6 @@ fn label(place: f64, axis: &Axis) -> String {
     } else {
         format!("{value:.0e}")
     }
-}
-
-/// Text as it may stand in HTML and SVG.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -71,6 +71,7 @@ pub fn direction(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 

@@ -1,6 +1,7 @@
 //! What every part of the report works with, and what it hands in.
 
 use super::chart::Chart;
+use super::outcomes::Outcomes;
 use crate::arithmetic::Arithmetic;
 use crate::estimator::parse;
 use crate::simulate::{Kind, Width};
@@ -59,6 +60,8 @@ pub struct Section {
     pub text: Vec<String>,
     /// Pictures.
     pub charts: Vec<Chart>,
+    /// A picture of outcomes.
+    pub outcomes: Option<Outcomes>,
     /// Tables.
     pub tables: Vec<Table>,
     /// What must hold.

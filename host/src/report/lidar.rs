@@ -74,6 +74,7 @@ pub fn spectrum(_: &Lab) -> Result<Section, String> {
             Check::between("phase of the neighbour away from the tone, |angle| / π", left, 0.0, 0.0, 0.1),
             Check::between("phase of the neighbour towards the tone, |angle| / π", right, 0.0, 0.9, 1.0),
         ],
+        ..Section::default()
     })
 }
 
@@ -201,6 +202,7 @@ pub fn across_a_bin(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 

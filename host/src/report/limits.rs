@@ -195,6 +195,7 @@ pub fn outliers(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -293,6 +294,7 @@ pub fn image_floors(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 

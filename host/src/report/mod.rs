@@ -5,14 +5,18 @@ pub mod chart;
 pub mod count;
 mod direction;
 pub mod field;
+mod impaired;
 pub mod lab;
 mod lidar;
 pub mod limits;
 mod operations;
+mod outcomes;
 pub mod over_snr;
 mod page;
+mod picture;
 mod targets;
 mod velocimeter;
+pub mod verdicts;
 
 use crate::progress;
 use lab::{Check, Lab, Section};
@@ -26,8 +30,10 @@ pub const SEED: u64 = 2026;
 type Part = (fn(&Lab) -> Result<Section, String>, u64);
 
 /// The parts, in the order of the page.
-const PARTS: [Part; 13] = [
+const PARTS: [Part; 15] = [
     (over_snr::over_snr, over_snr::OVER_SNR),
+    (verdicts::verdicts, 0),
+    (impaired::impaired, impaired::IMPAIRED),
     (limits::ratios, limits::RATIOS),
     (limits::image_floors, limits::IMAGE_FLOORS),
     (limits::outliers, limits::OUTLIERS),
@@ -57,6 +63,10 @@ pub fn write(folder: &Path, quick: bool, seed: u64) -> Result<Vec<Check>, String
     for chart in sections.iter().flat_map(|section| &section.charts) {
         save(format!("{}.svg", chart.name), chart.svg()?)?;
         chart.png(&folder.join(format!("{}.png", chart.name)))?;
+    }
+    for outcomes in sections.iter().filter_map(|section| section.outcomes.as_ref()) {
+        save(format!("{}.svg", outcomes.name), outcomes.svg()?)?;
+        outcomes.png(&folder.join(format!("{}.png", outcomes.name)))?;
     }
     save("report.html".into(), page::page(&sections, &lab)?)?;
     Ok(sections.into_iter().flat_map(|section| section.checks).collect())

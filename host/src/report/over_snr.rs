@@ -86,5 +86,6 @@ pub fn over_snr(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }

@@ -1,7 +1,7 @@
 //! The page: everything in one file, for paper and for a dark screen.
 
-use super::chart::escape;
 use super::lab::{Check, Lab, Section, Table, digits};
+use super::picture::escape;
 
 const HEAD: &str = r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -57,6 +57,9 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
         }
         for chart in &section.charts {
             page += &chart.inline_svg()?;
+        }
+        if let Some(outcomes) = &section.outcomes {
+            page += &outcomes.inline_svg()?;
         }
         section.tables.iter().for_each(|table| page += &html(table));
         page += &checked(&section.checks);

@@ -159,6 +159,7 @@ pub fn crossings(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -228,6 +229,7 @@ pub fn three_ratios(lab: &Lab) -> Result<Section, String> {
         charts,
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }
 
@@ -318,5 +320,6 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
         }],
         tables: vec![table],
         checks,
+        ..Section::default()
     })
 }

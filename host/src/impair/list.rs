@@ -1,0 +1,379 @@
+//! The impairments by name: one entry each. The command line, the report and the tests read this list.
+
+use super::scene::{Range, Scene};
+use super::{added, converter, noise, sampling, tone};
+use picket::estimate::method::Records;
+
+/// A severity of an impairment.
+#[derive(Debug, PartialEq)]
+pub struct Key {
+    /// What the user types.
+    pub name: &'static str,
+    /// Its unit, as in the names of JSON keys.
+    pub unit: &'static str,
+    /// Its severities unless told otherwise.
+    pub usual: &'static [f64],
+    /// The least and the most it may be.
+    pub range: (f64, f64),
+}
+
+impl Key {
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        usual: &'static [f64],
+        range: (f64, f64),
+    ) -> Self {
+        Key { name, unit, usual, range }
+    }
+
+    /// The key of a JSON line: the name with its unit, in snake case.
+    pub fn json(&self) -> String {
+        let name = self.name.replace('-', "_");
+        if self.unit.is_empty() || name == self.unit || name.ends_with(&format!("_{}", self.unit)) {
+            name
+        } else {
+            format!("{name}_{}", self.unit)
+        }
+    }
+}
+
+/// Where the tone lies unless told otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place {
+    /// Eight bins or more from both ends.
+    All,
+    /// Bins 4 to 20, where slow things matter.
+    Low,
+    /// From bin 8 up to this severity, a share of Nyquist's frequency.
+    Below(usize),
+    /// In the band of this middle and width, shares of Nyquist's frequency.
+    Within(usize, usize),
+}
+
+impl Place {
+    /// Its ends, in bins.
+    pub(super) fn range(self, values: &[f64], n: usize) -> Range {
+        let nyquist = n as f64 / 2.0;
+        let low = f64::min(8.0, nyquist / 8.0);
+        let high = nyquist - low;
+        match self {
+            Place::All => (low, high),
+            Place::Low => (low / 2.0, 2.5 * low),
+            Place::Below(corner) => (low, (values[corner] * nyquist).clamp(low, high)),
+            Place::Within(middle, width) => {
+                let (middle, half) = (values[middle] * nyquist, values[width] * nyquist / 2.0);
+                ((middle - half).clamp(low, high), (middle + half).clamp(low, high))
+            }
+        }
+    }
+}
+
+/// An impairment.
+pub struct Entry {
+    /// The name that lists and tables use.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub doc: &'static str,
+    /// The severities.
+    pub keys: &'static [Key],
+    /// Which records can have it.
+    pub records: Records,
+    /// Whether its records have no noise.
+    pub noiseless: bool,
+    pub(super) place: Place,
+    pub(super) apply: fn(&mut Scene, &[f64]),
+}
+
+impl std::fmt::Debug for Entry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Entry {
+    const fn new(
+        name: &'static str,
+        doc: &'static str,
+        keys: &'static [Key],
+        apply: fn(&mut Scene, &[f64]),
+    ) -> Self {
+        let (records, place) = (Records::Both, Place::All);
+        Entry { name, doc, keys, records, noiseless: false, place, apply }
+    }
+
+    const fn at(self, place: Place) -> Self {
+        Entry { place, ..self }
+    }
+
+    const fn iq(self) -> Self {
+        Entry { records: Records::Iq, ..self }
+    }
+
+    /// The severities of every key unless told otherwise.
+    pub(super) fn defaults(&self) -> Vec<Vec<f64>> {
+        self.keys.iter().map(|key| key.usual.to_vec()).collect()
+    }
+}
+
+const FS: &str = "fs";
+const DB: &str = "db";
+const BINS: &str = "bins";
+const SAMPLES: &str = "samples";
+const RAD: &str = "rad";
+const LSB: &str = "lsb";
+const ONE: (f64, f64) = (0.0, 1.0);
+const MANY: (f64, f64) = (0.0, 1e4);
+const LEVEL: (f64, f64) = (-120.0, 40.0);
+const CORNER: (f64, f64) = (1e-3, 10.0);
+
+/// Every impairment.
+pub const LIST: &[Entry] = &[
+    Entry::new("none", "nothing: a tone in white noise", &[], |_, _| {}),
+    Entry::new("dc", "a constant offset", &[Key::new("fs", FS, &[0.01, 0.05], ONE)], added::dc)
+        .at(Place::Low),
+    Entry::new(
+        "hum",
+        "a sine of a few cycles a block",
+        &[Key::new("cycles", "cycles", &[0.3, 1.5], MANY), Key::new("fs", FS, &[0.01, 0.05], ONE)],
+        added::hum,
+    )
+    .at(Place::Low),
+    Entry::new(
+        "drift",
+        "a straight line (order 1) or a parabola (2) over the block",
+        &[Key::new("fs", FS, &[0.01, 0.05], ONE), Key::new("order", "", &[1.0, 2.0], (1.0, 2.0))],
+        added::drift,
+    )
+    .at(Place::Low),
+    Entry::new(
+        "harmonics",
+        "the second harmonic and the third, each so much below the tone, folded",
+        &[Key::new("level-db", DB, &[-40.0, -20.0], LEVEL)],
+        added::harmonics,
+    ),
+    Entry::new(
+        "clip-analogue",
+        "an amplifier that ends so much below the tone's crest, before the converter",
+        &[Key::new("over-db", DB, &[0.5, 3.0], LEVEL)],
+        converter::clip_analogue,
+    ),
+    Entry::new(
+        "clip-converter",
+        "a tone so much beyond the converter's rails",
+        &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], LEVEL)],
+        converter::clip_converter,
+    ),
+    Entry::new(
+        "impulses",
+        "single samples that stick out, anywhere",
+        &[
+            Key::new("count", "samples", &[1.0, 5.0], MANY),
+            Key::new("fs", FS, &[0.1, 0.5], (0.0, 10.0)),
+        ],
+        added::impulses,
+    ),
+    Entry::new(
+        "lost",
+        "samples that are missing in one place",
+        &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
+        sampling::lost,
+    ),
+    Entry::new(
+        "doubled",
+        "a sample that comes again, so many times",
+        &[Key::new("count", "samples", &[1.0, 4.0, 16.0], MANY)],
+        sampling::doubled,
+    ),
+    Entry::new(
+        "inl",
+        "a bent characteristic of the converter: so many codes at most",
+        &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
+        converter::inl,
+    ),
+    Entry::new(
+        "steps",
+        "step errors of the converter: its upper bits weigh wrong, by so many codes the top one",
+        &[Key::new("lsb", LSB, &[1.0, 8.0], MANY)],
+        converter::steps,
+    ),
+    Entry {
+        noiseless: true,
+        ..Entry::new(
+            "quantise",
+            "rounding alone, without noise: a tone of so many codes",
+            &[Key::new("codes", "", &[2.0, 20.0, 200.0], (0.5, 1e6))],
+            converter::quantise,
+        )
+    },
+    Entry::new(
+        "chirp",
+        "a frequency that changes evenly, so much over the block",
+        &[Key::new("rate", BINS, &[0.05, 0.1, 0.3, 0.5, 1.0], MANY)],
+        tone::chirp,
+    ),
+    Entry::new(
+        "am",
+        "an amplitude that swings by this share of itself, in so many cycles a block",
+        &[
+            Key::new("depth", "", &[0.1, 0.5], ONE),
+            Key::new("cycles", "cycles", &[0.3, 0.5, 1.0], MANY),
+        ],
+        tone::am,
+    ),
+    Entry::new(
+        "phase-walk",
+        "a phase that wanders at random, rms so far over the block",
+        &[Key::new("rms", RAD, &[0.03, 0.1, 0.3], MANY)],
+        tone::phase_walk,
+    ),
+    Entry::new(
+        "phase-jump",
+        "a phase that jumps once, anywhere",
+        &[Key::new("size", RAD, &[0.05, 0.1, 0.3], MANY)],
+        tone::phase_jump,
+    ),
+    Entry::new(
+        "frequency-step",
+        "a frequency that changes once, anywhere",
+        &[Key::new("size", BINS, &[0.1, 1.0, 10.0], MANY)],
+        tone::frequency_step,
+    ),
+    Entry::new(
+        "second-tone",
+        "a weaker tone so far beside",
+        &[
+            Key::new("offset", BINS, &[0.3, 0.5, 0.75, 1.0, 2.0, 10.0], MANY),
+            Key::new("level-db", DB, &[-10.0, -20.0, -30.0, -40.0], LEVEL),
+        ],
+        added::second_tone,
+    ),
+    Entry::new(
+        "tone-burst",
+        "a tone anywhere in the band that lasts for this share of the block",
+        &[Key::new("share", "", &[0.2], ONE), Key::new("level-db", DB, &[-6.0], LEVEL)],
+        added::tone_burst,
+    ),
+    Entry::new(
+        "noise-burst",
+        "more noise in this share of the block, so strong against the tone",
+        &[Key::new("share", "", &[0.1], ONE), Key::new("level-db", DB, &[-10.0, 0.0], LEVEL)],
+        added::noise_burst,
+    ),
+    Entry::new(
+        "noise-slope",
+        "noise that rises by so many decibels over the band",
+        &[Key::new("rise-db", DB, &[-20.0, 20.0, 40.0], (-80.0, 80.0))],
+        noise::slope,
+    ),
+    Entry::new(
+        "noise-notch",
+        "a dent in the noise, beside the tone",
+        &[
+            Key::new("level-db", DB, &[-20.0], (-80.0, 0.0)),
+            Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
+            Key::new("offset", BINS, &[0.0, 20.0], MANY),
+        ],
+        noise::bump,
+    ),
+    Entry::new(
+        "noise-hump",
+        "a bump of the noise, beside the tone",
+        &[
+            Key::new("level-db", DB, &[10.0, 20.0], (0.0, 80.0)),
+            Key::new("width", BINS, &[10.0, 40.0], (0.1, 1e4)),
+            Key::new("offset", BINS, &[0.0, 20.0], MANY),
+        ],
+        noise::bump,
+    ),
+    Entry::new(
+        "noise-flicker",
+        "noise whose power goes with this power of one over the frequency",
+        &[Key::new("power", "", &[1.0, 2.0], (0.0, 4.0))],
+        noise::flicker,
+    ),
+    Entry::new(
+        "noise-low-pass",
+        "noise behind a steep filter (Butterworth's), its corner a share of Nyquist's frequency",
+        &[
+            Key::new("corner", "", &[0.5, 0.25, 0.12], CORNER),
+            Key::new("order", "", &[8.0], (1.0, 16.0)),
+        ],
+        noise::low_pass,
+    )
+    .at(Place::Below(0)),
+    Entry::new(
+        "noise-rc",
+        "noise behind sections of resistor and capacitor; 0.6 is docs/board.md's filter at 2.4 MS/s",
+        &[
+            Key::new("corner", "", &[0.6, 0.25], CORNER),
+            Key::new("sections", "", &[2.0], (1.0, 8.0)),
+        ],
+        noise::rc,
+    ),
+    Entry::new(
+        "noise-band-pass",
+        "noise in a band alone, its middle and width shares of Nyquist's frequency",
+        &[Key::new("middle", "", &[0.5], ONE), Key::new("width", "", &[0.125, 0.5], (1e-3, 1.0))],
+        noise::band_pass,
+    )
+    .at(Place::Within(0, 1)),
+    Entry::new(
+        "start",
+        "a tone that is not there for this share of the block, then begins",
+        &[Key::new("share", "", &[0.2, 0.5, 0.8], ONE)],
+        tone::start,
+    ),
+    Entry::new(
+        "decay",
+        "a tone that dies away, to 1/e in so many blocks",
+        &[Key::new("time", "blocks", &[2.0, 1.0, 0.5], (1e-3, 1e6))],
+        tone::decay,
+    ),
+    Entry::new(
+        "jitter",
+        "a clock that trembles, rms",
+        &[Key::new("rms", SAMPLES, &[0.01, 0.1], MANY)],
+        sampling::jitter,
+    ),
+    Entry::new(
+        "skew",
+        "two converters in turn, the second so late",
+        &[Key::new("late", SAMPLES, &[0.02, 0.2], MANY)],
+        sampling::skew,
+    ),
+    Entry::new(
+        "iq-gain",
+        "Q so much stronger than I",
+        &[Key::new("level-db", DB, &[0.1, 1.0, 3.0], LEVEL)],
+        converter::iq_gain,
+    )
+    .iq(),
+    Entry::new(
+        "iq-phase",
+        "Q so far from right angles",
+        &[Key::new("angle", "deg", &[1.0, 5.0, 20.0], (-180.0, 180.0))],
+        converter::iq_phase,
+    )
+    .iq(),
+    Entry::new(
+        "iq-delay",
+        "Q so late",
+        &[Key::new("late", SAMPLES, &[0.1, 1.0], MANY)],
+        sampling::iq_delay,
+    )
+    .iq(),
+    Entry::new(
+        "iq-dead",
+        "nothing on Q (part 1) or on I (0)",
+        &[Key::new("part", "", &[0.0, 1.0], ONE)],
+        converter::iq_dead,
+    )
+    .iq(),
+];

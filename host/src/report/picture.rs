@@ -1,0 +1,92 @@
+//! How a drawing becomes a picture: SVG for the page, PNG for everything else.
+//!
+//! Fonts come with the program (DejaVu Sans), so a machine without any draws the same picture.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Once;
+
+/// Colours that people with any colour vision tell apart (Okabe and Ito 2008), on light and dark ground.
+pub(super) const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(140, 140, 140),
+    RGBColor(150, 110, 60),
+];
+
+/// Stands for the ink of the page, which is dark on paper and light on a dark screen.
+pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
+const INK_TEXT: &str = "#010203";
+pub(super) const GRID: RGBColor = RGBColor(160, 160, 160);
+
+pub(super) const FONT: &str = "sans-serif";
+
+fn fonts() {
+    static FONTS: Once = Once::new();
+    FONTS.call_once(|| {
+        // It is a font: nothing can go wrong that a test would not see.
+        let _ = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
+    });
+}
+
+/// A drawing of this size in pixels as SVG, its ink not yet chosen: see [`inline`] and [`on_paper`].
+pub(super) fn svg(
+    size: (u32, u32),
+    title: &str,
+    draw: impl FnOnce(DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), String>,
+) -> Result<String, String> {
+    fonts();
+    let mut text = String::new();
+    draw(SVGBackend::with_string(&mut text, size).into_drawing_area())?;
+    // A width of its own would not follow the page's.
+    let (width, height) = size;
+    Ok(text.replacen(
+        &format!("<svg width=\"{width}\" height=\"{height}\""),
+        &format!("<svg role=\"img\" aria-label=\"{}\"", escape(title)),
+        1,
+    ))
+}
+
+/// An SVG with the colour of the text around it as its ink.
+pub(super) fn inline(svg: &str) -> String {
+    svg.replace(INK_TEXT, "currentColor")
+}
+
+/// An SVG as a file of its own, with its values as JSON in its metadata.
+pub(super) fn on_paper(svg: &str, values: &str) -> String {
+    let metadata = format!(">\n<metadata>{}</metadata>\n", escape(values));
+    svg.replace(INK_TEXT, "#202020").replacen(">\n", &metadata, 1)
+}
+
+/// A drawing as a PNG file, with twice the points a side.
+pub(super) fn png(
+    size: (u32, u32),
+    file: &Path,
+    draw: impl FnOnce(DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), String>,
+) -> Result<(), String> {
+    fonts();
+    let (width, height) = (2 * size.0, 2 * size.1);
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
+    draw(BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area())?;
+    let write = || -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&pixels)?;
+        writer.finish()
+    };
+    write().map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// Text as it may stand in HTML and SVG.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

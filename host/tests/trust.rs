@@ -1,0 +1,41 @@
+//! docs/trust.md: a section for each verdict, and pictures that are made again here.
+
+use picket::estimate::tone::Verdict;
+use picket_host::report::verdicts::EXAMPLES;
+use std::fs;
+use std::path::Path;
+
+const PAGE: &str = include_str!("../../docs/trust.md");
+
+#[test]
+fn every_verdict_has_its_section_and_picture() {
+    for verdict in Verdict::ALL {
+        let name = verdict.name();
+        assert!(PAGE.contains(&format!("\n## {name}\n")), "no section {name}");
+        assert!(EXAMPLES.iter().any(|example| example.verdict == name), "no picture of {name}");
+    }
+    for example in &EXAMPLES {
+        assert!(PAGE.contains(&format!("]({}.svg)", example.picture)), "{}", example.picture);
+    }
+}
+
+#[test]
+fn pictures_are_those_of_the_page() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    for example in &EXAMPLES {
+        let (answer, chart) = example.picture().unwrap();
+        println!("{}: {answer:?}", example.picture);
+        // The word is in the picture as soon as the core has it.
+        if Verdict::ALL.iter().any(|verdict| verdict.name() == example.verdict) {
+            assert_eq!(answer.verdict.name(), example.verdict, "{answer:?}");
+        }
+        let file = docs.join(format!("{}.svg", example.picture));
+        let drawn = fs::read_to_string(&file).unwrap_or_default();
+        assert!(
+            drawn == chart.svg().unwrap(),
+            "{} is not what `cargo report` makes: copy target/report/{}.svg",
+            file.display(),
+            example.picture
+        );
+    }
+}
