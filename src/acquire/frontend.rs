@@ -1,4 +1,41 @@
 //! Ownership of the converter's buffers: which block may be read, and which blocks were lost.
+//!
+//! # Signal path
+//!
+//! ```text
+//!            slots with samples            blocks: slot + stamp
+//! converter -> DMA -> [`Filler`] (interrupt) -> queue -> [`Blocks`] (main loop) -> pipeline
+//!               ^                                              |
+//!               +------------ queue of empty slots <-----------+
+//! ```
+//!
+//! **Why ping-pong.** The converter never waits. While the main loop works on one block, the next
+//! block needs a slot, so there are at least two slots of `N` samples. The work on a block may take
+//! as long as the spare slots last; with one spare slot, that is one block.
+//!
+//! **Who owns what.** A *slot* is a token for the memory of one block. The board makes it
+//! ([`Dma::Slot`]). It is neither `Copy` nor `Clone`, and it is always in exactly one place: with
+//! the DMA controller, in one of the two queues, or with the main loop. So nobody reads a buffer
+//! that is being written, and this file needs no `unsafe`.
+//!
+//! **Which interrupt.** The one at the end of a block. If software starts every block, it is
+//! terminal count (PL081: a timer's interrupt starts the block). If the controller alternates
+//! between two slots by itself, it is transfer complete (STM32, double-buffer mode). The interrupt
+//! only exchanges slots and counts, so its cost does not depend on the block's length.
+//!
+//! **What each fault does.** Every block that the converter fills advances the sequence and the
+//! sample clock, even if the block is lost. The segments of a chirp follow that count, so a loss
+//! does not shift them. After any loss, the next delivered block is marked as following a gap.
+//!
+//! | fault | seen by | consequence |
+//! |---|---|---|
+//! | main loop too slow | no empty slot | `overruns`: the block is dropped, its slot filled again |
+//! | interrupt doubled | no block completed | `spurious`: ignored, no gap |
+//! | interrupt lost | several blocks completed | `missed`: all but the last are dropped |
+//! | interrupt late | the slot is being filled again | `late`: the block is dropped |
+//! | DMA error, ADC overrun | the controller's flags | `broken`: everything filled since the last interrupt is dropped, the chain restarts |
+//!
+//! The delivered and the dropped blocks add up to the filled ones: [`Counters::filled`].
 
 use super::queue::{put, take};
 use super::sample::{Segment, Stamp};
