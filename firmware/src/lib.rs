@@ -13,8 +13,9 @@
 //! mps2/           emulated boards that play a capture, for images of their own
 //! ```
 //!
-//! A new board is a type that implements [`board::Board`], of some hundred lines:
-//! `docs/porting.md`.
+//! A new board is a type that implements [`board::Board`], of some hundred lines: `docs/porting.md`
+//! shows one. The feature `instrument` gives its crate the loop, without the boards of this one.
+//! An image links only if no panic is reachable.
 #![no_std]
 #![cfg_attr(
     not(test),
