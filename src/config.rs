@@ -93,7 +93,7 @@ pub struct Following {
     pub acceleration_bins: f32,
     /// Sigma of a new target's rate, bins per block. Positive.
     pub rate_bins: f32,
-    /// How many tones are followed at once: 0 to 4; 0 follows none.
+    /// The most tones followed at once: 0 to 4; 0 follows none.
     pub most: u8,
     /// Locked tracking (see [`crate::estimate::locked`]): one block in `refresh` is searched whole,
     /// and the others are measured only where the tone is expected. With 0 or 1, or with more than

@@ -1,10 +1,10 @@
 //! Range and velocity from the beats of a chirp.
 //!
 //! An approaching target (V > 0) beats at `f1 = fR - fD` on the rising ramp, at `f2 = fD` on the
-//! flat segment and at `f3 = fR + fD` on the falling ramp, with `fR = 2 L B / (c T)` and `fD = 2 V
-//! / lambda` (Ye et al. 2022, section 1). Real samples show only magnitudes. The paper's eqs 1 and
-//! 2 take these magnitudes for the signed beats, which is wrong wherever the Doppler shift exceeds
-//! the range beat. Here the four possible sign patterns are tried.
+//! flat segment and at `f3 = fR + fD` on the falling ramp, with `fR = 2 L B / (c T)` and
+//! `fD = 2 V / lambda` (Ye et al. 2022, section 1). Real samples show only magnitudes. The paper's
+//! eqs 1 and 2 take these magnitudes for the signed beats, which is wrong wherever the Doppler
+//! shift exceeds the range beat. Here the four possible sign patterns are tried.
 //!
 //! Three beats and two unknowns leave one condition, `a.y = y3 - y1 - 2 y2 = 0`. So weighted least
 //! squares needs no normal equations. The sign pattern that violates the condition least has the

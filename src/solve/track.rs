@@ -22,12 +22,12 @@ pub struct Tracking {
     /// Lambda: sigma of a target's acceleration over sigma of a measurement, per block squared.
     /// Usual values are 0.03 to 0.1.
     pub agility: f32,
-    /// The least sigma of the acceleration, cycles per sample per block squared. It bounds the
-    /// acceleration of a target that is measured well.
+    /// The least sigma of the acceleration, cycles per sample per block squared. A
+    /// target may accelerate this much however well it is measured.
     pub acceleration: f32,
     /// Sigma of the rate of a target that was seen once, cycles per sample per block.
     pub rate: f32,
-    /// How many tones are followed: 0 to [`crate::estimate::several::MOST`]; 0 follows none.
+    /// The most tones followed at once: 0 to [`crate::estimate::several::MOST`]; 0 follows none.
     pub most: usize,
     /// While a track is held, one block in `refresh` is searched whole; 0 or 1 searches every
     /// block.

@@ -24,8 +24,8 @@ use scan::Scan;
 /// The spectrum of one record of `N` samples.
 ///
 /// Real records have bins `0..=N/2`, I/Q records `0..N`. A bin's value times `2^exponent` is the
-/// discrete Fourier transform in ADC codes, unscaled: a real tone of amplitude `A` has a line of `A
-/// N / 2`.
+/// discrete Fourier transform in ADC codes, unscaled: a real tone of amplitude `A` has a line of
+/// `A N / 2`.
 ///
 /// The spectrum stores the points of the complex transform. For I/Q these are the bins. For real
 /// records they are the transform of N/2 pairs of neighbours, and each bin is split from them when

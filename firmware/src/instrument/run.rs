@@ -175,8 +175,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             self.captures -= 1;
             self.raw = Some((block, 0));
         } else if let Some(blocks) = &mut self.blocks {
-            // The slot is released before the telemetry is out: whoever sees the telemetry may rely
-            // on that.
+            // The slot is released before the telemetry is out, so a host that has the telemetry
+            // knows that the slot is free.
             blocks.release(block.slot);
         }
         self.until_report = self.until_report.saturating_sub(1);
