@@ -1,4 +1,4 @@
-//! Tells the library what its core can do; sets nothing else, so that it is safe to depend on.
+//! Sets cfgs for what the target's core can do, and nothing else, so that dependents are unaffected.
 
 use std::env;
 
@@ -22,8 +22,8 @@ fn main() {
     }
 }
 
-/// Does the core have the DSP extension? A stable compiler does not tell (`target_feature = "dsp"` is shown by
-/// nightly ones only): every Armv7E-M has it, an Armv8-M where its name says so.
+/// Whether the core has the DSP extension. Only a nightly compiler shows `target_feature = "dsp"`. Every Armv7E-M
+/// has the extension; an Armv8-M has it if the core's name says so.
 fn has_dsp() -> bool {
     const CORES: [&str; 4] = ["cortex-m33", "cortex-m35p", "cortex-m55", "cortex-m85"];
     let told = variable("CARGO_CFG_TARGET_FEATURE").split(',').any(|feature| feature == "dsp");

@@ -1,4 +1,4 @@
-//! Gives the images their memory map and their linker scripts; does nothing for the host.
+//! Gives the images their memory map and their linker scripts. It does nothing for the host.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -22,7 +22,8 @@ fn main() -> io::Result<()> {
     if variable("TARGET").starts_with("thumbv6m") {
         println!("cargo:rustc-cfg=short_products");
     }
-    // Only images link: a board of someone else's that takes the instrument's loop has its own memory and scripts.
+    // Only images link. Someone else's board that uses the instrument's loop brings its own memory
+    // and scripts.
     if has("MPS2") {
         let armv8m = variable("TARGET").starts_with("thumbv8m");
         if armv8m {

@@ -1,4 +1,4 @@
-//! Everything a user sets, checked once: what follows cannot fail.
+//! What a user sets. One check turns it into a plan, and nothing after that check can fail.
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Record, Segment};
@@ -15,23 +15,23 @@ use crate::spectrum::peak::Band;
 /// The speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-/// What the samples are of.
+/// What the samples were taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Scene {
-    /// A tone, no more: the answer is a frequency.
+    /// A tone and no more: the answer is a frequency.
     #[default]
     Tone,
-    /// Light, radio or sound scattered by something that moves: the answer is a velocity.
+    /// Light, radio or sound scattered by a moving target: the answer is a velocity.
     Doppler {
         /// Wavelength in metres.
         wavelength_m: f64,
-        /// The angle between beam and motion, radians; below a right angle.
+        /// Angle between beam and motion, radians; below a right angle.
         angle_rad: f64,
     },
     /// A frequency-modulated continuous wave: the answer is a range and a velocity.
     Chirp {
-        /// The ramps.
+        /// Segments of the chirp.
         shape: Shape,
         /// Carrier wavelength in metres.
         wavelength_m: f64,
@@ -43,7 +43,7 @@ pub enum Scene {
 }
 
 impl Scene {
-    /// The segments of a chirp, in their order; none without a chirp.
+    /// The segments of a chirp, in order; empty for the other scenes.
     pub const fn segments(&self) -> &'static [Segment] {
         match self {
             Scene::Tone | Scene::Doppler { .. } => &[],
@@ -56,45 +56,48 @@ impl Scene {
     }
 }
 
-/// What a user sets. [`Config::plan`] checks it and turns it into a [`Plan`].
+/// What a user sets. [`Config::plan`] checks it and makes a [`Plan`] of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// Samples per second.
+    /// Sample rate, Hz. Positive.
     pub rate_hz: f64,
     /// The converter's codes.
     pub codes: Codes,
-    /// The band searched, both ends included; `None` for all of it. I/Q bands may be negative.
+    /// The band to search, `(low, high)` in Hz, both ends included; `None` for the whole spectrum.
+    /// An I/Q band may be negative.
     pub band_hz: Option<(f64, f64)>,
-    /// The method of estimation. Of the two forms of least squares the one for the kind of record is
-    /// taken, whichever is named.
+    /// The method of estimation. Least squares has two forms, one for each kind of record; either
+    /// name selects the form that fits the record.
     pub method: Method,
     /// How many bins least squares reads.
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
-    /// The probability, for each block, that noise alone passes for a tone: above 0, at most 0.5.
+    /// Probability that noise alone passes for a tone, for each block: above 0, at most 0.5.
     pub false_alarm: f64,
-    /// What the samples are of.
+    /// What the samples were taken of.
     pub scene: Scene,
-    /// How tones are followed, by a [`crate::tracker::Tracker`].
+    /// How a [`crate::tracker::Tracker`] follows tones.
     pub following: Following,
 }
 
 /// How tones are followed from block to block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
-    /// The sigma of a target's acceleration over that of a measurement, per block squared: 0.03 for steady targets,
-    /// 0.1 for agile ones. Positive.
+    /// Sigma of a target's acceleration over sigma of a measurement, per block squared. Positive:
+    /// 0.03 for steady targets, 0.1 for agile ones.
     pub agility: f32,
-    /// The least sigma of the acceleration in bins per block squared, however well a target is measured: not
-    /// negative. A target accelerates by nature; a filter that does not know loses strong ones first.
+    /// The least sigma of the acceleration, bins per block squared; 0 or more. It holds however
+    /// well a target is measured. A strong target has a small sigma, and without this floor its
+    /// gate is so narrow that the track loses it first.
     pub acceleration_bins: f32,
-    /// The sigma of a new target's rate in bins per block. Positive.
+    /// Sigma of a new target's rate, bins per block. Positive.
     pub rate_bins: f32,
-    /// The most tones that are followed at once, up to 4; 0 to follow none.
+    /// The most tones followed at once: 0 to 4; 0 follows none.
     pub most: u8,
-    /// Locked tracking (see [`crate::estimate::locked`]): of so many blocks one is searched whole, the others only where
-    /// the tone is expected. 0 or 1: every block is searched. Where more than one tone is followed every block is, too.
+    /// Locked tracking (see [`crate::estimate::locked`]): one block in `refresh` is searched whole,
+    /// and the others are measured only where the tone is expected. With 0 or 1, or with more than
+    /// one tone to follow, every block is searched.
     pub refresh: u8,
 }
 
@@ -105,7 +108,7 @@ impl Default for Following {
 }
 
 impl Config {
-    /// Samples at this rate, with these codes: one tone anywhere, by least squares.
+    /// A configuration for this rate in Hz and these codes: one tone anywhere, by least squares.
     pub fn new(rate_hz: f64, codes: Codes) -> Self {
         Self {
             rate_hz,
@@ -128,26 +131,26 @@ impl Config {
 pub enum ConfigError {
     /// The sample rate is not a positive, finite number.
     Rate,
-    /// The band holds no bin between 0 and half the rate (I/Q: minus to plus half the rate), or its
-    /// ends are not in order.
+    /// The band holds no bin between 0 and half the rate (I/Q: between minus and plus half the
+    /// rate), or its low end is above its high end.
     Band,
-    /// A wavelength, bandwidth, duration or angle is not positive and finite, or the angle reaches
-    /// a right angle.
+    /// A wavelength, a bandwidth or a duration is not finite and positive, or the angle is a right
+    /// angle or more.
     Scene,
     /// A ramp is shorter than a record.
     Ramp,
-    /// One cycle per sample would be more than 2^31 metres or metres per second.
+    /// One cycle per sample is more than 2^31 metres or metres per second.
     Scale,
     /// The method does not work on this kind of record.
     Method,
-    /// A record has 16 to 2^22 samples, those of the core's transform 64, 128, ... 4096.
+    /// The length is not 16 to 2^22 samples. The core's own transform takes only 64, 128, ... 4096.
     Length,
     /// The plan is for records of another kind or length.
     Records,
-    /// The probability of a false alarm is not above 0 and at most 0.5.
+    /// The probability of a false alarm is 0 or less, or above 0.5.
     FalseAlarm,
-    /// Agility and rate are not positive and finite, the acceleration is negative, or the tones followed
-    /// are more than 4.
+    /// Agility or rate is not finite and positive, the acceleration is negative, or more than 4
+    /// tones are to be followed.
     Following,
 }
 
@@ -192,11 +195,11 @@ impl Config {
         Plan::of_terms(self.terms::<R>(N)?)
     }
 
-    /// The same for a length that is known only when the program runs: 16 to 2^22 samples, for those who bring a transform of
-    /// their own. The core's takes 64, 128, ... 4096.
+    /// The same for a length that is known only at run time: 16 to 2^22 samples. Lengths other than
+    /// 64, 128, ... 4096 need a transform of the caller's own.
     ///
     /// # Errors
-    /// As [`Config::plan`], and where the length is not in this range.
+    /// As [`Config::plan`], and if the length is out of this range.
     pub fn terms<R: Record>(&self, n: usize) -> Result<Terms, ConfigError> {
         if !(16..=1 << 22).contains(&n) {
             return Err(ConfigError::Length);

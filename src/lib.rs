@@ -1,9 +1,11 @@
-//! Picket answers with the frequency of a tone in ADC samples, and from it a range and a velocity, as precisely as the noise
-//! allows; each answer says how wrong it may be (`sigma`) and whether it may be used (`verdict`).
+//! Picket measures the frequency of a tone in ADC samples, and from it a range and a velocity, as
+//! precisely as the noise allows. Each answer comes with its error, `sigma`, and with a `verdict`
+//! that says whether it may be used.
 //!
-//! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps between its bins; this library
-//! reads between the pickets. It has no `std`, allocates nothing and cannot panic, and the same samples give the same bits on
-//! every Cortex-M, on riscv32, on wasm32 and on a desk.
+//! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps
+//! between its bins, and this library reads between the pickets. It has no `std`, allocates nothing
+//! and cannot panic. The same samples give the same bits on every Cortex-M, on riscv32, on wasm32
+//! and on a desk.
 //!
 //! ```
 //! use picket::{Assembler, Codes, Config, Format, Pipeline, Real};
@@ -31,15 +33,17 @@
 //! slots ── FrontEnd ──┘   [`acquire`]        [`spectrum`]         [`estimate`]        [`solve`]
 //! ```
 //!
-//! - [`Config`] is what a user sets; [`Config::plan`] checks it once, and what follows a [`Plan`] cannot fail.
-//! - [`Pipeline`] is the whole way for one record, [`Tracker`] the same with a memory: tones followed from record to record.
-//! - [`Assembler`] makes records of a driver's chunks, [`FrontEnd`](acquire::frontend::FrontEnd) of a DMA controller's slots.
-//! - [`Tone`] has frequency, sigma, signal-to-noise ratio, amplitude and a [`Verdict`].
-//! - [`Scene`] says what the samples are of: with [`Scene::Doppler`] a measurement has a velocity, with [`Scene::Chirp`] a
-//!   [`Target`].
+//! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
+//!   after that can fail.
+//! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
+//! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
+//!   makes them of a DMA controller's slots, without a copy.
+//! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
+//! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
+//!   velocity, with [`Scene::Chirp`] a [`Target`].
 //! - [`Method`] names the estimators: least squares, the default, and nineteen others.
 //!
-//! Every module says which paper its equations are from, and where ours differ.
+//! Every module names the paper that its equations come from, and says where ours differ.
 #![no_std]
 #![cfg_attr(
     not(test),

@@ -1,5 +1,5 @@
-//! The whole way, from a block of samples to a target. The firmware, the tests and the host tools
-//! all call this and nothing else.
+//! From a block of samples to a target. The firmware, the tests and the host tools all call this
+//! and nothing else.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
@@ -14,17 +14,17 @@ use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::peak::{self, Peak};
 use heapless::Vec;
 
-/// What one block showed, and the target if the block completed one.
+/// What one block showed, and the target if the block completed a chirp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measurement {
     /// Where and when the block was taken.
     pub stamp: Stamp,
-    /// Samples that touched a rail.
+    /// Samples that touch a rail.
     pub clipped: u32,
     /// The strongest tone.
     pub tone: Tone,
-    /// What the tones amount to.
+    /// What the tone, or the chirp's tones, amount to.
     pub result: Outcome,
 }
 
@@ -32,7 +32,7 @@ pub struct Measurement {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
-    /// Nothing more: the scene is a tone, or the chirp is not complete.
+    /// Nothing more: the scene is a tone, or the chirp is incomplete.
     #[default]
     None,
     /// A velocity.
@@ -41,8 +41,8 @@ pub enum Outcome {
     Target(Target),
 }
 
-/// ADC samples in, measurements out. Owns its work memory: `4 N` bytes for real records, `8 N` for
-/// I/Q; half of it with the engine [`Q15`](crate::spectrum::engine::Q15).
+/// ADC samples in, measurements out. The pipeline owns its work memory: `4 N` bytes for real
+/// records, `8 N` for I/Q. The engine [`Q15`](crate::spectrum::engine::Q15) takes half.
 #[derive(Clone, Debug)]
 pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
     plan: Plan<R, N>,
@@ -62,14 +62,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.ramps.held = 0;
     }
 
-    /// Measures one block.
+    /// Measures one block. Cost: one transform, one search, one fit.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
         let (clipped, tone) = self.tone(&stamp, samples);
         Measurement { stamp, clipped, tone, result: self.solve(&stamp, tone) }
     }
 
-    /// Measures one block as far as its tone, and counts the samples that touch a rail: all that a program needs whose scene
-    /// is a tone. It has no solver in it.
+    /// Measures the tone of one block and counts the samples that touch a rail. It runs no solver,
+    /// so a program whose scene is a tone needs nothing else.
     #[inline]
     pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
         let Terms { codes, band, rate_hz, ref options, .. } = *self.plan;
@@ -86,11 +86,11 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         (clipped, tone)
     }
 
-    /// Measures one record, the first of a chirp or of none.
+    /// Measures one record, which must be the first of a chirp or of no chirp.
     ///
     /// # Errors
-    /// The slice does not hold exactly `N` samples. A stream of any other length goes through an
-    /// [`Assembler`](crate::acquire::assembler::Assembler).
+    /// The slice does not hold exactly `N` samples. An
+    /// [`Assembler`](crate::acquire::assembler::Assembler) makes records of a stream of any length.
     pub fn record(&mut self, samples: &[R::Sample]) -> Result<Measurement, LengthError> {
         match samples.try_into() {
             Ok(samples) => Ok(self.block(Stamp::default(), samples)),
@@ -98,7 +98,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         }
     }
 
-    /// What the pipeline follows.
+    /// The plan in use.
     pub const fn plan(&self) -> &Plan<R, N> {
         &self.plan
     }
@@ -108,7 +108,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         &self.spectrum
     }
 
-    /// The tone at another peak of the last block, by another threshold.
+    /// The tone at another peak of the last block, tested against `threshold`.
     pub(crate) fn measure(
         &self,
         stamp: &Stamp,
@@ -131,11 +131,11 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         for tone in &mut tones {
             tone.rate_hz = self.plan.rate_hz;
         }
-        // No tone is to be trusted where the strongest is not.
+        // If the strongest tone has the wrong codes, so have all the others.
         if measurement.tone.verdict == Verdict::WrongCodes {
             tones.iter_mut().for_each(|tone| tone.verdict = Verdict::WrongCodes);
         }
-        // What a record that clips says of its only tone is in its samples.
+        // The samples tell more about a clipped record's only tone than its bins do.
         if let [tone] = tones.as_mut_slice()
             && tone.verdict == Verdict::Clipped
         {
@@ -144,7 +144,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         tones
     }
 
-    /// What a tone amounts to.
+    /// The velocity or target that a tone leads to.
     pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
         match self.plan.solver {
             Solver::None => Outcome::None,
@@ -169,7 +169,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 }
 
-/// A slice has not as many samples as a record.
+/// The slice has not as many samples as a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LengthError {
     /// The samples in the slice.
@@ -190,12 +190,12 @@ impl core::fmt::Display for LengthError {
 
 impl core::error::Error for LengthError {}
 
-/// The segments of a chirp, as a set of bits `1 << segment`.
+/// The segments that complete a chirp, as a set of bits `1 << segment`.
 const TRAPEZOID: u8 = 1 << Segment::Up as u8 | 1 << Segment::Flat as u8 | 1 << Segment::Down as u8;
 const TRIANGLE: u8 = 1 << Segment::Up as u8 | 1 << Segment::Down as u8;
 
-/// Collects the tones of one chirp. A block that does not follow the last one starts anew, so a
-/// target never mixes two chirps.
+/// Collects the tones of one chirp. A block that does not follow the previous one starts a new
+/// chirp, so a target never mixes two.
 #[derive(Clone, Debug)]
 struct Ramps {
     tones: [Tone; 3],

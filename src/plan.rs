@@ -1,4 +1,4 @@
-//! A configuration that was checked, in the units of the pipeline: what follows it cannot fail.
+//! A checked configuration in the units of the pipeline. Nothing that follows a plan can fail.
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record};
@@ -18,26 +18,26 @@ use core::ops::Deref;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(u8)]
 pub enum Solver {
-    /// They do not.
+    /// Tones stay tones.
     None,
-    /// Velocity of one cycle per sample.
+    /// By a Doppler shift; the scale is the velocity of one cycle per sample.
     Doppler(Scale),
-    /// Ramps.
+    /// By the beats of a chirp.
     Chirp(Shape, Scales),
 }
 
-/// What a plan says, for records whose kind and length are known only when the program runs.
+/// The terms of a plan, for records whose kind and length are known only at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
     /// Samples in a record.
     pub n: u32,
     /// Whether the records are I/Q.
     pub iq: bool,
-    /// Samples per second.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
     /// The converter's codes.
     pub codes: Codes,
-    /// The bins searched.
+    /// The bins to search.
     pub band: Band,
     /// How a tone is measured.
     pub options: Options,
@@ -48,7 +48,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// How many blocks a chirp has; 1 without.
+    /// Blocks in a chirp; 1 if there is no chirp.
     pub const fn segments(&self) -> u32 {
         match self.solver {
             Solver::None | Solver::Doppler(_) | Solver::Chirp(Shape::Sawtooth, _) => 1,
@@ -58,16 +58,16 @@ impl Terms {
     }
 }
 
-/// What a pipeline follows, for records of kind `R` and `N` samples: a plan for others does not fit it.
+/// A plan for records of kind `R` and `N` samples. A plan for other records has another type.
 ///
-/// A length that the transform does not have is a compile error:
+/// A length that the transform does not support is a compile error:
 ///
 /// ```compile_fail
 /// use picket::{Codes, Plan, Real};
 /// let plan = Plan::<Real, 1000>::tone(48_000.0, Codes::signed::<12>());
 /// ```
 ///
-/// and so is a plan for records of another length or kind:
+/// A plan for records of another length or kind is one too:
 ///
 /// ```compile_fail
 /// use picket::{Codes, Config, Pipeline, Plan, Real};
@@ -90,8 +90,9 @@ impl<R: Record, const N: usize> Deref for Plan<R, N> {
 }
 
 impl<R: Record, const N: usize> Plan<R, N> {
-    /// The plan of [`Config::new`](crate::config::Config::new) with eight bins on each side, made by the compiler: a program
-    /// that has nothing else to set needs no code to check it. The rate must be positive.
+    /// The plan of [`Config::new`](crate::config::Config::new) with eight bins on each side, made
+    /// by the compiler. A program that sets nothing else needs no code to check it. The rate, Hz,
+    /// must be positive.
     pub const fn tone(rate_hz: f64, codes: Codes) -> Self {
         Self::supported();
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
@@ -108,7 +109,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
         }
     }
 
-    /// The plan that says this.
+    /// A plan with these terms.
     ///
     /// # Errors
     /// The terms are for records of another kind or length.
@@ -127,8 +128,8 @@ impl<R: Record, const N: usize> Plan<R, N> {
         self
     }
 
-    /// A plan to be replaced by another, for a pipeline in memory that is there before the program runs: all of it is zeros, which
-    /// take no place in the program.
+    /// A placeholder of zeros, for a pipeline in static memory that gets its plan later. Zeros take
+    /// no place in the program.
     pub const IDLE: Self = Self {
         terms: Terms {
             n: 0,
@@ -153,12 +154,12 @@ impl<R: Record, const N: usize> Plan<R, N> {
     }
 }
 
-/// Plans for either kind of record, where a setting decides.
+/// A plan for either kind of record, for programs in which a setting decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EitherPlan<const N: usize> {
-    /// One converter's.
+    /// For records of one converter.
     Real(Plan<Real, N>),
-    /// Two converters'.
+    /// For records of two converters.
     Iq(Plan<Iq, N>),
 }
 

@@ -1,4 +1,4 @@
-//! The pipeline with a memory: tones followed from block to block, and the targets they amount to.
+//! The pipeline with a memory: it follows tones from block to block and makes targets of them.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::{HOLD, Threshold};
@@ -14,7 +14,8 @@ use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
 use heapless::Vec;
 
-/// ADC samples in, tracks out. A pipeline and about 2 KB: each of a chirp's segments has tracks of its own.
+/// ADC samples in, tracks out. Its memory is a pipeline and about 2 KB, because each segment of a
+/// chirp has its own tracks.
 #[derive(Clone, Debug)]
 pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
@@ -23,27 +24,29 @@ pub struct Tracker<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Tracker<R, N> {
-    /// A tracker that follows `plan`, by its [`Terms::tracking`](crate::plan::Terms::tracking).
+    /// A tracker for this plan; [`Terms::tracking`](crate::plan::Terms::tracking) sets how it
+    /// follows.
     pub const fn new(plan: Plan<R, N>) -> Self {
         let tracks = [const { Tracks::new() }; 3];
         let locks = [const { None }; 3];
         Self { pipeline: Pipeline::new(plan), tracks, locks }
     }
 
-    /// Follows another plan from the next block on, and nothing that was followed before.
+    /// Follows another plan from the next block on, and forgets all tracks.
     pub fn adopt(&mut self, plan: Plan<R, N>) {
         self.pipeline.adopt(plan);
         self.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
         self.locks.iter_mut().for_each(|lock| *lock = None);
     }
 
-    /// Whether its plan follows tones at all.
+    /// Whether the plan follows tones at all.
     pub fn follows(&self) -> bool {
         self.pipeline.plan().tracking.most > 0
     }
 
-    /// Measures one block and leads the tracks of its segment on: as [`Pipeline::block`] does, or, where the only tone is
-    /// locked, where that is expected. A plan that follows no tones makes it a pipeline.
+    /// Measures one block and updates the tracks of its segment. While the only tone is locked, it
+    /// measures that tone where it is expected; otherwise it does what [`Pipeline::block`] does.
+    /// With a plan that follows no tones, it is a pipeline.
     pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
         if !self.follows() {
             return self.pipeline.block(stamp, samples);
@@ -74,7 +77,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         matches!(self.locks.get(place(segment)), Some(Some(lock)) if lock.age > 0)
     }
 
-    /// The short way, where it can be gone. A lock that has grown old, or does not see its tone, gives way to a search.
+    /// Measures the locked tone without a search; `None` if a search is due. A search is due when
+    /// the lock is old or does not see its tone.
     fn locked(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
         let plan = self.pipeline.plan();
         let segment = place(stamp.segment);
@@ -87,13 +91,13 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = lock.measure::<R, N>(samples, expected, clipped)?;
         let tone = Tone { rate_hz: plan.rate_hz, ..tone };
-        // Outside the gate it is another's.
+        // A tone outside the gate belongs to another target.
         tracks.lead(&stamp, &tone, &plan.tracking).then_some(())?;
         let result = self.pipeline.solve(&stamp, tone);
         Some(Measurement { stamp, clipped, tone, result })
     }
 
-    /// The whole way.
+    /// Measures and searches the whole block.
     fn searched(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
         let measurement = self.pipeline.block(stamp, samples);
         let pipeline = &self.pipeline;
@@ -102,7 +106,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         if plan.tracking.most > 1 {
             tones = pipeline.several(&measurement, plan.tracking.most);
         } else {
-            // There is room for one.
+            // The list is empty, so there is room for one.
             let _ = tones.push(measurement.tone);
         }
         let find = |tone: &Tone, gate: f32| {
@@ -120,12 +124,12 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         measurement
     }
 
-    /// The tracks of a segment (of all blocks, without chirps), oldest first.
+    /// The tracks of a segment, oldest first. Without chirps they are the tracks of all blocks.
     pub fn tracks(&self, segment: Segment) -> &[Track] {
         self.tracks.get(place(segment)).map_or(&[], Tracks::all)
     }
 
-    /// The velocities of the tracks that are held, where the scene is a Doppler shift.
+    /// The velocities of the held tracks, if the scene is a Doppler shift.
     pub fn velocities(&self) -> Vec<Velocity, MOST> {
         let Solver::Doppler(scale) = self.pipeline.plan().solver else {
             return Vec::new();
@@ -134,7 +138,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         first(held.map(|track| doppler::velocity(&track.tone, scale)))
     }
 
-    /// Whether a block of this stamp is the last of its chirp, with which the targets come.
+    /// Whether a block with this stamp is the last of its chirp. [`Tracker::targets`] is complete
+    /// then.
     pub fn completes(&self, stamp: &Stamp) -> bool {
         match self.pipeline.plan().solver {
             Solver::Chirp(Shape::Sawtooth, _) => stamp.segment == Segment::Up,
@@ -143,11 +148,12 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         }
     }
 
-    /// The targets that the held tracks of a chirp's segments amount to, oldest first, each with the low bits of its
-    /// rising beat's number.
+    /// The targets that the held tracks amount to, oldest first. Each comes with the low bits of
+    /// the number of its rising beat's track.
     ///
-    /// Each rising beat takes the falling beat, and of a trapezoid the flat one, that contradict it least. A target
-    /// at rest has no flat beat: its line is at DC. Then the two ramps solve it as a triangle's, if no other is near.
+    /// Each rising beat takes the falling beat that contradicts it least; in a trapezoid it takes
+    /// the flat beat as well. A target at rest has no flat beat, because its line is at DC. If no
+    /// other beat is near, its two ramps are then solved as a triangle.
     pub fn targets(&self) -> Vec<(u16, Target), MOST> {
         let mut targets = Vec::new();
         let Solver::Chirp(shape, scales) = &self.pipeline.plan().solver else {
@@ -166,13 +172,13 @@ impl<R: Record, const N: usize> Tracker<R, N> {
                 Shape::Trapezoid => consistent::<R>(&rising, &mut flats, &mut downs)
                     .map(|tones| chirp::trapezoid(&tones, R::IQ, scales)),
             };
-            // There is room for as many as rising beats.
+            // There is room: a target has one rising beat.
             let _ = match target {
                 Some(target) => targets.push((number, target)).is_ok(),
                 None => left.push((number, rising)).is_ok(),
             };
         }
-        // A flat beat that is left belongs to one of the others: no target is known to be at rest.
+        // A remaining flat beat belongs to one of these targets, so none is known to be at rest.
         if *shape == Shape::Trapezoid && flats.is_empty() {
             for &(number, rising) in &left {
                 let others = ups.iter().map(|up| up.1);
@@ -186,8 +192,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     }
 }
 
-/// The flat and the falling beat that contradict a rising one least, taken out of their lists; `None` where
-/// every pair does, by more than five standard deviations.
+/// The pair of flat and falling beat that contradicts a rising one least, taken out of the lists.
+/// `None` if every pair contradicts it by more than five standard deviations.
 fn consistent<R: Record>(
     rising: &Tone,
     flats: &mut Vec<Tone, MOST>,
@@ -209,8 +215,8 @@ fn consistent<R: Record>(
     Some([*rising, flat, falling])
 }
 
-/// The falling beat of a target too slow for a flat one: less than three bins away, with no other beat as near, or it
-/// could be that one's.
+/// The falling beat of a target too slow for a flat beat. It must lie less than three bins away,
+/// with no other beat as near: that beat could be its own.
 fn resting(
     rising: &Tone,
     mut ups: impl Iterator<Item = Tone>,
@@ -223,7 +229,7 @@ fn resting(
     if alone { nearest(rising, downs) } else { None }
 }
 
-/// The beat nearest to a rising one, taken out of its list.
+/// The beat nearest to a rising one, taken out of the list.
 fn nearest(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
     let apart = |tone: &Tone| tone.frequency.beyond(rising.frequency).abs();
     let (index, _) =
@@ -233,7 +239,7 @@ fn nearest(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
     falling
 }
 
-/// Which of the tracks a segment has.
+/// The index of a segment's tracks.
 const fn place(segment: Segment) -> usize {
     match segment {
         Segment::Continuous | Segment::Up => 0,
@@ -242,14 +248,14 @@ const fn place(segment: Segment) -> usize {
     }
 }
 
-/// The bins within `gate` cycles per sample of a tone, inside the band.
+/// The bins within `gate` cycles per sample of a tone, cut to the band.
 fn bins<R: Record>(tone: &Tone, gate: f32, band: Band, n: usize) -> Band {
     let n = n as i32;
     let place = tone.frequency.bins(n as usize) as f32;
     let half = gate * n as f32;
-    // Casts saturate; a gate is some bins wide.
+    // The casts saturate, and a gate is only some bins wide.
     let (low, high) = (libm::floorf(place - half) as i32, libm::ceilf(place + half) as i32);
-    // I/Q bands may count negative frequencies from 0 down or from N.
+    // An I/Q band may count negative frequencies from 0 down or from N down.
     let turn = if R::IQ && high < band.low { n } else { 0 };
     Band {
         low: low.saturating_add(turn).max(band.low),

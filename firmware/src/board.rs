@@ -1,4 +1,5 @@
-//! What the instrument asks of a board. `docs/porting.md` shows one that has nothing but a timer and a serial port.
+//! What the instrument needs from a board. `docs/porting.md` shows a board with only a timer and a
+//! serial port.
 
 use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;
@@ -8,46 +9,50 @@ use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
 
-/// A board whose blocks have `N` samples, in slots of `WORDS` words: `N`, and a guard's where it has chirps.
+/// A board whose blocks have `N` samples, in slots of `WORDS` words: `N` words, and a guard's if it
+/// has chirps.
 ///
-/// Settings take effect by a restart, so that there is one way only into operation. Every method returns within bounded time.
+/// Settings take effect by a restart, so there is only one way into operation. Every method returns
+/// within bounded time.
 pub trait Board<const N: usize, const WORDS: usize>: Sized {
-    /// The name that the boot record bears: up to 16 letters of ASCII.
+    /// The name in the boot record: up to 16 letters of ASCII.
     const NAME: &'static str;
-    /// What settings become: the board's own words for its registers.
+    /// The words that settings become in the board's registers.
     type Words;
-    /// Where settings outlive a restart.
+    /// Flash, or whatever keeps settings over a restart.
     type Storage: Storage;
 
-    /// Why the chip was reset. Asked once, before [`Board::start`].
+    /// Why the chip was reset. The instrument asks once, before [`Board::start`].
     fn causes() -> Causes {
         Causes::default()
     }
 
-    /// The place where settings are kept.
+    /// The storage of the settings.
     fn storage() -> Self::Storage;
 
-    /// Sets up clocks, pins, a timer that counts for ever, the watchdog and the line to the host. Once only: `None` when asked
-    /// again.
+    /// Sets up clocks, pins, a timer that never stops, the watchdog and the line to the host.
+    /// `None` at the second call.
     fn start(settings: &Settings) -> Option<Self>;
 
-    /// What settings become, with the clock as it would be after a restart with them.
+    /// The plan and the register words for these settings, with the clock that a restart with them
+    /// would give.
     ///
     /// # Errors
-    /// They cannot work on this board.
+    /// The settings cannot work on this board.
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Self::Words), SettingsError>;
 
-    /// Starts the converter; once only. Gives the main loop's end of the blocks.
+    /// Starts the converter, once. Returns the main loop's end of the blocks; `None` at the second
+    /// call.
     fn sample(
         &mut self,
         plan: &Plan<N>,
         words: &Self::Words,
     ) -> Option<Blocks<'static, Slot<WORDS>>>;
 
-    /// What became of the blocks so far.
+    /// The front end's counters so far.
     fn counters(&self) -> Counters;
 
-    /// Where the clock comes from.
+    /// The source of the clock.
     fn clock(&self) -> Clock;
 
     /// The core's clock, Hz.
@@ -56,28 +61,29 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// Ticks of [`Board::ticks_hz`] since the start, modulo 2^32.
     fn ticks(&self) -> u32;
 
-    /// What [`Board::ticks`] counts, Hz.
+    /// The rate of [`Board::ticks`], Hz.
     fn ticks_hz(&self) -> u32;
 
-    /// True where the line takes so many bytes.
+    /// Whether the line has room for this many bytes.
     fn has_room(&self, bytes: usize) -> bool;
 
-    /// Sends a frame whole, or not at all: false then. Does not wait.
+    /// Sends a frame whole and returns true, or drops it and returns false. It never waits.
     fn send(&mut self, frame: &[u8]) -> bool;
 
-    /// The next byte from the host.
+    /// The next byte from the host; `None` if none waits.
     fn receive(&mut self) -> Option<u8>;
 
-    /// Waits for the line to take everything, but not for ever: before a restart.
+    /// Waits, within bounded time, until the line has sent everything. The instrument calls it
+    /// before a restart.
     fn flush(&mut self);
 
-    /// Sleeps until an interrupt, unless a block or a byte is waiting.
+    /// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<WORDS>>>);
 
     /// Feeds the watchdog.
     fn feed(&mut self) {}
 
-    /// The checksum of the program in flash; 0 where it is not known.
+    /// The CRC-32 of the program in flash; 0 if unknown.
     fn program() -> u32 {
         0
     }

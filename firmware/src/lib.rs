@@ -1,14 +1,21 @@
-//! Picket's instrument: a loop that is the same on every board, the boards, and what each writes into its registers.
+//! Picket's firmware: an instrument that is the same on every board, the boards, and one image a
+//! file.
 //!
 //! ```text
-//! bin/  one image a file
+//! bin/            one image a file
 //!   |
-//! instrument/  blocks to records, commands to answers          mps2/  emulated boards that play a capture
+//! instrument/     blocks to telemetry, commands to answers
 //!   |
-//! board.rs  what the instrument asks of a board     <-  nucleo_f446re/  registers, and words/ for them
+//! board.rs        what the instrument needs from a board
+//!   ^
+//! nucleo_f446re/  a board: its registers, and in words/ what goes into them
+//!
+//! mps2/           emulated boards that play a capture, for images of their own
 //! ```
 //!
-//! A new board is a type that implements [`board::Board`]: `docs/porting.md` has one of some hundred lines.
+//! A new board is a type that implements [`board::Board`], of some hundred lines: `docs/porting.md`
+//! shows one. The feature `instrument` gives its crate the loop, without the boards of this one.
+//! An image links only if no panic is reachable.
 #![no_std]
 #![cfg_attr(
     not(test),

@@ -1,9 +1,10 @@
-//! A block's memory, which belongs to one owner at a time.
+//! The memory of a block, which has one owner at a time.
 
 use picket::acquire::sample::Record;
 use picket_wire::settings::GUARD;
 
-/// The right to a block's memory: `WORDS` words of 32 bits, a sample of a real record in half a word, of I/Q in a whole one.
+/// The right to a block's memory: `WORDS` words of 32 bits. A sample of a real record takes half a
+/// word, an I/Q sample a whole one.
 #[derive(Debug)]
 pub struct Slot<const WORDS: usize>(&'static mut [u32; WORDS]);
 
@@ -13,7 +14,8 @@ impl<const WORDS: usize> Slot<WORDS> {
         Self(memory)
     }
 
-    /// The block's samples behind `guard` of them: at most [`GUARD`], and 0 in a slot without room for a guard.
+    /// The block's samples after `guard` guard samples, of which there are at most [`GUARD`], and 0
+    /// in a slot without room for a guard.
     pub fn samples<R: Record, const N: usize>(&self, guard: u16) -> &[R::Sample; N] {
         const {
             assert!(size_of::<[R::Sample; N]>() <= size_of::<[u32; WORDS]>());
@@ -21,17 +23,18 @@ impl<const WORDS: usize> Slot<WORDS> {
         }
         let spare = const { 4 * WORDS / size_of::<R::Sample>() - N };
         let guard = usize::from(guard.min(GUARD)).min(spare);
-        // SAFETY: guard and block fit the memory, which is aligned, both checked above; a sample is one or two i16 (`Record`
-        // is sealed), of which every bit pattern is valid; the slot is borrowed as long as the samples.
+        // SAFETY: guard and block fit in the memory, and the memory is aligned; both are checked
+        // above. A sample is one or two i16 (`Record` is sealed), for which every bit pattern is
+        // valid. The slot is borrowed as long as the samples.
         unsafe { &*self.0.as_ptr().cast::<R::Sample>().add(guard).cast() }
     }
 
-    /// The memory, to be filled.
+    /// The memory, for writing.
     pub fn memory(&mut self) -> &mut [u32; WORDS] {
         self.0
     }
 
-    /// Where a DMA controller finds the memory.
+    /// The address of the memory, for a DMA controller.
     pub fn address(&self) -> u32 {
         self.0.as_ptr().expose_provenance() as u32
     }

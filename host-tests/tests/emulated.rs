@@ -13,7 +13,7 @@ use picket_host::emulator::{Capture, Machine, Outcome, RunError};
 use picket_host::toolchain::{Firmware, Profile, Target};
 use picket_wire::capture::Header;
 use picket_wire::frame::Reader;
-use picket_wire::record::{Health, Record as Telemetry};
+use picket_wire::telemetry::{Health, Telemetry};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};

@@ -25,9 +25,9 @@ use picket_host::{flash, recording};
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::follow::Follow;
-use picket_wire::record::{Health, Record as Telemetry};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::status::Status;
+use picket_wire::telemetry::{Health, Telemetry};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ impl<R: Record> Here<R> {
 
 fn next_record(board: &mut Board) -> Telemetry {
     let record = board.expect(|said| match said {
-        Said::Record(record) => Some(record),
+        Said::Telemetry(record) => Some(record),
         _ => None,
     });
     record.unwrap_or_else(|error| panic!("{error}"))

@@ -10,7 +10,7 @@ use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
 use picket_host::device::{Listener, Said};
 use picket_wire::frame::{self, FrameError, Kind, Reader};
-use picket_wire::record::{Health, Record, RecordError};
+use picket_wire::telemetry::{Health, Telemetry, TelemetryError};
 use picket_wire::{cobs, frame::PAYLOAD};
 use proptest::prelude::*;
 use rand::{Rng, RngExt, SeedableRng};
@@ -28,7 +28,7 @@ fn float(rng: &mut impl Rng) -> f32 {
     }
 }
 
-fn record(sequence: u32, rng: &mut impl Rng) -> Record {
+fn record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
     let verdict = |rng: &mut _| Verdict::ALL[Rng::next_u32(rng) as usize % Verdict::ALL.len()];
     let result = match rng.random_range(0..5) {
         0 => Outcome::None,
@@ -50,7 +50,7 @@ fn record(sequence: u32, rng: &mut impl Rng) -> Record {
             verdict: verdict(rng),
         }),
     };
-    Record {
+    Telemetry {
         measurement: Measurement {
             stamp: Stamp {
                 sequence,
@@ -78,10 +78,10 @@ fn record(sequence: u32, rng: &mut impl Rng) -> Record {
 fn records_come_back_bit_for_bit() {
     println!("seed 3");
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let records: Vec<Record> = (0..10_000).map(|sequence| record(sequence, &mut rng)).collect();
+    let records: Vec<Telemetry> = (0..10_000).map(|sequence| record(sequence, &mut rng)).collect();
     let bytes: Vec<u8> = records.iter().flat_map(|r| r.to_frame()).collect();
     let mut listener = Listener::default();
-    assert_eq!(listener.read(&bytes), records.into_iter().map(Said::Record).collect::<Vec<_>>());
+    assert_eq!(listener.read(&bytes), records.into_iter().map(Said::Telemetry).collect::<Vec<_>>());
     assert_eq!((listener.records, listener.bad, listener.missing), (10_000, 0, 0));
 }
 
@@ -90,7 +90,7 @@ fn a_float_without_a_value_keeps_its_bits() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut sent = record(0, &mut rng);
     sent.measurement.tone.sigma = f32::from_bits(0x7fc0_1234);
-    let got = Record::of_bytes(&sent.to_bytes()).unwrap();
+    let got = Telemetry::of_bytes(&sent.to_bytes()).unwrap();
     assert_eq!(got.measurement.tone.sigma.to_bits(), 0x7fc0_1234);
 }
 
@@ -135,7 +135,7 @@ fn a_hundred_thousand_damaged_frames_and_none_accepted() {
         bytes.push(0);
         for got in Listener::default().read(&bytes) {
             // Damage may hit nothing but the closing zero, or undo itself: then the record is whole.
-            accepted += u32::from(got != Said::Record(sent));
+            accepted += u32::from(got != Said::Telemetry(sent));
         }
     }
     assert_eq!(accepted, 0);
@@ -166,15 +166,15 @@ fn errors_name_their_cause() {
         let mut reader = Reader::default();
         bytes.iter().find_map(|&b| reader.push(b)).unwrap()
     };
-    let reply = |bytes: &[u8]| Record::of_frame(&frame(bytes).unwrap()).unwrap_err();
+    let reply = |bytes: &[u8]| Telemetry::of_frame(&frame(bytes).unwrap()).unwrap_err();
     let mut newer = sent.to_bytes();
     newer[0] = 9;
-    let bytes = frame::encode(Kind::Record, &newer).unwrap();
-    assert_eq!(reply(&bytes), RecordError::Version(9));
-    let bytes = frame::encode(Kind::Record, &sent.to_bytes()[..40]).unwrap();
-    assert_eq!(reply(&bytes), RecordError::Short);
+    let bytes = frame::encode(Kind::Telemetry, &newer).unwrap();
+    assert_eq!(reply(&bytes), TelemetryError::Version(9));
+    let bytes = frame::encode(Kind::Telemetry, &sent.to_bytes()[..40]).unwrap();
+    assert_eq!(reply(&bytes), TelemetryError::Short);
     let bytes = frame::encode(Kind::End, &[]).unwrap();
-    assert_eq!(reply(&bytes), RecordError::Kind(Kind::End));
+    assert_eq!(reply(&bytes), TelemetryError::Kind(Kind::End));
     let mut damaged = sent.to_frame();
     damaged[20] ^= 0x80;
     assert!(frame(&damaged).is_err());
@@ -197,10 +197,10 @@ proptest! {
     #[test]
     fn frames_come_back(payload in prop::collection::vec(any::<u8>(), 0..=PAYLOAD)) {
         let mut reader = Reader::default();
-        let wire = frame::encode(Kind::Record, &payload).unwrap();
+        let wire = frame::encode(Kind::Telemetry, &payload).unwrap();
         let read: Vec<_> = wire.iter().filter_map(|&byte| reader.push(byte)).collect();
         prop_assert_eq!(read.len(), 1);
         let frame = read[0].as_ref().unwrap();
-        prop_assert_eq!((frame.kind, &frame.payload[..]), (Kind::Record, &payload[..]));
+        prop_assert_eq!((frame.kind, &frame.payload[..]), (Kind::Telemetry, &payload[..]));
     }
 }

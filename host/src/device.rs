@@ -4,14 +4,14 @@ use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
-use picket_wire::record::Record;
 use picket_wire::status::{Raw, Status};
+use picket_wire::telemetry::Telemetry;
 
 /// One thing that was said.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
     /// A measurement.
-    Record(Record),
+    Telemetry(Telemetry),
     /// The device has started.
     Boot(Boot),
     /// How it is.
@@ -42,7 +42,7 @@ impl Listener {
     pub fn push(&mut self, byte: u8) -> Option<Said> {
         let said = self.reader.push(byte)?.ok().as_ref().and_then(Said::of);
         match &said {
-            Some(Said::Record(record)) => self.count(record.measurement.stamp.sequence),
+            Some(Said::Telemetry(record)) => self.count(record.measurement.stamp.sequence),
             // It counts from 0 again.
             Some(Said::Boot(_)) => self.last = None,
             Some(_) => {}
@@ -70,7 +70,7 @@ impl Listener {
 impl Said {
     fn of(frame: &Frame) -> Option<Self> {
         Some(match frame.kind {
-            Kind::Record => Said::Record(Record::of_frame(frame).ok()?),
+            Kind::Telemetry => Said::Telemetry(Telemetry::of_frame(frame).ok()?),
             Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
             Kind::Status => Said::Status(Status::of_frame(frame)?),
             Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),

@@ -11,9 +11,9 @@ use picket::pipeline::{Measurement, Outcome};
 use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Command as Order, Request};
 use picket_wire::frame::Reader;
-use picket_wire::record::{Health, Record};
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
+use picket_wire::telemetry::{Health, Telemetry};
 use serialport::{SerialPort, TTYPort};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -43,7 +43,7 @@ fn record(sequence: u32) -> Vec<u8> {
     };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
     let health = Health { lost: 3, faults: 1 };
-    Record { measurement, method: Method::LeastSquaresReal, health }.to_frame().to_vec()
+    Telemetry { measurement, method: Method::LeastSquaresReal, health }.to_frame().to_vec()
 }
 
 /// What a device says: its start, its settings, measurements 0 to 9 without 4 and 5, damage, a status.

@@ -1,7 +1,9 @@
-//! Records of a stream: chunks of any length in, records of `N` samples out, with stamps, never across a gap.
+//! Records of a stream: chunks of any length in, records of `N` samples out, each with a stamp. No
+//! record crosses a gap.
 //!
-//! A HAL's ADC driver gives chunks of its own length, a file what was read at once. Where the DMA controller itself can fill
-//! records one after the other, [`crate::acquire::frontend`] needs no copy.
+//! An ADC driver gives chunks of its own length; a file gives what one read returned. If the DMA
+//! controller itself can fill one record after the other, [`crate::acquire::frontend`] needs no
+//! copy.
 
 use super::format::{Format, Word};
 use super::frontend::Timing;
@@ -24,19 +26,19 @@ use super::sample::{Record, Segment, Stamp};
 /// assert_eq!(records, 1000 / 64);
 /// ```
 ///
-/// A record starts at a multiple of the hop on the sample clock, also behind a gap: so a chirp's segments stay in their order
-/// whatever was lost, as long as the loss is told exactly.
+/// A record starts at a multiple of the hop on the sample clock, also after a gap. So the segments
+/// of a chirp keep their order across a loss, if the loss is stated exactly.
 #[derive(Clone, Debug)]
 pub struct Assembler<R: Record, const N: usize> {
     format: Format,
     /// The hop, and the segments of a chirp.
     timing: Timing,
     samples: [R::Sample; N],
-    /// Samples of the record that are there.
+    /// Samples of the record so far.
     filled: usize,
-    /// Samples to be passed over before the next record.
+    /// Samples to skip before the next record.
     skip: u64,
-    /// The first word of an I/Q pair whose second is in the next chunk.
+    /// The first word of an I/Q pair, if its second word is in the next chunk.
     half: Option<i16>,
     /// The sample clock at the next sample.
     clock: u64,
@@ -46,7 +48,7 @@ pub struct Assembler<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Assembler<R, N> {
-    /// An assembler of records that follow each other closely, of words of this format.
+    /// An assembler of records that follow each other without a pause, of words in this format.
     pub fn new(format: Format) -> Self {
         Self {
             format,
@@ -61,24 +63,27 @@ impl<R: Record, const N: usize> Assembler<R, N> {
         }
     }
 
-    /// With `hop` samples from the start of one record to the start of the next: fewer than `N` where records overlap, more where
-    /// samples are left out, as a chirp's guard. At least 1.
+    /// Sets the hop: samples from the start of one record to the start of the next, at least 1.
+    /// Below `N` records overlap; above `N` samples are dropped between them, such as a chirp's
+    /// guard.
     #[must_use]
     pub const fn with_hop(mut self, hop: u32) -> Self {
         self.timing.period = if hop == 0 { 1 } else { hop };
         self
     }
 
-    /// With the segments of a chirp, in their order, a record each.
+    /// Sets the segments of a chirp, in order, one record each.
     #[must_use]
     pub const fn with_segments(mut self, segments: &'static [Segment]) -> Self {
         self.timing.segments = segments;
         self
     }
 
-    /// Takes a chunk of the converter's words, I/Q in turn; gives each record that it completes to `each`, with its stamp.
+    /// Takes a chunk of the converter's words, I and Q in turn. Calls `each` with every record that
+    /// the chunk completes, and its stamp.
     ///
-    /// Cost: some ten instructions a word for its format, and with overlapping records a copy of the overlap.
+    /// Cost: some ten instructions a word for the format. Overlapping records also copy the
+    /// overlap.
     pub fn push<W: Word>(&mut self, words: &[W], mut each: impl FnMut(&Stamp, &[R::Sample; N])) {
         for &word in words {
             let code = self.format.code(word);
@@ -94,8 +99,9 @@ impl<R: Record, const N: usize> Assembler<R, N> {
         }
     }
 
-    /// As [`Assembler::push`], for a chunk whose first sample has this number, as counted by a timer or a driver. Where samples are
-    /// missing before it, that is a loss as by [`Assembler::lost`]. Samples that were here before are passed over.
+    /// As [`Assembler::push`], for a chunk whose first sample has the number `clock`, counted by a
+    /// timer or a driver. Missing samples before it count as [`Assembler::lost`]. Samples that were
+    /// already taken are skipped.
     pub fn push_at<W: Word>(
         &mut self,
         clock: u64,
@@ -114,8 +120,9 @@ impl<R: Record, const N: usize> Assembler<R, N> {
         self.push(words, each);
     }
 
-    /// Says that so many samples are missing before the next chunk. The record begun is given up, and the next is marked as
-    /// behind a gap. Where nobody knows how many, say 1: the clock is wrong from there on, and a chirp's segments with it.
+    /// Says that `samples` samples are missing before the next chunk. The record in progress is
+    /// dropped, and the next one is marked as following a gap. If the number is unknown, say 1: the
+    /// sample clock and the segments of a chirp are then wrong from there on.
     pub fn lost(&mut self, samples: u64) {
         let hop = u64::from(self.timing.period).max(1);
         self.clock = self.clock.saturating_add(samples.max(1));
@@ -160,12 +167,12 @@ mod tests {
 
     const N: usize = 64;
 
-    /// A stream whose samples are their own numbers.
+    /// A stream: each sample is its own number.
     fn stream(length: usize) -> Vec<i16> {
         (0..length as i16).collect()
     }
 
-    /// Stamps and first samples of the records that chunks of these lengths make.
+    /// Stamps and first samples of the records that chunks of this length make.
     fn records(
         assembler: &mut Assembler<Real, N>,
         stream: &[i16],
@@ -210,7 +217,7 @@ mod tests {
                 let mut seen = records(&mut told, &all[..before], 7);
                 told.lost(missing as u64);
                 seen.extend(records(&mut told, &all[before + missing..], 7));
-                // The same, found by the count; some samples come twice.
+                // The same gap, found by the count; some samples come twice.
                 let mut found = new();
                 let mut again = Vec::new();
                 let mut note = |stamp: &Stamp, samples: &[i16; N]| again.push((*stamp, samples[0]));
@@ -245,7 +252,7 @@ mod tests {
             }
             assert_eq!(seen, 500 / N);
         }
-        // Half a pair is lost with what follows it.
+        // The gap also drops the first word of a pair.
         let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
         assembler.push(&words[..21], |_, _| panic!("too short"));
         assembler.lost(2);

@@ -1,9 +1,10 @@
 //! The converter's codes and their rails.
 
-/// Which codes a converter makes: a sample at one of the two rails has touched it, and none lies beyond.
+/// The codes a converter can make. A sample at a rail has touched it; no sample lies beyond.
 ///
-/// The codes decide how far the integer FFT may shift samples up (see [`crate::spectrum::fft::integer`] for the growth
-/// bound) and what counts as clipped, so they have no default: a record read by the wrong codes is wrong.
+/// The codes decide how far the integer FFT may shift samples up (growth bound:
+/// [`crate::spectrum::fft::integer`]) and which samples count as clipped. They have no default,
+/// because a record read with the wrong codes is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Codes {
@@ -12,27 +13,29 @@ pub struct Codes {
 }
 
 impl Codes {
-    /// Signed codes of `BITS` bits, 8 to 16: of 12 bits -2048..=2047.
+    /// Signed codes of `BITS` bits, 8 to 16. With 12 bits they are -2048..=2047.
     pub const fn signed<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 16, "signed codes have 8 to 16 bits") };
         Self { low: (-1i32 << (BITS - 1)) as i16, high: ((1i32 << (BITS - 1)) - 1) as i16 }
     }
 
-    /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter gives them: of 12 bits 0..=4095. (Those of 16
-    /// bits do not fit a sample: an [`Assembler`](crate::acquire::assembler::Assembler) makes signed ones of them.)
-    /// The constant offset falls into bin 0, which no estimator reads.
+    /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter gives them. With 12
+    /// bits they are 0..=4095. Unsigned codes of 16 bits do not fit a sample; an
+    /// [`Assembler`](crate::acquire::assembler::Assembler) makes signed ones of them. The constant
+    /// offset falls into bin 0, which no estimator reads.
     pub const fn unsigned<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 15, "unsigned codes have 8 to 15 bits") };
         Self { low: 0, high: ((1i32 << BITS) - 1) as i16 }
     }
 
-    /// Codes from `low` to `high`, as of a converter that adds several conversions up. `None` where they are fewer than 256.
+    /// Codes from `low` to `high`, for example of a converter that adds several conversions up.
+    /// `None` for fewer than 256 codes.
     pub const fn between(low: i16, high: i16) -> Option<Self> {
         if high as i32 - (low as i32) < 255 { None } else { Some(Self { low, high }) }
     }
 
-    /// Codes of so many bits: as [`Codes::signed`] and [`Codes::unsigned`], where the number is known only when the program
-    /// runs. `None` for numbers that those refuse.
+    /// [`Codes::signed`] or [`Codes::unsigned`] with `bits` bits, for a width known only at run
+    /// time. `None` for a width that those refuse.
     pub const fn of_bits(signed: bool, bits: u32) -> Option<Self> {
         match bits {
             8..=16 if signed => {
@@ -43,10 +46,10 @@ impl Codes {
         }
     }
 
-    /// None at all, in zeros: for a plan that waits for another.
+    /// No codes, as zeros: the codes of a placeholder plan.
     pub(crate) const IDLE: Self = Self { low: 0, high: 0 };
 
-    /// The lowest and the highest code: a sample there has touched a rail.
+    /// The rails: the lowest and the highest code.
     pub const fn rails(self) -> (i16, i16) {
         (self.low, self.high)
     }
@@ -56,7 +59,8 @@ impl Codes {
         ((self.low as i32 + self.high as i32 + 1) >> 1) as i16
     }
 
-    /// The width of a code as a signed number, as the transform reads it: 12 to 16. Narrower codes are read as those of 12 bits.
+    /// The width of a code as a signed number, in bits: 12 to 16. The transform reads narrower
+    /// codes as codes of 12 bits.
     pub const fn bits(self) -> u32 {
         // The bits of the farther rail without its sign.
         let farther = (if self.low < 0 { !self.low } else { self.low } | self.high) as u32;
@@ -64,7 +68,7 @@ impl Codes {
         if bits < 12 { 12 } else { bits }
     }
 
-    /// Codes whose rails lie one beyond these; `None` where a sample could not hold them.
+    /// Codes whose rails lie one further out; `None` if a sample cannot hold them.
     pub(crate) const fn wider(self) -> Option<Self> {
         match (self.low.checked_sub(1), self.high.checked_add(1)) {
             (Some(low), Some(high)) => Some(Self { low, high }),

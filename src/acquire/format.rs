@@ -1,4 +1,4 @@
-//! How a converter's words hold its codes.
+//! How a word of the converter holds a code.
 
 use super::codes::Codes;
 
@@ -8,7 +8,7 @@ mod sealed {
 
 /// A word as a DMA controller stores it: an integer of 8, 16 or 32 bits.
 pub trait Word: sealed::Sealed + Copy {
-    /// Its bits, in the lower end of 32.
+    /// The bits of the word, as the low end of 32 bits.
     fn bits(self) -> u32;
 }
 
@@ -27,7 +27,7 @@ macro_rules! words {
 
 words!(u8: u8, i8: u8, u16: u16, i16: u16, u32: u32, i32: u32);
 
-/// Where in a word a code is, and how it becomes a sample of 16 bits.
+/// Where a word holds its code, and how the code becomes a sample of 16 bits.
 ///
 /// ```
 /// use picket::{Codes, Format};
@@ -36,7 +36,7 @@ words!(u8: u8, i8: u8, u16: u16, i16: u16, u32: u32, i32: u32);
 /// let format = Format::unsigned::<12>().left_aligned_in::<16>();
 /// assert_eq!(format.code(0xFFF0u16), 4095);
 /// assert_eq!(format.codes(), Codes::unsigned::<12>());
-/// // A microphone: 24 bits in the upper end of a 32-bit slot, of which the upper 16 count.
+/// // A microphone: 24 bits at the high end of a 32-bit slot; a sample keeps the upper 16.
 /// let format = Format::i2s::<8>().left_aligned_in::<32>();
 /// assert_eq!(format.code(0x8000_0000u32), i16::MIN);
 /// ```
@@ -45,33 +45,35 @@ pub struct Format {
     signed: bool,
     /// Bits of a code.
     bits: u32,
-    /// Bits below it in the word.
+    /// Bits below the code in the word.
     below: u32,
-    /// Of its own bits, how many at the lower end do not count.
+    /// Bits at the low end of the code that are dropped.
     drop: u32,
 }
 
 impl Format {
-    /// Signed codes of `BITS` bits, 8 to 16, at the lower end of a word.
+    /// Signed codes of `BITS` bits, 8 to 16, at the low end of a word.
     pub const fn signed<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 16, "signed codes have 8 to 16 bits") };
         Self { signed: true, bits: BITS, below: 0, drop: 0 }
     }
 
-    /// Unsigned codes of `BITS` bits, 8 to 16, at the lower end of a word. Those of 16 bits become signed ones.
+    /// Unsigned codes of `BITS` bits, 8 to 16, at the low end of a word. Codes of 16 bits become
+    /// signed ones.
     pub const fn unsigned<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 16, "unsigned codes have 8 to 16 bits") };
         Self { signed: false, bits: BITS, below: 0, drop: 0 }
     }
 
-    /// Signed codes of 24 bits, as of I2S microphones and audio converters, of which the lowest `SHIFT` do not count: 8 of them
-    /// keeps the whole range, fewer make a weak signal larger, and what is then too large clips. 0 to 16.
+    /// Signed codes of 24 bits, as I2S microphones and audio converters give them, without their
+    /// lowest `SHIFT` bits, 0 to 16. A shift of 8 keeps the whole range. A smaller shift makes a
+    /// weak signal larger and clips a strong one.
     pub const fn i2s<const SHIFT: u32>() -> Self {
         const { assert!(SHIFT <= 16, "a shift is 0 to 16 bits") };
         Self { signed: true, bits: 24, below: 0, drop: SHIFT }
     }
 
-    /// The same code at the upper end of a word of `WORD` bits.
+    /// The same code at the high end of a word of `WORD` bits, 16 or 32.
     #[must_use]
     pub const fn left_aligned_in<const WORD: u32>(mut self) -> Self {
         const { assert!(WORD == 16 || WORD == 32, "a word has 16 or 32 bits") };
@@ -79,7 +81,7 @@ impl Format {
         self
     }
 
-    /// The codes that samples of this format have, with their rails.
+    /// The codes of this format's samples.
     pub const fn codes(self) -> Codes {
         let bits = self.bits.saturating_sub(self.drop);
         let codes = if !self.signed && bits < 16 {
@@ -94,10 +96,11 @@ impl Format {
         }
     }
 
-    /// The code in a word. Bits of the word beside it do not count.
+    /// The code in a word. Bits beside the code are ignored. Cost: two shifts, a subtraction and a
+    /// clamp.
     #[inline]
     pub fn code(self, word: impl Word) -> i16 {
-        // Bits, what is below and what is dropped are 32 at most.
+        // The bits of code, below it and dropped are 32 at most.
         let up = 32u32.saturating_sub(self.bits + self.below);
         let upper = word.bits() << (up & 31);
         let down = 32u32.saturating_sub(self.bits) & 31;
@@ -123,7 +126,7 @@ mod tests {
                 let (low, high) = format.codes().rails();
                 let left = Format { below: 16 - bits, ..format };
                 let codes = [0, 1, top / 2, top / 2 + 1, top].map(|raw: u32| {
-                    // Whatever is beside the code does not count.
+                    // Bits beside the code are ignored.
                     let beside = if bits < 16 { 1 << bits } else { 0 };
                     let code = format.code((raw | beside) as u16);
                     assert_eq!(left.code((raw << (16 - bits)) as u16), code);

@@ -1,4 +1,4 @@
-//! Ownership of the converter's buffers: which block may be read, and what was lost on the way.
+//! Ownership of the converter's buffers: which block may be read, and which blocks were lost.
 //!
 //! # Signal path
 //!
@@ -9,23 +9,23 @@
 //!               +------------ queue of empty slots <-----------+
 //! ```
 //!
-//! **Why ping-pong.** The converter never waits. While a block is being worked on, the next one must
-//! have a place to go, so there are at least two slots of `N` samples. The work on a block may take
-//! as long as the spare slots last; with one spare that is one block.
+//! **Why ping-pong.** The converter never waits. While the main loop works on one block, the next
+//! block needs a slot, so there are at least two slots of `N` samples. The work on a block may take
+//! as long as the spare slots last; with one spare slot, that is one block.
 //!
-//! **Who owns what.** A *slot* is a token for the memory of one block, made by the board
-//! ([`Dma::Slot`]). It is neither `Copy` nor `Clone` and is always in exactly one place: in the DMA
-//! controller's hands, in one of the two queues, or with the main loop. So nobody reads what is being
-//! written, and this file needs no `unsafe`.
+//! **Who owns what.** A *slot* is a token for the memory of one block. The board makes it
+//! ([`Dma::Slot`]). It is neither `Copy` nor `Clone`, and it is always in exactly one place: with
+//! the DMA controller, in one of the two queues, or with the main loop. So nobody reads a buffer
+//! that is being written, and this file needs no `unsafe`.
 //!
-//! **Which interrupt.** The one at the end of a block: terminal count where software starts every
-//! block (PL081: a timer's interrupt starts it), transfer complete where the controller goes on by
-//! itself between two slots (STM32, double-buffer mode). It only exchanges slots and counts:
-//! its cost does not depend on the block's size.
+//! **Which interrupt.** The one at the end of a block. If software starts every block, it is
+//! terminal count (PL081: a timer's interrupt starts the block). If the controller alternates
+//! between two slots by itself, it is transfer complete (STM32, double-buffer mode). The interrupt
+//! only exchanges slots and counts, so its cost does not depend on the block's length.
 //!
-//! **What each fault does.** Every block the converter filled moves the sequence and the sample
-//! clock on, also when it is lost; segments of a chirp are told by the count, so a loss does not
-//! shift them. After any loss the next delivered block is marked as a gap.
+//! **What each fault does.** Every block that the converter fills advances the sequence and the
+//! sample clock, even if the block is lost. The segments of a chirp follow that count, so a loss
+//! does not shift them. After any loss, the next delivered block is marked as following a gap.
 //!
 //! | fault | seen by | consequence |
 //! |---|---|---|
@@ -33,25 +33,25 @@
 //! | interrupt doubled | no block completed | `spurious`: ignored, no gap |
 //! | interrupt lost | several blocks completed | `missed`: all but the last are dropped |
 //! | interrupt late | the slot is being filled again | `late`: the block is dropped |
-//! | DMA error, ADC overrun | the controller's flags | `broken`: what was filled since the last interrupt is dropped, the chain restarted |
+//! | DMA error, ADC overrun | the controller's flags | `broken`: everything filled since the last interrupt is dropped, the chain restarts |
 //!
-//! Delivered blocks and dropped ones add up to those filled: [`Counters::filled`].
+//! The delivered and the dropped blocks add up to the filled ones: [`Counters::filled`].
 
 use super::queue::{put, take};
 use super::sample::{Segment, Stamp};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// What the controller did since it was last asked.
+/// What the controller did since the last call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// Blocks whose last sample was stored: 1 for a punctual interrupt, 0 for a doubled one, more
-    /// where interrupts were lost.
+    /// after lost interrupts.
     ///
-    /// From a count of samples or timer periods the number is exact. From the flags of an STM32 it
-    /// is 0 without transfer complete, 1 with it if the current target has changed since the last
-    /// call, else 2.
+    /// A count of samples or timer periods gives the exact number. The flags of an STM32 give 0
+    /// without transfer complete. With transfer complete they give 1 if the current target has
+    /// changed since the last call, and 2 if it has not.
     pub completed: u32,
-    /// A transfer went wrong and the chain has stopped.
+    /// A transfer failed and the chain has stopped.
     pub dma_error: bool,
     /// The converter had a sample before the last one was fetched; the chain has stopped.
     pub adc_overrun: bool,
@@ -59,38 +59,38 @@ pub struct Status {
 
 /// A DMA controller that fills slots with the converter's samples.
 ///
-/// The controller holds, from its construction on, as many slots as it needs: one where software
-/// starts every block, two where it goes on by itself. The methods are called from the interrupt.
+/// From construction on, the controller holds the slots it needs: one if software starts every
+/// block, two if it alternates by itself. The interrupt calls these methods.
 pub trait Dma {
     /// The right to one block of memory. Neither `Copy` nor `Clone`; `&'static mut [i16; N]` will
     /// do.
     type Slot: Send;
 
-    /// What happened since the last call; clears the flags it reads.
+    /// What happened since the last call. Clears the flags it reads.
     fn status(&mut self) -> Status;
 
-    /// Gives the slot of the last completed block and takes `empty` to be filled in its place.
+    /// Returns the slot of the last completed block and takes `empty` to be filled in its place.
     ///
     /// # Errors
-    /// Gives `empty` back, with nothing changed, where the controller has already begun to fill the
-    /// completed slot again. It must look *after* having written the new address.
+    /// Returns `empty`, with nothing changed, if the controller is already filling the completed
+    /// slot again. The implementation must check this *after* it has written the new address.
     fn exchange(&mut self, empty: Self::Slot) -> Result<Self::Slot, Self::Slot>;
 
     /// Clears the faults and starts again at a block's first sample, with the slots it holds.
     ///
-    /// Gives how many block periods pass between the end of the last block counted in `completed`
-    /// and the first new sample, rounded up to whole blocks and at least 1, so that the sample clock
-    /// stays true.
+    /// Returns the number of block periods between the end of the last block counted in `completed`
+    /// and the first new sample, rounded up to whole blocks and at least 1. The sample clock
+    /// advances by it.
     fn restart(&mut self) -> u32;
 }
 
 /// How blocks follow each other in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
-    /// Sample periods from a block's first sample to the next block's: the block's length plus
-    /// the guard samples that are not kept.
+    /// Sample periods from a block's first sample to the next block's: the block's length plus the
+    /// guard samples, which are dropped.
     pub period: u32,
-    /// The parts of the waveform, in their order; empty for a continuous wave.
+    /// The segments of the waveform, in order; empty for a continuous wave.
     pub segments: &'static [Segment],
 }
 
@@ -100,7 +100,7 @@ impl Timing {
         Self { period: n, segments: &[] }
     }
 
-    /// The stamp of the block with this number, counted from 0 and never wrapping.
+    /// The stamp of block `number`, which counts from 0 and never wraps.
     pub fn stamp(&self, number: u64, gap: bool) -> Stamp {
         let phase = number.checked_rem(self.segments.len() as u64).unwrap_or(0);
         Stamp {
@@ -122,30 +122,30 @@ pub struct Counters {
     pub overruns: u32,
     /// Blocks dropped because their interrupt was lost.
     pub missed: u32,
-    /// Blocks dropped because their interrupt came when the slot was being filled again.
+    /// Blocks dropped because their interrupt came while the slot was being filled again.
     pub late: u32,
-    /// Blocks dropped for a DMA error or an ADC overrun, with those that passed during the restart.
+    /// Blocks dropped for a DMA error or an ADC overrun, and blocks that passed during the restart.
     pub broken: u32,
     /// Interrupts without a new block.
     pub spurious: u32,
-    /// Transfers that went wrong.
+    /// Transfers that failed.
     pub dma_errors: u32,
     /// Times the converter overran.
     pub adc_overruns: u32,
 }
 
 impl Counters {
-    /// Blocks dropped, for whatever reason.
+    /// Blocks dropped for any reason.
     pub fn lost(&self) -> u32 {
         self.overruns.wrapping_add(self.missed).wrapping_add(self.late).wrapping_add(self.broken)
     }
 
-    /// Interrupts and transfers that were not as they should be.
+    /// Spurious interrupts, failed transfers and converter overruns.
     pub fn faults(&self) -> u32 {
         self.spurious.wrapping_add(self.dma_errors).wrapping_add(self.adc_overruns)
     }
 
-    /// What happened since the counters stood at `zero`.
+    /// The counts since the counters stood at `zero`.
     pub fn since(&self, zero: &Self) -> Self {
         Self {
             blocks: self.blocks.wrapping_sub(zero.blocks),
@@ -159,7 +159,7 @@ impl Counters {
         }
     }
 
-    /// Blocks the converter filled: those delivered and those lost.
+    /// Blocks the converter filled: the delivered and the lost ones.
     pub fn filled(&self) -> u32 {
         self.blocks.wrapping_add(self.lost())
     }
@@ -169,12 +169,12 @@ fn count(counter: &mut u32, more: u32) {
     *counter = counter.wrapping_add(more);
 }
 
-/// A block of samples that belongs to its holder.
+/// A block of samples. Whoever holds it owns it.
 #[derive(Debug)]
 pub struct Block<S> {
-    /// Where and when it was taken.
+    /// Where and when the block was taken.
     pub stamp: Stamp,
-    /// What became of the blocks up to this one.
+    /// The counters up to this block.
     pub counters: Counters,
     /// The samples.
     pub slot: S,
@@ -199,8 +199,8 @@ impl<S, const M: usize> FrontEnd<S, M> {
         Self { full: Queue::new(), empty: Queue::new() }
     }
 
-    /// Parts the front end into its interrupt's half and its main loop's. `spares` are the slots
-    /// that `dma` does not hold: at least one, at most `M - 1`, checked at compile time.
+    /// Splits the front end into the interrupt's half and the main loop's half. `spares` are the
+    /// slots that `dma` does not hold: at least one and at most `M - 1`, checked at compile time.
     pub fn split<D: Dma<Slot = S>, const SPARES: usize>(
         &mut self,
         dma: D,
@@ -211,7 +211,7 @@ impl<S, const M: usize> FrontEnd<S, M> {
         let (full, blocks) = self.full.split();
         let (mut release, empty) = self.empty.split();
         for slot in spares {
-            // A slot that finds no room is given up; none does.
+            // A slot that found no room would be given up; the queue has room for every spare.
             let _ = put(&mut release, slot);
         }
         let filler = Filler {
@@ -236,15 +236,16 @@ pub struct Filler<'a, D: Dma> {
     empty: Consumer<'a, D::Slot>,
     /// An empty slot that the controller gave back.
     spare: Option<D::Slot>,
-    /// The number of the next block to be completed.
+    /// The number of the next block to complete.
     number: u64,
-    /// Something was lost since the last delivery.
+    /// Something was lost since the last delivered block.
     gap: bool,
     counters: Counters,
 }
 
 impl<D: Dma> Filler<'_, D> {
-    /// To be called from the block's interrupt, and from the interrupts of the faults.
+    /// Handles the block's interrupt and the fault interrupts; the board calls it from both. Cost:
+    /// one exchange, whatever the block's length.
     pub fn interrupt(&mut self) {
         let status = self.dma.status();
         if status.dma_error || status.adc_overrun {
@@ -261,17 +262,17 @@ impl<D: Dma> Filler<'_, D> {
         }
     }
 
-    /// The controller, for what a board does beside (to start the next block).
+    /// The controller, for what else a board does with it, such as starting the next block.
     pub fn dma(&mut self) -> &mut D {
         &mut self.dma
     }
 
-    /// What became of the blocks so far.
+    /// The counters so far.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Whether a block completed before the fault is whole is not known: all are dropped.
+    /// Whether a block completed before the fault is whole is unknown, so all of them are dropped.
     fn recover(&mut self, status: Status) {
         count(&mut self.counters.dma_errors, status.dma_error.into());
         count(&mut self.counters.adc_overruns, status.adc_overrun.into());
@@ -327,12 +328,12 @@ pub struct Blocks<'a, S> {
 }
 
 impl<S> Blocks<'_, S> {
-    /// The oldest block, to be given back by [`Blocks::release`]; `None` if there is none yet.
+    /// The oldest block, or `None` if no block waits. Give its slot back by [`Blocks::release`].
     pub fn receive(&mut self) -> Option<Block<S>> {
         take(&mut self.full)
     }
 
-    /// True if a block waits to be received.
+    /// Whether a block waits to be received.
     pub fn waiting(&self) -> bool {
         self.full.ready()
     }
@@ -343,7 +344,7 @@ impl<S> Blocks<'_, S> {
         let _ = put(&mut self.empty, slot);
     }
 
-    /// Lets `work` read the oldest block and gives its slot back; `None` if there is none yet.
+    /// Runs `work` on the oldest block and gives its slot back; `None` if no block waits.
     pub fn process<T>(&mut self, work: impl FnOnce(&Stamp, &Counters, &S) -> T) -> Option<T> {
         let Block { stamp, counters, slot } = self.receive()?;
         let result = work(&stamp, &counters, &slot);

@@ -1,18 +1,19 @@
-//! Work on records whose kind and length are known only when the program runs.
+//! Work on records whose kind and length are known only at run time.
 
 use super::sample::{Iq, Real, Record};
 
-/// Work to be done with records of a kind and length that are known only at run time.
+/// Work on records whose kind and length are known only at run time.
 pub trait ForRecord {
-    /// What comes of it.
+    /// The result of the work.
     type Output;
-    /// Does it.
+    /// Does the work on records of kind `R` and `N` samples.
     fn run<R: Record, const N: usize>(self) -> Self::Output;
 }
 
-/// Does `work` for records of this kind and length; `None` for a length the FFT does not support.
+/// Runs `work` for records of this kind and length; `None` for a length that the FFT does not
+/// support.
 ///
-/// The code of all fourteen combinations is in the program, the memory of one in use.
+/// The program holds the code of all fourteen combinations and the memory of the one in use.
 pub fn for_record<W: ForRecord>(iq: bool, n: usize, work: W) -> Option<W::Output> {
     Some(match (iq, n) {
         (false, 64) => work.run::<Real, 64>(),

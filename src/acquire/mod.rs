@@ -1,4 +1,4 @@
-//! From the converter to a block of samples that belongs to one owner.
+//! From the converter's words to blocks of samples, each with one owner.
 
 pub mod assembler;
 pub mod codes;

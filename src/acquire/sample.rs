@@ -11,29 +11,29 @@ mod sealed {
 
 /// A kind of record: [`Real`] samples or [`Iq`] pairs.
 ///
-/// The two are different types because estimators differ in what they accept: the
-/// autocorrelation family is wrong by 0.2 to 0.5 bin on real samples and does not take them.
+/// The two are different types because not every estimator takes both: the autocorrelation family
+/// is wrong by 0.2 to 0.5 bin on real samples and does not take them.
 pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'static {
     /// One sample: `i16`, or an `[i, q]` pair.
     type Sample: Copy + Default + core::fmt::Debug + Send + Sync + 'static;
-    /// A transform's work memory for `N` samples: as many numbers as the record has.
+    /// Work memory to transform `N` samples: as many numbers as the record has.
     type Cells<T: Part, const N: usize>: Cells<T>;
     /// True for I/Q records.
     const IQ: bool;
-    /// The sample with these parts; a real one has no quadrature value.
+    /// The sample with these parts; a real sample ignores the quadrature part.
     fn of_parts(parts: [i16; 2]) -> Self::Sample;
-    /// The parts of a sample: its value and, for I/Q, its quadrature value (else 0).
+    /// The parts of a sample: in phase and quadrature. The quadrature part of a real sample is 0.
     fn parts(sample: Self::Sample) -> [i16; 2];
-    /// A whole record as the complex points the FFT transforms: I/Q pairs as they are, a real
-    /// record of `N` samples as `N/2` pairs of neighbours.
+    /// A whole record as the complex points that the FFT transforms: the pairs of an I/Q record, or
+    /// the `N/2` pairs of neighbours in a real record of `N` samples.
     fn pairs(samples: &[Self::Sample]) -> &[[i16; 2]];
 }
 
-/// Real samples, as from one converter.
+/// Real samples, from one converter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Real;
 
-/// Complex samples, as from two converters in quadrature.
+/// Complex samples, from two converters in quadrature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Iq;
 
@@ -85,13 +85,13 @@ impl Part for f32 {
     const ZERO: Self = 0.0;
 }
 
-/// Work memory that can be seen as complex points, `[re, im]`.
+/// Work memory seen as complex points, `[re, im]`.
 pub trait Cells<T>: Clone + core::fmt::Debug + Send + Sync + 'static {
     /// All zero.
     const ZERO: Self;
     /// The points.
     fn points(&self) -> &[[T; 2]];
-    /// The points, to be written.
+    /// The points, for writing.
     fn points_mut(&mut self) -> &mut [[T; 2]];
 }
 
@@ -115,7 +115,7 @@ impl<T: Part, const N: usize> Cells<T> for [[T; 2]; N] {
     }
 }
 
-/// Which part of the waveform a block was taken in.
+/// The segment of the waveform in which a block was taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -132,7 +132,7 @@ pub enum Segment {
 }
 
 impl Segment {
-    /// The segment with this number, as stored in a telemetry record.
+    /// The segment with this number on the wire; `None` for an unknown number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {
             0 => Some(Segment::Continuous),
@@ -144,29 +144,30 @@ impl Segment {
     }
 }
 
-/// Where and when a block was taken; travels with the samples from the interrupt to the record.
+/// Where and when a block was taken. The stamp travels with the samples from the interrupt to the
+/// telemetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
-    /// Counts every block the converter has filled, also those that were lost: a hole in the
-    /// sequence is a loss.
+    /// The number of the block, modulo 2^32. Every block that the converter fills counts, also a
+    /// lost one, so a hole in the sequence is a loss.
     pub sequence: u32,
-    /// The sample clock at the block's first sample.
+    /// The sample clock at the block's first sample: samples since the start.
     pub clock: u64,
-    /// The part of the waveform.
+    /// The segment of the waveform.
     pub segment: Segment,
-    /// True when samples are missing between the previous delivered block and this one.
+    /// Whether samples are missing between the previous delivered block and this one.
     pub gap: bool,
 }
 
-/// What a pass over the samples shows before any transform.
+/// Statistics of the samples before any transform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Samples of which a part touches a rail.
+    /// Samples with a part that touches a rail.
     pub clipped: u32,
-    /// The sum of the samples' parts, i and q: the DC offset times the number of samples.
+    /// Sums of the parts, I and Q, in codes: the DC offset times the number of samples.
     pub sum: [i64; 2],
-    /// The smallest part seen, and the largest.
+    /// The smallest and the largest part, in codes.
     pub extremes: [i16; 2],
 }
 
@@ -187,11 +188,12 @@ impl Statistics {
         seen
     }
 
-    /// [`Statistics::clipped`] alone. On a core with the DSP extension the samples go two at a time, some two
-    /// instructions each; real ones that touch a rail are counted in a second pass.
+    /// [`Statistics::clipped`] alone. Cost: one pass. On a core with the DSP extension it takes two
+    /// samples at a time, some two instructions each, and a second pass if real samples touch a
+    /// rail.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
         let (low, high) = codes.rails();
-        // The loop loads several words at once, which must be whole ones: a core stops where they are not.
+        // The loop loads several words at once. They must be aligned, or the core faults.
         #[cfg(dsp)]
         if samples.as_ptr().cast::<u32>().is_aligned() {
             let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
@@ -199,21 +201,21 @@ impl Statistics {
                 return parts;
             }
         }
-        // Codes strictly between the rails, moved to 0.., are fewer than their number.
+        // Codes strictly between the rails, shifted to start at 0, are below their count.
         let between = (high as u16).wrapping_sub(low as u16).wrapping_sub(1);
         let inside = |part: i16| (part as u16).wrapping_sub(low as u16).wrapping_sub(1) < between;
         let touches = |[i, q]: [i16; 2]| !inside(i) || (R::IQ && !inside(q));
         samples.iter().fold(0, |count, &sample| count + u32::from(touches(R::parts(sample))))
     }
 
-    /// Samples of which a part lies beyond the rails: codes that the converter cannot make. Asked only where some touch a rail;
-    /// costs as much as [`Statistics::clipped`].
+    /// Samples with a part beyond the rails: codes that the converter cannot make. The caller asks
+    /// only if some sample touches a rail. Cost: as [`Statistics::clipped`].
     pub fn beyond<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
-        // No number is beyond those of 16 bits.
+        // No sample lies beyond codes of 16 bits.
         codes.wider().map_or(0, |wider| Self::clipped::<R>(samples, wider))
     }
 
-    /// The mean as a complex number of codes, from the number of samples.
+    /// The mean as a complex number, in codes; `samples` is the number of samples.
     pub fn mean(&self, samples: usize) -> Complex<f32> {
         let n = samples.max(1) as f32;
         Complex::new(self.sum[0] as f32 / n, self.sum[1] as f32 / n)

@@ -1,4 +1,5 @@
-//! Numbers: floats that give the same bits on every machine, and the few elementary functions that the fits take.
+//! Floats that give the same bits on every machine, and the few elementary functions that the fits
+//! use.
 
 pub mod products;
 pub mod scalar;

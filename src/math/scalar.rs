@@ -1,14 +1,14 @@
-//! The floating-point type of the last step: `f64` in proofs on the host, `f32` on the target.
+//! The floating-point type of the last step: `f64` in the host's proofs, `f32` on the target.
 
 use num_complex::Complex;
 use num_traits::Float;
 
 /// A float whose elementary functions give the same bits on every machine.
 ///
-/// `num_traits::Float` takes `sin`, `ln` and the like from the platform where `std` is present,
-/// and platforms differ in the last digit. The functions here always come from the pure-Rust
-/// `libm` crate, so a result on the host equals the one on the target. The four operations and
-/// `sqrt` are exact by IEEE 754 and are used directly.
+/// With `std`, `num_traits::Float` takes `sin`, `ln` and the like from the platform, and platforms
+/// differ in the last digit. The functions here always come from the pure-Rust `libm` crate or from
+/// this file, so the host gets the target's result. The four operations and `sqrt` are exact by
+/// IEEE 754 and are used directly.
 pub trait Scalar: Float + core::fmt::Debug + Send + Sync + 'static {
     /// The constant `x`, rounded once.
     fn of(x: f64) -> Self;
@@ -16,9 +16,9 @@ pub trait Scalar: Float + core::fmt::Debug + Send + Sync + 'static {
     fn of_i32(x: i32) -> Self;
     /// The integer `x`, rounded once.
     fn of_u64(x: u64) -> Self;
-    /// `2^exponent`, exactly, for exponents of -126..=127.
+    /// `2^exponent`, exact, for exponents -126..=127.
     fn two_to(exponent: i32) -> Self;
-    /// The square root: one instruction where there is an FPU.
+    /// The square root. Cost: one instruction on a core with an FPU.
     fn root(self) -> Self;
     /// The value as `f64`, exactly.
     fn wide(self) -> f64;
@@ -87,8 +87,9 @@ fn unit_f64(turns: f64) -> Complex<f64> {
     Complex::new(libm::cos(radians), libm::sin(radians))
 }
 
-/// By the series for an eighth of a turn: `libm` works in `f64` inside, which cores without one emulate. Whole turns
-/// and quarters leave exactly, so the error is below 1.5e-7 for any angle.
+/// By the series for an eighth of a turn. `libm` works in `f64` inside, which a core without a
+/// double FPU emulates. Whole turns and quarters are taken off exactly, so the error is below
+/// 1.5e-7 for any angle.
 fn unit_f32(turns: f32) -> Complex<f32> {
     let rest = turns - libm::roundf(turns);
     let quarter = libm::roundf(4.0 * rest);
@@ -108,7 +109,7 @@ macro_rules! horner {
     ($z:expr, $c:expr, $($rest:expr),+) => { T::of($c) + $z * horner!($z, $($rest),+) };
 }
 
-/// True where single precision is all that is asked for: half the terms do.
+/// Whether the type is single precision, which needs half the terms.
 fn single<T: Scalar>() -> bool {
     T::epsilon() > T::of(1e-10)
 }
@@ -159,18 +160,19 @@ fn root_f32(x: f32) -> f32 {
     root_by_bits(x)
 }
 
-/// The square root bit by bit, rounded as IEEE 754 demands and so equal to `libm`'s, which takes half as long again on the
-/// cores whose products are short.
+/// The square root, bit by bit. It rounds as IEEE 754 demands, so it equals `libm`'s. `libm`'s
+/// takes half as long again on cores with short products.
 #[cfg(any(short_products, test))]
 fn root_by_bits(x: f32) -> f32 {
     const LEADING: u32 = 1 << 23;
     let bits = x.to_bits();
     let power = bits >> 23;
     if !(1..255).contains(&power) {
-        // Zero, negative, infinite, not a number or too small to be normal.
+        // Zero, negative, infinite, not a number, or subnormal.
         return libm::sqrtf(x);
     }
-    // What is left of x, 1..4 with 24 bits after the point, and the root's 25 bits: one more than it keeps.
+    // The rest of x, 1..4 with 24 bits after the point, and 25 bits of the root: one more than it
+    // keeps.
     let mut rest = (bits & (LEADING - 1) | LEADING) << (2 - (power & 1));
     let (mut root, mut bit) = (0, 2 * LEADING);
     while bit > 0 {
@@ -182,17 +184,17 @@ fn root_by_bits(x: f32) -> f32 {
         rest *= 2;
         bit >>= 1;
     }
-    // The leading bit counts in the exponent. No root is halfway between two numbers.
+    // The leading bit adds to the exponent. No root lies halfway between two floats.
     f32::from_bits(((power.div_ceil(2) + 62) << 23) + root.div_ceil(2))
 }
 
-/// The FPU's square root, rounded as IEEE 754 demands and so equal to `libm`'s; a root of a negative number is
-/// not a number either way.
+/// The FPU's square root. It rounds as IEEE 754 demands, so it equals `libm`'s. The root of a
+/// negative number is NaN in both.
 #[cfg(all(target_os = "none", target_abi = "eabihf"))]
 fn root_f32(x: f32) -> f32 {
     #[unsafe(naked)]
     extern "C" fn root(x: f32) -> f32 {
-        // The assembler is told of the FPU, which every core with this calling convention has.
+        // This tells the assembler of the FPU, which every core with this calling convention has.
         core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
     }
     root(x)
@@ -206,7 +208,7 @@ mod tests {
     fn a_root_by_bits_is_the_librarys() {
         let ends = [0, 1, 0x7f_ffff, 0x80_0000, 0x3f80_0000, 0x7f7f_ffff, 0x7f80_0000, 0x7fc0_0000];
         let spread = (0..1 << 20).map(|i: u32| i.wrapping_mul(4093));
-        // Two octaves to the last bit but three.
+        // Two octaves, all bits but the last three.
         let all = (0x3f80_0000..0x4080_0000).step_by(7);
         for bits in ends.into_iter().chain(spread).chain(all) {
             let x = f32::from_bits(bits);

@@ -1,17 +1,17 @@
-//! Angles and shapes of the fits, from `+` and `*` alone: the same bits on every machine, and
+//! Angles and line shapes of the fits, from `+` and `*` alone: the same bits on every machine, and
 //! far cheaper on the target than a library's.
 
 use super::scalar::Scalar;
 pub use super::scalar::{cosine, sinc};
 
-/// Cosine (real part) and sine (imaginary part) of `2 pi k / n`, for any integers, `n > 0`.
+/// Cosine (real part) and sine (imaginary part) of `2 pi k / n`, for any integers with `n > 0`.
 ///
-/// The angle is folded in integers into an eighth of a turn, where eight terms are exact to 1e-16. So a
-/// sine near 0 is as exact, relatively, as the type can hold: at low bins that matters.
+/// The angle is folded in integers into an eighth of a turn, where eight terms are exact to 1e-16.
+/// So a sine near 0 keeps the full relative precision of the type, which matters at low bins.
 pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
     let n = n.max(1);
     let k = k.checked_rem_euclid(n).unwrap_or(0);
-    // Eight times k fits in 32 bits for every length there is; 64 are slow on the target.
+    // Eight times k fits in 32 bits for every length in use; 64-bit numbers are slow on the target.
     let (quadrant, rest) = if n <= 1 << 27 {
         let quadrant = ((8 * k).checked_div(n).unwrap_or(0) + 1) / 2;
         // 4 k - quadrant n is four times the rest, within -n/2..=n/2.
@@ -32,7 +32,7 @@ pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
     }
 }
 
-/// `sin(pi d) / (pi d)`, |d| < 1, by doubling the angle twice.
+/// `sin(pi d) / (pi d)` for |d| < 1, by doubling the angle twice.
 pub fn line_shape<T: Scalar>(d: T) -> T {
     let x = d * T::of(core::f64::consts::FRAC_PI_4);
     let cos = cosine(x * x);

@@ -1,21 +1,21 @@
 //! Range and velocity from the beats of a chirp.
 //!
-//! An approaching target (V > 0) beats at `f1 = fR - fD` on the rising ramp, `f2 = fD` on the flat
-//! segment and `f3 = fR + fD` on the falling one, with `fR = 2 L B / (c T)`, `fD = 2 V / lambda`
-//! (Ye et al. 2022, section 1). Real samples show magnitudes only. The paper's eqs 1 and 2, which
-//! take them as they are, are wrong wherever the Doppler shift exceeds the range beat; here the
-//! four possible sign patterns are tried.
+//! An approaching target (V > 0) beats at `f1 = fR - fD` on the rising ramp, at `f2 = fD` on the
+//! flat segment and at `f3 = fR + fD` on the falling ramp, with `fR = 2 L B / (c T)` and
+//! `fD = 2 V / lambda` (Ye et al. 2022, section 1). Real samples show only magnitudes. The paper's
+//! eqs 1 and 2 take these magnitudes for the signed beats, which is wrong wherever the Doppler
+//! shift exceeds the range beat. Here the four possible sign patterns are tried.
 //!
-//! Three beats and two unknowns leave one condition, `a.y = y3 - y1 - 2 y2 = 0`. So weighted
-//! least squares needs no normal equations: the pattern that violates the condition least is the one of
-//! least residual whatever the weights, and each beat is corrected along `a` by its share
-//! of the violation, `y_i - v_i a_i (a.y) / (v1 + 4 v2 + v3)`, `v` the variances. The choice is made in exact
-//! integers.
+//! Three beats and two unknowns leave one condition, `a.y = y3 - y1 - 2 y2 = 0`. So weighted least
+//! squares needs no normal equations. The sign pattern that violates the condition least has the
+//! least residual, whatever the weights. Each beat is then corrected along `a` by its share of the
+//! violation, `y_i - v_i a_i (a.y) / (v1 + 4 v2 + v3)`, where `v` are the variances. The choice is
+//! made in exact integers.
 
 use crate::estimate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
-/// The value, in SI units, of one cycle per sample; in fixed point for results, in float for sigmas.
+/// The value of one cycle per sample, in SI units: in fixed point for results, in float for sigmas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scale {
     /// For results.
@@ -25,14 +25,14 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit 31 bits.
+    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit in 31 bits.
     pub fn new(per_cycle: f64) -> Option<Self> {
         Some(Scale { fixed: I32F32::checked_from_num(per_cycle)?, float: per_cycle as f32 })
     }
 }
 
-/// A frequency in steps of 2^-32 cycles per sample times a scale, rounded down to 2^-32 units.
-/// Saturates; sums of two frequencies are allowed.
+/// A frequency in steps of 2^-32 cycles per sample times a scale, rounded down to 2^-32 units. The
+/// product saturates. The frequency may be the sum of two.
 pub(crate) fn metres(steps: i64, scale: I32F32) -> I32F32 {
     let product = (i128::from(steps) * i128::from(scale.to_bits())) >> 32;
     I32F32::from_bits(product.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64)
@@ -42,33 +42,33 @@ pub(crate) fn metres(steps: i64, scale: I32F32) -> I32F32 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Shape {
-    /// Up, flat, down: range and signed velocity without ambiguity.
+    /// Up, flat, down: range and signed velocity, both unique.
     #[default]
     Trapezoid,
-    /// Up, down: from real samples range and velocity may be exchanged.
+    /// Up, down: with real samples, range and velocity may be exchanged.
     Triangle,
-    /// Up only: range and velocity cannot be told apart.
+    /// Up only: one beat cannot separate range and velocity.
     Sawtooth,
 }
 
-/// What the waveform cannot tell.
+/// What the waveform leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ambiguity {
-    /// Nothing: the answer is the only one.
+    /// Nothing: the answer is unique.
     #[default]
     None,
-    /// The same beats fit a second target (a triangle with real samples): the roles of range and
-    /// Doppler exchanged, and each with either sign of velocity as the beats' order gives.
+    /// A triangle with real samples: the same beats fit a second target, with the roles of range
+    /// and Doppler exchanged. The order of the beats gives the sign of each velocity.
     Exchange {
-        /// Metres.
+        /// Range of the second target, metres.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         range: I32F32,
-        /// Metres per second.
+        /// Velocity of the second target, metres per second.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         velocity: I32F32,
     },
-    /// The range is right only for a target at rest (a sawtooth); the velocity given is 0.
+    /// A sawtooth: the range is right only for a target at rest, and the velocity is 0.
     Coupled,
 }
 
@@ -76,10 +76,10 @@ pub enum Ambiguity {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Target {
-    /// Metres.
+    /// Range, metres.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub range: I32F32,
-    /// Metres per second, positive when approaching.
+    /// Velocity, metres per second; positive when approaching.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub velocity: I32F32,
     /// One standard deviation of the range, metres.
@@ -88,8 +88,8 @@ pub struct Target {
     pub sigma_velocity: f32,
     /// What the waveform leaves open.
     pub ambiguity: Ambiguity,
-    /// The worst verdict of the beats, or [`Verdict::Unresolved`] where they contradict each other by more than
-    /// five standard deviations.
+    /// The worst verdict of the beats; [`Verdict::Unresolved`] if the beats contradict each other
+    /// by more than five standard deviations.
     pub verdict: Verdict,
 }
 
@@ -102,17 +102,18 @@ pub struct Scales {
     pub velocity: Scale,
 }
 
-/// A beat as the solver sees it: steps of 2^-32 cycles per sample, variance in cycles squared.
+/// A beat: signed steps of 2^-32 cycles per sample, and the variance in cycles squared.
 #[derive(Clone, Copy)]
 struct Beat {
     steps: i64,
     variance: f32,
 }
 
-/// A beat within 1.5 bins of DC or Nyquist counts a hundredth of its weight.
+/// The variance of a beat within 1.5 bins of DC or Nyquist is multiplied by this: it counts a
+/// hundredth.
 const EDGE_VARIANCE: f32 = 100.0;
 
-/// The least variance of a beat: the step of the frequency's type.
+/// The least variance of a beat, from the step of the frequency's type.
 const LEAST_VARIANCE: f32 = (1.0 / 4_294_967_296.0) * (1.0 / 4_294_967_296.0) / 12.0;
 
 fn beat(tone: &Tone) -> Beat {
@@ -124,13 +125,14 @@ fn beat(tone: &Tone) -> Beat {
     }
 }
 
-/// A violation of more than five standard deviations: the beats are not of one target.
+/// The squared contradiction, in variances, from which the beats are not of one target: five
+/// standard deviations.
 const CONTRADICTION: f32 = 25.0;
 
-/// The sign patterns of real beats (up, flat, down). A fifth, all of them with fR < 0, does not occur.
+/// The sign patterns of real beats (up, flat, down). A fifth one has fR < 0 and does not occur.
 const PATTERNS: [[i64; 3]; 4] = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [1, -1, -1]];
 
-/// Solves a trapezoid from its three tones. `signed` for I/Q beats, whose signs are known.
+/// Solves a trapezoid from its three tones. `signed` is true for I/Q beats, whose signs are known.
 ///
 /// Cost: four integer residuals, two divisions.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
@@ -139,7 +141,7 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
     let [v1, v2, v3] = beats.map(|b| b.variance);
     let total = v1 + 4.0 * v2 + v3;
     let error = violation as f32;
-    // Each ramp's share; rounding to a step of 2^-32 is far below any sigma.
+    // The share of each ramp. Its rounding to a step of 2^-32 is far below any sigma.
     let rising = y[0] + (error * (v1 / total)) as i64;
     let falling = y[2] - (error * (v3 / total)) as i64;
     let cycles = error / 4_294_967_296.0;
@@ -157,7 +159,8 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
     }
 }
 
-/// The sign pattern that violates the condition least: the violation and the signed beats.
+/// The violation of the condition and the signed beats, for the sign pattern that violates it
+/// least.
 fn signs(beats: &[Beat; 3], signed: bool) -> (i64, [i64; 3]) {
     let patterns = if signed { &PATTERNS[..1] } else { &PATTERNS[..] };
     let mut best: Option<(i64, [i64; 3])> = None;
@@ -172,8 +175,8 @@ fn signs(beats: &[Beat; 3], signed: bool) -> (i64, [i64; 3]) {
     best.unwrap_or((0, beats.map(|b| b.steps)))
 }
 
-/// How much the three beats of a trapezoid contradict each other: 1 at five standard deviations, where
-/// [`trapezoid`] calls them unresolved; it grows with the square.
+/// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
+/// deviations. Above 1, [`trapezoid`] calls them unresolved.
 pub fn contradiction(tones: &[Tone; 3], signed: bool) -> f32 {
     let beats = tones.each_ref().map(beat);
     let (violation, _) = signs(&beats, signed);
@@ -184,8 +187,9 @@ pub fn contradiction(tones: &[Tone; 3], signed: bool) -> f32 {
 
 /// Solves a triangle from its two tones (up, down).
 ///
-/// Real beats fit two targets, `fR = (f1 + f3)/2, fD = (f3 - f1)/2` and the two exchanged; the one with the
-/// larger range beat is given, the other reported.
+/// Real beats fit two targets: `fR = (f1 + f3)/2, fD = (f3 - f1)/2`, and the same with fR and fD
+/// exchanged. The answer is the target with the larger range beat; the other target is its
+/// ambiguity.
 pub fn triangle(tones: &[Tone; 2], signed: bool, scales: &Scales) -> Target {
     let [up, down] = tones.each_ref().map(beat);
     let (sum, difference) = (up.steps + down.steps, down.steps - up.steps);
@@ -231,8 +235,8 @@ fn root(x: f32) -> f32 {
     libm::sqrtf(x.max(0.0))
 }
 
-/// The beats of a target, for simulators and tests: [up, flat, down] in cycles per sample, signed,
-/// as I/Q samples show them; real samples show the magnitudes.
+/// The beats of a target, [up, flat, down], in signed cycles per sample, for simulators and tests.
+/// I/Q samples show the signs, real samples only the magnitudes.
 pub fn beats(range_m: f64, velocity_mps: f64, range_scale: f64, velocity_scale: f64) -> [f64; 3] {
     let (range, doppler) = (range_m / range_scale, velocity_mps / velocity_scale);
     [range - doppler, doppler, range + doppler]

@@ -4,21 +4,21 @@ use super::chirp::{Scale, metres};
 use crate::estimate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
-/// A velocity along the beam, in m/s.
+/// A velocity along the beam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Velocity {
-    /// Metres per second. From I/Q samples positive is a positive Doppler shift (approaching); real
-    /// samples carry no sign and the speed is given.
+    /// Velocity, m/s. I/Q samples give its sign: positive for a positive Doppler shift
+    /// (approaching). Real samples carry no sign, so this is the speed.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub velocity: I32F32,
-    /// One standard deviation, m/s.
+    /// One standard deviation of the velocity, m/s.
     pub sigma: f32,
-    /// The tone's verdict.
+    /// The verdict of the tone.
     pub verdict: Verdict,
 }
 
-/// `V = f lambda / (2 cos phi)` (Yang et al. 2011, eq 1): `scale` is the velocity of one cycle per
+/// `V = f lambda / (2 cos phi)` (Yang et al. 2011, eq 1). `scale` is the velocity of one cycle per
 /// sample.
 pub fn velocity(tone: &Tone, scale: Scale) -> Velocity {
     Velocity {

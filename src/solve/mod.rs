@@ -1,4 +1,4 @@
-//! From tones to range and velocity.
+//! From tones to range and velocity, in one block and over many.
 
 pub mod chirp;
 pub mod doppler;

@@ -1,9 +1,10 @@
 //! A tone followed from block to block.
 //!
-//! A Kalman filter of two states, frequency and its rate, takes every measurement with the sigma the
-//! estimator gives, and white acceleration between blocks (Bar-Shalom, Li and Kirubarajan 2001, section 6.3). The
-//! frequency is kept in steps of 2^-32 cycle per sample, as exact as it was measured; the rate and the covariance
-//! in `f32`. With Lambda, the acceleration's sigma over the measurement's per block squared, it settles at
+//! A Kalman filter of two states, frequency and its rate. It takes each measurement with the
+//! estimator's sigma, and assumes white acceleration between blocks (Bar-Shalom, Li and Kirubarajan
+//! 2001, section 6.3). The frequency is kept in steps of 2^-32 cycle per sample, as exact as it was
+//! measured; the rate and the covariance are `f32`. Lambda is the sigma of the acceleration over
+//! that of a measurement, per block squared. It sets the steady state:
 //!
 //! | Lambda | gain of the frequency | of the rate | variance over a block's | settles in |
 //! |---|---|---|---|---|
@@ -15,39 +16,41 @@
 use crate::estimate::tone::{Tone, Verdict};
 use crate::math::scalar::Scalar;
 
-/// How tones are followed.
+/// How tones are followed, in the units of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracking {
-    /// Lambda: the sigma of a target's acceleration over that of a measurement, per block squared. 0.03 to
-    /// 0.1 is usual.
+    /// Lambda: sigma of a target's acceleration over sigma of a measurement, per block squared.
+    /// Usual values are 0.03 to 0.1.
     pub agility: f32,
-    /// The least sigma of the acceleration, in cycles per sample per block squared: what a target does however
-    /// well it is measured.
+    /// The least sigma of the acceleration, cycles per sample per block squared. A
+    /// target may accelerate this much however well it is measured.
     pub acceleration: f32,
-    /// The sigma of the rate of a target that was seen once, in cycles per sample per block.
+    /// Sigma of the rate of a target that was seen once, cycles per sample per block.
     pub rate: f32,
-    /// How many tones are followed at most, at most [`crate::estimate::several::MOST`]; 0 to follow none.
+    /// The most tones followed at once: 0 to [`crate::estimate::several::MOST`]; 0 follows none.
     pub most: usize,
-    /// Of so many blocks one is searched whole while a track is held; 0 or 1: every block.
+    /// While a track is held, one block in `refresh` is searched whole; 0 or 1 searches every
+    /// block.
     pub refresh: u8,
 }
 
-/// How a track stands.
+/// The state of a track.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum State {
-    /// Seen once: two of three blocks make a track.
+    /// Seen once. A second sighting within two more blocks confirms it.
     #[default]
     Tentative = 0,
     /// Confirmed.
     Held = 1,
-    /// Missed in [`MISSES`] blocks in a row: it is given once in this state and then forgotten.
+    /// Missed in [`MISSES`] blocks in a row. The track is reported once in this state and then
+    /// dropped.
     Lost = 2,
 }
 
 impl State {
-    /// The state with this number.
+    /// The state with this number on the wire; `None` for an unknown number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {
             0 => Some(State::Tentative),
@@ -67,20 +70,20 @@ impl State {
     }
 }
 
-/// So many misses in a row lose a track.
+/// Misses in a row after which a track is lost.
 pub const MISSES: u8 = 5;
 
-/// A tentative track is confirmed within so many blocks or not at all.
+/// Blocks within which a tentative track is confirmed or dropped.
 const TRIAL: u32 = 2;
 
 /// Half the gate, in standard deviations of the innovation.
 pub const GATE: f32 = 4.0;
 
-/// No gate is wider than this to either side, in cycles per sample: a target that was missed often could
-/// be anywhere, and the search for new ones finds it.
+/// The widest half gate, cycles per sample. A target that was missed often could be anywhere, and
+/// the search for new targets finds it.
 const WIDEST: f32 = 1.0 / 64.0;
 
-/// The rate and the covariance of frequency and rate, in cycles per sample and blocks.
+/// The rate, cycles per sample per block, and the covariance of frequency and rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Motion {
     rate: f32,
@@ -89,10 +92,11 @@ struct Motion {
 }
 
 impl Motion {
-    /// Lets `blocks` pass; gives how far the frequency moves.
+    /// Advances by `blocks`. Returns how far the frequency moves, in cycles per sample.
     fn predict(&mut self, blocks: f32, acceleration: f32) -> f32 {
         let [x, xv, v] = self.covariance;
-        // A white acceleration held for a block (times the number of blocks, where some are missing).
+        // A white acceleration, constant within a block. Its variance grows with the number of
+        // blocks.
         let q = acceleration * acceleration * blocks;
         self.covariance = [
             x + blocks * (xv + xv) + blocks * blocks * (v + q * 0.25),
@@ -102,13 +106,14 @@ impl Motion {
         self.rate * blocks
     }
 
-    /// Takes a measurement `innovation` away from the prediction; gives by how much the frequency moves.
+    /// Takes a measurement that lies `innovation` from the prediction. Returns how far the
+    /// frequency moves.
     fn update(&mut self, innovation: f32, variance: f32) -> f32 {
         let [x, xv, v] = self.covariance;
         let total = x + variance;
         let (gain, rate_gain) = (x / total, xv / total);
         self.rate += rate_gain * innovation;
-        // The variances after: what the measurement leaves of them. Neither falls below zero by rounding.
+        // The variances after the measurement. Neither can round below zero.
         let rest = variance / total;
         self.covariance = [x * rest, xv * rest, (v - rate_gain * xv).max(0.0)];
         gain * innovation
@@ -118,41 +123,43 @@ impl Motion {
 /// A tone that is followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Track {
-    /// Counts the tracks since the start: a track keeps its number for life.
+    /// The number of the track, counted since the start. A track keeps its number.
     pub number: u32,
-    /// How it stands.
+    /// The state of the track.
     pub state: State,
-    /// Where the tone is: filtered, or predicted where it was missed. Its sigma is the filter's, its verdict
-    /// `Good` only where this block's measurement was.
+    /// The tone as filtered, or as predicted if this block missed it. The sigma is the filter's.
+    /// The verdict is `Good` only if this block's measurement was.
     pub tone: Tone,
     /// Blocks since the first measurement.
     pub age: u32,
-    /// Blocks since the last one.
+    /// Blocks since the last measurement.
     pub misses: u8,
     motion: Motion,
-    /// The last measurement's sigma.
+    /// Sigma of the last measurement.
     measured: f32,
 }
 
 impl Track {
-    /// A track that begins with a measurement.
+    /// A track that starts with a measurement.
     pub fn start(number: u32, tone: &Tone, tracking: &Tracking) -> Self {
         let variance = square(tone.sigma);
         let motion = Motion { rate: 0.0, covariance: [variance, 0.0, square(tracking.rate)] };
         Self { number, tone: *tone, motion, measured: tone.sigma, ..Self::default() }
     }
 
-    /// The rate in cycles per sample per block.
+    /// The rate, cycles per sample per block.
     pub fn rate(&self) -> f32 {
         self.motion.rate
     }
 
-    /// Variance of the frequency, covariance, variance of the rate; in cycles per sample and blocks.
+    /// Variance of the frequency, covariance, variance of the rate; in cycles per sample and
+    /// blocks.
     pub fn covariance(&self) -> [f32; 3] {
         self.motion.covariance
     }
 
-    /// Lets `blocks` blocks pass. After a gap the rate is as unknown as at the start: the clock may have moved.
+    /// Advances by `blocks` blocks. After a gap the clock may have moved, so the rate is as
+    /// uncertain as at the start.
     pub fn predict(&mut self, blocks: u32, gap: bool, tracking: &Tracking) {
         if gap {
             let [x, _, _] = self.motion.covariance;
@@ -164,42 +171,43 @@ impl Track {
         self.age = self.age.saturating_add(blocks);
     }
 
-    /// Half the gate for a measurement of this sigma, in cycles per sample.
+    /// Half the gate for a measurement of this sigma, cycles per sample.
     pub fn gate(&self, sigma: f32) -> f32 {
         let [variance, _, _] = self.motion.covariance;
         (GATE * (variance + square(sigma)).root()).min(WIDEST)
     }
 
-    /// Half the gate for a measurement as good as the last one.
+    /// Half the gate for a measurement with the sigma of the last one.
     pub fn expected_gate(&self) -> f32 {
         self.gate(self.measured)
     }
 
-    /// How far a tone is from the prediction, in cycles per sample; on the circle, as I/Q tones are.
+    /// The distance of a tone from the prediction, cycles per sample, signed. It wraps round the
+    /// circle of I/Q frequencies.
     pub fn innovation(&self, tone: &Tone) -> f32 {
         tone.frequency.beyond(self.tone.frequency)
     }
 
-    /// How far, in halves of the gate; `None` outside it.
+    /// The distance of a tone from the prediction in half gates; `None` outside the gate.
     pub fn distance(&self, tone: &Tone) -> Option<f32> {
         let distance = self.innovation(tone).abs() / self.gate(tone.sigma);
         (distance <= 1.0).then_some(distance)
     }
 
-    /// Takes this block's measurement.
+    /// Updates the track with this block's measurement.
     pub fn update(&mut self, tone: &Tone) {
         let moved = self.motion.update(self.innovation(tone), square(tone.sigma));
         self.tone = Tone { frequency: self.tone.frequency, ..*tone };
         self.measured = tone.sigma;
         self.shift(moved);
         self.misses = 0;
-        // A tentative track lives for so few blocks that any second measurement confirms it.
+        // A tentative track lives so briefly that any second measurement confirms it.
         if self.state == State::Tentative {
             self.state = State::Held;
         }
     }
 
-    /// There was no measurement in this block.
+    /// Notes that this block has no measurement.
     pub fn miss(&mut self) {
         self.misses = self.misses.saturating_add(1);
         let given_up = match self.state {
@@ -213,7 +221,7 @@ impl Track {
         self.tone.verdict = if given_up { Verdict::NoSignal } else { Verdict::Weak };
     }
 
-    /// There was no measurement because another tone is too near to tell them apart: neither hit nor miss.
+    /// Notes that another tone is too near to tell the two apart. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
         self.tone.verdict = Verdict::Unresolved;
     }
@@ -242,7 +250,7 @@ mod tests {
         Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, verdict: Verdict::Good, rate_hz: 1.0 }
     }
 
-    /// The gains and the variance that the table in the module's text gives.
+    /// The gains and the variance of the table above.
     #[test]
     fn the_filter_settles_where_the_tracking_index_says() {
         for (agility, variance, alpha) in
@@ -256,7 +264,7 @@ mod tests {
             }
             let ratio = f64::from(track.covariance()[0]) / 1e-10;
             assert!((ratio / variance - 1.0).abs() < 0.01, "{agility}: {ratio}");
-            // What a step of one sigma moves the answer by.
+            // How far the answer moves for a step of one sigma.
             track.predict(1, false, &tracking);
             let before = track.tone.frequency.cycles();
             track.update(&tone(0.1 + 1e-5, 1e-5));

@@ -1,4 +1,4 @@
-//! All the tones that are followed: which measurement belongs to which track.
+//! All the tones that are followed, and which measurement belongs to which track.
 
 use super::track::{State, Track, Tracking};
 use crate::acquire::sample::Stamp;
@@ -6,10 +6,11 @@ use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
 use heapless::Vec;
 
-/// Tracks at most: those that are held, and as many that were seen once.
+/// The largest number of tracks: the held ones, and as many tentative ones.
 const SLOTS: usize = 2 * MOST;
 
-/// Nearer than this, in bins, two tones cannot be told apart (see [`crate::estimate::several`]).
+/// The distance, in bins, below which two tones cannot be told apart (see
+/// [`crate::estimate::several`]).
 const APART: f32 = 2.0;
 
 /// A set of tracks, oldest first.
@@ -22,15 +23,15 @@ pub struct Tracks {
 
 /// What a block offers to a set of tracks.
 pub struct Sight<'a, F> {
-    /// When and where the block was taken.
+    /// Where and when the block was taken.
     pub stamp: &'a Stamp,
-    /// How many blocks a set sees only one of: the segments of a chirp, or 1.
+    /// One block in `every` belongs to this set: the number of segments of a chirp, or 1.
     pub every: u32,
     /// One bin in cycles per sample.
     pub bin: f32,
-    /// The tones that stand out of the whole band.
+    /// The tones found in the whole band.
     pub tones: &'a [Tone],
-    /// Looks closer, where a track is expected: within so many cycles per sample to either side of its tone.
+    /// Looks for a tone within a half gate, in cycles per sample, of the given tone.
     pub find: F,
 }
 
@@ -40,7 +41,7 @@ impl Tracks {
         Self { tracks: Vec::new(), started: 0, last: None }
     }
 
-    /// Every track, oldest first; those lost in this block among them.
+    /// Every track, oldest first, including those lost in this block.
     pub fn all(&self) -> &[Track] {
         &self.tracks
     }
@@ -50,12 +51,13 @@ impl Tracks {
         self.tracks.iter().filter(|track| track.state == State::Held)
     }
 
-    /// The tone of the only track, if the last block showed it well.
+    /// The tone of the only track, if the last block measured it well.
     pub fn only(&self) -> Option<&Tone> {
         self.lone().map(|track| &track.tone)
     }
 
-    /// Where that tone is expected in the block after the last one, in cycles per sample; `None` in any other block.
+    /// The predicted frequency of the only track in the block after the last one, cycles per
+    /// sample; `None` for any other block.
     pub fn expected(&self, stamp: &Stamp, every: u32) -> Option<f32> {
         let next = self.last?.wrapping_add(every.max(1)) == stamp.sequence && !stamp.gap;
         let track = self.lone()?;
@@ -70,8 +72,8 @@ impl Tracks {
         well.then_some(track)
     }
 
-    /// Leads the only track on by its tone in the block after the last one, as [`Tracks::step`] does; false, and nothing is
-    /// done, where the tone is not within its gate.
+    /// Updates the only track by its tone in the block after the last one, as [`Tracks::step`]
+    /// does. Returns false and changes nothing if the tone is outside the gate.
     pub fn lead(&mut self, stamp: &Stamp, tone: &Tone, tracking: &Tracking) -> bool {
         let [track] = self.tracks.as_mut_slice() else {
             return false;
@@ -89,10 +91,11 @@ impl Tracks {
 
     /// Takes a block.
     ///
-    /// Every track moves on by its rate. Tones and tracks are then paired, nearest first in measures of the gate and
-    /// held tracks before tentative ones, so two that cross keep their tones as long as these are
-    /// two. Where fewer tones than tracks are left within two bins, the tracks there coast. A held track without a
-    /// tone looks for one in its gate with the lower threshold. What is left over begins new tracks.
+    /// Every track advances by its rate. Tones and tracks are then paired: held tracks before
+    /// tentative ones, and the nearest pair first, with distances in half gates. So two tracks that
+    /// cross keep their tones as long as there are two tones. If fewer tones than tracks are left
+    /// within two bins, the tracks there coast. A held track without a tone looks for one in its
+    /// gate, with the lower threshold. The remaining tones start new tracks.
     pub fn step(
         &mut self,
         sight: Sight<impl FnMut(&Tone, f32) -> Option<Tone>>,
@@ -117,12 +120,13 @@ impl Tracks {
         }
         self.crowd(tracking.most);
         for tone in &tones {
-            // Beside a track that is held a new line is a part of its own, or of one that is not told apart from it.
+            // A new line near a held track is a part of that track, or cannot be told apart from
+            // it.
             if self.held().any(|track| track.innovation(tone).abs() < APART * bin) {
                 continue;
             }
             let track = Track::start(self.started, tone, tracking);
-            // Without a free slot the tone waits for the next block.
+            // If no slot is free, the tone waits for the next block.
             if self.tracks.push(track).is_ok() {
                 self.started = self.started.wrapping_add(1);
             }
@@ -133,11 +137,11 @@ impl Tracks {
     fn elapsed(&mut self, sequence: u32, every: u32) -> u32 {
         let last = self.last.replace(sequence);
         let blocks = last.map_or(1, |last| sequence.wrapping_sub(last) / every.max(1));
-        // A sequence that steps back, or stands, is a device that started anew.
+        // If the sequence steps back or stands still, the device has restarted.
         if blocks > u32::MAX / 8 { 1 } else { blocks.max(1) }
     }
 
-    /// Tracks that fewer tones than tracks are left for coast, and those tones are nobody's.
+    /// Lets tracks coast where fewer tones than tracks are left, and drops those tones.
     fn merge(&mut self, tones: &mut Vec<Tone, MOST>, seen: &mut [bool; SLOTS], bin: f32) {
         let mut mixed = [false; MOST];
         for (tone, mixed) in tones.iter().zip(&mut mixed) {
@@ -162,7 +166,7 @@ impl Tracks {
         });
     }
 
-    /// Pairs tracks of one state with tones, nearest first.
+    /// Pairs tracks in one state with tones, nearest first.
     fn pair(&mut self, tones: &mut Vec<Tone, MOST>, seen: &mut [bool; SLOTS], state: State) {
         for _ in 0..MOST {
             let mut best: Option<(f32, usize, usize)> = None;
@@ -192,7 +196,7 @@ impl Tracks {
         }
     }
 
-    /// Held tracks without a tone look where they expect it.
+    /// Lets held tracks without a tone look for one where they expect it.
     fn look(
         &mut self,
         seen: &mut [bool; SLOTS],
@@ -212,7 +216,7 @@ impl Tracks {
             if track.distance(&tone).is_none() {
                 continue;
             }
-            // A tone that another track has taken is not found again.
+            // A tone that another track has taken is not taken twice.
             let taken = self.tracks.iter().zip(&*seen).any(|(other, seen)| {
                 *seen && other.number != track.number && other.innovation(&tone).abs() < bin
             });
@@ -225,7 +229,8 @@ impl Tracks {
         }
     }
 
-    /// Gives up held tracks beyond `most`: the one missed most often, of equals the youngest.
+    /// Drops held tracks beyond `most`: first the one missed most often; between equals, the
+    /// youngest.
     fn crowd(&mut self, most: usize) {
         for _ in 0..SLOTS {
             if self.held().count() <= most.clamp(1, MOST) {

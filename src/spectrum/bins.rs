@@ -1,5 +1,5 @@
-//! The few bins around a peak that an estimator sees. Record kind and window are part of the type,
-//! so an estimator derived for one cannot be given the other.
+//! The few bins around a peak that an estimator reads. The kind of record and the window are part
+//! of the type, so an estimator for one cannot be given the other.
 
 use super::Spectrum;
 use super::engine::Engine;
@@ -10,7 +10,7 @@ use core::marker::PhantomData;
 use core::mem::MaybeUninit;
 use num_complex::Complex;
 
-/// The largest reach: bins on each side of the peak.
+/// The largest number of bins on each side of the peak.
 pub const REACH: usize = 16;
 const WIDTH: usize = 2 * REACH + 1;
 
@@ -24,8 +24,8 @@ pub struct Hann;
 
 /// Bins `peak - REACH ..= peak + REACH` of a record of `n` samples, in ADC codes.
 ///
-/// Every bin has a value: I/Q spectra wrap round, real ones are mirrored at DC and Nyquist.
-/// Values are unscaled: a tone of amplitude A has a line of A n (I/Q) or A n / 2 (real).
+/// Every bin has a value: an I/Q spectrum wraps round, a real one is mirrored at DC and Nyquist.
+/// The values are unscaled: a tone of amplitude A has a line of A n (I/Q) or A n / 2 (real).
 #[derive(Clone, Debug)]
 pub struct Bins<T, R, W> {
     n: usize,
@@ -64,8 +64,8 @@ impl<T: Scalar, R: Record, W> Bins<T, R, W> {
         [self.at(-1), self.at(0), self.at(1)]
     }
 
-    /// The same bins as those of a record of kind `K`; `None` where `R` is another kind. For code
-    /// that is generic over the kind and picks an estimator at run time.
+    /// These bins as those of a record of kind `K`; `None` if `R` is another kind. This serves code
+    /// that is generic over the kind and selects an estimator at run time.
     pub fn as_kind<K: Record>(&self) -> Option<Bins<T, K, W>> {
         let Self { n, peak, cells, .. } = *self;
         (R::IQ == K::IQ).then_some(Bins { n, peak, cells, kind: PhantomData })
@@ -73,9 +73,9 @@ impl<T: Scalar, R: Record, W> Bins<T, R, W> {
 }
 
 impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
-    /// Bins around `peak` from any source: `bin(k)` is called for `peak - REACH ..= peak + REACH`
-    /// folded into the record's own range (`0..n` for I/Q, `0..=n/2` for real records, where a
-    /// folded bin is conjugated).
+    /// Bins around `peak` from any source. `bin(k)` is called for `peak - REACH ..= peak + REACH`,
+    /// with k folded into the record's range: `0..n` for I/Q, `0..=n/2` for real records. A folded
+    /// bin of a real record is conjugated.
     pub fn gather(n: usize, peak: i32, bin: impl Fn(usize) -> Complex<T>) -> Self {
         let n = n.max(1);
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
@@ -98,8 +98,8 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         Self { n: N, peak, cells, kind: PhantomData }
     }
 
-    /// The same record's bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The
-    /// outermost bin on each side has no outer neighbour and is zero.
+    /// The same bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost
+    /// bin on each side has no outer neighbour and is zero.
     pub fn hann(&self) -> Bins<T, R, Hann> {
         let (half, quarter) = (T::of(0.5), T::of(0.25));
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];

@@ -1,4 +1,4 @@
-//! Engines: who transforms a record, in which numbers, and how its bins are read from what is stored.
+//! Engines. An engine transforms a record in its own numbers and reads bins from the stored points.
 //!
 //! | engine | numbers | memory for N real samples | signal to error, N = 1024 |
 //! |---|---|---|---|
@@ -6,20 +6,21 @@
 //! | [`Q15`] | `i16`, Q15 factors, block floating point | 2 N bytes | 60 dB and more, 0 and -40 dBFS |
 //! | `F32` | `f32`, by the crate microfft (feature `microfft`) | 4 N bytes | 136 dB and more at 0 dBFS, 112 dB at -40 dBFS |
 //!
-//! A [`Spectrum`](super::Spectrum) names its engine in its type; what reads a spectrum takes any.
+//! A [`Spectrum`](super::Spectrum) names its engine in its type. Code that reads a spectrum takes
+//! any engine.
 
 #[cfg(feature = "microfft")]
 use super::fft::float;
 use super::fft::{self, integer, q15, twiddle::splits};
-use super::narrow;
-use super::sweep::{self, Sweep};
+use super::q15_bins;
+use super::scan::{self, Scan};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use integer::{Pair, Point};
 
-/// Calls a transform for the number of points that a record has.
+/// Calls a transform with the number of points in a record.
 macro_rules! by_length {
     ($record:ident, $n:ident, $transform:path, $arguments:tt) => {{
         use $transform as transform;
@@ -36,24 +37,26 @@ macro_rules! by_length {
     }};
 }
 
-/// An engine. `points` are always the N points of an I/Q record of N samples, which are its bins, or the N/2 of a real one,
-/// from which its bins are read. Of either the noise estimate takes for granted that white noise is independent from
-/// point to point and has a bin's power in each, and that a tone shows nowhere but at its bin and at the mirror of that, N/2 less it.
+/// An engine. `points` are the N points of an I/Q record of N samples, which are its bins, or the
+/// N/2 points of a real record, from which its bins are read. The noise estimate relies on two
+/// properties of the points. White noise is independent from point to point and has a bin's power
+/// in each. A tone shows only at its bin and at the mirror of that bin, N/2 minus it.
 pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
-    /// What a part of a point is stored as.
+    /// The type of a stored part.
     type Part: Part;
 
-    /// True where the middle of unsigned codes is taken away first, so that bin 0 lacks it.
+    /// Whether the transform first subtracts the middle of unsigned codes, so that bin 0 lacks it.
     const CENTRED: bool;
 
-    /// Transforms a record. The result is the exponent of its bins: times two to it they are in codes.
+    /// Transforms a record. Returns the exponent of its bins: a stored value times 2 to this
+    /// exponent is in codes.
     fn transform<R: Record, const N: usize>(
         pairs: &[Pair],
         codes: Codes,
         points: &mut [[Self::Part; 2]],
     ) -> i32;
 
-    /// [`Engine::transform`] by its definition in portable code, whatever the core.
+    /// [`Engine::transform`] by its definition in portable code, on any core.
     fn transform_portably<R: Record, const N: usize>(
         pairs: &[Pair],
         codes: Codes,
@@ -62,11 +65,11 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         Self::transform::<R, N>(pairs, codes, points)
     }
 
-    /// Bin k, 0..N of an I/Q record or 0..=N/2 of a real one, in stored units. The powers of all bins sum to less
-    /// than 2^63.
+    /// Bin k in stored units: k is 0..N of an I/Q record, 0..=N/2 of a real one. The powers of all
+    /// bins sum to less than 2^63.
     fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
 
-    /// The bins of a real record from `first` on, all within 1..N/2: as many as there are places.
+    /// The bins of a real record from `first` on, as many as `places` holds, all within 1..N/2.
     fn window<'a, R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         first: usize,
@@ -75,23 +78,23 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         integer::filled(places, (first..).map(|k| Self::bin::<R, N>(points, k)))
     }
 
-    /// The strongest of these bins, all within what [`Engine::bin`] takes, of equal ones the lowest, and the power of
-    /// all together; `None` where there is no better way than to look at one after the other.
+    /// The strongest of these bins, of equals the lowest, and the power of all. [`Engine::bin`]
+    /// must take all of them. `None` if this engine has no faster way than one bin after the other.
     fn search<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep>;
+    ) -> Option<Scan>;
 
     /// [`Engine::search`] by its definition in portable code.
     fn search_portably<R: Record, const N: usize>(
         _points: &[[Self::Part; 2]],
         _bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         None
     }
 
-    /// The sum of the powers of half the second difference of the points, in units of bins, around every `stride`-th
-    /// one from the second on.
+    /// The sum of the powers of half the second difference of the points, in units of bins, at the
+    /// second point and every `stride`-th one after it.
     fn bend(points: &[[Self::Part; 2]], stride: usize) -> u64;
 
     /// [`Engine::bend`] by its definition in portable code.
@@ -100,7 +103,7 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     }
 }
 
-/// Is this the whole of a real record's spectrum but DC and Nyquist?
+/// Whether these bins are the whole spectrum of a real record without DC and Nyquist.
 fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
     *bins.start() == 1 && *bins.end() == N / 2 - 1
 }
@@ -149,12 +152,12 @@ impl Engine for I32 {
     fn search<R: Record, const N: usize>(
         points: &[Point],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         if R::IQ {
             let first = *bins.start();
-            return Some(sweep::over(points.get(bins)?, first, core::convert::identity));
+            return Some(scan::over(points.get(bins)?, first, core::convert::identity));
         }
-        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::sweep, (points, const { splits(N) })))
+        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::scan, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Point], stride: usize) -> u64 {
@@ -196,20 +199,20 @@ impl Engine for Q15 {
     #[inline]
     fn bin<R: Record, const N: usize>(points: &[Pair], k: usize) -> Point {
         if R::IQ {
-            return points.get(k).copied().map_or([0; 2], narrow::wide);
+            return points.get(k).copied().map_or([0; 2], q15_bins::wide);
         }
-        narrow::split(points, const { splits(N) }, k)
+        q15_bins::split(points, const { splits(N) }, k)
     }
 
     #[inline]
     fn search<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         #[cfg(dsp)]
         if !R::IQ && is_whole::<N>(&bins) {
             let table = const { splits(N) };
-            return Some(by_length!(R, N, fft::kernel_q15::sweep, (points, table)));
+            return Some(by_length!(R, N, fft::kernel_q15::scan, (points, table)));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -217,12 +220,13 @@ impl Engine for Q15 {
     fn search_portably<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         if R::IQ {
             let first = *bins.start();
-            return Some(narrow::over(points.get(bins)?, first));
+            return Some(q15_bins::over(points.get(bins)?, first));
         }
-        is_whole::<N>(&bins).then(|| by_length!(R, N, narrow::sweep, (points, const { splits(N) })))
+        is_whole::<N>(&bins)
+            .then(|| by_length!(R, N, q15_bins::scan, (points, const { splits(N) })))
     }
 
     fn bend(points: &[Pair], stride: usize) -> u64 {
@@ -233,14 +237,14 @@ impl Engine for Q15 {
     }
 
     fn bend_portably(points: &[Pair], stride: usize) -> u64 {
-        narrow::bend(points, stride)
+        q15_bins::bend(points, stride)
     }
 }
 
 /// Floats, by the crate microfft, for a core with an FPU: see [`float`].
 ///
-/// The crate's code holds panics. At opt-level 3 the compiler sees that none can be reached, at "z" it does not: an image
-/// that must not be able to panic is built for speed.
+/// The crate's code contains panics. At opt-level 3 the compiler proves them unreachable; at "z" it
+/// does not. So an image that must be free of panics is built for speed.
 #[cfg(feature = "microfft")]
 #[derive(Clone, Copy, Debug)]
 pub struct F32;
@@ -276,11 +280,11 @@ impl Engine for F32 {
     fn search<R: Record, const N: usize>(
         points: &[float::Float],
         bins: RangeInclusive<usize>,
-    ) -> Option<Sweep> {
+    ) -> Option<Scan> {
         let first = *bins.start();
-        // All but bins 0 and N/2 of a real record are stored as they are.
+        // All bins are stored as they are, except bins 0 and N/2 of a real record.
         let stored = R::IQ || first > 0;
-        Some(sweep::over(points.get(bins).filter(|_| stored)?, first, float::whole))
+        Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole))
     }
 
     fn bend(points: &[float::Float], stride: usize) -> u64 {

@@ -3,9 +3,9 @@
 pub mod bins;
 pub mod engine;
 pub mod fft;
-pub mod narrow;
 pub mod peak;
-pub mod sweep;
+pub mod q15_bins;
+pub mod scan;
 pub mod zoom;
 #[cfg(dsp)]
 mod zoom_dsp;
@@ -19,24 +19,24 @@ use engine::{Engine, I32};
 use fft::integer::{self, Point};
 use num_complex::Complex;
 use peak::Band;
-use sweep::Sweep;
+use scan::Scan;
 
 /// The spectrum of one record of `N` samples.
 ///
-/// Real records have bins `0..=N/2`, I/Q records `0..N`. A bin's value times
-/// `2^exponent` is the discrete Fourier transform in ADC codes, unscaled (a full-scale real tone
-/// of amplitude `A` has a line of `A N / 2`).
+/// Real records have bins `0..=N/2`, I/Q records `0..N`. A bin's value times `2^exponent` is the
+/// discrete Fourier transform in ADC codes, unscaled: a real tone of amplitude `A` has a line of
+/// `A N / 2`.
 ///
-/// What is stored are the points of the complex transform: for I/Q the bins themselves, for real
-/// records the transform of N/2 pairs of neighbours, from which each bin is split when it is asked for.
-/// In which numbers is the engine's matter (see [`engine`]).
+/// The spectrum stores the points of the complex transform. For I/Q these are the bins. For real
+/// records they are the transform of N/2 pairs of neighbours, and each bin is split from them when
+/// it is read. The engine decides in which numbers (see [`engine`]).
 #[derive(Clone, Debug)]
 pub struct Spectrum<R: Record, const N: usize, E: Engine = I32> {
     cells: Aligned<R::Cells<E::Part, N>>,
     exponent: i32,
 }
 
-/// Kernels read and write whole words.
+/// The alignment lets kernels read and write whole words.
 #[derive(Clone, Debug)]
 #[repr(align(4))]
 struct Aligned<T>(T);
@@ -48,65 +48,65 @@ impl<R: Record, const N: usize, E: Engine> Default for Spectrum<R, N, E> {
 }
 
 impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
-    /// Work memory for a record of `N` samples, to be filled by [`Spectrum::transform`].
+    /// Work memory for a record of `N` samples; [`Spectrum::transform`] fills it.
     ///
-    /// Compiles only for the lengths the FFT supports: 64, 128, ... 4096.
+    /// It compiles only for the lengths that the FFT supports: 64, 128, ... 4096.
     pub const fn new() -> Self {
         const { assert!(fft::twiddle::supported(N), "N must be 64, 128, ... 4096") };
         Self { cells: Aligned(R::Cells::<E::Part, N>::ZERO), exponent: 0 }
     }
 
-    /// Transforms `samples` by the engine.
+    /// Transforms `samples` by the engine. Cost: `host-tests/budget.json` has the instructions.
     pub fn transform(&mut self, samples: &[R::Sample; N], codes: Codes) {
         let points = self.cells.0.points_mut();
         self.exponent = E::transform::<R, N>(R::pairs(samples), codes, points);
     }
 
-    /// [`Spectrum::transform`] by its definition in portable code, whatever the core: what kernels are compared
-    /// with.
+    /// [`Spectrum::transform`] by its definition in portable code, on any core. Tests compare
+    /// kernels with it.
     pub fn transform_portably(&mut self, samples: &[R::Sample; N], codes: Codes) {
         let points = self.cells.0.points_mut();
         self.exponent = E::transform_portably::<R, N>(R::pairs(samples), codes, points);
     }
 
-    /// The points of the complex transform: N of an I/Q record, N/2 of a real one.
+    /// The points of the complex transform: N for an I/Q record, N/2 for a real one.
     pub fn points(&self) -> &[[E::Part; 2]] {
         self.cells.0.points()
     }
 
-    /// The strongest bin of a band, of equal ones the lowest, and the power of all.
-    pub(crate) fn search(&self, band: Band) -> Sweep {
+    /// The strongest bin of a band, of equals the lowest, and the power of all its bins.
+    pub(crate) fn search(&self, band: Band) -> Scan {
         let bins = self.range(band);
-        if let Some(sweep) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
-            return sweep;
+        if let Some(scan) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
+            return scan;
         }
-        // A window at a time.
+        // One window after the other.
         let mut places = [MaybeUninit::uninit(); 17];
-        let (mut sweep, mut next) = (Sweep::from(band.low as usize), band.low);
+        let (mut scan, mut next) = (Scan::from(band.low as usize), band.low);
         let mut left = band.width() as usize;
         while left > 0 {
             let count = left.min(places.len());
             let window = self.fill(next, places.get_mut(..count).unwrap_or_default());
-            sweep = sweep.then(sweep::over(window, next as usize, core::convert::identity));
+            scan = scan.then(scan::over(window, next as usize, core::convert::identity));
             next = next.wrapping_add(count as i32);
             left -= count;
         }
-        sweep
+        scan
     }
 
     /// [`Spectrum::search`] by its definition in portable code.
-    pub(crate) fn search_portably(&self, band: Band) -> Sweep {
+    pub(crate) fn search_portably(&self, band: Band) -> Scan {
         let bins = self.range(band);
-        if let Some(sweep) = bins.and_then(|bins| E::search_portably::<R, N>(self.points(), bins)) {
-            return sweep;
+        if let Some(scan) = bins.and_then(|bins| E::search_portably::<R, N>(self.points(), bins)) {
+            return scan;
         }
-        (band.low..=band.high).fold(Sweep::from(band.low as usize), |mut sweep, k| {
-            sweep.see(k as usize, self.power(k));
-            sweep
+        (band.low..=band.high).fold(Scan::from(band.low as usize), |mut scan, k| {
+            scan.see(k as usize, self.power(k));
+            scan
         })
     }
 
-    /// The bins of a band that neither wrap round nor are mirrored.
+    /// The bins of a band that neither wraps round nor is mirrored.
     fn range(&self, band: Band) -> Option<RangeInclusive<usize>> {
         let (low, high) = (usize::try_from(band.low).ok()?, usize::try_from(band.high).ok()?);
         (low <= high && high < self.bins()).then_some(low..=high)
@@ -117,13 +117,13 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         if R::IQ { N } else { N / 2 + 1 }
     }
 
-    /// A stored value times `2^exponent` is in ADC codes.
+    /// The exponent: a stored value times `2^exponent` is in ADC codes.
     pub const fn exponent(&self) -> i32 {
         self.exponent
     }
 
-    /// Bin `k`, which wraps round for I/Q and is mirrored (conjugated) at both ends of a real
-    /// spectrum, so that every `k` has a value: `X[-k] = conj X[k]`.
+    /// Bin `k` in stored units, for any `k`: an I/Q spectrum wraps round, a real one is mirrored
+    /// and conjugated at both ends, `X[-k] = conj X[k]`.
     pub fn bin(&self, k: i32) -> Complex<i32> {
         let k = k.checked_rem_euclid(N as i32).unwrap_or(0) as usize;
         let mirrored = !R::IQ && k > N / 2;
@@ -131,8 +131,8 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         Complex::new(re, if mirrored { im.wrapping_neg() } else { im })
     }
 
-    /// The K bins from `first` on, as [`Spectrum::bin`] numbers them: on a core with the DSP extension a fifth of
-    /// the cost of one by one.
+    /// The K bins from `first` on, numbered as in [`Spectrum::bin`]. On a core with the DSP
+    /// extension they cost a fifth of K single bins.
     #[inline]
     pub fn window<'a, const K: usize>(
         &self,
@@ -142,7 +142,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         self.fill(first, place.as_mut())
     }
 
-    /// As many bins as there are places, from `first` on.
+    /// The bins from `first` on, as many as `places` holds.
     pub(crate) fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
         let end = first.saturating_add(places.len() as i32);
         if !R::IQ && first >= 1 && end <= N as i32 / 2 {
@@ -155,13 +155,13 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         integer::filled(places, (0..).map(bin))
     }
 
-    /// `|X[k]|^2` in stored units, as [`Spectrum::bin`] numbers the bins.
+    /// `|X[k]|^2` in stored units, with the bins numbered as in [`Spectrum::bin`].
     pub fn power(&self, k: i32) -> u64 {
         power(self.bin(k))
     }
 }
 
-/// `|z|^2` without overflow for any `i32` parts.
+/// `|z|^2`; no `i32` parts overflow it.
 pub const fn power(z: Complex<i32>) -> u64 {
     products::power([z.re, z.im])
 }

@@ -1,12 +1,12 @@
 //! The strongest line, found in one pass over the power spectrum.
 //!
-//! Source: Ye et al. 2022, section 2.3 (three registers that hold a bin and its two neighbours while the
-//! spectrum streams by). Ours adds band limits, defined ties and edges, and the noise floor.
+//! Source: Ye et al. 2022, section 2.3: three registers hold a bin and its two neighbours while the
+//! spectrum streams by. Ours adds band limits, defined ties and edges, and the noise floor.
 
 use super::Spectrum;
 use super::engine::Engine;
 use super::fft::integer::Point;
-use super::sweep::Sweep;
+use super::scan::Scan;
 use crate::acquire::sample::Record;
 use crate::math::products::power;
 use core::mem::MaybeUninit;
@@ -14,10 +14,10 @@ use core::mem::MaybeUninit;
 /// Bins on each side of the peak that count as its skirt and not as noise.
 pub const SKIRT: i32 = 8;
 
-/// The peak and its skirt.
+/// Bins of the peak and its skirt.
 const AROUND: usize = 2 * SKIRT as usize + 1;
 
-/// The bins a search may answer with, both ends included.
+/// The bins that a search may return, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {
@@ -28,12 +28,12 @@ pub struct Band {
 }
 
 impl Band {
-    /// The whole of a real record's spectrum but DC and Nyquist: bins 1..=N/2-1.
+    /// The whole spectrum of a real record without DC and Nyquist: bins 1..=N/2-1.
     pub const fn real(n: usize) -> Self {
         Band { low: 1, high: n as i32 / 2 - 1 }
     }
 
-    /// The whole of an I/Q record's spectrum: bins 0..=N-1.
+    /// The whole spectrum of an I/Q record: bins 0..=N-1.
     pub const fn iq(n: usize) -> Self {
         Band { low: 0, high: n as i32 - 1 }
     }
@@ -48,18 +48,19 @@ impl Band {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Peak {
-    /// The strongest bin of the band; of equal ones the lowest.
+    /// The strongest bin of the band; of equals the lowest.
     pub bin: i32,
-    /// Its power, and before and after it the powers of its neighbours. A neighbour outside the
-    /// band is not seen and reads 0: take it from the spectrum.
+    /// The powers of the left neighbour, the peak and the right neighbour, in stored units. A
+    /// neighbour outside the band reads 0; the spectrum has its power.
     pub power: [u64; 3],
-    /// The sum of the powers of the band's other bins, the peak's skirt left out.
+    /// The sum of the powers of the band's other bins, without the peak's skirt.
     pub floor: u64,
-    /// How many bins that sum holds.
+    /// How many bins `floor` sums.
     pub floor_bins: u32,
 }
 
-/// The streaming detector: push the band's powers in ascending order, then [`Search::finish`].
+/// The streaming detector. Push the powers of the band in ascending order, then call
+/// [`Search::finish`].
 ///
 /// State: three registers for the peak, a window of [`SKIRT`] powers for the floor. Cost per bin:
 /// one comparison, three additions.
@@ -90,7 +91,7 @@ impl Search {
         }
     }
 
-    /// Takes the power of the next bin. Powers of one record sum to less than 2^63 (Parseval's
+    /// Takes the power of the next bin. The powers of one record sum to less than 2^63 (Parseval's
     /// theorem with the FFT's growth bound), so no sum overflows.
     pub fn push(&mut self, power: u64) {
         let bin = self.next;
@@ -128,7 +129,7 @@ impl Search {
         }
     }
 
-    /// The peak, or `None` when no bin was pushed or all had power 0.
+    /// The peak; `None` if no bin was pushed or all powers are 0.
     pub fn finish(&self) -> Option<Peak> {
         if self.registers[1] == 0 {
             return None;
@@ -148,10 +149,10 @@ impl Search {
     }
 }
 
-/// Searches `band` of a spectrum: what [`Search`] would find, in fewer operations.
+/// Searches `band` of a spectrum. It finds what [`Search`] finds, in fewer operations.
 ///
-/// The whole band of a real record goes through [`super::sweep`] (32 instructions for two bins on a core with
-/// the DSP extension). The skirt is added up afterwards, when the peak is known.
+/// The whole band of a real record goes through [`super::scan`]: 32 instructions for two bins on a
+/// core with the DSP extension. The skirt is summed afterwards, when the peak is known.
 pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -162,7 +163,7 @@ pub fn find<R: Record, const N: usize>(
     of(&found, band, around)
 }
 
-/// [`find`] by its definition in portable code: what kernels are compared with.
+/// [`find`] by its definition in portable code. Tests compare kernels with it.
 pub fn find_portably<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -175,9 +176,9 @@ pub fn find_portably<R: Record, const N: usize>(
     of(&found, band, &around)
 }
 
-/// The peak that a sweep over a band has found, with the bins around it.
+/// The peak that a scan over a band has found, with the bins around it.
 #[inline(always)]
-fn of(found: &Sweep, band: Band, around: &[Point]) -> Option<Peak> {
+fn of(found: &Scan, band: Band, around: &[Point]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }
@@ -202,16 +203,17 @@ fn of(found: &Sweep, band: Band, around: &[Point]) -> Option<Peak> {
             power(peak),
             if found.bin < band.high { power(after) } else { 0 },
         ],
-        // An engine may sum up without rounding what it splits with.
+        // An engine may sum without the rounding of its split.
         floor: found.total.saturating_sub(skirt_power),
         floor_bins: band.width().saturating_sub(skirt.width()),
     })
 }
 
-/// Searches a part of a band, `gate`, with the noise floor of all of it.
+/// Searches `gate`, a part of a band, with the noise floor of the whole band.
 ///
-/// The skirt of the band's strongest line does not count as floor, nor does the skirt of what is found. Away from
-/// that line its leakage does: D bins off a bin holds up to a quarter of the peak's power over D^2.
+/// Neither the skirt of the band's strongest line nor that of the found peak counts as floor. The
+/// strongest line's leakage further out does: D bins away, a bin holds up to a quarter of the
+/// peak's power over D^2.
 pub fn within<R: crate::acquire::sample::Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -288,7 +290,7 @@ mod tests {
             for at in 0..width {
                 let mut powers = std::vec![1u64; width];
                 for (k, p) in powers.iter_mut().enumerate() {
-                    // Rising towards the peak, so that the candidate moves at every push.
+                    // The powers rise towards the peak, so the candidate moves at every push.
                     *p = 1000 - at.abs_diff(k) as u64;
                 }
                 let band = Band { low: 5, high: 5 + width as i32 - 1 };

@@ -1,5 +1,5 @@
-//! A few bins of a record without its spectrum, for a tone whose place is known: mix, decimate by N/32,
-//! transform 32 points.
+//! A few bins of a record without its spectrum, for a tone whose place is known: mix, decimate by
+//! N/32, transform 32 points.
 //!
 //! With `L = N/32`, centre bin c and block m of L samples,
 //!
@@ -7,15 +7,15 @@
 //! y[m] = sum over n < L of x[m L + n] exp(-j 2 pi c n / N)        Y[c + i] = sum over m of y[m] exp(-j 2 pi (c + i) m / 32)
 //! ```
 //!
-//! The oscillator starts anew in each block, so its L factors are a table, and the centre only shifts the index of the
-//! transform. Y is not the record's spectrum but that seen through a boxcar of L samples: see
-//! [`crate::estimate::locked`] for the exact model. A constant offset falls into the one bin whose index is a
-//! multiple of 32.
+//! The oscillator starts anew in each block, so its L factors are a table, and the centre only
+//! shifts the index of the transform. Y is the record's spectrum seen through a boxcar of L
+//! samples, not the spectrum itself; [`crate::estimate::locked`] has the exact model. A constant
+//! offset falls into one bin: the bin whose index is a multiple of 32.
 //!
-//! Integers throughout. The products with Q15 factors are summed exactly and then shifted so that no sum of the
-//! transform can overflow, whatever the codes: at N = 1024 a point is a multiple of 2^-6 code, a tenth of a percent of what the
-//! converter's rounding makes of it. On cores with the DSP extension the loops are those of `zoom_dsp`, whose bits
-//! are the same.
+//! All numbers are integers. The products with Q15 factors are summed exactly and then shifted
+//! down, so that no sum of the transform can overflow for any codes. At N = 1024 a point is a
+//! multiple of 2^-6 code, a tenth of a percent of the converter's rounding in it. Cores with the
+//! DSP extension run the loops of `zoom_dsp`, which give the same bits.
 
 use super::fft::integer::{Pair, Point};
 use super::fft::twiddle::{MAX_LENGTH, sin_cos};
@@ -24,7 +24,7 @@ use super::zoom_dsp as engine;
 use crate::acquire::sample::Record;
 use crate::math::series::circle;
 
-/// The portable definition, where there is nothing faster.
+/// The portable definition, for cores without a faster one.
 #[cfg(not(dsp))]
 mod engine {
     pub(in crate::spectrum) use super::{mix, transform};
@@ -33,10 +33,11 @@ mod engine {
 /// Points after decimation.
 pub const POINTS: usize = 32;
 
-/// Samples in the longest block that becomes a point.
+/// Samples in the longest block that decimation makes a point of.
 pub(super) const LONGEST: usize = MAX_LENGTH / POINTS;
 
-/// A point's magnitude is less than two to this: a transform that grows by 32 and halves once stays within 2^30.
+/// A point's magnitude is below two to this power. The transform grows by 32 and halves once, so it
+/// stays within 2^30.
 const ROOM: u32 = 26;
 
 /// Two numbers in Q15.
@@ -46,24 +47,26 @@ pub type Factor = [i16; 2];
 #[derive(Clone, Debug)]
 pub struct Oscillator {
     centre: i32,
-    /// [`ONE`] for 1. I/Q: cos and -sin for each sample. Real: for each pair of samples their cos, then their -sin.
+    /// Factors with [`ONE`] for 1. I/Q: cos and -sin for each sample. Real: for each pair of
+    /// samples their cos, then their -sin.
     factors: [Factor; LONGEST],
 }
 
-/// Bins about a centre, as [`Oscillator::zoom`] leaves them.
+/// Bins about a centre, from [`Oscillator::zoom`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zoom {
     points: [Point; POINTS],
     unit: f32,
 }
 
-/// By how much the sum of a block of N/32 samples is shifted down: codes have 16 bits at most, factors 15.
+/// How many bits the sum of a block of N/32 samples is shifted down: codes have at most 16 bits,
+/// factors 15.
 pub(super) const fn shift<R: Record, const N: usize>() -> u32 {
     (N / POINTS).trailing_zeros() + 15 + 15 + R::IQ as u32 - ROOM
 }
 
 impl Oscillator {
-    /// The factors for centre bin `centre` of records of `n` samples (64 to 4096). Cost: n/32 sines.
+    /// The factors for centre bin `centre` of records of `n` samples, 64 to 4096. Cost: n/32 sines.
     pub fn new<R: Record>(centre: i32, n: usize) -> Self {
         let mut factors = [[0; 2]; LONGEST];
         let mut sample = 0i32;
@@ -87,7 +90,7 @@ impl Oscillator {
         self.centre
     }
 
-    /// Mixes, decimates and transforms a record of N samples.
+    /// Mixes, decimates and transforms a record of N samples. Cost: a product for each part of each sample.
     pub fn zoom<R: Record, const N: usize>(&self, samples: &[R::Sample; N]) -> Zoom {
         let mixed = engine::mix::<R, N>(R::pairs(samples), &self.factors);
         Zoom { points: engine::transform(mixed), unit: const { unit::<R, N>() } }
@@ -100,7 +103,7 @@ impl Oscillator {
     }
 }
 
-/// The record's blocks, each times the factors and summed.
+/// The blocks of the record, each multiplied by the factors and summed.
 pub(super) fn mix<R: Record, const N: usize>(
     pairs: &[Pair],
     factors: &[Factor; LONGEST],
@@ -119,7 +122,7 @@ pub(super) fn mix<R: Record, const N: usize>(
     points
 }
 
-/// The exact sum of I/Q samples times their factors. Two products are below 2^31 together.
+/// The exact sum of I/Q samples times their factors. Two products together are below 2^31.
 fn turned(block: &[Pair], factors: &[Factor]) -> [i64; 2] {
     let mut sum = [0i64; 2];
     for (sample, factor) in block.iter().zip(factors) {
@@ -161,14 +164,14 @@ const fn unit<R: Record, const N: usize>() -> f32 {
     (2u32 << shift::<R, N>()) as f32 / ONE
 }
 
-/// A factor of 1. Not 2^15, which 16 bits do not hold.
+/// A factor of 1. 16 bits do not hold 2^15.
 const ONE: f32 = 32767.0;
 
 fn q15(x: f32) -> i16 {
     libm::rintf(x * ONE) as i16
 }
 
-/// Half the transform of 32 points: four of eight each, after eight of four.
+/// Half the transform of 32 points: eight transforms of four, then four of eight.
 pub(super) fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     let (rows, _) = points.as_chunks_mut::<8>();
     if let [a, b, c, d] = rows {
@@ -216,7 +219,7 @@ fn four([a, b, c, d]: [Point; 4]) -> [Point; 4] {
 fn eight(&[a, b, c, d, e, f, g, h]: &[Point; 8]) -> [Point; 8] {
     let even = four([a, c, e, g]);
     let [zero, one, two, three] = four([b, d, f, h]);
-    // Times an odd eighth of a turn: half of it, rounded, twice.
+    // Times an odd eighth of a turn: half the product, rounded, twice.
     let eighth = |[re, im]: Point| {
         [re.wrapping_add(im), im.wrapping_sub(re)].map(|part| half(part, DIAGONAL).wrapping_mul(2))
     };
@@ -240,9 +243,9 @@ fn half(x: i32, w: i32) -> i32 {
     ((i64::from(x) * i64::from(w) + HALF) >> 32) as i32
 }
 
-/// Half of x turned by a factor, both products rounded.
+/// Half of x turned by a factor; both products are rounded.
 fn turn([re, im]: Point, &[cos, sin]: &Point) -> Point {
-    // Minus the product is rounded, not minus what is rounded: that is what the instruction does.
+    // The instruction rounds the negated product, so this does too.
     let less = ((HALF - i64::from(im) * i64::from(sin)) >> 32) as i32;
     [half(re, cos).wrapping_add(less), half(re, sin).wrapping_add(half(im, cos))]
 }
@@ -272,10 +275,10 @@ const fn factors() -> [[Point; 3]; 8] {
     table
 }
 
-/// To the nearest; 1 is one step less, which 32 bits hold.
+/// Rounds to the nearest. 1 becomes one step less, which 32 bits hold.
 const fn q31(x: f64) -> i32 {
     let scaled = x * 2_147_483_648.0;
-    // A cast saturates.
+    // The cast saturates.
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
@@ -333,10 +336,10 @@ mod tests {
     fn rails_do_not_overflow() {
         let samples = [-32768i16; 4096];
         let zoom = Oscillator::new::<Real>(16, 4096).zoom::<Real, 4096>(&samples);
-        // All of it in bin 0.
+        // Bin 0 holds all of it.
         let [re, im] = zoom.bin(0).map(|part| f64::from(part) * f64::from(zoom.unit()));
         assert!(re.hypot(im) > 8e7);
-        // The tone at the centre is as strong as anything can be.
+        // The strongest possible tone, at the centre.
         let strongest = core::array::from_fn(|n| {
             let z =
                 f64::unit(100.0 * n as f64 / 1024.0 % 1.0) * 32767.0 * core::f64::consts::SQRT_2;

@@ -1,8 +1,9 @@
-//! The loops of [`super::zoom`] on cores with the DSP extension. Each equals its portable definition bit for bit, on
-//! every input; the tests on emulated cores drive both. None branches on data.
+//! The loops of [`super::zoom`] on cores with the DSP extension. Each equals its portable
+//! definition bit for bit, on every input; the tests on emulated cores drive both. None branches on
+//! data.
 //!
-//! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
-//! save `r4` to `r11` and return by `pop`.
+//! The functions are naked: they change only the registers and memory that their instructions name.
+//! All save `r4` to `r11` and return by `pop`.
 
 use super::fft::assembly::kernel;
 use super::fft::integer::{Pair, Point};
@@ -17,15 +18,15 @@ pub fn mix<R: Record, const N: usize>(
 ) -> [Point; POINTS] {
     let length = if R::IQ { N } else { N / 2 };
     let (from, factor) = (pairs.as_ptr(), factors.as_ptr());
-    // The loops load two pairs at once, from whole words.
+    // The loops load two pairs at once, which must be aligned.
     let fits = length >= 2 * POINTS && N <= LONGEST * POINTS && pairs.len() == length;
     if !fits || !from.cast::<u32>().is_aligned() || !factor.cast::<u32>().is_aligned() {
         return zoom::mix::<R, N>(pairs, factors);
     }
     let mut points = MaybeUninit::<[Point; POINTS]>::uninit();
     let to = points.as_mut_ptr().cast();
-    // SAFETY: there are as many pairs as the kernel for N reads, and at least as many factors as it does; it writes 32
-    // points.
+    // SAFETY: the pairs and the factors are at least as many as the kernel for N reads; it writes
+    // 32 points.
     unsafe {
         if R::IQ {
             turned::<N>(from, factor, to)
@@ -39,7 +40,7 @@ pub fn mix<R: Record, const N: usize>(
 /// As [`zoom::transform`].
 pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     let mut bins = MaybeUninit::<[Point; POINTS]>::uninit();
-    // SAFETY: both are 32 points, and the second pass writes all of its own.
+    // SAFETY: both arrays hold 32 points, and the second pass writes all of its own.
     unsafe {
         fours(points.as_mut_ptr(), FACTORS.as_ptr().cast());
         eights(points.as_mut_ptr(), bins.as_mut_ptr().cast());
@@ -77,8 +78,8 @@ macro_rules! blocks {
 /// Real samples: `zoom::weighed` and its shift, for all blocks.
 ///
 /// # Safety
-/// `from` must be the N/2 pairs of a record of N = 128 to 4096 samples, `factors` N/32 of them, both at whole words;
-/// `to` 32 points.
+/// `from` must be the N/2 pairs of a record of N = 128 to 4096 samples, `factors` N/32 factors,
+/// both aligned to words, and `to` 32 points.
 #[unsafe(naked)]
 unsafe extern "C" fn weighed<const N: usize>(
     from: *const Pair,
@@ -125,7 +126,8 @@ unsafe extern "C" fn turned<const N: usize>(
     )
 }
 
-/// Four points at `$step` bytes from each other, transformed: points 0 (r8, r9), 1 (r6, r7), 2 (r10, r11), 3 (r2, r3).
+/// Transforms four points at `$step` bytes from each other: 0 to r8, r9; 1 to r6, r7; 2 to r10,
+/// r11; 3 to r2, r3.
 macro_rules! four {
     ($first:literal, $step:literal) => {
         concat!(
@@ -192,7 +194,7 @@ macro_rules! turn {
 /// The first pass: eight transforms of four points, turned.
 ///
 /// # Safety
-/// `points` must be 32 of them, `factors` those of [`zoom::FACTORS`].
+/// `points` must be 32 points, `factors` those of [`zoom::FACTORS`].
 #[unsafe(naked)]
 unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
     kernel!(
@@ -216,8 +218,9 @@ unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
     )
 }
 
-/// The sum of an even part at `$even` and an odd one, to `$sum`, and their difference, to `$difference`. `$re` and `$im`
-/// are what is added to the real and to the imaginary part, `$add` and `$sub` how.
+/// Stores the sum of an even part at `$even` and an odd part at `$sum`, and their difference at
+/// `$difference`. `$re` and `$im` are added to the real and to the imaginary part, by `$add` and
+/// `$sub`.
 macro_rules! butterfly {
     ($even:literal, $re:literal, $im:literal, $add:literal, $sub:literal, $sum:literal, $difference:literal) => {
         concat!(
@@ -246,10 +249,10 @@ macro_rules! butterfly {
     };
 }
 
-/// The second pass: four transforms of eight points, each to every fourth bin.
+/// The second pass: four transforms of eight points, each giving every fourth bin.
 ///
 /// # Safety
-/// `points` and `bins` must be 32 each.
+/// `points` and `bins` must be 32 points each.
 #[unsafe(naked)]
 unsafe extern "C" fn eights(points: *mut Point, bins: *mut Point) {
     kernel!(

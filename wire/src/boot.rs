@@ -1,4 +1,4 @@
-//! What an instrument says of itself when it starts, or when it is asked.
+//! The boot record: what an instrument says of itself at its start, and when a host asks.
 //!
 //! | offset | field |
 //! |---|---|
@@ -10,30 +10,31 @@
 //! | 8 | CRC-32 of the settings in use: u32 |
 //! | 12 | samples in a block: u32 |
 //! | 16 | core's clock: u32, Hz |
-//! | 20 | the last end: u32, 0 none, 1 hard fault, 2 unexpected interrupt |
-//! | 24 | program counter there: u32 |
-//! | 28 | two further words of it: 2 u32 |
+//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt |
+//! | 24 | program counter at that end: u32 |
+//! | 28 | two further words about that end: 2 u32 |
 //! | 36 | the board's name: 16 bytes of ASCII, zeros behind it |
 
 use super::frame::{self, Frame, Kind, WIRE};
 use crate::bytes::{Reader, Writer};
 use heapless::Vec;
 
-/// Where the sample clock comes from.
+/// The source of the sample clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Clock {
-    /// A crystal, or a clock from outside: some ten ppm.
+    /// A crystal or an external clock: some ten ppm.
     External = 0,
-    /// The internal oscillator, as the external clock did not come: frequencies may be 1 % wrong.
+    /// The internal oscillator, because the external clock did not start: frequencies may be 1 %
+    /// wrong.
     Internal = 1,
-    /// The internal oscillator without its multiplier: as wrong, and slow.
+    /// The internal oscillator without its multiplier: also 1 %, and slow.
     #[default]
     Slow = 2,
 }
 
 impl Clock {
-    /// The source with this number.
+    /// The source with this number on the wire; `None` for an unknown number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {
             0 => Some(Clock::External),
@@ -43,7 +44,7 @@ impl Clock {
         }
     }
 
-    /// What a user should know.
+    /// The source in words, for a user.
     pub const fn message(self) -> &'static str {
         match self {
             Clock::External => "crystal",
@@ -62,7 +63,7 @@ impl Clock {
 pub struct Name([u8; 16]);
 
 impl Name {
-    /// The name; what is longer is cut, what is not ASCII becomes a question mark.
+    /// A board's name. A longer name is cut; a letter outside ASCII becomes a question mark.
     pub const fn new(name: &str) -> Self {
         let mut bytes = [0; 16];
         let mut rest: &mut [u8] = &mut bytes;
@@ -76,30 +77,30 @@ impl Name {
         Name(bytes)
     }
 
-    /// As text.
+    /// The name as text.
     pub fn as_str(&self) -> &str {
         let used = self.0.iter().position(|&letter| letter == 0).unwrap_or(self.0.len());
         self.0.get(..used).and_then(|name| str::from_utf8(name).ok()).unwrap_or("?")
     }
 }
 
-/// How the program before this one ended, kept over the reset.
+/// How the previous program ended. Memory keeps it over the reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LastEnd {
     /// 0 nothing known, 1 a hard fault, 2 an unexpected interrupt.
     pub kind: u32,
-    /// The program counter.
+    /// The program counter at the end.
     pub pc: u32,
-    /// Hard fault: the link register and CFSR. Interrupt: its number.
+    /// After a hard fault: the link register and CFSR. After an interrupt: its number.
     pub more: [u32; 2],
 }
 
-/// Reset causes, a bit each.
+/// Reset causes, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Causes(pub u8);
 
 impl Causes {
-    /// In words, the gravest first.
+    /// The causes in words, the gravest first.
     pub const fn message(self) -> &'static str {
         match self.0 {
             causes if causes & 8 != 0 => "watchdog",
@@ -112,20 +113,20 @@ impl Causes {
     }
 }
 
-/// The record.
+/// A boot record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Boot {
-    /// The board.
+    /// The board's name.
     pub board: Name,
-    /// Where the clock comes from.
+    /// The source of the sample clock.
     pub clock: Clock,
     /// Why the chip was reset.
     pub causes: Causes,
-    /// Whether it measures.
+    /// Whether the instrument measures.
     pub measuring: bool,
     /// Whether its settings come from flash.
     pub stored: bool,
-    /// Whether the settings in flash were found not to work, so that the default ones are in use.
+    /// Whether the settings in flash do not work here, so that the default ones are in use.
     pub unfit: bool,
     /// CRC-32 of the program in flash.
     pub program: u32,
@@ -135,17 +136,17 @@ pub struct Boot {
     pub n: u32,
     /// The core's clock, Hz.
     pub core_hz: u32,
-    /// How the last program ended.
+    /// How the previous program ended.
     pub last: LastEnd,
 }
 
 const VERSION: u8 = 2;
 
 impl Boot {
-    /// Bytes of the record.
+    /// Length of the record, bytes.
     pub const BYTES: usize = 52;
 
-    /// The record's bytes.
+    /// The record as bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let flags = [self.measuring, self.stored, self.unfit];
         let flags = flags.iter().rev().fold(0, |bits, &flag| bits << 1 | u8::from(flag));
@@ -161,12 +162,13 @@ impl Boot {
         bytes
     }
 
-    /// As a frame.
+    /// The record as a frame.
     pub fn to_frame(&self) -> Vec<u8, WIRE> {
         frame::encode(Kind::Boot, &self.to_bytes()).unwrap_or_default()
     }
 
-    /// The record in these bytes; what a later version appends is passed over.
+    /// The record in these bytes; `None` if they are too short, of another version, or hold an
+    /// unknown number. Bytes appended by a later version are ignored.
     pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
         let mut reader = Reader(bytes);
         let [VERSION, clock, causes, flags] = reader.take()? else { return None };
@@ -188,7 +190,7 @@ impl Boot {
         })
     }
 
-    /// The record a frame carries.
+    /// The record in a frame; `None` if the frame holds none.
     pub fn of_frame(frame: &Frame) -> Option<Self> {
         (frame.kind == Kind::Boot).then(|| Self::of_bytes(&frame.payload)).flatten()
     }

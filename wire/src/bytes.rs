@@ -1,6 +1,7 @@
-//! Fields one after the other, little-endian: the one writer and the one reader of everything on the wire.
+//! Fields in sequence, little-endian. Everything on the wire goes through this writer and this
+//! reader.
 
-/// Writes fields into a piece of memory.
+/// Writes fields into a buffer.
 #[derive(Debug)]
 pub(crate) struct Writer<'a> {
     bytes: &'a mut [u8],
@@ -12,7 +13,8 @@ impl<'a> Writer<'a> {
         Self { bytes, used: 0 }
     }
 
-    /// Appends a field; one that finds no room is left out. Every layout's test shows that its fields fit.
+    /// Appends a field. A field without room is dropped; a test of each layout shows that its
+    /// fields fit.
     pub fn put<const L: usize>(&mut self, field: [u8; L]) {
         let place = self.bytes.get_mut(self.used..).and_then(<[u8]>::first_chunk_mut);
         if let Some(place) = place {
@@ -21,19 +23,19 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What was written.
+    /// The bytes written so far.
     pub fn written(self) -> &'a [u8] {
         let Self { bytes, used } = self;
         bytes.get(..used).unwrap_or(&[])
     }
 }
 
-/// Reads fields.
+/// Reads fields from a buffer.
 #[derive(Debug)]
 pub(crate) struct Reader<'a>(pub &'a [u8]);
 
 impl Reader<'_> {
-    /// The next `L` bytes; `None` where fewer are left.
+    /// The next `L` bytes; `None` if fewer are left.
     pub fn take<const L: usize>(&mut self) -> Option<[u8; L]> {
         let (&field, rest) = self.0.split_first_chunk()?;
         self.0 = rest;

@@ -1,8 +1,8 @@
-//! A recording with all that is needed to measure it: what a user sets and the samples, in one
+//! A recording with everything needed to measure it: the configuration and the samples, in one
 //! file. An emulated board plays it as its converter.
 //!
-//! A header of [`Header::BYTES`] bytes, then the blocks without gaps, each sample an `i16` (I/Q: two), all
-//! little-endian.
+//! The file is a header of [`Header::BYTES`] bytes and then the blocks, without gaps. Each sample
+//! is an `i16` (I/Q: two). All numbers are little-endian.
 
 use crate::bytes::{Reader, Writer};
 use crate::config;
@@ -12,7 +12,7 @@ use picket::acquire::frontend::Timing;
 use picket::acquire::sample::Record;
 use picket::config::Config;
 
-/// What precedes the samples.
+/// The header, which precedes the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Header {
     /// True for I/Q pairs.
@@ -21,12 +21,13 @@ pub struct Header {
     pub n: u32,
     /// Blocks in the file.
     pub blocks: u32,
-    /// Samples from the start of one block to the start of the next; more than `n` where a ramp is
-    /// longer than its record, less where blocks overlap.
+    /// Samples from the start of one block to the start of the next. It is more than `n` if a ramp
+    /// is longer than its record, and less if blocks overlap.
     pub stride: u32,
-    /// Microseconds between two blocks on an emulated board; 0 for so long that none is lost.
+    /// Microseconds between two blocks on an emulated board; 0 for a period long enough to lose
+    /// none.
     pub period_us: u32,
-    /// What the user sets.
+    /// The configuration.
     pub config: Config,
 }
 
@@ -35,16 +36,16 @@ const VERSION: u8 = 3;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 impl Header {
-    /// The size of a header.
+    /// Length of a header, bytes.
     pub const BYTES: usize = 20 + config::BYTES + 4;
 
-    /// The header of records of kind `R` for this configuration: blocks of `n` samples that follow each
-    /// other closely.
+    /// The header for this configuration: records of kind `R`, blocks of `n` samples that follow
+    /// each other without a pause.
     pub const fn of<R: Record>(config: Config, n: u32, blocks: u32) -> Self {
         Header { iq: R::IQ, n, blocks, stride: n, period_us: 0, config }
     }
 
-    /// Bytes of one block.
+    /// Length of one block, bytes.
     pub const fn block_bytes(&self) -> usize {
         self.n as usize * if self.iq { 4 } else { 2 }
     }
@@ -54,7 +55,7 @@ impl Header {
         Timing { period: self.stride, segments: self.config.scene.segments() }
     }
 
-    /// As stored.
+    /// The header as bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
@@ -70,10 +71,11 @@ impl Header {
         bytes
     }
 
-    /// Reads a header. The configuration is not checked further: see [`Config::terms`].
+    /// Reads a header. [`Config::terms`] checks its configuration further.
     ///
     /// # Errors
-    /// The bytes do not begin as a capture does, are of another version, are damaged, or a field has no meaning.
+    /// The bytes are no capture, are of another version, are damaged, or a field has an unknown
+    /// value.
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Result<Self, EncodingError> {
         let mut reader = Reader(bytes);
         if reader.take() != Some(MAGIC) {
@@ -95,7 +97,7 @@ impl Header {
     }
 }
 
-/// Reads samples as a capture stores them, as many as both sides hold.
+/// Reads samples as a capture stores them, as many as fit both sides.
 pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
     let words = bytes.as_chunks().0.iter().map(|&word| i16::from_le_bytes(word));
     if R::IQ {

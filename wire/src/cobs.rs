@@ -1,5 +1,5 @@
-//! Consistent Overhead Byte Stuffing (Cheshire and Baker 1999): bytes without zeros, so that a zero
-//! ends a frame and a reader that lost its place finds it again at the next one.
+//! Consistent Overhead Byte Stuffing (Cheshire and Baker 1999). The encoded bytes contain no zero,
+//! so a zero ends a frame, and a reader that lost its place finds it again at the next zero.
 
 use heapless::Vec;
 
@@ -8,12 +8,16 @@ use heapless::Vec;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
-/// The largest encoded size of `n` bytes, without the closing zero: one byte in 254 and one more.
+/// The largest encoded size of `n` bytes without the closing zero: one byte more, and one for each
+/// 254.
 pub const fn encoded_len(n: usize) -> usize {
     n + n / 254 + 1
 }
 
 /// Appends the encoding of `data` to `out`, without the closing zero.
+///
+/// # Errors
+/// `out` has no room for the whole; it then holds a part.
 pub fn encode<const M: usize>(data: &[u8], out: &mut Vec<u8, M>) -> Result<(), Full> {
     let mut start = open(out)?;
     let mut code = 1u8;
@@ -32,7 +36,7 @@ pub fn encode<const M: usize>(data: &[u8], out: &mut Vec<u8, M>) -> Result<(), F
     Ok(())
 }
 
-/// Reserves the place of a code.
+/// Reserves the place of a group's code.
 fn open<const M: usize>(out: &mut Vec<u8, M>) -> Result<usize, Full> {
     out.push(0).map_err(|_| Full)?;
     Ok(out.len() - 1)
@@ -54,8 +58,8 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes a byte other than zero; gives the data byte it completes, if any. `None` also for a group's
-    /// code, when no zero is due.
+    /// Takes a byte other than zero. Returns the data byte that it completes. A group's code
+    /// completes a zero, or none if none is due: then the result is `None`.
     pub fn push(&mut self, byte: u8) -> Option<u8> {
         if self.left > 0 {
             self.left -= 1;
@@ -67,7 +71,7 @@ impl Decoder {
         due.then_some(0)
     }
 
-    /// True when the bytes so far end a group: an encoding may end only here.
+    /// Whether the bytes so far end a group. Only there may an encoding end.
     pub const fn complete(&self) -> bool {
         self.left == 0
     }

@@ -1,4 +1,4 @@
-//! What a host may ask of an instrument, and the answers.
+//! What a host asks of an instrument, and how the instrument answers.
 //!
 //! ```text
 //! host -> board  Kind::Command  tag: u8 | command: u8 | body
@@ -6,8 +6,8 @@
 //!                Kind::Refusal  tag: u8 | command: u8 | reason: u8 | detail: [u8; 2]
 //! ```
 //!
-//! The tag is the host's and comes back, so that an answer belongs to one question. A damaged frame is answered by a refusal with
-//! tag and command 0.
+//! The host chooses the tag and the answer repeats it, so an answer belongs to one question. A
+//! damaged frame is answered by a refusal with tag and command 0.
 
 use super::frame::{self, Frame, Kind, WIRE};
 use crate::settings::Settings;
@@ -17,40 +17,43 @@ use heapless::Vec;
 /// A question or an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Who are you? Answered by a [`super::boot::Boot`].
+    /// Asks for the boot record; answered by a [`super::boot::Boot`].
     Identify,
     /// Measure.
     Start,
     /// Stop measuring.
     Stop,
-    /// Which settings are in use? Answered by them, with what was rounded.
+    /// Asks for the settings in use; answered by them, rounded to what the board does.
     GetSettings,
-    /// Use these settings from now on; answered by them as they are used. Nothing changes if they cannot work.
+    /// Use these settings from now on; the number is the block's length. Answered by the settings
+    /// as rounded. Nothing changes if they cannot work.
     SetSettings(Settings, usize),
-    /// Keep the settings in use over a reset.
+    /// Store the settings in use in flash.
     Save,
-    /// Send so many blocks as they are, each after its record. Blocks that pass while one is sent are lost and counted.
+    /// Send this many blocks of raw samples, each after its telemetry. Blocks that pass during the
+    /// sending are lost and counted.
     Capture(u16),
-    /// Counters to 0.
+    /// Set the counters to 0.
     Reset,
-    /// Start anew, as from power-on.
+    /// Restart, as from power-on.
     Reboot,
-    /// How are you? Answered, and a [`super::status::Status`] follows.
+    /// Asks for the status; answered, and a [`super::status::Status`] follows.
     Status,
 }
 
-/// Why a command was not followed.
+/// Why a command was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The frame was damaged.
     Damaged,
     /// The command is unknown, or its body has the wrong length.
     Unknown,
-    /// The settings cannot work.
+    /// The settings cannot work; the code is a
+    /// [`SettingsError::code`](super::settings_error::SettingsError::code).
     Settings([u8; 2]),
-    /// The flash did not take the settings.
+    /// The flash did not store the settings.
     Flash,
-    /// There is nothing to capture: the instrument is stopped.
+    /// A capture is impossible because the instrument is stopped.
     Stopped,
 }
 
@@ -91,26 +94,26 @@ impl core::fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// A command with the tag that its answer will carry.
+/// A command with its tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// The host's.
+    /// The host's tag.
     pub tag: u8,
-    /// What is asked.
+    /// The command.
     pub command: Command,
 }
 
-/// The head of an answer: the request's tag and the number of its command.
+/// The head of an answer: the tag and the command's number from the request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// The host's.
+    /// The host's tag.
     pub tag: u8,
-    /// [`Command::number`].
+    /// The number of the command, [`Command::number`].
     pub command: u8,
 }
 
 impl Command {
-    /// The number on the wire.
+    /// The number of the command on the wire.
     pub const fn number(&self) -> u8 {
         match self {
             Command::Identify => 1,
@@ -140,7 +143,11 @@ impl Request {
         }
     }
 
-    /// The request that a frame of [`Kind::Command`] carries, or whom to tell what is wrong with it.
+    /// The request in a frame of [`Kind::Command`].
+    ///
+    /// # Errors
+    /// The frame holds no request that can be followed. The head and the refusal are the answer to
+    /// send.
     pub fn of_frame(frame: &Frame) -> Result<Self, (Answer, Refusal)> {
         let Some((&[tag, command], body)) = frame.payload.split_first_chunk() else {
             return Err((Answer::default(), Refusal::Unknown));
@@ -171,24 +178,25 @@ impl Request {
         Ok(Request { tag, command })
     }
 
-    /// The head of its answer.
+    /// The head of the answer to this request.
     pub const fn answer(&self) -> Answer {
         Answer { tag: self.tag, command: self.command.number() }
     }
 }
 
 impl Answer {
-    /// A reply with this body.
+    /// A reply with this head and this body.
     pub fn reply(self, body: &[u8]) -> Vec<u8, WIRE> {
         of_parts(Kind::Reply, &[self.tag, self.command], body)
     }
 
-    /// A refusal.
+    /// A refusal with this head.
     pub fn refusal(self, refusal: Refusal) -> Vec<u8, WIRE> {
         of_parts(Kind::Refusal, &[self.tag, self.command], &refusal.code())
     }
 
-    /// What an answer's frame says: its head, and the body or the refusal. `None` for a frame of another kind or form.
+    /// The head of an answer in a frame, and the body or the refusal. `None` for a frame of another
+    /// kind or form.
     pub fn of_frame(frame: &Frame) -> Option<(Self, Result<&[u8], Refusal>)> {
         let (&[tag, command], body) = frame.payload.split_first_chunk()?;
         let said = match frame.kind {
@@ -203,6 +211,6 @@ impl Answer {
 fn of_parts(kind: Kind, head: &[u8], body: &[u8]) -> Vec<u8, WIRE> {
     let mut payload = Vec::<u8, { frame::PAYLOAD }>::new();
     let fits = payload.extend_from_slice(head).is_ok() && payload.extend_from_slice(body).is_ok();
-    // Every body is shorter than a payload, which tests show.
+    // Every body is shorter than a payload; tests show it.
     if fits { frame::encode(kind, &payload).unwrap_or_default() } else { Vec::new() }
 }

@@ -1,4 +1,4 @@
-//! A measurement's configuration as bytes: the part that captures and settings have in common.
+//! A measurement's configuration as bytes: the part that captures and settings share.
 //!
 //! | offset | field |
 //! |---|---|
@@ -26,18 +26,18 @@ use picket::estimate::method::Method;
 use picket::solve::chirp::Shape;
 use picket::spectrum::fft::twiddle::supported;
 
-/// Why bytes are no capture, or no settings.
+/// Why bytes are not a capture or not settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodingError {
-    /// They do not begin as they should.
+    /// The bytes do not begin with the magic number.
     Magic,
-    /// They are of another version.
+    /// The bytes are of another version.
     Version,
-    /// Their checksum is wrong.
+    /// The checksum is wrong.
     Checksum,
-    /// A field has a value without a meaning.
+    /// A field has an unknown value.
     Field,
     /// The number of samples in a block is not 64, 128, ... 4096.
     Length,
@@ -50,7 +50,7 @@ impl core::fmt::Display for EncodingError {
 }
 
 impl EncodingError {
-    /// One line.
+    /// The error in one line.
     pub const fn message(self) -> &'static str {
         match self {
             EncodingError::Magic => "this is not a capture",
@@ -64,10 +64,10 @@ impl EncodingError {
 
 impl core::error::Error for EncodingError {}
 
-/// Bytes of a configuration.
+/// Length of a configuration, bytes.
 pub(crate) const BYTES: usize = 84;
 
-/// Writes a configuration of records of this kind and length.
+/// Writes a configuration for records of this kind and length.
 pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     let (band, ends) = match config.band_hz {
         Some((low, high)) => (true, [low, high]),
@@ -79,7 +79,7 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
         Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
             (2, shape as u8, [wavelength_m, bandwidth_hz, duration_s])
         }
-        // A scene of a later library has no number here: every reader refuses it.
+        // A scene of a later library has no number here, and every reader refuses this one.
         _ => (u8::MAX, 0, [0.0; 3]),
     };
     let (lowest, highest) = config.codes.rails();
@@ -100,7 +100,8 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     }
 }
 
-/// Reads a configuration: whether the records are I/Q, their length and what is set. It is not checked further.
+/// Reads a configuration: whether the records are I/Q, their length and the rest. The caller checks
+/// it further.
 pub(crate) fn take(reader: &mut Reader<'_>) -> Result<(bool, u32, Config), EncodingError> {
     let (iq, n, config) = fields(reader).ok_or(EncodingError::Field)?;
     if supported(n as usize) { Ok((iq, n, config)) } else { Err(EncodingError::Length) }

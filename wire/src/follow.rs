@@ -12,9 +12,10 @@
 //! | 12 | the tracks, 18 bytes each |
 //! | then | the targets, 28 bytes each |
 //!
-//! A track: number u16 (its low bits), state u8, verdict u8, misses u8, zero u8, frequency i32 in 2^-32 cycles per sample,
-//! sigma f32 and rate f32 in cycles per sample (and block). A target: range i64 in 2^-32 m, velocity i64 in 2^-32 m/s,
-//! their sigmas f32, verdict u8, zero u8, number of the rising beat's track u16.
+//! A track: number u16 (its low bits), state u8, verdict u8, misses u8, zero u8, frequency i32 in
+//! 2^-32 cycles per sample, sigma f32 in cycles per sample, rate f32 in cycles per sample per
+//! block. A target: range i64 in 2^-32 m, velocity i64 in 2^-32 m/s, their sigmas f32, verdict u8,
+//! zero u8, number of the rising beat's track u16.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
@@ -34,19 +35,19 @@ pub const VERSION: u8 = 1;
 /// A track in a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sighting {
-    /// The low bits of its number.
+    /// The low bits of the track's number.
     pub number: u16,
-    /// How it stands.
+    /// The state of the track.
     pub state: State,
     /// Whether this block's frequency may be used.
     pub verdict: Verdict,
     /// Blocks since its last measurement.
     pub misses: u8,
-    /// Where it is.
+    /// The frequency of the tone.
     pub frequency: Frequency,
-    /// One standard deviation of that, cycles per sample.
+    /// One standard deviation of the frequency, cycles per sample.
     pub sigma: f32,
-    /// Cycles per sample and block.
+    /// The rate, cycles per sample per block.
     pub rate: f32,
 }
 
@@ -64,23 +65,23 @@ impl From<&Track> for Sighting {
     }
 }
 
-/// What is followed, after a block.
+/// Tracks and targets after a block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Follow {
-    /// The block.
+    /// The block's sequence number.
     pub sequence: u32,
-    /// Its segment: the tracks are this segment's.
+    /// The block's segment. The tracks are those of this segment.
     pub segment: Segment,
-    /// Whether it was measured without a search.
+    /// Whether the block was measured without a search.
     pub locked: bool,
     /// The tracks, oldest first.
     pub tracks: Vec<Sighting, MOST>,
-    /// The targets that the tracks of all segments amount to; of a chirp's last block alone. Each with the number of its rising
-    /// beat's track.
+    /// The targets that the tracks of all segments amount to, each with the number of its rising
+    /// beat's track. Only a chirp's last block has them.
     pub targets: Vec<(u16, Target), MOST>,
 }
 
-/// The frame is no such report, or of another version, or a field has no meaning.
+/// The frame is of another kind or version, or a field has an unknown value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoFollow;
 
@@ -93,12 +94,13 @@ impl core::fmt::Display for NoFollow {
 impl core::error::Error for NoFollow {}
 
 impl Follow {
-    /// What a tracker follows after a block of this stamp: the tracks that are held, and with a chirp's last block the targets.
+    /// The tracks that a tracker holds after the block with this stamp, and the targets if the
+    /// block ends a chirp.
     pub fn of<R: Record, const N: usize>(tracker: &Tracker<R, N>, stamp: &Stamp) -> Self {
         let mut tracks = Vec::new();
         let all = tracker.tracks(stamp.segment).iter();
         for track in all.filter(|track| track.state != State::Tentative) {
-            // There is room: a tracker follows at most as many.
+            // There is room: a tracker follows at most this many.
             let _ = tracks.push(Sighting::from(track));
         }
         Follow {
@@ -110,10 +112,10 @@ impl Follow {
         }
     }
 
-    /// Bytes of a full report.
+    /// Length of a full report, bytes.
     const MOST: usize = 12 + MOST * (18 + 28);
 
-    /// The frame's bytes. Four tracks and four targets fit.
+    /// The report as a frame. It has room for four tracks and four targets.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
         let mut payload = [0; Self::MOST];
         let mut writer = Writer::new(&mut payload);
@@ -139,7 +141,10 @@ impl Follow {
         frame::encode(Kind::Follow, writer.written()).unwrap_or_default()
     }
 
-    /// Reads a frame.
+    /// The report in a frame.
+    ///
+    /// # Errors
+    /// The frame is of another kind or version, or a field has an unknown value.
     pub fn of_frame(frame: &Frame) -> Result<Self, NoFollow> {
         if frame.kind != Kind::Follow {
             return Err(NoFollow);

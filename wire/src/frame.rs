@@ -4,20 +4,22 @@
 //! COBS( kind: u8 | payload: 0..=PAYLOAD bytes | CRC-32/ISO-HDLC of both, little-endian ) | 0x00
 //! ```
 //!
-//! A reader that joins in the middle, or meets noise, loses frames up to the next zero and no more.
+//! A reader that joins in the middle, or meets noise, loses frames up to the next zero and no
+//! further.
 
 use super::cobs;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 
-/// The largest payload in bytes.
+/// The largest payload, bytes.
 pub const PAYLOAD: usize = 200;
-/// The largest frame before stuffing.
+/// The largest frame before stuffing, bytes.
 const PLAIN: usize = 1 + PAYLOAD + 4;
-/// The largest frame on the wire.
+/// The largest frame on the wire, bytes.
 pub const WIRE: usize = cobs::encoded_len(PLAIN) + 1;
 
-/// The polynomial of Ethernet and zlib, without a table: a record has a hundred bytes.
+/// The polynomial of Ethernet and zlib, without a table, because a frame has only some hundred
+/// bytes.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What a frame carries.
@@ -25,31 +27,31 @@ const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Kind {
-    /// A measurement ([`super::record::Record`]).
-    Record = 1,
+    /// Telemetry: a measurement ([`super::telemetry::Telemetry`]).
+    Telemetry = 1,
     /// The last frame of a run: the front end's counters.
     End = 2,
-    /// A host's question ([`super::command::Request`]).
+    /// A host's request ([`super::command::Request`]).
     Command = 3,
-    /// Its answer.
+    /// The answer to a request.
     Reply = 4,
-    /// Why it was not followed.
+    /// The refusal of a request.
     Refusal = 5,
-    /// What the device is ([`super::boot::Boot`]).
+    /// The boot record ([`super::boot::Boot`]).
     Boot = 6,
-    /// How it is ([`super::status::Status`]).
+    /// The status ([`super::status::Status`]).
     Status = 7,
-    /// Samples as they are ([`super::status::Raw`]).
+    /// Raw samples ([`super::status::Raw`]).
     Raw = 8,
     /// Tracks and targets ([`super::follow::Follow`]).
     Follow = 9,
 }
 
 impl Kind {
-    /// The kind with this number.
+    /// The kind with this number on the wire; `None` for an unknown number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {
-            1 => Some(Kind::Record),
+            1 => Some(Kind::Telemetry),
             2 => Some(Kind::End),
             3 => Some(Kind::Command),
             4 => Some(Kind::Reply),
@@ -63,18 +65,18 @@ impl Kind {
     }
 }
 
-/// Why bytes between two zeros are no frame.
+/// Why the bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FrameError {
-    /// They end within a group, or are too few for a kind and a checksum.
+    /// The bytes end within a group, or are too few for a kind and a checksum.
     Truncated,
-    /// They are more than a frame can hold.
+    /// The bytes are more than a frame holds.
     TooLong,
     /// The checksum does not match.
     Checksum,
-    /// The checksum matches but the kind is unknown: a newer device.
+    /// The checksum matches but the kind is unknown: the sender is newer.
     Kind(u8),
 }
 
@@ -91,16 +93,19 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// A frame that was read whole.
+/// A complete frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// What it carries.
+    /// The kind of the payload.
     pub kind: Kind,
     /// The payload.
     pub payload: Vec<u8, PLAIN>,
 }
 
-/// The bytes of a frame, closing zero included. A payload longer than [`PAYLOAD`] is refused.
+/// The bytes of a frame, with the closing zero.
+///
+/// # Errors
+/// The payload is longer than [`PAYLOAD`].
 pub fn encode(kind: Kind, payload: &[u8]) -> Result<Vec<u8, WIRE>, cobs::Full> {
     let mut plain = Vec::<u8, PLAIN>::new();
     plain.push(kind as u8).map_err(|_| cobs::Full)?;
@@ -123,7 +128,8 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Takes a byte; gives a frame, or why there is none, at each closing zero. Zeros in a row are idle.
+    /// Takes a byte. A closing zero yields the frame before it, or why there is none. Zeros in a
+    /// row are idle.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
         if byte != 0 {
             self.begun = true;

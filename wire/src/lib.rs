@@ -1,10 +1,20 @@
-//! What a Picket instrument and its host say to each other: the bytes of records, commands, settings and captures, the
-//! same for every board. `docs/protocol.md` shows a frame byte by byte.
+//! What a Picket instrument and its host say to each other, as bytes, the same for every board.
+//! `docs/protocol.md` shows a frame byte by byte.
 //!
 //! ```text
-//! board -> host   measurement -> record -> frame -> COBS -> line
-//! host  -> board  command     -> frame  -> COBS -> line
+//! board -> host   measurement -> Telemetry -> frame -> COBS -> line
+//! host  -> board  Command     -> Request   -> frame -> COBS -> line
 //! ```
+//!
+//! - [`frame`] is the envelope: a kind, a payload and a CRC-32, stuffed by [`cobs`].
+//! - [`telemetry`] is a measurement, [`follow`] tracks and targets, [`status`] counters, load and raw
+//!   samples, [`boot`] what an instrument says at its start.
+//! - [`command`] is what a host asks and how an instrument answers; [`settings`] is what a host sets,
+//!   and [`settings_error`] why a board refuses it.
+//! - [`capture`] is a recording with its configuration, in one file.
+//!
+//! All numbers are little-endian. Every layout that may grow has a version. The crate has no `std`,
+//! allocates nothing and cannot panic.
 #![no_std]
 #![cfg_attr(
     not(test),
@@ -22,7 +32,7 @@ pub mod command;
 mod config;
 pub mod follow;
 pub mod frame;
-pub mod record;
 pub mod settings;
 pub mod settings_error;
 pub mod status;
+pub mod telemetry;

@@ -1,5 +1,5 @@
-//! All that a user sets on an instrument, as plain values that every board reads. A board turns them into its own words, checks
-//! them as a whole, and changes nothing before everything fits.
+//! The settings of an instrument, as plain values that every board reads. A board turns them into
+//! its own register words and checks them as a whole. It changes nothing before everything fits.
 //!
 //! | offset | field |
 //! |---|---|
@@ -12,7 +12,8 @@
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
 //! | 44 | the measurement's configuration: as in a capture's header |
 //!
-//! The layout has no checksum of its own: the frame that carries it and the slot that keeps it have one.
+//! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
+//! page that keeps it.
 
 use crate::bytes::{Reader, Writer};
 use crate::config;
@@ -23,10 +24,10 @@ use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::pipeline::{Measurement, Outcome};
 
-/// The most guard samples before a block.
+/// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;
 
-/// What makes the chirp.
+/// The source of the chirp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Drive {
     /// Nothing: a continuous wave.
@@ -36,30 +37,30 @@ pub enum Drive {
     Dac {
         /// The code at the lowest frequency.
         low: u16,
-        /// The code at the highest.
+        /// The code at the highest frequency.
         high: u16,
     },
     /// A ramp synthesiser on SPI1.
     Adf4159 {
-        /// Its crystal, Hz.
+        /// Frequency of its crystal, Hz.
         reference_hz: f64,
-        /// The carrier at the bottom of a ramp, Hz.
+        /// Carrier at the bottom of a ramp, Hz.
         start_hz: f64,
-        /// What the head divides the carrier by before the synthesiser sees it.
+        /// The radar head's divider between the carrier and the synthesiser.
         divider: u8,
     },
-    /// A source of its own, which tells the start of each chirp by a rise at the sync input.
+    /// An external source, which marks the start of each chirp by a rise at the sync input.
     External,
 }
 
-/// What a comparison with known references has shown.
+/// Corrections from a comparison with known references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// How much faster the sample clock runs than it should, parts per million.
+    /// How much faster than nominal the sample clock runs, parts per million.
     pub clock_ppm: f32,
-    /// True range = slope * measured range + offset; metres.
+    /// Offset of the range, m: true range = slope * measured range + offset.
     pub range_offset_m: f32,
-    /// See `range_offset_m`: 0.5 to 2.
+    /// Slope of the range, 0.5 to 2; see `range_offset_m`.
     pub range_slope: f32,
 }
 
@@ -78,37 +79,38 @@ impl Calibration {
         if let Outcome::Target(target) = &mut measurement.result {
             let range = target.range.to_num::<f64>() * f64::from(self.range_slope);
             let range = range + f64::from(self.range_offset_m);
-            // A cast holds the value to the range of the type and takes NaN to 0.
+            // A cast saturates and turns NaN into 0.
             target.range = I32F32::from_bits((range * 4_294_967_296.0) as i64);
             target.sigma_range *= self.range_slope;
         }
     }
 }
 
-/// What a user sets.
+/// The settings of an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The core's clock, MHz: one of the board's; 0 for its usual one.
+    /// The core's clock, MHz: one of the board's speeds; 0 for its default.
     pub core_mhz: u16,
-    /// Two converters in step for I/Q records, else one.
+    /// Whether two converters sample in step for I/Q records.
     pub iq: bool,
-    /// Rate, band, method, scene. The rate becomes the nearest that there is, the codes are the converter's, the duration of
-    /// a ramp is that of block and guard.
+    /// Rate, band, method, scene. The board rounds the rate to the nearest that it has, sets its
+    /// converter's codes, and takes block and guard as the duration of a ramp.
     pub config: Config,
-    /// Samples dropped at the start of each segment: cover the echo's longest delay and the filters' settling.
+    /// Samples dropped at the start of each segment, at most [`GUARD`]. They cover the longest
+    /// delay of an echo and the settling of the filters.
     pub guard: u16,
     /// What makes the chirp.
     pub drive: Drive,
-    /// A record is sent for every so many blocks; all are measured.
+    /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
-    /// Whether to measure from power-on, without waiting for a command.
+    /// Whether to measure from power-on, without a command.
     pub start: bool,
-    /// Corrections.
+    /// Corrections of rate and range.
     pub calibration: Calibration,
 }
 
 impl Default for Settings {
-    /// A real tone at 500 kS/s, measured at once.
+    /// Real records at 500 kS/s, measured from power-on.
     fn default() -> Self {
         Self {
             core_mhz: 0,
@@ -126,10 +128,10 @@ impl Default for Settings {
 const VERSION: u8 = 1;
 
 impl Settings {
-    /// Bytes as stored and sent.
+    /// Length of the settings, bytes.
     pub const BYTES: usize = 44 + config::BYTES;
 
-    /// As stored and sent, for blocks of `n` samples.
+    /// The settings as bytes, for blocks of `n` samples.
     pub fn to_bytes(&self, n: usize) -> [u8; Self::BYTES] {
         let (drive, codes, [reference_hz, start_hz], divider) = match self.drive {
             Drive::Off => (0, [0; 2], [0.0; 2], 0),
@@ -155,10 +157,11 @@ impl Settings {
         bytes
     }
 
-    /// Reads what [`Settings::to_bytes`] wrote: settings and the length of a block. They are not checked further.
+    /// Reads settings and the length of a block from the bytes of [`Settings::to_bytes`]. The board
+    /// checks them further.
     ///
     /// # Errors
-    /// The bytes are of another version, or a field has no meaning.
+    /// The bytes are of another version, or a field has an unknown value.
     pub fn of_bytes(bytes: &[u8; Self::BYTES]) -> Result<(Self, usize), SettingsError> {
         let mut reader = Reader(bytes);
         let field = SettingsError::Encoding(EncodingError::Field);
@@ -193,7 +196,7 @@ impl Settings {
         Ok((settings, n as usize))
     }
 
-    /// How many segments a chirp has; 1 without.
+    /// Segments in a chirp; 1 without a chirp.
     pub fn segments(&self) -> u16 {
         self.config.scene.segments().len().max(1) as u16
     }

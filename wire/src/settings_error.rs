@@ -3,38 +3,38 @@
 use crate::config::EncodingError;
 use picket::config::ConfigError;
 
-/// Why samples cannot be had at a rate.
+/// Why a sample rate is impossible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RateError {
-    /// More than the converter can do at this clock.
+    /// The rate is above what the converter does at this clock.
     Fast,
-    /// Less than a timer can count: below 1 Hz or no number.
+    /// The rate is below 1 Hz, which a timer cannot count, or not a number.
     Slow,
 }
 
-/// Why a chirp cannot be played by a DAC.
+/// Why a DAC cannot play a chirp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WaveformError {
-    /// The codes are above 4095, or the lower is not below the higher.
+    /// A code is above 4095, or the lower one is not below the higher one.
     Codes,
-    /// No whole number of steps fits a segment at a rate the DAC can follow: change the guard samples.
+    /// No whole number of steps fits a segment at a rate that the DAC can follow: change the guard.
     Steps,
 }
 
-/// Why a synthesiser cannot make ramps.
+/// Why a synthesiser cannot make the ramps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RampError {
     /// The reference is not 10 to 110 MHz.
     Reference,
-    /// The band leaves 0.5 to 13 GHz, or INT would be below 75.
+    /// The band leaves 0.5 to 13 GHz, or INT is below 75.
     Frequency,
-    /// The bandwidth or duration is too small or too large for the step's words.
+    /// The bandwidth or the duration is too small or too large for the words of a step.
     Ramp,
 }
 
@@ -42,36 +42,39 @@ pub enum RampError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SettingsError {
-    /// The bytes are no settings, or damaged.
+    /// The bytes are not settings, or they are damaged.
     Encoding(EncodingError),
-    /// The measurement's configuration.
+    /// The measurement's configuration is refused.
     Config(ConfigError),
-    /// The sample rate.
+    /// The sample rate is impossible.
     Rate(RateError),
-    /// The DAC's waveform.
+    /// The DAC cannot play the chirp.
     Waveform(WaveformError),
-    /// The synthesiser's ramps.
+    /// The synthesiser cannot make the ramps.
     Ramps(RampError),
     /// This image measures blocks of another length.
     Length,
-    /// More than [`GUARD`](crate::settings::GUARD) guard samples, or some without a chirp.
+    /// The guard has more than [`GUARD`](crate::settings::GUARD) samples, or there is a guard
+    /// without a chirp.
     Guard,
-    /// A chirp without a drive, a drive without a chirp.
+    /// A chirp lacks a drive, or a drive lacks a chirp.
     Drive,
-    /// The sync input needs the sample clock's gate, which the fastest rate does not have.
+    /// The sync input needs the gate of the sample clock, which the fastest rate does not have.
     Sync,
-    /// A correction is no number, above 1000 ppm, or a slope outside 0.5 to 2.
+    /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
+    /// 2.
     Calibration,
-    /// I/Q records have the converters' offset at 0 Hz, far above any signal: the band must lie on one side of it.
+    /// The band of an I/Q record includes 0 Hz. The converters' offset there is far above any
+    /// signal, so the band must lie on one side of it.
     Offset,
-    /// This image does not follow tones: it is built without the feature `tracking`.
+    /// The settings follow tones, but this image is built without the feature `tracking`.
     Tracking,
-    /// The board's core has no such clock.
+    /// The board's core does not have this clock.
     Speed,
 }
 
 impl SettingsError {
-    /// A number for the wire: what is wrong and in which way.
+    /// The error as a number for the wire: its group and its case.
     pub const fn code(self) -> [u8; 2] {
         match self {
             SettingsError::Encoding(error) => [1, error as u8],

@@ -1,24 +1,26 @@
-//! How an instrument is: counters, load and memory, about once a second; and blocks as they are.
+//! The state of an instrument, about once a second: counters, load and memory. Also raw samples.
 
 use super::frame::{self, Frame, Kind, WIRE};
 use crate::bytes::{Reader, Writer};
 use heapless::Vec;
 use picket::acquire::frontend::Counters;
 
-/// The record: a version, then thirteen words, little-endian, in the order of the fields.
+/// The status. On the wire it is a version and then thirteen words, little-endian, in the order of
+/// the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
-    /// What became of the blocks.
+    /// The front end's counters.
     pub counters: Counters,
-    /// Records that found no room on the line.
+    /// Frames dropped because the line had no room.
     pub dropped: u32,
     /// Frames from the host that were damaged or not understood.
     pub refused: u32,
-    /// The share of the time that the core was not asleep, in thousandths, since the last status.
+    /// Share of the time since the last status in which the core was awake, in thousandths.
     pub load: u32,
-    /// Bytes of stack that were ever in use.
+    /// The largest stack so far, bytes.
     pub stack: u32,
-    /// The longest time from taking a block to having measured it since the last status, in ticks of the timers.
+    /// The longest time since the last status from taking a block to its measurement, in ticks of
+    /// the timers.
     pub longest: u32,
 }
 
@@ -26,7 +28,7 @@ const VERSION: u8 = 1;
 const WORDS: usize = 13;
 
 impl Status {
-    /// As a frame.
+    /// The status as a frame.
     pub fn to_frame(&self) -> Vec<u8, WIRE> {
         let Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns } =
             self.counters;
@@ -54,7 +56,8 @@ impl Status {
         frame::encode(Kind::Status, &bytes).unwrap_or_default()
     }
 
-    /// The record a frame carries; what a later version appends is passed over.
+    /// The status in a frame; `None` if the frame holds none. Bytes appended by a later version are
+    /// ignored.
     pub fn of_frame(frame: &Frame) -> Option<Self> {
         let (&VERSION, rest) = frame.payload.split_first()? else { return None };
         if frame.kind != Kind::Status {
@@ -82,22 +85,22 @@ impl Status {
     }
 }
 
-/// A piece of a block's samples as the converter gave them.
+/// A piece of a block's raw samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raw {
     /// The block's sequence number.
     pub sequence: u32,
-    /// Bytes of the block before this piece.
+    /// Offset of this piece in the block, bytes.
     pub offset: u16,
-    /// The piece: little-endian i16, I/Q in turn.
+    /// The samples, little-endian i16, I and Q in turn.
     pub bytes: Vec<u8, { Self::PIECE }>,
 }
 
 impl Raw {
-    /// The most bytes in a piece.
+    /// The largest piece, bytes.
     pub const PIECE: usize = 192;
 
-    /// As a frame.
+    /// The piece as a frame.
     pub fn to_frame(&self) -> Vec<u8, WIRE> {
         let mut payload = Vec::<u8, { 6 + Self::PIECE }>::new();
         let (sequence, offset) = (self.sequence.to_le_bytes(), self.offset.to_le_bytes());
@@ -106,7 +109,7 @@ impl Raw {
         if fits { frame::encode(Kind::Raw, &payload).unwrap_or_default() } else { Vec::new() }
     }
 
-    /// The piece a frame carries.
+    /// The piece in a frame; `None` if the frame holds none.
     pub fn of_frame(frame: &Frame) -> Option<Self> {
         let mut reader = Reader(&frame.payload);
         let (sequence, offset) = (reader.u32()?, reader.u16()?);

@@ -1,7 +1,7 @@
-//! Counts the instructions of a block that is measured where its tone is expected, beside those of the whole way on the
-//! same block; sends what it measures and follows, to be compared with other machines. Also compares the kernels with their
-//! definition, on random blocks of every length and kind: the header's period, which has no other meaning here, is their
-//! number.
+//! Counts the instructions of a block that is measured where its tone is expected, and those of a
+//! whole search of the same block. It sends what it measures and follows, for comparison with other
+//! machines. It also compares the kernels with their definition, on random blocks of every length
+//! and kind. The header's period has no other meaning here: it is the number of these blocks.
 #![no_std]
 #![no_main]
 
@@ -23,7 +23,7 @@ use picket_firmware::mps2::playback::{Playback, fail, send};
 use picket_firmware::mps2::{Timer, Uart, figure, handlers};
 use picket_wire::capture::decode;
 use picket_wire::follow::Follow;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(handlers(&[]));
 
@@ -61,7 +61,7 @@ fn main() -> ! {
     exit(Exit::Done)
 }
 
-/// Kernels beside their definition.
+/// Kernels compared with their definition.
 struct Equality {
     random: Random,
     compared: u32,
@@ -79,8 +79,9 @@ impl Equality {
         self.compare::<R, 4096>();
     }
 
-    /// A random block about a random centre; of four one touches nothing but the rails, and one is a full-scale tone. A second block
-    /// starts a sample later in memory, where the kernels may not load whole words.
+    /// Compares a random block about a random centre. One block in four has only samples at the
+    /// rails, and one in four is a full-scale tone. A second block starts a sample later in memory,
+    /// where the kernels may not load whole words.
     #[inline(never)]
     fn compare<R: Record, const N: usize>(&mut self) {
         let oscillator = Oscillator::new::<R>(self.random.draw() as i32 % N as i32, N);
@@ -90,7 +91,7 @@ impl Equality {
         for (sample, index) in buffer.iter_mut().zip(0u32..) {
             let mut part = |turned: u32| match shape {
                 0 => [i16::MIN, i16::MAX][usize::from(self.random.draw() & 1 == 0)],
-                // A triangle's first line is a tone, and its rails are the codes'.
+                // The first line of a triangle is a tone, and its rails are the codes' rails.
                 1 => {
                     let turn = (step.wrapping_mul(index).wrapping_add(turned) >> 15) as i32;
                     ((turn - 65_536).abs() - 32_768).min(32_767) as i16
@@ -115,7 +116,7 @@ impl Equality {
     }
 }
 
-/// The parts of a measurement where the tone is expected, for a tone just found.
+/// The stages of a measurement where the tone is expected, for a tone just found.
 fn stages(tone: &Tone, samples: &[i16; N]) {
     let expected = tone.frequency.cycles() as f32;
     let bins = expected * N as f32;

@@ -1,4 +1,5 @@
-//! The core without a front end: measures a capture block after block, to be compared with other machines.
+//! The library without a front end. It measures a capture block by block, for comparison with other
+//! machines.
 #![no_std]
 #![no_main]
 
@@ -11,7 +12,7 @@ use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Timer, Uart, figure, handlers};
 use picket_wire::capture::decode;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(handlers(&[]));
 

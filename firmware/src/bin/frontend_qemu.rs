@@ -10,14 +10,14 @@ use picket_firmware::mps2::converter::{Acquisition, HANDLERS};
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Uart, figure};
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 #[cfg(feature = "log")]
 use defmt_semihosting as _;
 
 picket_firmware::vectors!(HANDLERS);
 
-/// A log line, in images built with the feature `log`. Never in an interrupt.
+/// Writes a log line, in images with the feature `log`. No interrupt logs.
 macro_rules! info {
     ($($line:tt)*) => {
         #[cfg(feature = "log")]
@@ -29,18 +29,18 @@ macro_rules! info {
 fn main() -> ! {
     let playback = Playback::open();
     let (iq, n) = (playback.header.iq, playback.header.n as usize);
-    for_record(iq, n, Instrument(playback));
+    for_record(iq, n, Playthrough(playback));
     exit(Exit::Done)
 }
 
-struct Instrument(Playback);
+struct Playthrough(Playback);
 
-impl ForRecord for Instrument {
+impl ForRecord for Playthrough {
     type Output = ();
 
     #[inline(never)]
     fn run<R: Record, const N: usize>(self) {
-        let Instrument(mut playback) = self;
+        let Playthrough(mut playback) = self;
         let plan = playback.plan::<R, N>();
         let method = plan.options.method;
         info!("{} blocks of {} samples, bins {}, {}", playback.header.blocks, N, plan.band, method);

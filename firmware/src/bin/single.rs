@@ -1,5 +1,6 @@
-//! The smallest measurement: real records of 1,024 samples, one default plan, nothing to choose at run time. What is left in
-//! this image is what such a user's image pays for it; `cargo picket bench` states its size.
+//! The smallest measurement: real records of 1,024 samples and one default plan, with nothing to
+//! choose at run time. The size of this image is what its user pays; `cargo picket bench` states
+//! it.
 #![no_std]
 #![no_main]
 
@@ -17,7 +18,7 @@ picket_firmware::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    // All zeros before the program runs, and so no part of it.
+    // It is all zeros before the program runs, so the program does not hold it.
     static PIPELINE: ConstStaticCell<Pipeline<Real, 1024>> =
         ConstStaticCell::new(Pipeline::new(Plan::IDLE));
     static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);

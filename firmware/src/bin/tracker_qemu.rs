@@ -1,5 +1,5 @@
-//! The instrument that follows what it measures, on an emulated board: as `frontend_qemu`, with the tracker, for real
-//! records of 1024 samples.
+//! The instrument with the tracker on an emulated board: `frontend_qemu` for real records of 1024
+//! samples, following what it measures.
 #![no_std]
 #![no_main]
 
@@ -11,7 +11,7 @@ use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};
 use picket_firmware::mps2::{Uart, figure};
 use picket_wire::follow::Follow;
-use picket_wire::record::Health;
+use picket_wire::telemetry::Health;
 
 picket_firmware::vectors!(HANDLERS);
 
@@ -24,7 +24,7 @@ fn main() -> ! {
     if playback.header.iq || playback.header.n as usize != N {
         fail(Exit::Config, "this image follows real records of 1024 samples");
     }
-    // What the proof of freedom from panics must find.
+    // The proof of freedom from panics must find this one.
     #[cfg(feature = "deliberate-panic")]
     assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
     let plan = playback.plan::<Real, N>();

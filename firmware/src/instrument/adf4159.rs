@@ -1,35 +1,39 @@
-//! Analog Devices' ramp synthesiser ADF4159, as 24 GHz heads carry it: a phase-locked loop whose fraction is stepped by the
-//! chip itself.
+//! The ramp synthesiser ADF4159 by Analog Devices, as 24 GHz radar heads carry it: a phase-locked
+//! loop that steps its own fraction.
 //!
-//! Equations and bits are those of its data sheet, revision E: RF = f_PFD (INT + FRAC / 2^25) (eq. 1, 2), f_PFD = REF (1 + D) / (R (1 + T))
-//! (eq. 3), step f_DEV = f_PFD / 2^25 * DEV * 2^OFFSET (eq. 5), time of a step CLK1 * CLK2 / f_PFD (eq. 6). The words are
-//! written from R7 to R0, those with two selections twice.
+//! Equations and bits are from its data sheet, revision E: RF = f_PFD (INT + FRAC / 2^25) (eq. 1,
+//! 2), f_PFD = REF (1 + D) / (R (1 + T)) (eq. 3), step f_DEV = f_PFD / 2^25 * DEV * 2^OFFSET (eq.
+//! 5), time of a step CLK1 * CLK2 / f_PFD (eq. 6). The words are written from R7 to R0; those with
+//! two selections are written twice.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use picket::solve::chirp::Shape;
 use picket_wire::settings_error::RampError;
 
-/// What the synthesiser is to do. Frequencies are those at its RF input, behind the head's own divider.
+/// The ramps to make. Frequencies are those at the RF input, behind the radar head's own divider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramps {
-    /// The crystal at REF_IN, Hz: 10 to 260 MHz, at most 110 MHz here, as it is not divided.
+    /// The crystal at REF_IN, Hz: 10 to 110 MHz. The chip takes up to 260 MHz, but needs a divider
+    /// above 110 MHz.
     pub reference_hz: f64,
     /// The lowest frequency, Hz: 0.5 to 13 GHz.
     pub start_hz: f64,
-    /// How far a ramp goes up, Hz.
+    /// Rise of a ramp, Hz.
     pub bandwidth_hz: f64,
-    /// How long a ramp takes, s; a trapezoid rests as long at the top.
+    /// Duration of a ramp, s. The flat top of a trapezoid lasts as long.
     pub duration_s: f64,
     /// The ramps.
     pub shape: Shape,
-    /// A rise at TX_DATA starts each ramp, from the board's sync output; else they run freely.
+    /// Whether a rise at TX_DATA, from the board's sync output, starts each ramp; otherwise the
+    /// ramps run freely.
     pub triggered: bool,
 }
 
 /// The modulus of the fraction.
 const MODULUS: f64 = (1u64 << 25) as f64;
-/// The shortest step in cycles of f_PFD: CLK1 * CLK2 with CLK2 = 1. The loop cannot follow faster ones.
+/// The shortest step, in cycles of f_PFD: CLK1 * CLK2 with CLK2 = 1. The loop cannot follow shorter
+/// ones.
 const CLK1: u32 = 50;
 
 /// The eleven words, in the order of writing.
@@ -42,13 +46,16 @@ const fn field(value: i32, bits: u32) -> u32 {
 
 impl Ramps {
     /// The register words.
+    ///
+    /// # Errors
+    /// A frequency, the bandwidth or the duration is out of the chip's range.
     pub fn words(&self) -> Result<Words, RampError> {
         let pfd = self.reference_hz;
         if !(10e6..=110e6).contains(&pfd) {
             return Err(RampError::Reference);
         }
         let (start, stop) = (self.start_hz, self.start_hz + self.bandwidth_hz);
-        // The prescaler 8/9, which all frequencies above 8 GHz need, needs 75 at least.
+        // All frequencies above 8 GHz need the prescaler 8/9, which needs INT of 75 or more.
         let whole = start / pfd;
         if !(start >= 0.5e9 && stop <= 13e9 && (75.0..4096.0).contains(&whole)) {
             return Err(RampError::Frequency);
@@ -93,12 +100,12 @@ impl Ramps {
         // The word for the number of steps has 20 bits.
         let clk2 = (1..4096).find(|&clk2| steps(clk2) < 1_048_575.5).ok_or(RampError::Ramp)?;
         let count = libm::round(steps(clk2));
-        // Not a number fails this as well.
+        // NaN fails this test too.
         if !(2.0..=1_048_575.0).contains(&count) {
             return Err(RampError::Ramp);
         }
         let wanted = self.bandwidth_hz / count / (self.reference_hz / MODULUS);
-        // The smallest exponent that brings the word below 2^15.
+        // The smallest exponent for which the word is below 2^15.
         let scaled = |offset: u32| libm::round(wanted / f64::from(1u32 << offset));
         let offset = (0..10).find(|&offset| scaled(offset) < 32_767.5).ok_or(RampError::Ramp)?;
         let deviation = scaled(offset) as i32;
@@ -108,13 +115,16 @@ impl Ramps {
         Ok(Step { count: count as u32, clk2, deviation, offset })
     }
 
-    /// The rest at the top, in cycles of f_PFD times CLK1: 12 bits.
+    /// The duration of the flat top, in cycles of f_PFD times CLK1: 12 bits.
     fn delay(&self) -> Result<u32, RampError> {
         let delay = libm::round(self.duration_s * self.reference_hz / f64::from(CLK1));
         if (1.0..4096.0).contains(&delay) { Ok(delay as u32) } else { Err(RampError::Ramp) }
     }
 
-    /// What the words really make: bandwidth in Hz and duration in s.
+    /// The bandwidth in Hz and the duration in s that the words make.
+    ///
+    /// # Errors
+    /// As [`Ramps::words`].
     pub fn actual(&self) -> Result<(f64, f64), RampError> {
         let Step { count, clk2, deviation, offset } = self.step()?;
         let step_hz =
@@ -131,35 +141,42 @@ struct Step {
     offset: u32,
 }
 
-/// The chip on its bus. `S` selects it: its LE is the bus's chip select, as a word is taken over where LE rises.
+/// The chip on its bus. The bus's chip select is the chip's LE, because a word is taken over when
+/// LE rises.
 #[derive(Debug)]
 pub struct Adf4159<S, P> {
     spi: S,
     enable: P,
 }
 
-/// Why the chip could not be reached.
+/// Why a word did not reach the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError<S, P> {
-    /// The bus.
+    /// The bus failed.
     Spi(S),
-    /// The enable pin.
+    /// The enable pin failed.
     Pin(P),
 }
 
 impl<S: SpiDevice, P: OutputPin> Adf4159<S, P> {
-    /// The chip, not yet spoken to.
+    /// The chip, before the first word.
     pub const fn new(spi: S, enable: P) -> Self {
         Self { spi, enable }
     }
 
-    /// Switches it on (CE) and writes all words, from R7 to R0.
+    /// Switches the chip on (CE) and writes all words, from R7 to R0.
+    ///
+    /// # Errors
+    /// The bus or the pin failed.
     pub fn start(&mut self, words: &Words) -> Result<(), BusError<S::Error, P::Error>> {
         self.enable.set_high().map_err(BusError::Pin)?;
         words.iter().try_for_each(|word| self.spi.write(&word.to_be_bytes())).map_err(BusError::Spi)
     }
 
-    /// Switches it off.
+    /// Switches the chip off.
+    ///
+    /// # Errors
+    /// The pin failed.
     pub fn stop(&mut self) -> Result<(), BusError<S::Error, P::Error>> {
         self.enable.set_low().map_err(BusError::Pin)
     }
@@ -172,7 +189,8 @@ mod tests {
     use embedded_hal::spi::{self, Operation};
     use std::{vec, vec::Vec};
 
-    /// A published initialisation of the maker's evaluation software: reference 100 MHz, 12.0125 GHz, triangle.
+    /// An initialisation published with the maker's evaluation software: reference 100 MHz, 12.0125
+    /// GHz, triangle.
     const RAMPS: Ramps = Ramps {
         reference_hz: 100e6,
         start_hz: 12.0125e9,
@@ -189,7 +207,7 @@ mod tests {
         assert_eq!(r0 & !(15 << 27), 0xF83C_1000 & !(15 << 27));
         assert_eq!(r1 & 0x0FFF_8007, 1);
         assert_eq!(r2, 0x0740_8192);
-        // But for its bleed current, which is off.
+        // The words differ in the bleed current, which is off here.
         assert_eq!(r3, 0x00C2_0443 & !(7 << 22));
         assert_eq!((r4, r4b), (0x0018_0084, 0x0018_00C4));
         // 280 us in steps of 0.5 us; 162.5 kHz are 54,525.95 times 2.98 Hz, which is 27,263 << 1.
@@ -215,7 +233,8 @@ mod tests {
             let ramps = Ramps { bandwidth_hz, duration_s, ..RAMPS };
             ramps.words().unwrap();
             let (hz, s) = ramps.actual().unwrap();
-            // Half a step of the word, which is at least 2^14 unless the ramp is slow; half a step of time.
+            // Half a step of the word, which is at least 2^14 unless the ramp is slow, and half a
+            // step of time.
             assert!((s - duration_s).abs() <= 0.25e-6 + duration_s * 1e-6, "{s} {duration_s}");
             let resolution = 0.5 * 100e6 / MODULUS * (duration_s / 0.5e-6).min(1_048_576.0);
             assert!(
@@ -255,7 +274,7 @@ mod tests {
         fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
             for operation in operations {
                 match operation {
-                    // One selection a word: LE must rise after each.
+                    // One selection for each word: LE must rise after each.
                     &mut Operation::Write(&[a, b, c, d]) if !self.fails => {
                         self.words.push(u32::from_be_bytes([a, b, c, d]));
                     }

@@ -1,4 +1,4 @@
-//! What outlives a reset: how the last program ended, and the settings for the next.
+//! What survives a reset: how the last program ended, and the settings for the next one.
 
 use core::cell::UnsafeCell;
 use core::ptr::{read_volatile, write_volatile};
@@ -7,27 +7,28 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use picket_wire::boot::LastEnd;
 use picket_wire::settings::Settings;
 
-/// Words of the settings.
+/// Length of the settings, words.
 pub const WORDS: usize = Settings::BYTES / 4;
 
-/// What is handed from one program to the next.
+/// What one program hands to the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Legacy {
-    /// How the last one ended.
+    /// How the last program ended.
     pub last: LastEnd,
-    /// The settings it is to use, as it was told through the serial port.
+    /// Settings that the last program received through the serial port, for the next one to use.
     pub settings: Option<[u32; WORDS]>,
 }
 
 const MAGIC: u32 = 0x5049_434B;
-/// Magic, last end, whether there are settings, settings, CRC.
+/// Magic, last end, a flag for settings, settings, CRC.
 const LENGTH: usize = 1 + 4 + 1 + WORDS + 1;
 
-/// Memory that the start-up code leaves as it is.
+/// Memory that the start-up code does not touch.
 #[repr(transparent)]
 struct Retained(UnsafeCell<[u32; LENGTH]>);
 
-// SAFETY: it is accessed word by word and volatile, by the main loop before anything else runs, and by whoever ends the program.
+// SAFETY: every access is volatile and of one word, by the main loop before anything else runs, or
+// by the code that ends the program.
 unsafe impl Sync for Retained {}
 
 #[unsafe(link_section = ".uninit.retained")]
@@ -38,7 +39,7 @@ impl Retained {
         let mut words = [0; LENGTH];
         let first = self.0.get().cast::<u32>();
         for (index, word) in words.iter_mut().enumerate() {
-            // SAFETY: within the array; memory of the chip is always something.
+            // SAFETY: within the array; the chip's memory holds some value.
             *word = unsafe { read_volatile(first.add(index)) };
         }
         words
@@ -47,7 +48,7 @@ impl Retained {
     fn keep(&self, words: &[u32; LENGTH]) {
         let first = self.0.get().cast::<u32>();
         for (index, &word) in words.iter().enumerate() {
-            // SAFETY: within the array, which nothing else refers to.
+            // SAFETY: within the array, to which nothing else refers.
             unsafe { write_volatile(first.add(index), word) };
         }
     }
@@ -76,7 +77,7 @@ impl Legacy {
         Legacy { last: LastEnd { kind, pc, more: [a, b] }, settings }
     }
 
-    /// Leaves this to the next program, and starts it.
+    /// Leaves this to the next program, and starts it by a reset.
     pub fn leave(self) -> ! {
         let LastEnd { kind, pc, more: [a, b] } = self.last;
         let head = [MAGIC, kind, pc, a, b, u32::from(self.settings.is_some())];

@@ -1,4 +1,4 @@
-//! What measures a block: the pipeline, or, in an image built to follow tones, the tracker around it.
+//! Measures blocks: by the pipeline, or, in an image that follows tones, by the tracker around it.
 
 use crate::slot::Slot;
 use picket::acquire::frontend::Block;
@@ -14,10 +14,12 @@ use picket_wire::follow::Follow;
 /// Whether this image follows tones.
 pub const FOLLOWS: bool = cfg!(feature = "tracking");
 
-/// A meter for each kind of record, made before the program runs: built on the way, they would pass over the stack.
+/// A meter for each kind of record, in static memory: built at run time, they would pass over the
+/// stack.
 pub type Meters<const N: usize> = (&'static mut Meter<Real, N>, &'static mut Meter<Iq, N>);
 
-/// The meters of an image of blocks of so many samples, in memory of their own: `None` the second time.
+/// The meters of an image whose blocks have this many samples, in static memory; `None` at the
+/// second call.
 #[macro_export]
 macro_rules! meters {
     ($n:expr) => {{
@@ -32,16 +34,16 @@ macro_rules! meters {
     }};
 }
 
-/// One for the kind of record in use.
+/// The meter for the kind of record in use.
 pub enum Measurer<const N: usize> {
-    /// One converter's.
+    /// For records of one converter.
     Real(&'static mut Meter<Real, N>),
-    /// Two converters'.
+    /// For records of two converters.
     Iq(&'static mut Meter<Iq, N>),
 }
 
 impl<const N: usize> Measurer<N> {
-    /// The one for these settings.
+    /// The meter for this plan.
     pub fn new((real, iq): Meters<N>, plan: &EitherPlan<N>) -> Self {
         match plan {
             EitherPlan::Real(plan) => {
@@ -55,7 +57,7 @@ impl<const N: usize> Measurer<N> {
         }
     }
 
-    /// Measures a block behind its guard.
+    /// Measures a block without its guard.
     pub fn block<const WORDS: usize>(
         &mut self,
         block: &Block<Slot<WORDS>>,
@@ -67,7 +69,7 @@ impl<const N: usize> Measurer<N> {
         }
     }
 
-    /// What is followed after a block, where that is asked for.
+    /// Tracks and targets after a block, if the plan follows tones.
     #[cfg(feature = "tracking")]
     pub fn followed(&self, stamp: &Stamp) -> Option<Follow> {
         match self {
@@ -76,7 +78,7 @@ impl<const N: usize> Measurer<N> {
         }
     }
 
-    /// Nothing is.
+    /// Nothing: this image does not follow tones.
     #[cfg(not(feature = "tracking"))]
     pub fn followed(&self, _: &Stamp) -> Option<Follow> {
         None

@@ -1,4 +1,5 @@
-//! The instrument: blocks to records, commands to answers, the same on every board.
+//! The instrument: it turns blocks into telemetry and commands into answers, the same on every
+//! board.
 
 pub mod adf4159;
 #[cfg(all(target_os = "none", feature = "instrument"))]

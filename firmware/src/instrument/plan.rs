@@ -1,4 +1,4 @@
-//! Settings that were checked, as far as they are the same on every board.
+//! The checks of settings that are the same on every board.
 
 use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Timing;
@@ -7,27 +7,28 @@ use picket::plan::EitherPlan;
 use picket_wire::settings::{Calibration, Drive, GUARD, Settings};
 use picket_wire::settings_error::SettingsError;
 
-/// What the instrument follows.
+/// Checked settings, and what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan<const N: usize> {
-    /// The settings with what was rounded: clock, rate, duration, codes.
+    /// The settings with clock, rate, duration and codes as the board makes them.
     pub settings: Settings,
     /// The pipeline's plan.
     pub plan: EitherPlan<N>,
-    /// Samples of a segment: block and guard.
+    /// Samples in a segment: block and guard.
     pub length: u32,
     /// How blocks follow each other.
     pub timing: Timing,
 }
 
-/// Bins around 0 Hz that the converters' offset takes.
+/// Bins on each side of 0 Hz that the converters' offset takes.
 const OFFSET_BINS: i32 = 2;
 
 impl<const N: usize> Plan<N> {
-    /// Checks settings for blocks of `N` samples, sampled at the board's rate that is nearest to the one asked for.
+    /// Checks settings for blocks of `N` samples. `rate_hz` is the board's rate nearest to the
+    /// wanted one.
     ///
     /// # Errors
-    /// They contradict each other, or cannot be measured.
+    /// The settings contradict each other, or cannot be measured.
     pub fn new(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         let Calibration { clock_ppm, range_offset_m, range_slope } = settings.calibration;
         let right = clock_ppm.abs() <= 1e3 && range_offset_m.is_finite();
@@ -59,12 +60,12 @@ impl<const N: usize> Plan<N> {
     }
 }
 
-/// The configuration with the rate there is, the converter's codes and the ramp's true duration.
+/// The configuration with the board's rate, the converter's codes and the ramp's true duration.
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
     let rate_hz = rate_hz * (1.0 + f64::from(settings.calibration.clock_ppm) * 1e-6);
     let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
     if let Scene::Chirp { duration_s, .. } = &mut config.scene {
-        // A board's rate is above 0. Up by the last bit's rounding, so that a record fits its ramp.
+        // A board's rate is above 0. The last bit is rounded up, so that a record fits its ramp.
         *duration_s = f64::from(length) / rate_hz * (1.0 + 2.0 * f64::EPSILON);
     }
     config

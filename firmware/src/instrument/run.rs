@@ -1,7 +1,8 @@
-//! The instrument's loop: blocks to records, commands to answers.
+//! The instrument's loop: blocks to telemetry, commands to answers.
 //!
-//! Settings take effect by a restart, so that there is one way only into operation: a command checks them, leaves them to
-//! the next program and resets the chip. Start and stop are settings like the others.
+//! Settings take effect by a restart, so there is only one way into operation. A command checks the
+//! settings, leaves them to the next program and resets the chip. Start and stop are settings like
+//! the others.
 
 use super::legacy::{Legacy, WORDS};
 use super::measurer::{FOLLOWS, Measurer, Meters};
@@ -18,10 +19,10 @@ use picket::pipeline::Measurement;
 use picket_wire::boot::{Boot, Causes, LastEnd, Name};
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
-use picket_wire::record::{Health, Record};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
+use picket_wire::telemetry::{Health, Telemetry};
 
 /// The instrument.
 pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
@@ -30,19 +31,20 @@ pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     boot: Boot,
     reader: Reader,
     refused: u32,
-    /// Frames that found no room on the line.
+    /// Frames dropped because the line had no room.
     dropped: u32,
     blocks: Option<Blocks<'static, Slot<SLOT>>>,
     measurer: Measurer<N>,
-    /// Blocks still to be sent as they are, and the one being sent with the bytes that are out.
+    /// Raw blocks still to send, and the block being sent with the number of its bytes that are
+    /// out.
     captures: u16,
     raw: Option<(Block<Slot<SLOT>>, usize)>,
     until_report: u16,
     zero: Counters,
-    /// When the last status was sent, and the ticks asleep since.
+    /// The ticks at the last status, and the ticks asleep since.
     since: u32,
     asleep: u32,
-    /// The longest measurement since then.
+    /// The longest measurement since the last status, ticks.
     longest: u32,
     stack: Stack,
 }
@@ -63,7 +65,7 @@ fn of_words<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
     (n == N).then_some(settings)
 }
 
-/// Settings that this image can follow.
+/// Settings that this image can follow, and their words.
 fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     board: &B,
     settings: &Settings,
@@ -75,8 +77,9 @@ fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
 }
 
 impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT> {
-    /// From reset to the loop, with the image's [`meters`](crate::meters). `None` only where memory is taken a second time.
-    // What the start needs of the stack is free again when it is over.
+    /// Takes the instrument from reset to its loop, with the image's [`meters`](crate::meters).
+    /// `None` only at the second call.
+    // Not inlined, so that the stack of the start is free again afterwards.
     #[inline(never)]
     pub fn start(meters: Option<Meters<N>>) -> Option<Self> {
         let Legacy { last, settings: left } = Legacy::take();
@@ -85,7 +88,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let stored = left.is_none() && kept.is_some();
         let wanted = left.or(kept).and_then(|words| of_words::<N>(&words)).unwrap_or_default();
         let mut board = B::start(&wanted)?;
-        // On a slower clock than was asked for, settings that were right may not work: then the board waits for others.
+        // If the clock is slower than wanted, correct settings may fail: the board then waits for
+        // others.
         let (plan, words, unfit) = match planned(&board, &wanted) {
             Ok((plan, words)) => (plan, words, false),
             Err(_) => {
@@ -95,7 +99,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             }
         };
         let mut boot = boot_record::<B, N, SLOT>(&board, &plan, causes, last, stored, unfit);
-        // Last, so that no block passes before the loop runs.
+        // This comes last, so that no block passes before the loop runs.
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
         boot.measuring = blocks.is_some();
         let since = board.ticks();
@@ -122,7 +126,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         Some(instrument)
     }
 
-    /// For ever.
+    /// Runs for ever.
     pub fn run(mut self) -> ! {
         loop {
             self.listen();
@@ -142,21 +146,21 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         }
     }
 
-    /// Sends a frame, or counts it where the line has no room.
+    /// Sends a frame, or counts it as dropped.
     fn send(&mut self, frame: &[u8]) {
         if frame.is_empty() || !self.board.send(frame) {
             self.dropped = self.dropped.wrapping_add(1);
         }
     }
 
-    /// True where no block is due within the watchdog's time.
+    /// Whether no block is due within the watchdog's time.
     fn may_rest(&self) -> bool {
         let Plan { length, settings, .. } = &self.plan;
         let slow = f64::from(*length) > settings.config.rate_hz;
         self.blocks.is_none() || slow || settings.drive == Drive::External
     }
 
-    /// Measures a block, if there is one.
+    /// Measures a block, if one waits. Returns whether it did.
     fn measure(&mut self) -> bool {
         let Some(blocks) = &mut self.blocks else { return false };
         let Some(block) = blocks.receive() else { return false };
@@ -171,7 +175,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             self.captures -= 1;
             self.raw = Some((block, 0));
         } else if let Some(blocks) = &mut self.blocks {
-            // Before its record is out: whoever sees that may count on the slot.
+            // The slot is released before the telemetry is out, so a host that has the telemetry
+            // knows that the slot is free.
             blocks.release(block.slot);
         }
         self.until_report = self.until_report.saturating_sub(1);
@@ -186,15 +191,15 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let method = self.plan.plan.options.method;
         let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
-        self.send(&Record { measurement, method, health }.to_frame());
+        self.send(&Telemetry { measurement, method, health }.to_frame());
         if let Some(follow) = self.measurer.followed(&stamp) {
             self.send(&follow.to_frame());
         }
     }
 
-    /// Sends what the line takes of the block that is being captured.
+    /// Sends as much of the captured block as the line takes.
     fn send_raw(&mut self) {
-        // A status must find room beside.
+        // The line must keep room for a status.
         while self.board.has_room(2 * WIRE)
             && let Some((block, sent)) = self.raw.take()
         {
@@ -242,7 +247,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             let Some(frame) = self.reader.push(byte) else { continue };
             let request = match frame {
                 Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
-                // What was sent to others, or came back, is no command.
+                // Frames for others, or echoes, are not commands.
                 Ok(_) => continue,
                 Err(_) => Err((Answer::default(), Refusal::Damaged)),
             };
@@ -297,7 +302,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         Ok(())
     }
 
-    /// Settings that were sent.
+    /// Checks settings that a command brought.
     fn check(&self, settings: &Settings, n: usize) -> Result<Plan<N>, Refusal> {
         let refused = |error: SettingsError| Refusal::Settings(error.code());
         if n != N {
@@ -306,7 +311,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         planned(&self.board, settings).map(|(plan, _)| plan).map_err(refused)
     }
 
-    /// Answers with the settings and starts anew with them.
+    /// Answers with the settings and restarts with them.
     fn restart(&mut self, answer: Answer, settings: Settings) {
         self.send(&answer.reply(&settings.to_bytes(N)));
         self.board.flush();
@@ -314,7 +319,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         Legacy { last: LastEnd::default(), settings }.leave()
     }
 
-    /// Starts anew as from power-on.
+    /// Restarts as from power-on.
     fn reboot(&mut self, answer: Answer) {
         self.send(&answer.reply(&[]));
         self.board.flush();
@@ -322,10 +327,10 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
     }
 }
 
-/// As many bytes of the samples as a piece holds, from byte `from` on, little-endian.
+/// Appends bytes of the samples from byte `from` on, little-endian, as many as a piece holds.
 fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
     for sample in samples.iter().skip(from / 2).take(Raw::PIECE / 2) {
-        // A piece has room for as many.
+        // A piece has room for this many.
         let _ = bytes.extend_from_slice(&sample.to_le_bytes());
     }
 }

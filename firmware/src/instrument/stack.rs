@@ -7,10 +7,11 @@ use core::ptr::read_volatile;
 pub struct Stack(usize);
 
 impl Stack {
-    /// Words without the start-up code's paint that may lie below the last one without it: a frame's array that nobody has written.
+    /// The most words with the start-up code's paint below the last used one: an array in a frame
+    /// that nobody has written.
     const WINDOW: usize = 512;
 
-    /// Nothing known.
+    /// A stack of which nothing is known yet.
     pub fn unknown() -> Self {
         unsafe extern "C" {
             static mut _stack_start: u32;
@@ -18,7 +19,7 @@ impl Stack {
         Stack(&raw const _stack_start as usize)
     }
 
-    /// Bytes of stack that were ever in use. Cost: some reads for each word of growth, and a window.
+    /// The largest stack so far, bytes. Cost: some reads for each word of growth, and a window.
     pub fn high_water(&mut self) -> u32 {
         unsafe extern "C" {
             static mut _stack_start: u32;
@@ -30,7 +31,7 @@ impl Stack {
         let mut place = self.0;
         while clean < Self::WINDOW && place > bottom.saturating_add(4) {
             place -= 4;
-            // SAFETY: between the two ends of the stack, and only read.
+            // SAFETY: the address lies between the two ends of the stack, and is only read.
             let word = unsafe { read_volatile(core::ptr::with_exposed_provenance::<u32>(place)) };
             clean += 1;
             if word != PAINT {

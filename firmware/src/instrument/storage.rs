@@ -1,23 +1,30 @@
-//! Settings in flash: two pages in turn, so that one is whole whenever the power goes.
+//! Settings in flash, in two pages by turns, so that one page is whole whenever the power fails.
 //!
 //! ```text
 //! page:  magic and length | sequence | payload, word by word | CRC-32 of all before
 //! ```
 //!
-//! A save erases the page that is *not* the newest and writes there, the CRC last. Until that word is in, the page is no
-//! page and the other one counts; after it, the higher sequence counts.
+//! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC
+//! a page is invalid, and the other one counts. With it, the page with the higher sequence counts.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all ones.
+/// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all
+/// ones.
 pub trait Storage {
     /// Why the flash refused.
     type Error;
     /// The word at `index` of a page.
     fn read(&self, page: Page, index: usize) -> u32;
     /// Erases a page.
+    ///
+    /// # Errors
+    /// The flash refused.
     fn erase(&mut self, page: Page) -> Result<(), Self::Error>;
     /// Writes an erased word.
+    ///
+    /// # Errors
+    /// The flash refused.
     fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), Self::Error>;
 }
 
@@ -25,14 +32,14 @@ pub trait Storage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Page {
-    /// The first.
+    /// The first page.
     A = 0,
-    /// The second.
+    /// The second page.
     B = 1,
 }
 
 impl Page {
-    /// The other one.
+    /// The other page.
     pub const fn other(self) -> Self {
         match self {
             Page::A => Page::B,
@@ -41,7 +48,7 @@ impl Page {
     }
 }
 
-/// No place at all: nothing is kept over a restart, and a save is refused.
+/// Storage for boards that have none: nothing survives a restart, and a save is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Nowhere;
 
@@ -73,10 +80,10 @@ pub enum SaveError<E> {
 const MAGIC: u32 = 0x5049_0000;
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// The newest payload of `WORDS` words, with its page and sequence.
+/// The newest payload of `WORDS` words, with its page and sequence; `None` if no page is whole.
 pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [u32; WORDS])> {
     match (read::<WORDS, S>(storage, Page::A), read::<WORDS, S>(storage, Page::B)) {
-        // The sequence may wrap: the nearer way round tells which is newer.
+        // The sequence may wrap: the shorter way round tells which is newer.
         (Some((a, _)), Some((b, words))) if b.wrapping_sub(a) < 1 << 31 => {
             Some((Page::B, b, words))
         }
@@ -86,8 +93,11 @@ pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [
     }
 }
 
-/// Saves a payload. Whatever happens on the way, [`load`] gives the old one or this one. Nothing is written if the newest is the
-/// same.
+/// Saves a payload. If the power fails during it, [`load`] gives either the old payload or this
+/// one. A save of the newest payload writes nothing.
+///
+/// # Errors
+/// The flash refused, or what was written reads back differently.
 pub fn save<const WORDS: usize, S: Storage>(
     storage: &mut S,
     payload: &[u32; WORDS],
@@ -120,7 +130,7 @@ fn checksum<const WORDS: usize>(sequence: u32, payload: &[u32; WORDS]) -> u32 {
     digest.finalize()
 }
 
-/// A page that is whole: its sequence and payload.
+/// The sequence and payload of a page; `None` unless the page is whole.
 fn read<const WORDS: usize, S: Storage>(storage: &S, page: Page) -> Option<(u32, [u32; WORDS])> {
     if storage.read(page, 0) != head(WORDS) {
         return None;
@@ -140,24 +150,25 @@ mod tests {
     const WORDS: usize = 5;
     const SIZE: usize = WORDS + 3;
 
-    /// Flash that loses power at one of its operations: an erasure leaves the page half erased, a write half of the bits.
+    /// Flash that loses power at one of its operations. An erasure then leaves the page half
+    /// erased, a write half of the bits.
     #[derive(Clone)]
     struct Mock {
         pages: [[u32; SIZE]; 2],
-        /// Operations until the power goes.
+        /// Operations until the power fails.
         left: u32,
         /// How an interrupted operation ends: the bits that were done.
         done: u32,
         operations: u32,
     }
 
-    /// The power is gone.
+    /// The power has failed.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     struct Off;
 
     impl Mock {
         fn new() -> Self {
-            // A chip as it comes, or one that held something else.
+            // A new chip, and one that held something else.
             let pages = [[u32::MAX; SIZE], [0x1234_5678; SIZE]];
             Self { pages, left: u32::MAX, done: 0, operations: 0 }
         }
@@ -183,7 +194,7 @@ mod tests {
             for (index, word) in self.pages[page as usize].iter_mut().enumerate() {
                 *word = match on {
                     true => u32::MAX,
-                    // Some cells are erased, others not; some words wholly, others not at all.
+                    // Some cells are erased, others are not; some words wholly, others not at all.
                     false if done & 1 << index != 0 => *word,
                     false => *word | done.rotate_left(index as u32),
                 };
@@ -199,7 +210,7 @@ mod tests {
                 *place = word;
                 return Ok(());
             }
-            // Flash only clears bits.
+            // A write only clears bits.
             *place &= word | self.done;
             Err(Off)
         }
@@ -231,10 +242,10 @@ mod tests {
                     let mut mock = Mock { left: cut, done, ..whole.clone() };
                     assert_eq!(save(&mut mock, &payload(round)), Err(SaveError::Flash(Off)));
                     let after = newest(&mock);
-                    // The last write may have been complete just when the power went.
+                    // The last write may be complete just when the power fails.
                     let new = cut + 1 == count.operations && after == Some(payload(round));
                     assert!(after == before || new, "round {round}, cut {cut}, {done:#x}");
-                    // With power back the next save works, and again from there.
+                    // With power back, the next save works, and the one after it.
                     mock.left = u32::MAX;
                     for next in [payload(100 + round), payload(200 + round)] {
                         save(&mut mock, &next).unwrap();

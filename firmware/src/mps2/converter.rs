@@ -1,8 +1,9 @@
-//! What stands for an analog-to-digital converter on AN505: samples of a capture in PSRAM, a timer for
-//! its clock, PL081 for its DMA.
+//! A stand-in for an analog-to-digital converter on AN505: samples of a capture in PSRAM, a timer
+//! for the sample clock, PL081 for the DMA.
 //!
-//! At each of the timer's interrupts a block has been "converted", and the controller copies it into the slot it
-//! holds; its terminal-count interrupt hands the slot over. Neither interrupt waits or logs.
+//! Each interrupt of the timer "converts" a block: the controller copies it into the slot that it
+//! holds. The controller's terminal-count interrupt then hands the slot over. Neither interrupt
+//! waits or logs.
 
 use super::halt::{Exit, exit};
 use super::playback::Playback;
@@ -20,7 +21,7 @@ use static_cell::ConstStaticCell;
 type Memory = [u32; MAX_LENGTH];
 type Slot = crate::slot::Slot<MAX_LENGTH>;
 
-/// The converter's input: 16 MiB of PSRAM.
+/// The input of the converter: 16 MiB of PSRAM.
 #[derive(Debug)]
 pub struct Input(&'static mut [u32]);
 
@@ -28,14 +29,14 @@ impl Input {
     const START: usize = 0x8000_0000;
     const WORDS: usize = (16 << 20) / 4;
 
-    /// The input; once only.
+    /// The input; `None` at the second call.
     pub fn take() -> Option<Self> {
         static TAKEN: AtomicBool = AtomicBool::new(false);
         if TAKEN.swap(true, Ordering::Relaxed) {
             return None;
         }
-        // SAFETY: AN505 has PSRAM there, which the linker script does not use, and this is the only
-        // reference to it; any bits are valid words.
+        // SAFETY: AN505 has PSRAM at this address. The linker script does not use it, and this is
+        // the only reference to it. Any bits are valid words.
         let words = unsafe {
             core::slice::from_raw_parts_mut(
                 core::ptr::with_exposed_provenance_mut(Self::START),
@@ -45,12 +46,12 @@ impl Input {
         Some(Input(words))
     }
 
-    /// Reads up to `blocks` blocks of `words` words; returns how many have room.
+    /// Reads up to `blocks` blocks of `words` words. Returns how many have room.
     pub fn read(&mut self, playback: &mut Playback, words: usize, blocks: u32) -> u32 {
         let room = self.0.len().checked_div(words).unwrap_or(0) as u32;
         let count = blocks.min(room);
         if let Some(used) = self.0.get_mut(..count as usize * words) {
-            // SAFETY: words seen as bytes, of the same extent and borrowed as long.
+            // SAFETY: the words seen as bytes, with the same extent and lifetime.
             let bytes = unsafe {
                 core::slice::from_raw_parts_mut(used.as_mut_ptr().cast(), size_of_val(used))
             };
@@ -61,7 +62,7 @@ impl Input {
 }
 
 /// The converter and its DMA controller, with the slot being filled.
-pub struct Converter {
+pub struct PlayedConverter {
     controller: Controller,
     slot: Slot,
     words: usize,
@@ -71,17 +72,17 @@ pub struct Converter {
     interrupts: Interrupts,
 }
 
-/// How often each interrupt came.
+/// The number of interrupts of each kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Interrupts {
-    /// The timer's.
+    /// Interrupts of the timer.
     pub timer: u32,
-    /// The DMA controller's.
+    /// Interrupts of the DMA controller.
     pub dma: u32,
 }
 
-impl Converter {
-    /// Converts the next block; stops the timer when there is none.
+impl PlayedConverter {
+    /// Converts the next block, or stops the timer if there is none.
     fn convert(&mut self) {
         self.interrupts.timer = self.interrupts.timer.wrapping_add(1);
         let source = self.input.as_ref().filter(|_| self.blocks > 0);
@@ -90,15 +91,15 @@ impl Converter {
             Timer::ZERO.stop();
             return;
         };
-        // SAFETY: the input is not changed while it is here, the slot is exchanged only after the
-        // transfer's end (`Filler` asks `status` first), and the converter lives in a static.
+        // SAFETY: the input does not change while it is here. The slot is exchanged only after the
+        // transfer's end (`Filler` asks `status` first). The converter lives in a static.
         let started = unsafe { self.controller.start(source, place) };
         self.blocks -= u32::from(started);
         self.next += self.words;
     }
 }
 
-impl Dma for Converter {
+impl Dma for PlayedConverter {
     type Slot = Slot;
 
     fn status(&mut self) -> Status {
@@ -115,10 +116,11 @@ impl Dma for Converter {
     }
 }
 
-static FILLER: Mutex<RefCell<Option<Filler<'static, Converter>>>> = Mutex::new(RefCell::new(None));
+static FILLER: Mutex<RefCell<Option<Filler<'static, PlayedConverter>>>> =
+    Mutex::new(RefCell::new(None));
 
-/// Does `work` with the interrupts' half; `None` before it exists.
-fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Converter>) -> T) -> Option<T> {
+/// Runs `work` on the interrupts' half; `None` before that half exists.
+fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, PlayedConverter>) -> T) -> Option<T> {
     free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
 }
 
@@ -142,11 +144,11 @@ pub struct Acquisition {
     ticks: u32,
 }
 
-/// Emulated time skips what the core sleeps, so a block may take a second.
+/// Emulated time skips the core's sleep, so a block may take a second.
 const PERIOD_US: u32 = 1_000_000;
 
 impl Acquisition {
-    /// Sets the front end up for blocks as `header` says; once only.
+    /// Sets up the front end for blocks as `header` describes; `None` at the second call.
     pub fn new(header: &Header) -> Option<Self> {
         static MEMORY: [ConstStaticCell<Memory>; 2] =
             [const { ConstStaticCell::new([0; MAX_LENGTH]) }; 2];
@@ -155,7 +157,7 @@ impl Acquisition {
         let [first, second] = &MEMORY;
         let (slot, spare) = (Slot::new(first.try_take()?), Slot::new(second.try_take()?));
         let words = header.block_bytes() / 4;
-        let converter = Converter {
+        let converter = PlayedConverter {
             controller: Controller::new(),
             slot,
             words,
@@ -178,8 +180,8 @@ impl Acquisition {
         Some(Self { blocks, input: Input::take(), words, ticks })
     }
 
-    /// Converts the whole capture and gives each block to `work`, with what became of those before.
-    /// While PSRAM is filled again, the converter's clock stands still.
+    /// Converts the whole capture and runs `work` on each block, with the counters up to it. The
+    /// converter's clock stands still while PSRAM is refilled.
     pub fn play<R: Record, const N: usize>(
         &mut self,
         playback: &mut Playback,
@@ -211,8 +213,8 @@ impl Acquisition {
         with_filler(|filler| (*filler.counters(), filler.dma().interrupts)).unwrap_or_default()
     }
 
-    /// Sleeps until an interrupt, unless one has been since the queue was last empty; gives the input back
-    /// when it is used up and every block was taken.
+    /// Sleeps until an interrupt, unless a block waits. Returns the input when it is used up and
+    /// every block was taken.
     fn sleep(&mut self) -> Option<Input> {
         free(|token| {
             if self.blocks.waiting() {
@@ -223,7 +225,7 @@ impl Acquisition {
             if converter.blocks == 0 && !Timer::ZERO.running() {
                 return converter.input.take();
             }
-            // An interrupt ends the sleep though it is not served before the section's end.
+            // An interrupt ends the sleep, though it is served only after the critical section.
             cortex_m::asm::wfi();
             None
         })

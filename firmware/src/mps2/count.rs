@@ -1,11 +1,11 @@
-//! Instructions, counted: emulated time runs by them, so a timer counts them, and the host knows how many make a
-//! tick.
+//! Counts instructions. They drive the emulated time, so a timer counts them, and the host knows
+//! how many make a tick.
 
 use super::{Timer, Uart, figure};
 use core::hint::black_box;
 use core::sync::atomic::{Ordering, compiler_fence};
 
-/// Reports the ticks that `work` takes, less those of looking at the timer, which must run free.
+/// Reports the ticks of `work`, without those of reading the timer. The timer must run free.
 #[inline(always)]
 pub fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
     let (ticks, result) = measured(work);
@@ -13,7 +13,7 @@ pub fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The ticks that `work` takes, less those of looking at the timer, and its result.
+/// The ticks of `work`, without those of reading the timer, and its result.
 #[inline(always)]
 pub fn measured<T>(work: impl FnOnce() -> T) -> (u32, T) {
     let empty = ticks(|| ()).0;
@@ -30,7 +30,7 @@ fn ticks<T>(work: impl FnOnce() -> T) -> (u32, T) {
     (Timer::ONE.elapsed().wrapping_sub(start), result)
 }
 
-/// Marsaglia's xorshift, for blocks that nobody need keep.
+/// Marsaglia's xorshift, for random blocks that are not stored.
 #[derive(Clone, Copy, Debug)]
 pub struct Random(pub u32);
 

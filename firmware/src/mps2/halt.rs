@@ -10,9 +10,9 @@ pub enum Exit {
     Capture = 10,
     /// The configuration is not valid.
     Config = 11,
-    /// An interrupt that was expected did not come.
+    /// An expected interrupt did not come.
     Stalled = 12,
-    /// An interrupt came that nobody expects, or a fault.
+    /// An unexpected interrupt came, or a fault.
     Unexpected = 13,
     /// The image panicked.
     Panic = 14,
@@ -23,8 +23,9 @@ pub fn exit(code: Exit) -> ! {
     semihosting::process::exit(i32::from(code as u8))
 }
 
-/// Calls a function that does not exist: an image links only if the optimiser finds no way to a panic. A logger holds
-/// panics of its own, and so do other people's transforms, so images with either end the emulation instead.
+/// Calls a function that does not exist. An image links only if the optimiser finds no way to a
+/// panic. Images with a logger, or with other people's transforms, contain panics; they end the
+/// emulation instead.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     #[cfg(not(any(feature = "log", feature = "rivals")))]
@@ -32,14 +33,14 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
         unsafe extern "C" {
             fn picket_can_panic() -> !;
         }
-        // SAFETY: there is no such function: an image in which this call can be reached does not link.
+        // SAFETY: the function does not exist; an image that can reach this call does not link.
         unsafe { picket_can_panic() }
     }
     #[cfg(any(feature = "log", feature = "rivals"))]
     exit(Exit::Panic)
 }
 
-/// A fault ends the emulation at once, where cortex-m-rt would stay in a loop.
+/// Ends the emulation after a fault, where cortex-m-rt would loop for ever.
 // SAFETY: this is the name by which cortex-m-rt's vector table knows the handler, and it does not return.
 #[unsafe(no_mangle)]
 extern "C" fn HardFault() -> ! {

@@ -1,5 +1,5 @@
-//! ARM's MPS2 boards as QEMU emulates them: AN385 (Cortex-M3), AN386 (M4F), AN500 (M7) and AN505 (M33,
-//! secure side), of which only the last has a DMA controller.
+//! ARM's MPS2 boards as QEMU emulates them: AN385 (Cortex-M3), AN386 (M4F), AN500 (M7) and AN505
+//! (M33, secure side). Only AN505 has a DMA controller.
 //!
 //! Register layouts: ARM DDI 0479 (CMSDK timer and UART), DDI 0218 (PL081), DAI 0505 (AN505).
 
@@ -19,18 +19,18 @@ struct Register(UnsafeCell<u32>);
 
 impl Register {
     fn read(&self) -> u32 {
-        // SAFETY: a register exists only inside a peripheral's block, which is mapped for ever.
+        // SAFETY: a register exists only inside a peripheral's block, which is always mapped.
         unsafe { read_volatile(self.0.get()) }
     }
 
     fn write(&self, value: u32) {
-        // SAFETY: as for reading; no register of this module makes memory unsafe by itself, but for
-        // the DMA controller's, whose only user is `Dma::start`.
+        // SAFETY: as for reading. Only the registers of the DMA controller can make memory unsafe,
+        // and `Dma::start` is their only user.
         unsafe { write_volatile(self.0.get(), value) }
     }
 }
 
-/// A peripheral: the only way to its registers.
+/// A peripheral, the only access to its registers.
 macro_rules! peripheral {
     ($(#[$doc:meta])* $name:ident, $block:ident { $($field:ident),* $(,)? }, $($instance:ident = $an505:literal, $other:literal;)*) => {
         $(#[$doc])*
@@ -47,8 +47,8 @@ macro_rules! peripheral {
             )*
 
             fn registers(self) -> &'static $block {
-                // SAFETY: the address is one of the constants above, where the boards have this
-                // peripheral; registers are shared and changed by volatile access only.
+                // SAFETY: the address is one of the constants above, at which the boards have this
+                // peripheral. Registers are shared, and every access is volatile.
                 unsafe { &*(self.0 as *const $block) }
             }
         }
@@ -63,13 +63,13 @@ peripheral! {
 }
 
 peripheral! {
-    /// A serial port. QEMU's is never busy for long and has no rate.
+    /// A serial port. QEMU's port is never busy for long and has no baud rate.
     Uart, UartBlock { data, state, control, interrupt, divider },
     ZERO = 0x5020_0000, 0x4000_4000;
     ONE = 0x5020_1000, 0x4000_5000;
 }
 
-/// The system's clock in hertz: what timers count.
+/// The system's clock, Hz, which the timers count.
 pub const CLOCK_HZ: u32 = if cfg!(an505) { 20_000_000 } else { 25_000_000 };
 
 /// The interrupt of [`Timer::ZERO`].
@@ -86,18 +86,18 @@ impl Timer {
         timer.control.write(0b1001);
     }
 
-    /// Stops.
+    /// Stops the timer.
     pub fn stop(self) {
         self.registers().control.write(0);
         self.clear();
     }
 
-    /// False after [`Timer::stop`].
+    /// Whether the timer runs.
     pub fn running(self) -> bool {
         self.registers().control.read() & 1 != 0
     }
 
-    /// Takes the interrupt back.
+    /// Clears the interrupt.
     pub fn clear(self) {
         self.registers().interrupt.write(1);
     }
@@ -118,7 +118,7 @@ impl Timer {
 }
 
 impl Uart {
-    /// How often a full port is asked before a byte is given up: QEMU drains it at once.
+    /// How often a full port is polled before a byte is dropped. QEMU drains the port at once.
     const PATIENCE: u32 = 1_000_000;
 
     /// Switches the transmitter on.
@@ -128,7 +128,7 @@ impl Uart {
         uart.control.write(1);
     }
 
-    /// Sends bytes; returns how many it gave up.
+    /// Sends bytes. Returns how many it dropped.
     pub fn send(self, bytes: &[u8]) -> u32 {
         let uart = self.registers();
         let mut lost = 0u32;
@@ -152,7 +152,7 @@ pub fn figure(uart: Uart, name: &str, value: u64) {
     uart.send(b"\n");
 }
 
-/// Sends a number in decimal digits: `core`'s formatting has panics of its own.
+/// Sends a number in decimal digits. `core`'s formatting contains panics.
 fn send_number(uart: Uart, number: u64) {
     let mut digits = [0u8; 20];
     let mut rest = number;
@@ -203,7 +203,8 @@ mod dma {
     const _: () = assert!(core::mem::offset_of!(Block, channel) == 0x100);
     const _: () = assert!(core::mem::offset_of!(Block, configuration) == 0x30);
 
-    /// The rest of a transfer that is too long for one: what the channel loads when it is done.
+    /// The rest of a transfer that is too long for one: the channel loads it at the end of the
+    /// first part.
     #[repr(C, align(4))]
     #[derive(Clone, Copy, Debug, Default)]
     struct Link {
@@ -215,7 +216,7 @@ mod dma {
 
     /// The DMA controller PL081, number 0: one channel, memory to memory.
     ///
-    /// QEMU transfers at the write that switches the controller on, and all at once; its request
+    /// QEMU transfers everything at once, at the write that enables the controller. Its request
     /// lines are not wired, so the timer's interrupt starts each block.
     #[derive(Debug)]
     pub struct Dma {
@@ -229,11 +230,11 @@ mod dma {
     }
 
     impl Dma {
-        /// Words in one transfer at most.
+        /// The largest number of words in one transfer.
         const LONGEST: usize = 2048;
-        /// Words of 32 bits, both addresses count up.
+        /// Words of 32 bits; both addresses count up.
         const CONTROL: u32 = 2 << 18 | 2 << 21 | 1 << 26 | 1 << 27;
-        /// Interrupt at the end.
+        /// An interrupt at the end.
         const INTERRUPT: u32 = 1 << 31;
 
         /// The controller, idle.
@@ -246,12 +247,12 @@ mod dma {
             unsafe { &*(0x5011_0000 as *const Block) }
         }
 
-        /// Starts to copy `source` to `destination`; [`DMA_IRQ`] tells when it is done. At most 4096
-        /// words: false, and nothing is done, for more or for ends of different length.
+        /// Starts to copy `source` to `destination`, at most 4096 words; [`DMA_IRQ`] signals the
+        /// end. Returns false and does nothing if there are more words, or if the lengths differ.
         ///
         /// # Safety
-        /// Until the interrupt nobody may touch `destination`, and `source` and this `Dma` must live and
-        /// stay unchanged.
+        /// Until the interrupt, nobody may touch `destination`, and `source` and this `Dma` must
+        /// live and stay unchanged.
         pub unsafe fn start(&mut self, source: *const [u32], destination: *mut [u32]) -> bool {
             let words = source.len();
             if words != destination.len() || words == 0 || words > 2 * Self::LONGEST {
@@ -283,13 +284,13 @@ mod dma {
             true
         }
 
-        /// Takes the interrupt back; true if a transfer had ended.
+        /// Clears the interrupt. Returns whether a transfer had ended.
         pub fn finish(&mut self) -> bool {
             let dma = Self::registers();
             let done = dma.done.read() & 1 != 0;
             dma.done_clear.write(1);
             dma.error_clear.write(1);
-            // What the controller wrote is read only after this.
+            // The barrier keeps reads of the controller's data after this point.
             cortex_m::asm::dsb();
             done
         }
@@ -307,23 +308,23 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Line {
     }
 }
 
-/// Lets an interrupt through.
+/// Enables an interrupt line.
 pub fn enable(line: usize) {
     // SAFETY: the handlers share state with the main loop only through atomics, queues and cells
-    // made for it, so no critical section depends on the line being masked.
+    // made for that, so no critical section depends on a masked line.
     unsafe { cortex_m::peripheral::NVIC::unmask(Line(line)) }
 }
 
 /// A handler in the vector table.
 pub type Handler = unsafe extern "C" fn();
 
-/// Armv6-M, which `build.rs` tells by its products, has half as many interrupts.
+/// Armv6-M has half as many interrupts; `build.rs` detects it by its short products.
 const LINES: usize = if cfg!(short_products) { 32 } else { 64 };
 
-/// Handlers of the first interrupts, as many as any core here needs.
+/// Handlers of the first interrupt lines, as many as any core here needs.
 pub type Handlers = [Handler; LINES];
 
-/// The table with the handlers named, and for all other interrupts one that stops the image.
+/// The table with these handlers; every other interrupt stops the image.
 // Const functions cannot use `get_mut`; an index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
 pub const fn handlers(named: &[(usize, Handler)]) -> Handlers {
@@ -344,8 +345,8 @@ extern "C" fn unexpected() {
 #[macro_export]
 macro_rules! vectors {
     ($handlers:expr) => {
-        // SAFETY: this is the name and the section that cortex-m-rt's linker script gives the device's
-        // part of the vector table, and its type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
+        // the vector table, whose type is an array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: $crate::mps2::Handlers = $handlers;

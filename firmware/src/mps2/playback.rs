@@ -1,4 +1,4 @@
-//! A capture on the host, read by semihosting: what an emulated board has for a converter's input.
+//! A capture on the host, read by semihosting. An emulated board plays it as its converter's input.
 
 use super::Uart;
 use super::halt::{Exit, exit};
@@ -9,20 +9,20 @@ use picket::estimate::method::Method;
 use picket::pipeline::Measurement;
 use picket::plan::Plan;
 use picket_wire::capture::Header;
-use picket_wire::record::{Health, Record as Telemetry};
+use picket_wire::telemetry::{Health, Telemetry};
 
 /// The capture's name in the emulator's working directory.
 const NAME: &CStr = c"capture.bin";
 
-/// The capture, open behind its header.
+/// The capture, open after its header.
 pub struct Playback {
-    /// What precedes the samples.
+    /// The header.
     pub header: Header,
     file: File,
 }
 
 impl Playback {
-    /// Opens the capture; ends the emulation with a message where there is none.
+    /// Opens the capture; without one, ends the emulation with a message.
     pub fn open() -> Self {
         Uart::ZERO.enable();
         Uart::ONE.enable();
@@ -39,7 +39,8 @@ impl Playback {
         }
     }
 
-    /// Checks the configuration for records of kind `R` and `N` samples.
+    /// Checks the configuration for records of kind `R` and `N` samples; if it fails, ends the
+    /// emulation with a message.
     pub fn plan<R: Record, const N: usize>(&self) -> Plan<R, N> {
         match self.header.config.plan() {
             Ok(plan) => plan,
@@ -55,14 +56,14 @@ impl Playback {
     }
 }
 
-/// A file in the emulator's working directory that results are written to.
+/// A file for results in the emulator's working directory.
 pub struct Results(File);
 
 impl Results {
     /// The results' name in the emulator's working directory.
     const NAME: &CStr = c"results.bin";
 
-    /// Appends to the results.
+    /// Opens the results to append to them.
     pub fn open() -> Self {
         match File::append(Self::NAME) {
             Some(file) => Self(file),
@@ -79,7 +80,8 @@ impl Results {
     }
 }
 
-/// A file of the host's. The crate `semihosting` reads files too, but checks their numbers by a panic.
+/// A file on the host. The crate `semihosting` reads files too, but checks their numbers by a
+/// panic.
 struct File(u32);
 
 impl File {
@@ -99,7 +101,7 @@ impl File {
         (number != u32::MAX).then_some(Self(number))
     }
 
-    /// Writes `bytes`; false where the host takes less.
+    /// Writes `bytes`; false if the host takes fewer.
     fn write(&self, bytes: &[u8]) -> bool {
         // SAFETY: the block is what SYS_WRITE takes: a file's number, memory to read, its length.
         let missing = unsafe { call(0x05, &[self.0, bytes.as_ptr() as u32, bytes.len() as u32]) };
@@ -118,15 +120,16 @@ impl File {
 /// Asks the emulator (ARM, Semihosting for AArch32 and AArch64).
 ///
 /// # Safety
-/// `block` must be what `operation` takes; its pointers must be valid for what that does.
+/// `block` must be what `operation` takes, and its pointers must be valid for that operation.
 unsafe fn call(operation: u32, block: &[u32; 3]) -> u32 {
     let mut result = operation;
-    // SAFETY: the emulator stops here, does what the caller vouches for, and answers in r0.
+    // SAFETY: the emulator stops here, does what the caller guarantees to be valid, and answers in
+    // r0.
     unsafe { asm!("bkpt 0xab", inout("r0") result, in("r1") block, options(nostack)) };
     result
 }
 
-/// Sends a measurement as a telemetry record.
+/// Sends the telemetry of a measurement.
 pub fn send(measurement: Measurement, method: Method, health: Health) {
     Uart::ZERO.send(&Telemetry { measurement, method, health }.to_frame());
 }

@@ -1,4 +1,4 @@
-//! The board as the instrument sees it.
+//! The implementation of [`Board`](crate::board::Board).
 
 use super::serial::Serial;
 use super::storage::{self, Flash};

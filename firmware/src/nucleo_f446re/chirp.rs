@@ -1,4 +1,5 @@
-//! The sample clock's timer and what makes chirps in step with it: the DAC with its table, or the synthesiser.
+//! The sample clock's timer, and the source of a chirp in step with it: the DAC with its table, or
+//! the synthesiser.
 
 use super::N;
 use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
@@ -16,11 +17,12 @@ use static_cell::ConstStaticCell;
 
 /// Whether TIM2 gates the sample clock.
 static GATED: AtomicBool = AtomicBool::new(false);
-/// The DAC's first code, and the steps of its table: 0 where it does not play.
+/// The DAC's first code, and the steps of its table; 0 steps if the DAC does not play.
 static FIRST: AtomicU16 = AtomicU16::new(0);
 static LENGTH: AtomicU16 = AtomicU16::new(0);
 
-/// Sets the timers and what plays the chirp; nothing runs before [`run`]. Gives false where the synthesiser is deaf.
+/// Sets up the timers and the source of the chirp; [`run`] starts them. Returns false if the
+/// synthesiser does not respond on its bus.
 pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     let period = words.sampling.period;
     put!(tim3().psc(), u32::from(period.prescaler));
@@ -54,7 +56,7 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     }
 }
 
-/// A pulse for each chirp.
+/// Sets up a pulse for each chirp.
 fn mark(segments: u16, length: u32) {
     let SyncOutput { reload, compare, mode, enable } = SyncOutput::new(segments, length);
     put!(tim2().smcr(), TIMER_SMCR_COUNT_TIM3);
@@ -64,7 +66,7 @@ fn mark(segments: u16, length: u32) {
     put!(tim2().ccer(), enable);
 }
 
-/// An external source's pulse opens the sample clock for a chirp.
+/// Sets up the gate: a pulse from an external source opens the sample clock for one chirp.
 fn gate(ticks: u64) {
     let Some(input) = SyncInput::new(ticks) else { return };
     put!(tim2().arr(), input.reload);
@@ -77,7 +79,7 @@ fn gate(ticks: u64) {
     GATED.store(true, Ordering::Relaxed);
 }
 
-/// Stops the sample clock, which stops all that counts it.
+/// Stops the sample clock, and with it everything that counts it.
 pub fn stop() {
     for timer in [tim3(), tim4()] {
         put!(timer.cr1(), 0);
@@ -90,14 +92,16 @@ pub fn stop() {
     let _ = wait(|| dma1().st(5).cr().read().bits() & 1 == 0);
 }
 
-/// Back to a chirp's start, with the converters and the DAC off: the events that take the timers' words over trigger both.
+/// Returns to the start of a chirp. The converters and the DAC must be off, because the events that
+/// load the timers' registers trigger both.
 pub fn rewind() {
     // HIFCR, stream 5's flags: 11:6.
     put!(dma1().hifcr(), 0x3D << 6);
     for timer in [tim3(), tim4()] {
         put!(timer.egr(), 1);
     }
-    // What counts samples stands before its overflow, so that its first period begins with the first sample.
+    // The counters of samples stand before their overflow, so that their first period begins with
+    // the first sample.
     let reload = tim4().arr().read().bits();
     put!(tim4().cnt(), reload);
     if !GATED.load(Ordering::Relaxed) {
@@ -107,7 +111,7 @@ pub fn rewind() {
     }
 }
 
-/// Starts everything: what counts samples first, then the samples.
+/// Starts the counters of samples, then the samples.
 pub fn run() {
     let length = LENGTH.load(Ordering::Relaxed);
     if length > 0 {
@@ -124,7 +128,7 @@ pub fn run() {
     put!(tim3().cr1(), 1);
 }
 
-/// SPI1 with the synthesiser's LE.
+/// SPI1 with the synthesiser's LE as chip select.
 struct Bus;
 
 impl Bus {
@@ -157,7 +161,7 @@ impl SpiDevice for Bus {
         put!(gpiob().bsrr(), LE_LOW);
         let done = operations.iter().try_for_each(|operation| match operation {
             Operation::Write(bytes) => self.send(bytes),
-            // The chip says nothing.
+            // The chip never answers.
             _ => Err(spi::ErrorKind::Other),
         });
         put!(gpiob().bsrr(), LE_HIGH);
@@ -165,7 +169,7 @@ impl SpiDevice for Bus {
     }
 }
 
-/// The synthesiser's CE.
+/// The synthesiser's CE pin.
 struct Enable;
 
 impl digital::ErrorType for Enable {

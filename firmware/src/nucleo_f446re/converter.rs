@@ -1,15 +1,15 @@
-//! Converters, sample clock and the DMA stream that fills two slots in turn.
+//! The converters, the sample clock, and the DMA stream that fills two slots in turn.
 //!
-//! The stream goes on by itself (double-buffer mode, RM 9.3.10): while it fills one slot, the interrupt puts an empty one in
-//! the other's place. Writing the place that is being filled stops the stream with an error, so a late interrupt cannot spoil
-//! a block silently.
+//! The stream runs by itself (double-buffer mode, RM 9.3.10). While it fills one slot, the
+//! interrupt replaces the other slot by an empty one. A write to the address register in use stops
+//! the stream with an error, so a late interrupt cannot silently spoil a block.
 
 use super::chirp;
 use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
 use super::words::Words;
 use super::words::clock::Tree;
 use super::words::sampling::{
-    ADC_SR_OVR, Converter, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
+    ADC_SR_OVR, ConverterWords, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
 };
 use super::{N, SLOT};
 use crate::instrument::plan::Plan;
@@ -24,19 +24,19 @@ use stm32f4::stm32f446 as pac;
 type Memory = [u32; SLOT];
 type Slot = crate::slot::Slot<SLOT>;
 
-/// The stream with the two slots it fills.
+/// The stream and the two slots that it fills.
 pub struct Chain {
     held: [Slot; 2],
-    /// The stream's words, the converters' and the length of a segment in samples.
+    /// The words of the stream and of the converters, and the length of a segment in samples.
     control: u32,
-    converter: Converter,
+    converter: ConverterWords,
     length: u32,
     iq: bool,
-    /// CT when it was last asked.
+    /// CT at the last look.
     target: bool,
-    /// An exchange came too late and has stopped the stream.
+    /// Whether a late exchange has stopped the stream.
     stopped: bool,
-    /// Blocks completed or passed, and segments of a chirp.
+    /// Blocks completed or passed, and the segments of a chirp.
     passed: u64,
     segments: u64,
 }
@@ -46,23 +46,26 @@ impl Chain {
         dma2().st(0).cr().read().bits() & STREAM_CT != 0
     }
 
-    /// Stops the stream, and the sample clock with all that hangs on it.
+    /// Stops the stream, the sample clock, and everything that counts it.
     fn stop(&mut self) {
         chirp::stop();
         clear!(adc1().cr2(), 1);
         clear!(adc2().cr2(), 1);
         clear!(dma2().st(0).cr(), STREAM_EN);
-        // A transfer under way ends within a few cycles; if not, the error is seen at the next block.
+        // A transfer in progress ends within a few cycles. If it does not, the next block shows the
+        // error.
         let _ = wait(|| dma2().st(0).cr().read().bits() & STREAM_EN == 0);
         put!(dma2().lifcr(), STREAM_0_FLAGS);
     }
 
-    /// Starts at a chirp's first sample.
+    /// Starts at the first sample of a chirp.
     fn start(&mut self) {
         chirp::rewind();
         let stream = dma2().st(0);
-        let (Converter { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 }, [first, second]) =
-            (self.converter, &self.held);
+        let (
+            ConverterWords { common, cr1, cr2, second_cr2, smpr2, sqr3, second_sqr3 },
+            [first, second],
+        ) = (self.converter, &self.held);
         // ADC_DR at 0x4C, ADC_CDR at 0x308 (RM 13.13.14, 13.13.17).
         put!(stream.par(), if self.iq { 0x4001_2308 } else { 0x4001_204C });
         put!(stream.m0ar(), first.address());
@@ -73,7 +76,7 @@ impl Chain {
         self.target = false;
         self.stopped = false;
         put!(stream.cr(), self.control);
-        // The slots are in memory before the stream writes them.
+        // The barrier puts the slots in memory before the stream writes them.
         cortex_m::asm::dmb();
         put!(stream.cr(), self.control | STREAM_EN);
         put!(adc_common().ccr(), common);
@@ -89,12 +92,12 @@ impl Chain {
             put!(adc2().cr2(), second_cr2);
         }
         put!(adc1().cr2(), cr2);
-        // 3 us until the converters are stable (DS 6.3.20): 540 cycles at most.
+        // The converters settle in 3 us (DS 6.3.20): 540 cycles at most.
         cortex_m::asm::delay(600);
         chirp::run();
     }
 
-    /// The number of a whole chirp's first block, after at least one block.
+    /// The number of the first block of a whole chirp, at least one block from now.
     fn skip_chirp(&mut self) -> u32 {
         let within = self.passed.checked_rem(self.segments).unwrap_or(0);
         let blocks = self.segments.saturating_sub(within).max(1);
@@ -108,7 +111,7 @@ impl Dma for Chain {
 
     fn status(&mut self) -> Status {
         let flags = dma2().lisr().read().bits() & STREAM_0_FLAGS;
-        // In this order: a block that ends in between is counted now or next time, never twice.
+        // The order matters: a block that ends in between is counted now or next time, never twice.
         let target = self.target();
         put!(dma2().lifcr(), flags);
         let completed = completed(flags, target != self.target);
@@ -124,7 +127,7 @@ impl Dma for Chain {
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
         let stream = dma2().st(0);
         let [first, second] = &mut self.held;
-        // What the controller wrote is read, and what was read is done with, before the places change.
+        // The barrier completes all reads of the controller's data before the addresses change.
         cortex_m::asm::dmb();
         let place = if self.target {
             put!(stream.m0ar(), empty.address());
@@ -137,7 +140,7 @@ impl Dma for Chain {
         if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == self.target {
             return Ok(full);
         }
-        // The stream has turned to this place meanwhile: with which address is not known.
+        // The stream has meanwhile turned to this slot, and which address it uses is unknown.
         let empty = core::mem::replace(place, full);
         self.stop();
         self.stopped = true;
@@ -158,17 +161,18 @@ fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Chain>) -> T) -> Option
     free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
 }
 
-/// The interrupt at the end of a block, and at every fault.
+/// Handles the interrupt at the end of a block, and every fault interrupt.
 pub extern "C" fn filled() {
     with_filler(Filler::interrupt);
 }
 
-/// What became of the blocks so far.
+/// The front end's counters so far.
 pub fn counters() -> Counters {
     with_filler(|filler| *filler.counters()).unwrap_or_default()
 }
 
-/// Sets converters and stream up and starts them; once only. Gives the main loop's end.
+/// Sets up converters and stream, and starts them. Returns the main loop's end; `None` at the
+/// second call.
 pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
     static MEMORY: [ConstStaticCell<Memory>; 3] = [const { ConstStaticCell::new([0; SLOT]) }; 3];
     static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> = ConstStaticCell::new(FrontEnd::new());
@@ -201,12 +205,12 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
     Some(blocks)
 }
 
-/// Sleeps until an interrupt, unless a block or a byte is waiting.
+/// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
 pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
     free(|_| {
         let waits = blocks.is_some_and(Blocks::waiting) || super::serial::waiting();
         if !waits {
-            // An interrupt ends the sleep though it is not served before the section's end.
+            // An interrupt ends the sleep, though it is served only after the critical section.
             cortex_m::asm::dsb();
             cortex_m::asm::wfi();
         }

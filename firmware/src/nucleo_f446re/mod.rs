@@ -1,7 +1,8 @@
-//! The NUCLEO-F446RE: writes the words that [`words`] works out.
+//! The NUCLEO-F446RE. This module writes the words that [`words`] computes.
 //!
-//! Built with the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor DMA: their registers
-//! are then a piece of memory ([`PLAYED`]) in which the host plays them. Nothing else differs.
+//! With the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor
+//! DMA. Their registers are then a piece of memory ([`PLAYED`]), in which the host plays them.
+//! Nothing else differs.
 
 pub mod words;
 
@@ -29,8 +30,8 @@ use picket_wire::settings::GUARD;
 
 /// Samples in a block of this image.
 pub const N: usize = 1024;
-/// Words of a slot: a block with the guard before it, I/Q.
+/// Words in a slot: an I/Q block with the guard before it.
 pub const SLOT: usize = N + GUARD as usize;
 
-/// Where the host plays DMA2, and from 0x400 on the converters.
+/// Address at which the host plays DMA2, and from 0x400 on the converters.
 pub const PLAYED: usize = 0x2001_F000;

@@ -1,4 +1,4 @@
-//! The chip's registers, by name, and how this board writes them.
+//! The chip's registers by name, and how this board writes them.
 
 use super::PLAYED;
 use stm32f4::stm32f446 as pac;
@@ -6,9 +6,9 @@ use stm32f4::stm32f446 as pac;
 /// Writes a word to a register.
 macro_rules! put {
     ($register:expr, $word:expr) => {
-        // SAFETY: the word is one that `words` works out for this register, or a bit of it named beside the call; the register
-        // is written by volatile access from one place at a time. Those of the DMA are only used by `converter` and `chirp`.
-        // Some registers have 16 bits, and words that fit.
+        // SAFETY: `words` computes this word for this register, or the call names its bits. The
+        // access is volatile, and one place writes the register at a time: only `converter` and
+        // `chirp` use those of the DMA. Some registers have 16 bits, and words that fit.
         $register.write(|w| unsafe { w.bits($word as _) })
     };
 }
@@ -31,21 +31,22 @@ macro_rules! clear {
 
 pub(crate) use {clear, put, set};
 
-/// A peripheral's registers.
+/// Access to the registers of a peripheral.
 macro_rules! peripheral {
     ($($name:ident: $block:ty = $address:expr;)*) => {
         $(
             #[allow(missing_docs)]
             pub fn $name() -> &'static $block {
-                // SAFETY: the chip has this peripheral there, or the emulated one memory that the linker does not use;
-                // registers are shared and accessed by volatile reads and writes only.
+                // SAFETY: the chip has this peripheral at this address, or the emulated one has
+                // memory there that the linker does not use. Registers are shared, and every access
+                // is a volatile read or write.
                 unsafe { &*($address as *const $block) }
             }
         )*
     };
 }
 
-/// The peripheral's own address, or its place in [`PLAYED`].
+/// The address of the peripheral itself, or of its place in [`PLAYED`].
 const fn played(own: usize, place: usize) -> usize {
     if cfg!(feature = "played") { PLAYED + place } else { own }
 }
@@ -71,18 +72,18 @@ peripheral! {
     adc_common: pac::adc_common::RegisterBlock = played(0x4001_2300, 0x700);
 }
 
-/// Asks up to so many times; no wait is without end.
+/// How often a wait polls before it gives up. Every wait ends.
 pub const PATIENCE: u32 = 200_000;
 
-/// Waits until `ready`; false if it never was.
+/// Waits until `ready`; false if it gave up.
 #[must_use]
 pub fn wait(mut ready: impl FnMut() -> bool) -> bool {
     (0..PATIENCE).any(|_| ready())
 }
 
-/// Lets an interrupt through.
+/// Enables an interrupt line.
 pub fn enable(line: pac::Interrupt) {
-    // SAFETY: handlers share state with the main loop only through queues, atomics and cells made for it, so that no critical
-    // section depends on a line being masked.
+    // SAFETY: handlers share state with the main loop only through queues, atomics and cells made
+    // for that, so no critical section depends on a masked line.
     unsafe { cortex_m::peripheral::NVIC::unmask(line) }
 }

@@ -1,4 +1,5 @@
-//! USART2: two queues and an interrupt. Nobody waits for the line; what finds no room is dropped whole and counted.
+//! USART2: two queues and an interrupt. Nobody waits for the line. A frame without room is dropped
+//! whole and counted.
 
 use super::registers::{enable, put, usart2, wait};
 use super::words::serial::{BAUD, CR1, CR1_TXEIE, SR_ERRORS, SR_RXNE, SR_TXE, divider};
@@ -11,16 +12,18 @@ use picket::acquire::queue::{put as enqueue, take as dequeue};
 use static_cell::ConstStaticCell;
 use stm32f4::stm32f446 as pac;
 
-/// Bytes to the host that may wait: half a second of records at the usual rate is more than the host ever pauses.
+/// Room for bytes to the host: half a second of telemetry at the default rate, longer than any
+/// pause of the host.
 const OUT: usize = 3072;
-/// Bytes from the host that may wait: two of the largest frames.
+/// Room for bytes from the host: two of the largest frames.
 const IN: usize = 512;
 
-/// Bytes in the queue to the host, and in the one from it: what enters is counted first, what leaves last.
+/// Bytes in the queue to the host and in the queue from it. An entering byte is counted before it
+/// enters, a leaving one after it left.
 static OUTWARD: AtomicUsize = AtomicUsize::new(0);
 static INWARD: AtomicUsize = AtomicUsize::new(0);
 
-/// The interrupt's ends of the queues.
+/// The interrupt's ends of the two queues.
 struct Line {
     out: Consumer<'static, u8>,
     into: Producer<'static, u8>,
@@ -28,14 +31,14 @@ struct Line {
 
 static LINE: Mutex<RefCell<Option<Line>>> = Mutex::new(RefCell::new(None));
 
-/// The main loop's ends.
+/// The main loop's ends of the two queues.
 pub struct Serial {
     out: Producer<'static, u8>,
     into: Consumer<'static, u8>,
 }
 
 impl Serial {
-    /// Sets the port up; once only.
+    /// Sets up the port; `None` at the second call.
     pub fn start(bus_hz: u32) -> Option<Self> {
         static TO_HOST: ConstStaticCell<Queue<u8, OUT>> = ConstStaticCell::new(Queue::new());
         static FROM_HOST: ConstStaticCell<Queue<u8, IN>> = ConstStaticCell::new(Queue::new());
@@ -52,33 +55,33 @@ impl Serial {
         Some(Self { out, into })
     }
 
-    /// Room for so many bytes.
+    /// Whether there is room for this many bytes.
     pub fn has_room(&self, bytes: usize) -> bool {
         (OUT - 1).saturating_sub(OUTWARD.load(Relaxed)) >= bytes
     }
 
-    /// Sends a frame whole or not at all: false then.
+    /// Sends a frame whole and returns true, or drops it and returns false.
     pub fn send(&mut self, frame: &[u8]) -> bool {
         if !self.has_room(frame.len()) {
             return false;
         }
         OUTWARD.fetch_add(frame.len(), Relaxed);
         for &byte in frame {
-            // There is room: only the interrupt takes, and it makes more.
+            // There is room: only the interrupt takes bytes, which makes more.
             let _ = enqueue(&mut self.out, byte);
         }
         NVIC::pend(pac::Interrupt::USART2);
         true
     }
 
-    /// The next byte from the host.
+    /// The next byte from the host; `None` if none waits.
     pub fn receive(&mut self) -> Option<u8> {
         let byte = dequeue(&mut self.into)?;
         INWARD.fetch_sub(1, Relaxed);
         Some(byte)
     }
 
-    /// Waits for the line to take everything, but not for ever: before a reset.
+    /// Waits, within bounded time, until the line has sent everything. Called before a reset.
     pub fn flush(&mut self) {
         let _ = wait(|| {
             NVIC::pend(pac::Interrupt::USART2);
@@ -92,12 +95,13 @@ fn status() -> u32 {
     u32::from(usart2().sr().read().bits())
 }
 
-/// True if a byte from the host waits: the loop must not fall asleep over it.
+/// Whether a byte from the host waits. The loop must not sleep then.
 pub fn waiting() -> bool {
     INWARD.load(Relaxed) > 0
 }
 
-/// The interrupt: at a byte received, at an empty transmit register, and when the main loop has something to send.
+/// Handles the interrupt: a byte was received, the transmit register is empty, or the main loop has
+/// something to send.
 pub extern "C" fn serve() {
     free(|token| {
         if let Ok(mut line) = LINE.borrow(token).try_borrow_mut()
@@ -109,7 +113,7 @@ pub extern "C" fn serve() {
 }
 
 impl Line {
-    /// Bytes in one interrupt: the register takes two, QEMU's as many as come.
+    /// Bytes in one interrupt: the hardware's register takes two, QEMU's as many as come.
     const BURST: usize = 64;
 
     fn serve(&mut self) {
@@ -118,7 +122,8 @@ impl Line {
             if seen & (SR_RXNE | SR_ERRORS) == 0 {
                 break;
             }
-            // Reading takes the flags back. A byte that finds no room spoils its frame, which is then refused.
+            // Reading clears the flags. A byte without room spoils its frame, which is then
+            // refused.
             let byte = usart2().dr().read().bits() as u8;
             if seen & SR_RXNE != 0 && enqueue(&mut self.into, byte).is_ok() {
                 INWARD.fetch_add(1, Relaxed);
@@ -134,7 +139,7 @@ impl Line {
         }
         let more = self.out.ready();
         put!(usart2().cr1(), if more { CR1 | CR1_TXEIE } else { CR1 });
-        // QEMU 7.2 has no interrupt for an empty register, which there is always empty.
+        // QEMU 7.2 has no interrupt for an empty register, and its register is always empty.
         if more && status() & SR_TXE != 0 {
             NVIC::pend(pac::Interrupt::USART2);
         }

@@ -1,4 +1,4 @@
-//! From reset to a running clock, pins and watchdog.
+//! From reset to running clock, pins and watchdog.
 
 use super::registers::{clear, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
 use super::words::clock::{Source, Speed, Tree};
@@ -6,7 +6,7 @@ use super::words::guard::{self, FEED, START, UNLOCK, WATCHDOG, brown_out};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};
 use picket_wire::boot::Causes;
 
-/// Why the chip was reset; forgets it.
+/// Why the chip was reset. Clears the flags.
 pub fn causes() -> Causes {
     let causes = guard::causes(rcc().csr().read().bits());
     // RMVF 24.
@@ -14,7 +14,7 @@ pub fn causes() -> Causes {
     causes
 }
 
-/// The clock at this speed from the best source that there is.
+/// Starts the clock at this speed from the best source available.
 pub fn clock(speed: Speed) -> Tree {
     for source in [Source::HsePll, Source::HsiPll] {
         let tree = Tree::new(speed, source);
@@ -26,7 +26,7 @@ pub fn clock(speed: Speed) -> Tree {
     Tree::new(speed, Source::Hsi)
 }
 
-/// Tries a tree with multiplier.
+/// Tries a tree with the multiplier.
 fn multiplied(tree: &Tree) -> bool {
     let Some(pll) = tree.pll else { return false };
     let (rcc, pwr) = (rcc(), pwr());
@@ -55,7 +55,7 @@ fn multiplied(tree: &Tree) -> bool {
             }
         }
     }
-    // Wait states before speed (RM 3.4.1), and read back as it demands.
+    // The wait states come before the speed (RM 3.4.1), and are read back as it demands.
     put!(flash().acr(), tree.flash);
     if !wait(|| flash().acr().read().bits() & 15 == tree.flash & 15) {
         return false;
@@ -65,17 +65,17 @@ fn multiplied(tree: &Tree) -> bool {
     wait(|| rcc.cfgr().read().bits() >> 2 & 3 == tree.cfgr & 3)
 }
 
-/// Back to the internal oscillator, at which the chip starts.
+/// Returns to the internal oscillator, from which the chip starts.
 fn back() {
     put!(rcc().cfgr(), 0);
-    // What is not granted is not waited for: the next attempt fails, and then nothing depends on it.
+    // The result does not matter: if the switch failed, the next attempt fails too.
     let _ = wait(|| rcc().cfgr().read().bits() >> 2 & 3 == 0);
     clear!(rcc().cr(), (1 << 24 | 1 << 18 | 1 << 16));
     clear!(pwr().cr(), (1 << 17 | 1 << 16));
     put!(flash().acr(), Tree::new(Speed::Mhz144, Source::Hsi).flash);
 }
 
-/// Clocks for the peripherals, the pins, and TIM5 that counts for ever.
+/// Starts the peripherals' clocks, the pins, and TIM5, which never stops.
 pub fn peripherals() {
     set!(rcc().ahb1enr(), AHB1);
     set!(rcc().apb1enr(), APB1);
@@ -93,7 +93,7 @@ pub fn peripherals() {
     put!(gpiob().pupdr(), pull);
     put!(gpiob().moder(), mode);
     put!(tim5().arr(), u32::MAX);
-    // UG 0 takes the reload value over; CEN 0.
+    // UG 0 loads the reload value; CEN 0.
     put!(tim5().egr(), 1);
     put!(tim5().cr1(), 1);
 }
@@ -103,11 +103,11 @@ pub fn ticks() -> u32 {
     tim5().cnt().read().bits()
 }
 
-/// Starts the watchdog; nothing stops it.
+/// Starts the watchdog. Nothing can stop it.
 pub fn watchdog() {
     put!(iwdg().kr(), START);
     put!(iwdg().kr(), UNLOCK);
-    // SR: the words are on their way; if they never arrive, it bites after 0.5 s instead.
+    // SR: the words are on their way. If they never arrive, the watchdog bites after 0.5 s instead.
     let _ = wait(|| iwdg().sr().read().bits() == 0);
     put!(iwdg().pr(), WATCHDOG.prescaler);
     put!(iwdg().rlr(), WATCHDOG.reload);
@@ -120,7 +120,7 @@ pub fn feed() {
     put!(iwdg().kr(), FEED);
 }
 
-/// Sets the brown-out level once in the chip's life.
+/// Sets the brown-out level, once in the chip's life.
 pub fn brown_out_level() {
     const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
     let flash = flash();

@@ -1,4 +1,4 @@
-//! The last two sectors of flash as pages for settings, and the program's own checksum.
+//! Settings in the last two sectors of flash, and the program's own checksum.
 
 use super::registers::{flash, put, wait};
 use crate::instrument::storage::{Page, Storage};
@@ -7,14 +7,14 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 /// Sectors 6 and 7, 128 KiB each (RM 3.3, table 4); memory.x keeps the program below.
 const PAGES: [(usize, u32); 2] = [(0x0804_0000, 6), (0x0806_0000, 7)];
-/// Words of a page that may be touched.
+/// Words of a page in use.
 const WORDS: usize = 256;
 
 /// The flash controller.
 #[derive(Debug)]
 pub struct Flash;
 
-/// The controller did not finish, or reports an error (FLASH_SR).
+/// The controller did not finish, or reported an error; the word is FLASH_SR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused(pub u32);
 
@@ -33,10 +33,11 @@ impl Flash {
         }
     }
 
-    /// Does `work` with the controller unlocked.
+    /// Runs `work` with the controller unlocked.
     fn unlocked(&mut self, control: u32, work: impl FnOnce()) -> Result<(), Refused> {
         const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-        // The core stands still while flash is busy, so few questions pass in 2 s; the watchdog bounds the rest.
+        // The core stalls while flash is busy, so it polls only a few times in 2 s; the watchdog
+        // bounds the rest.
         let ready = || wait(|| flash().sr().read().bits() & BUSY == 0);
         if !ready() {
             return Err(Refused(BUSY));
@@ -60,7 +61,8 @@ impl Storage for Flash {
     fn read(&self, page: Page, index: usize) -> u32 {
         let (address, _) = Self::place(page);
         let index = index.min(WORDS);
-        // SAFETY: the chip has flash there, which the linker does not use; any word is valid.
+        // SAFETY: the chip has flash at this address, which the linker does not use. Any word is
+        // valid.
         unsafe { read_volatile(core::ptr::with_exposed_provenance::<u32>(address + 4 * index)) }
     }
 
@@ -70,7 +72,7 @@ impl Storage for Flash {
         let done = self.unlocked(control, || {
             put!(flash().cr(), control | 1 << 16);
         });
-        // DCEN 10, DCRST 12: the data cache may hold what was there (RM 3.4.2).
+        // DCEN 10, DCRST 12: the data cache may hold the old words (RM 3.4.2).
         let access = flash().acr().read().bits();
         put!(flash().acr(), access & !(1 << 10));
         put!(flash().acr(), access & !(1 << 10) | 1 << 12);
@@ -84,7 +86,8 @@ impl Storage for Flash {
             return Err(Refused(0));
         }
         self.unlocked(WORDWISE | 1, || {
-            // SAFETY: the place is erased flash of the page, unlocked for writing words; nothing else refers to it.
+            // SAFETY: the address is erased flash of the page, unlocked for writing words; nothing
+            // else refers to it.
             unsafe {
                 write_volatile(core::ptr::with_exposed_provenance_mut(address + 4 * index), word);
             }
@@ -93,8 +96,9 @@ impl Storage for Flash {
     }
 }
 
-/// The program's checksum: CRC-32 of its parts in flash one after the other (vector table, code, constants, initial values), as its
-/// file has them. What lies between them for alignment depends on the tool that wrote it.
+/// The program's CRC-32, over its parts in flash as its file has them: vector table, code,
+/// constants, initial values. The checksum skips the padding between them, which depends on the
+/// tool that wrote it.
 pub fn program() -> u32 {
     unsafe extern "C" {
         static __stext: u32;
@@ -119,7 +123,7 @@ pub fn program() -> u32 {
     let mut digest = crc.digest();
     for (from, to) in parts {
         for address in (from..to).map(core::ptr::with_exposed_provenance) {
-            // SAFETY: the program lies there; reading it changes nothing.
+            // SAFETY: the program lies at this address, and reading changes nothing.
             digest.update(&[unsafe { read_volatile::<u8>(address) }]);
         }
     }

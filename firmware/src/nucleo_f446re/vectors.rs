@@ -8,8 +8,8 @@ use stm32f4::stm32f446 as pac;
 #[macro_export]
 macro_rules! nucleo_vectors {
     () => {
-        // SAFETY: this is the name and the section that cortex-m-rt's linker script gives the device's part of the vector
-        // table, and its type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
+        // the vector table, whose type is an array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: [$crate::nucleo_f446re::vectors::Handler;
@@ -22,7 +22,8 @@ pub const LINES: usize = 97;
 /// A handler in the vector table.
 pub type Handler = unsafe extern "C" fn();
 
-/// The device's part of the vector table: handlers for the lines in use, for all others one that restarts the board and says so.
+/// The device's part of the vector table: handlers for the lines in use. For every other line, a
+/// handler restarts the board, which then reports the interrupt.
 // A line out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
 pub const HANDLERS: [Handler; LINES] = {

@@ -12,7 +12,7 @@ use picket::pipeline::Measurement;
 use picket::tracker::Tracker;
 use picket_wire::capture::Header;
 use picket_wire::follow::Follow;
-use picket_wire::record::{Health, Record};
+use picket_wire::telemetry::{Health, Telemetry};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -126,7 +126,7 @@ pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
         let stamp = header().timing().stamp(sequence as u64, false);
         let measurement: Measurement = tracker.block(stamp, &block);
         let (method, health) = (plan.options.method, Health::default());
-        telemetry.extend(Record { measurement, method, health }.to_frame());
+        telemetry.extend(Telemetry { measurement, method, health }.to_frame());
         telemetry.extend(Follow::of(&tracker, &stamp).to_frame());
         locked += usize::from(tracker.is_locked(Segment::Continuous));
     }

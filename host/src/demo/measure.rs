@@ -15,7 +15,7 @@ use picket::estimate::method::Method;
 use picket::pipeline::{Measurement, Outcome};
 use picket::plan::Solver;
 use picket_wire::capture::Header;
-use picket_wire::record::Record;
+use picket_wire::telemetry::Telemetry;
 use std::time::Duration;
 
 /// Samples in a block.
@@ -118,7 +118,7 @@ fn measured<R: Kind>(
     config: Config,
     tones: &[f64],
     options: &Options,
-) -> Result<Vec<Record>, DemoError> {
+) -> Result<Vec<Telemetry>, DemoError> {
     let blocks = tones.len() as u64 * options.seeds;
     let header = Header::of::<R>(config, N as u32, blocks as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
@@ -143,10 +143,10 @@ fn measured<R: Kind>(
 pub fn play(
     capture: Capture,
     options: &Options,
-    mut take: impl FnMut(Record),
+    mut take: impl FnMut(Telemetry),
 ) -> Result<Listener, RunError> {
     play_on("frontend_qemu", capture, options, |said| {
-        if let Said::Record(record) = said {
+        if let Said::Telemetry(record) = said {
             take(record);
         }
     })

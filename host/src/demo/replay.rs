@@ -14,7 +14,7 @@ use picket::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket::pipeline::Outcome;
 use picket::spectrum::fft::twiddle;
 use picket_wire::capture::Header;
-use picket_wire::record::Record;
+use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -103,7 +103,7 @@ fn heading(options: &Options) -> String {
 }
 
 impl Line {
-    fn of(record: &Record, rate_hz: f64, options: &Options) -> Self {
+    fn of(record: &Telemetry, rate_hz: f64, options: &Options) -> Self {
         let measurement = &record.measurement;
         let tone = &measurement.tone;
         let middle = measurement.stamp.clock as f64 + options.n as f64 / 2.0;

@@ -7,8 +7,8 @@ use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
 use picket_wire::boot::Boot;
 use picket_wire::follow::Follow;
-use picket_wire::record::Record;
 use picket_wire::status::Status;
+use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 
 /// What is known of the device, for the units of its records.
@@ -67,7 +67,7 @@ const fn segment(segment: Segment) -> &'static str {
 
 impl Row {
     /// The row of a record.
-    pub fn of(record: &Record, scale: &Scale, listener: &Listener) -> Self {
+    pub fn of(record: &Telemetry, scale: &Scale, listener: &Listener) -> Self {
         let measurement = &record.measurement;
         let (stamp, tone) = (&measurement.stamp, &measurement.tone);
         let cycles = tone.frequency.0.to_num::<f64>();

@@ -325,8 +325,10 @@ impl Watch {
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
         match said {
-            Said::Record(_) | Said::Status(_) | Said::Follow(_) if self.quiet => {}
-            Said::Record(record) => self.row(&line::Row::of(&record, &self.scale, &self.listener)),
+            Said::Telemetry(_) | Said::Status(_) | Said::Follow(_) if self.quiet => {}
+            Said::Telemetry(record) => {
+                self.row(&line::Row::of(&record, &self.scale, &self.listener))
+            }
             Said::Boot(boot) => {
                 self.scale.n = Some(boot.n as usize);
                 self.note(&line::boot(&boot));

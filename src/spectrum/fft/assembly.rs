@@ -1,9 +1,9 @@
-//! Assembly of whole functions.
+//! Functions written in assembly.
 
-/// `naked_asm!` whose assembler knows the DSP extension, where there is one.
+/// `naked_asm!` with an assembler that knows the DSP extension, if the core has it.
 ///
-/// The symbols of such functions are read by an assembler that knows the target but not `-Ctarget-cpu`: Armv7E-M means the
-/// extension, Armv8-M does not.
+/// The assembler of naked functions knows the target but not `-Ctarget-cpu`. Armv7E-M implies the
+/// extension; Armv8-M does not.
 #[cfg(not(armv8m))]
 macro_rules! kernel {
     ($($line:tt)*) => { core::arch::naked_asm!($($line)*) };

@@ -1,26 +1,30 @@
-//! The float FFT: `f32` by the crate microfft, in place, for a core with an FPU. There are no kernels. The bits are the same
-//! everywhere, because all it takes are IEEE 754's operations and none is fused.
+//! The float FFT: `f32` by the crate microfft, in place, for a core with an FPU. It has no kernels.
+//! The bits are the same everywhere, because it uses only IEEE 754's operations and fuses none.
 //!
 //! # Scale
 //!
-//! Codes without their middle are shifted up by `31 - B - log2 M` bits, for B signed bits and the M points of the
-//! spectrum, which is exact. Then the powers of all bins of an I/Q record of M samples sum to at most
-//! `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B - log2 M))^2 = 2^61`, by Parseval's theorem, and those of a real record of 2M samples
-//! to 2^62: less than 2^63 for any record, rounding included. So a part of a bin fits in 32 bits as well, but for bins 0 and N/2 of
-//! a real record, which saturate, by one count, where all of it is on a rail.
+//! Codes without their middle are shifted up by `31 - B - log2 M` bits, for B signed bits and the M
+//! points of the spectrum, which is exact. By Parseval's theorem, the powers of all bins of an I/Q
+//! record of M samples then sum to at most
+//! `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B - log2 M))^2 = 2^61`, and those of a real record of 2M
+//! samples to at most 2^62. Both are below 2^63 for any record, rounding included. So every part of
+//! a bin fits in 32 bits, except for bins 0 and N/2 of a real record: they saturate by one count if
+//! the whole record lies on a rail.
 //!
 //! # Points
 //!
-//! Those of a real record are its bins 0..N/2, already split; bin N/2, which is real as bin 0 is, lies in the imaginary part
-//! of that. White noise has the same power in them as in the other engines' points, so [`crate::estimate::noise`] takes
-//! their second differences as it is: bin 0 is none that it reads, and near the mirror of the tone's bin it
-//! leaves out bins that hold no more than noise, and reads as many others.
+//! The points of a real record are its bins 0..N/2, already split. Bin N/2 is real, as bin 0 is,
+//! and lies in the imaginary part of bin 0. White noise has the same power in these points as in
+//! the other engines' points, so [`crate::estimate::noise`] takes their second differences
+//! unchanged. It does not read bin 0. Near the mirror of the tone's bin it leaves out bins that
+//! hold only noise, and reads as many others.
 //!
 //! # Precision
 //!
-//! Of a full-scale tone the error is the transform's, 136 dB below at N = 1024. A bin is cut to an integer where it is read,
-//! towards zero, which is one instruction; of a tone 40 dB weaker that is most of the error, 115 dB below (I/Q: 112). A converter's own
-//! rounding is 80 dB more. The figures are asserted in `host-tests/tests/f32.rs`.
+//! The error of a full-scale tone is the transform's: 136 dB below the tone at N = 1024. A bin is
+//! cut to an integer when it is read, towards zero, in one instruction. That is most of the error
+//! of a tone 40 dB weaker: 115 dB below it (I/Q: 112). A converter's own rounding is 80 dB more.
+//! `host-tests/tests/f32.rs` asserts the figures.
 
 use super::integer::{Pair, Point};
 use crate::acquire::codes::Codes;
@@ -31,9 +35,9 @@ use microfft::Complex32;
 /// A complex value, real part first, in units of bins.
 pub type Float = [f32; 2];
 
-/// Transforms a record of `N` samples in place of `points`. Returns the exponent of the bins.
+/// Transforms a record of `N` samples into `points`, in place. Returns the exponent of the bins.
 ///
-/// Points that do not fit `N` are not transformed; the callers' types rule that out.
+/// Points that do not fit `N` stay untransformed; the callers' types rule that out.
 #[inline]
 pub fn transform<R: Record, const N: usize>(
     pairs: &[Pair],
@@ -54,9 +58,9 @@ pub fn transform<R: Record, const N: usize>(
     -(shift as i32)
 }
 
-/// By how much codes are shifted up.
+/// How many bits the codes are shifted up.
 const fn shift<R: Record, const N: usize>(codes: Codes) -> u32 {
-    // The middle is away: half the span is left, and a sign.
+    // Without the middle, half the span and a sign are left.
     let (low, high) = codes.rails();
     let half = ((high as i32 - low as i32 + 2) / 2) as u32;
     let bits = half.next_power_of_two().trailing_zeros() + 1;
@@ -65,7 +69,7 @@ const fn shift<R: Record, const N: usize>(codes: Codes) -> u32 {
     31 - bits - points.trailing_zeros()
 }
 
-/// Calls the crate's function for `N` of its values.
+/// Calls the crate's function for `N` values.
 macro_rules! by_length {
     ($module:ident, $values:ident, $($n:literal $function:ident)*) => {
         match N {
@@ -101,8 +105,8 @@ pub fn whole(point: Float) -> Point {
     point.map(|part| part as i32)
 }
 
-/// The sum of the powers of half the second difference around every `stride`-th point from the second on, as
-/// [`super::integer`]'s.
+/// The sum of the powers of half the second difference, at the second point and every `stride`-th
+/// one after it, as in [`super::integer`].
 pub fn bend(points: &[Float], stride: usize) -> u64 {
     let half = |left: f32, centre: f32, right: f32| (0.5 * (left + right) - centre) as i32;
     let (mut sum, mut rest) = (0u64, points);

@@ -1,30 +1,34 @@
-//! The integer FFT: `i32` data, packed Q15 twiddles; Q31 in the longer passes of 2048 points and more. This portable code is the definition of the
-//! target's arithmetic; the kernels of `kernel_dsp` and `kernel_thumb1` equal it bit for bit.
+//! The integer FFT: `i32` data and packed Q15 twiddles; the longer passes of transforms of 2048
+//! points and more have Q31 twiddles. This portable code defines the target's arithmetic. The
+//! kernels of `kernel_dsp` and `kernel_thumb1` equal it bit for bit.
 //!
-//! A real record of N samples is transformed as N/2 pairs; its bins are split from the result where they are
-//! wanted ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.
+//! A real record of N samples is transformed as N/2 pairs. Its bins are split from the result when
+//! they are read ([`Spectrum::bin`](crate::spectrum::Spectrum::bin)), and never stored.
 //!
 //! # Growth bound
 //!
-//! The first pass (radix 8 or 4) grows freely by 8 or 4. Every later radix-4 pass grows by at most 4 and
-//! halves once: the product with a factor keeps the upper half, the untwiddled operand is
-//! shifted. So a record grows by `g = 8 2^P` or `4 2^P` over `P` later passes, and codes of `B` signed
-//! bits are shifted up first so that the largest part times `g` is `2^30`: by `31 - B - log2 g`.
+//! The first pass (radix 8 or 4) grows by 8 or 4. Every later radix-4 pass grows by at most 4 and
+//! halves once: the product with a factor keeps the upper half, and the operand without a factor is
+//! shifted. So a record grows by `g = 8 2^P` or `4 2^P` over `P` later passes. Codes of `B` signed
+//! bits are first shifted up by `31 - B - log2 g` bits, so that the largest part times `g` is
+//! `2^30`.
 //!
-//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for each
-//! term, so no point exceeds `4/pi 2^30 < 2^31` after any pass. A real record of N samples has the
-//! growth of N/2 points; after its split, a part of a bin is `sum(x cos)`, at most `2/pi 2^31`,
-//! except at bins 0, N/4 and N/2, where it is a point's part (N/4) or a sum of two that reaches
-//! 2^31 only for a record on the negative rail: those two saturate, by one count. Sums inside a butterfly
-//! wrap, which is exact where the result fits. The tests drive every length with the extremes.
+//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for
+//! each term, so no point exceeds `4/pi 2^30 < 2^31` after any pass. A real record of N samples
+//! grows as N/2 points do. After its split, a part of a bin is `sum(x cos)`, at most `2/pi 2^31`.
+//! Bins 0, N/4 and N/2 are exceptions. Bin N/4 is a point's part. Bins 0 and N/2 are sums of two
+//! such parts, which reach 2^31 only for a record on the negative rail; they saturate, by one
+//! count. Sums inside a butterfly wrap, which is exact if the result fits. The tests drive every
+//! length with the extremes.
 //!
 //! # Precision
 //!
-//! The error is that of the Q15 factors. A bin has the relative error of its passes, 5e-6 each, which at 60 dB and
-//! 2048 points would be a third of its noise: so such transforms have Q31 factors, but for passes over fewer than
-//! 16 points. A product is floored to an integer, which lies 2^-12 or more below
-//! a 12-bit code before the passes' scaling. The signal-to-error ratios are asserted in
-//! `host-tests/tests/fft.rs`: at least 90 dB at N = 1024 for a full-scale line and for one at -40 dBFS.
+//! The error is that of the Q15 factors. A bin has the relative error of its passes, 5e-6 each. At
+//! 60 dB and 2048 points that would be a third of the bin's noise, so transforms of that length
+//! have Q31 factors, except in passes over fewer than 16 points. A product is floored to an
+//! integer, which lies 2^-12 or more below a 12-bit code before the passes' scaling.
+//! `host-tests/tests/fft.rs` asserts the signal-to-error ratios: at least 90 dB at N = 1024 for a
+//! full-scale line and for one at -40 dBFS.
 
 use super::twiddle::{self, Fine, FineTriple, Packed, Triple};
 use crate::math::products::power;
@@ -40,9 +44,9 @@ pub type Pair = [i16; 2];
 pub(super) struct Scale {
     /// The radix of the first pass: 8 or 4.
     pub first: usize,
-    /// By how much the codes are shifted up.
+    /// How many bits the codes are shifted up.
     pub shift: u32,
-    /// A stored value times `2^exponent` is in codes.
+    /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
 }
 
@@ -58,10 +62,11 @@ impl Scale {
     }
 }
 
-/// An `M`-point complex transform, decimation in time, of `M` pairs of samples of `bits` signed bits
-/// (12..=16). Returns the exponent of the stored values.
+/// An `M`-point complex transform, decimation in time, of `M` pairs of samples of `bits` signed
+/// bits (12..=16). Returns the exponent of the stored values.
 ///
-/// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
+/// Slices that do not hold `M` elements leave `points` as they are; the callers' types rule that
+/// out.
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
     first_pass::<M>(pairs, &scale, bits, points);
@@ -78,14 +83,14 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
-/// The factors of a pass over sub-transforms of some length: every so many of a table.
+/// The factors of a pass over sub-transforms of one length: a table and its stride.
 pub(super) enum Factors {
     Short(&'static [Triple]),
     Fine(&'static [FineTriple]),
 }
 
-/// Where a transform has factors of 32 bits, its passes over sub-transforms shorter than this do with 16: in the
-/// kernels they stay in registers over many blocks.
+/// In a transform with factors of 32 bits, passes over sub-transforms shorter than this have
+/// factors of 16 bits. The kernels keep those in registers over many blocks.
 const FINE: usize = 16;
 
 /// The factors of the pass over sub-transforms of `length` points.
@@ -107,7 +112,7 @@ pub(super) fn first_pass<const M: usize>(
     bits: u32,
     points: &mut [Point],
 ) {
-    // An array's length the compiler knows: it checks no index below.
+    // The compiler knows an array's length, so it checks no index below.
     let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
         return;
     };
@@ -118,7 +123,7 @@ pub(super) fn first_pass<const M: usize>(
     }
 }
 
-/// The position, among `count = 4^d` groups, that the digits of `group` in base 4 read backwards.
+/// The position of `group` among `count = 4^d` groups: its digits in base 4, reversed.
 pub(super) fn reversed(group: usize, count: usize) -> usize {
     let bits = count.trailing_zeros();
     if bits == 0 {
@@ -128,7 +133,8 @@ pub(super) fn reversed(group: usize, count: usize) -> usize {
     (((swapped & 0x5555_5555) << 1) | ((swapped >> 1) & 0x5555_5555)) as usize
 }
 
-/// First pass in groups of four: reads the record in digit-reversed order, no multiplications.
+/// First pass in groups of four. It reads the record in digit-reversed order and multiplies
+/// nothing.
 fn first4<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
     let quarter = M / 4;
     for (group, out) in points.as_chunks_mut::<4>().0.iter_mut().enumerate() {
@@ -140,7 +146,7 @@ fn first4<const M: usize>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
 
 /// First pass in groups of eight. Only the four diagonal products are inexact.
 ///
-/// `NARROW` where codes of at most 13 bits leave the diagonal products room in 32.
+/// `NARROW` is true if the codes have at most 13 bits, so that the diagonal products fit in 32.
 fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, points: &mut [Point]) {
     let eighth = M / 8;
     for (group, out) in points.as_chunks_mut::<8>().0.iter_mut().enumerate() {
@@ -164,8 +170,9 @@ fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, poi
     }
 }
 
-/// Defines a radix-4 pass over sub-transforms of `length` points, which halves once. Its factors are every `stride`-th of
-/// `table`. (A macro, because of a generic function the compiler makes a pass that is a tenth slower on the M3.)
+/// Defines a radix-4 pass over sub-transforms of `length` points, which halves once. Its factors
+/// are every `stride`-th of `table`. It is a macro because the compiler makes a pass that is a
+/// tenth slower on the M3 of a generic function.
 macro_rules! radix4 {
     ($name:ident, $triple:ty, $turn:ident) => {
         pub(super) fn $name(points: &mut [Point], length: usize, table: &[$triple], stride: usize) {
@@ -202,8 +209,8 @@ macro_rules! radix4 {
 radix4!(radix4, Triple, turn);
 radix4!(radix4_finely, FineTriple, turn_finely);
 
-/// Bin `k`, 0..=M, of a real record from the M points of its transform as pairs; `table` is
-/// [`twiddle::splits`].
+/// Bin `k`, 0..=M, of a real record. `points` are the M points of its transform as pairs, `table`
+/// is [`twiddle::splits`].
 ///
 /// With s = Z[k] + Z*[M-k] and d = Z[k] - Z*[M-k]: X[k] = s/2 - j d/2 exp(-j 2 pi k/N).
 #[inline]
@@ -232,7 +239,7 @@ pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// Bins from `first` on, all within 1..M, as [`split`] gives them one by one.
+/// The bins from `first` on, all within 1..M, as [`split`] gives each of them.
 #[cfg_attr(dsp, allow(dead_code))]
 pub(crate) fn window<'a>(
     points: &[Point],
@@ -243,7 +250,7 @@ pub(crate) fn window<'a>(
     let (length, middle) = (points.len(), points.len() / 2);
     let last = first.saturating_add(places.len());
     if first >= 1 && last <= length {
-        // Bins on one side of the middle come from pairs that lie one after the other.
+        // The bins on one side of the middle come from pairs in sequence.
         let (low, near, far) = (last <= middle, first..last, length + 1 - last..length + 1 - first);
         let (near, mirrored) = if low { (near, far) } else { (far, near) };
         let pairs = points.get(near.clone()).zip(points.get(mirrored)).zip(table.get(near));
@@ -261,7 +268,7 @@ pub(crate) fn window<'a>(
     filled(places, (first..).map(|k| split(points, table, k)))
 }
 
-/// Fills places with what an iterator gives; those it leaves over are not among what comes back.
+/// Fills `places` from an iterator and returns the places it filled.
 #[inline(always)]
 pub(crate) fn filled(
     places: &mut [MaybeUninit<Point>],
@@ -273,14 +280,15 @@ pub(crate) fn filled(
         count += 1;
     }
     let written = places.get(..count).unwrap_or_default();
-    // SAFETY: so many were written.
+    // SAFETY: this many places were written.
     unsafe { written.assume_init_ref() }
 }
 
-/// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, around every `stride`-th point
-/// from the second on.
+/// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, at the second
+/// point and every `stride`-th one after it.
 ///
-/// That is a bin under Hann's window, so it fits in 32 bits as the bins do, and all powers together in 63.
+/// The difference is a bin under Hann's window, so it fits in 32 bits as the bins do, and the sum
+/// in 63.
 pub(crate) fn bend(points: &[Point], stride: usize) -> u64 {
     let half = |left: i32, centre: i32, right: i32| {
         (left >> 1).wrapping_sub(centre).wrapping_add(right >> 1)
@@ -294,7 +302,7 @@ pub(crate) fn bend(points: &[Point], stride: usize) -> u64 {
     sum
 }
 
-/// Bins k and M-k of a real record from the points k and M-k; `w` is `-cos | -sin << 16`.
+/// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.
 #[inline(always)]
 pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
@@ -305,7 +313,7 @@ pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     [[er.wrapping_add(re), ei.wrapping_add(im)], [er.wrapping_sub(re), im.wrapping_sub(ei)]]
 }
 
-/// The radix-4 butterfly of four points already turned and halved.
+/// The radix-4 butterfly of four points, already turned and halved.
 #[inline(always)]
 fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     let (sum, difference) = (add(b, d), sub(b, d));
@@ -324,19 +332,19 @@ fn dft4(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     butterfly(a, b, c, d)
 }
 
-/// x (cos - j sin) / 2 by a factor packed `cos | -sin << 16`.
+/// x (cos - j sin) / 2, with the factor packed as `cos | -sin << 16`.
 #[inline(always)]
 fn turn(x: Point, w: Packed) -> Point {
     [low(x[0], w).wrapping_sub(high(x[1], w)), low(x[1], w).wrapping_add(high(x[0], w))]
 }
 
-/// x (cos - j sin) / 2 by a factor `[cos, sin]` of 32 bits (SMMUL, then SMMLA or SMMLS).
+/// x (cos - j sin) / 2, with a factor `[cos, sin]` of 32 bits (SMMUL, then SMMLA or SMMLS).
 #[inline(always)]
 fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
     let product = |x: i32, factor: i32| i64::from(x) * i64::from(factor);
     let upper = |product: i64| (product >> 32) as i32;
     let (re, im) = (upper(product(x[0], cos)), upper(product(x[1], cos)));
-    // The second product is floored, too; where it is taken away, its negative is.
+    // The second product is floored too. Where it is subtracted, its negative is floored.
     [
         re.wrapping_add(upper(product(x[1], sin))),
         im.wrapping_add(upper(product(x[0], sin).wrapping_neg())),
@@ -355,8 +363,8 @@ fn high(x: i32, w: Packed) -> i32 {
     scaled(x, (w & 0xffff_0000) as i32)
 }
 
-/// x times a Q15 number in the upper half of a word, halved and floored: the upper word of the product, or, where the core
-/// has no instruction that gives it, two products of half the width.
+/// x times a Q15 number in the upper half of a word, halved and floored: the upper word of the
+/// product. A core without an instruction for that word takes two products of half the width.
 #[inline(always)]
 fn scaled(x: i32, factor: i32) -> i32 {
     if cfg!(short_products) {

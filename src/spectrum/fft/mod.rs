@@ -1,6 +1,7 @@
-//! Transforms. [`integer`] is the default engine and the definition of the target's arithmetic;
-//! cores with the DSP extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of `kernel_thumb1`.
-//! [`q15`] is the 16-bit one, and `kernel_q15` its loops. `float`, with the feature `microfft`, is somebody else's.
+//! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP
+//! extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of
+//! `kernel_thumb1`. [`q15`] is the 16-bit transform, and `kernel_q15` its loops. `float`, with the
+//! feature `microfft`, calls another crate.
 
 #[cfg(any(dsp, short_products))]
 pub(super) mod assembly;
@@ -17,9 +18,9 @@ pub mod q15;
 pub mod twiddle;
 
 #[cfg(not(any(dsp, short_products)))]
-pub(super) use super::sweep::real as sweep;
+pub(super) use super::scan::real as scan;
 #[cfg(any(dsp, short_products))]
-pub(super) use engine::sweep;
+pub(super) use engine::scan;
 #[cfg(not(any(dsp, short_products)))]
 use integer as engine;
 #[cfg(dsp)]

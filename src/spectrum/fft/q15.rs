@@ -1,33 +1,37 @@
-//! The 16-bit FFT: block floating point, packed Q15 twiddles, half the memory of [`super::integer`]. This portable code
-//! is the definition; the kernels of `kernel_q15` equal it bit for bit.
+//! The 16-bit FFT: block floating point, packed Q15 twiddles, half the memory of
+//! [`super::integer`]. This portable code is the definition; the kernels of `kernel_q15` equal it
+//! bit for bit.
 //!
-//! A record is shifted so that its largest part just fills 12 bits, passes of radix 8 or 4 and then 4 follow, and every
-//! later pass halves once, or twice where a part of its input needs more than 14 bits. Products and halved sums are
-//! rounded to nearest.
+//! A record is shifted so that its largest part just fills 12 bits. A pass of radix 8 or 4 and then
+//! passes of radix 4 follow. Every later pass halves once, or twice if a part of its input needs
+//! more than 14 bits. Products and halved sums are rounded to nearest.
 //!
 //! # Growth bound
 //!
-//! Of a point z, let m be the largest `|z|` of all. The record is shifted so that no part exceeds 2894, and m is at most
-//! 4093. The first pass adds eight points: m is at most 32742. (Or twice as large parts, and four points.) A later pass adds four points, each halved: m
-//! doubles. It does so only where every part was within -2^13..2^13, so m was at most 11585; elsewhere the sums are
-//! halved again, and m stays. Rounding, and factors whose magnitude exceeds 1 by 2^-16, add less than 4 a pass, and there
-//! are five at most. So `|z|` never exceeds 32762, nor does a sum inside a butterfly, of two halved points: no part
-//! reaches 32767. Sums wrap, which is exact where the result fits.
+//! Let m be the largest `|z|` of all points z. The record is shifted so that no part exceeds 2894,
+//! so m is at most 4093. A first pass of radix 8 adds eight points: m is at most 32742. (One of
+//! radix 4 takes parts twice as large, and adds four points.) A later pass adds four points, each
+//! halved: m doubles. It does so only if every part was within -2^13..2^13, so that m was at most
+//! 11585; otherwise the sums are halved again, and m stays. Rounding, and factors whose magnitude
+//! exceeds 1 by 2^-16, add less than 4 a pass, and there are five passes at most. So `|z|` never
+//! exceeds 32762, nor does a sum of two halved points inside a butterfly, and no part reaches
+//! 32767. Sums wrap, which is exact if the result fits.
 //!
 //! # Bins
 //!
-//! Stored are points of 16 bits. A bin is split from them in 32 bits, ten bits further left ([`FRACTION`]): the split
-//! adds hardly any rounding of its own. A split bin is at most sqrt 2 times the larger of its two points, and all powers
-//! sum to less than `4096 2^30 2^20 = 2^62`.
+//! The stored points have 16 bits. A bin is split from them in 32 bits, ten bits finer
+//! ([`FRACTION`]), so the split adds hardly any rounding of its own. A split bin is at most sqrt 2
+//! times the larger of its two points, and all powers sum to less than `4096 2^30 2^20 = 2^62`.
 
 use super::integer::Pair;
 use super::twiddle::{self, Packed, Triple};
 use crate::acquire::codes::Codes;
 
-/// By how many bits a bin is finer than a stored point.
+/// How many bits finer a bin is than a stored point.
 pub const FRACTION: u32 = 10;
 
-/// The largest magnitude of a part that a first pass of radix 8 takes; one of radix 4 takes twice as much.
+/// The largest magnitude of a part that a first pass of radix 8 takes; one of radix 4 takes twice
+/// this.
 const LARGEST: i32 = 2894;
 
 /// sqrt(1/2) in Q15.
@@ -35,7 +39,8 @@ pub(super) const DIAGONAL: i32 = 23170;
 
 /// An `M`-point complex transform of `M` pairs of samples. Returns the exponent of the bins.
 ///
-/// Lengths that do not fit `M` leave `points` as they are; the callers' types rule that out.
+/// Slices that do not hold `M` elements leave `points` as they are; the callers' types rule that
+/// out.
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
     let shift = shift::<M>(codes, extremes(pairs));
     let mut large = first_pass::<M>(pairs, codes, shift, points);
@@ -54,7 +59,8 @@ pub(super) const fn first_radix(m: usize) -> usize {
     if m.trailing_zeros().is_multiple_of(2) { 4 } else { 8 }
 }
 
-/// By how much codes between these two are shifted up; down where it is negative, which codes of 13 bits and fewer never need.
+/// How many bits codes between these two are shifted up. A negative number shifts down; codes of 13
+/// bits and fewer never need that.
 pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 {
     let centre = i32::from(codes.middle());
     let largest = (i32::from(high) - centre).max(centre - i32::from(low));
@@ -63,11 +69,11 @@ pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 
     while shift < 11 && largest << (shift + 5) <= allowed << 4 {
         shift += 1;
     }
-    // Where four points are added a single bit gains nothing: the next pass would halve twice.
+    // If four points are added, a single bit gains nothing: the next pass would halve twice.
     if shift == 1 && first_radix(M) == 4 { 0 } else { shift }
 }
 
-/// A spread of codes of 12 bits from which on [`shift`] is zero.
+/// A spread of codes of 12 bits, from which on [`shift`] is zero.
 #[cfg_attr(not(dsp), allow(dead_code))]
 pub(super) const WIDE: u16 = LARGEST as u16;
 
@@ -78,14 +84,14 @@ pub(super) fn extremes(pairs: &[Pair]) -> [i16; 2] {
     })
 }
 
-/// The first pass, of radix 4 or 8. True where a part is large (see [`Large`]).
+/// The first pass, of radix 4 or 8. True if a part is large (see [`Large`]).
 pub(super) fn first_pass<const M: usize>(
     pairs: &[Pair],
     codes: Codes,
     shift: i32,
     points: &mut [Pair],
 ) -> bool {
-    // An array's length the compiler knows: it checks no index below.
+    // The compiler knows an array's length, so it checks no index below.
     let Ok(pairs) = <&[Pair; M]>::try_from(pairs) else {
         return false;
     };
@@ -98,21 +104,21 @@ pub(super) fn first_pass<const M: usize>(
     }
 }
 
-/// The centre of the first point of each group of the first pass. All of the group's codes have it in their sum, the other
-/// points have it in a difference.
+/// The centre of the first point of each group of the first pass. That point sums all codes of the
+/// group and their centres; the other points are differences, without a centre.
 pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i16 {
     let up = if shift > 0 { shift } else { 0 };
     (((codes.middle() as i32) * first_radix(M) as i32) << up) as i16
 }
 
-/// Is there a pass of sub-transforms of `length` points?
+/// Whether there is a pass over sub-transforms of `length` points.
 #[cfg_attr(not(dsp), allow(dead_code))]
 pub(super) const fn has_pass(m: usize, length: usize) -> bool {
     let blocks = m / length / 4;
     length >= first_radix(m) && blocks >= 1 && blocks.trailing_zeros().is_multiple_of(2)
 }
 
-/// A pair shifted up, or down and rounded.
+/// A pair shifted up, or shifted down and rounded.
 #[inline(always)]
 fn scaled(pair: Pair, shift: i32) -> Pair {
     if shift >= 0 {
@@ -158,8 +164,8 @@ fn first8<const M: usize>(load: impl Fn(usize) -> Pair, centre: Pair, points: &m
     large.seen()
 }
 
-/// A radix-4 pass over sub-transforms of `length` points; halves once, or twice. Its factors are every `stride`-th
-/// of `table`. True where a part of the result is large.
+/// A radix-4 pass over sub-transforms of `length` points, which halves once or twice. Its factors
+/// are every `stride`-th of `table`. True if a part of the result is large.
 pub(super) fn radix4(
     points: &mut [Pair],
     length: usize,
@@ -205,11 +211,12 @@ pub(super) fn radix4(
     large.seen()
 }
 
-/// The radix-4 butterfly of a point and three already turned and halved.
+/// The radix-4 butterfly of one point and three points already turned and halved.
 ///
-/// The first point is rounded up twice and down twice by turns, and with it the sums that are halved again. Rounded in one way they
-/// would all be off by an eighth to a quarter on average; a constant over the bins is a pulse at the record's start, which a
-/// noise estimate under Hann's window does not see, and a fit does.
+/// The first point is rounded up twice, then down twice, and so on, and with it the sums that are
+/// halved again. With one rounding direction, all of them would be off by an eighth to a quarter on
+/// average. A constant over the bins is a pulse at the record's start; a noise estimate under
+/// Hann's window does not see that pulse, and a fit does.
 #[inline(always)]
 fn butterfly(a: Pair, [b, c, d]: [Pair; 3], twice: bool, first: bool) -> [Pair; 4] {
     let a = half(a, if first { 1 } else { second(twice) });
@@ -231,7 +238,7 @@ fn butterfly(a: Pair, [b, c, d]: [Pair; 3], twice: bool, first: bool) -> [Pair; 
     ]
 }
 
-/// What rounds the first point of every second pair of butterflies.
+/// The rounding of the first point in every second pair of butterflies.
 pub(super) const fn second(twice: bool) -> i32 {
     if twice { 2 } else { 0 }
 }
@@ -251,7 +258,7 @@ fn diagonal([re, im]: Pair) -> Pair {
     [((re + im) * DIAGONAL + 0x4000) >> 15, ((im - re) * DIAGONAL + 0x4000) >> 15].map(|x| x as i16)
 }
 
-/// x (cos - j sin) / 2, rounded, by a factor packed `cos | -sin << 16`.
+/// x (cos - j sin) / 2, rounded, with the factor packed as `cos | -sin << 16`.
 #[inline(always)]
 fn turn([re, im]: Pair, w: Packed) -> Pair {
     let (re, im) = (i32::from(re), i32::from(im));
@@ -287,7 +294,7 @@ fn forward(a: Pair, b: Pair) -> Pair {
     [a[0].wrapping_sub(b[1]), a[1].wrapping_add(b[0])]
 }
 
-/// Has a part been outside -2^13..2^13?
+/// Whether a part has been outside -2^13..2^13.
 #[derive(Default)]
 struct Large(u16);
 

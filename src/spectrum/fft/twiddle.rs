@@ -5,21 +5,21 @@ pub const MIN_LENGTH: usize = 64;
 /// The largest record length.
 pub const MAX_LENGTH: usize = 4096;
 
-/// True for the record lengths the FFT supports: 64, 128, ... 4096.
+/// Whether the FFT supports this record length: 64, 128, ... 4096.
 pub const fn supported(n: usize) -> bool {
     n.is_power_of_two() && n >= MIN_LENGTH && n <= MAX_LENGTH
 }
 
-/// Two Q15 numbers in a word, low half first: the form that the DSP extension multiplies with.
+/// Two Q15 numbers in a word, low half first. The DSP extension multiplies this form.
 pub type Packed = u32;
 
 /// The three factors of a radix-4 butterfly, `exp(-j 2 pi q i / M)` for q = 1, 2, 3, each packed as
-/// `cos | -sin << 16`. Negated, the sine reaches -1.0, which Q15 holds, and never +1.0, which it does
-/// not; the factor 1 has a path of its own.
+/// `cos | -sin << 16`. The negated sine reaches -1.0, which Q15 holds, and never +1.0, which Q15
+/// does not hold. The factor 1 has a path of its own.
 pub type Triple = [Packed; 3];
 
-/// Radix-4 factors of an `m`-point transform: entry `i` serves the last pass, every `stride`-th
-/// entry an earlier one.
+/// Radix-4 factors of an `m`-point transform. Entry `i` serves the last pass, every `stride`-th
+/// entry an earlier pass.
 pub const fn passes(m: usize) -> &'static [Triple] {
     match m {
         32 => &PASSES_32,
@@ -37,11 +37,11 @@ pub const fn passes(m: usize) -> &'static [Triple] {
 /// A factor of 32 bits, `[cos, sin]` in Q31.
 pub type Fine = [i32; 2];
 
-/// The three factors of a radix-4 butterfly as [`Triple`]s hold them, but of 32 bits.
+/// The three factors of a radix-4 butterfly, as in [`Triple`] but of 32 bits each.
 pub type FineTriple = [Fine; 3];
 
-/// As [`passes`], of 32 bits, for the transforms that are so long that a line stands as far above the noise of a bin as
-/// above what rounding to 16 bits leaves; empty for the others.
+/// As [`passes`], of 32 bits, for the long transforms; empty for the others. In a long transform,
+/// rounding the factors to 16 bits would leave an error as large as the noise of a bin.
 pub const fn fine_passes(m: usize) -> &'static [FineTriple] {
     match m {
         2048 => &FINE_2048,
@@ -50,8 +50,8 @@ pub const fn fine_passes(m: usize) -> &'static [FineTriple] {
     }
 }
 
-/// Factors that split an `n/2`-point complex spectrum into the `n`-point spectrum of a real
-/// record: entry `k` is `-cos | -sin << 16` of `2 pi k / n`, k = 0..n/4.
+/// Factors that split an `n/2`-point complex spectrum into the `n`-point spectrum of a real record.
+/// Entry `k` is `-cos | -sin << 16` of `2 pi k / n`, k = 0..n/4.
 pub const fn splits(n: usize) -> &'static [Packed] {
     match n {
         64 => &SPLITS_64,
@@ -85,7 +85,7 @@ const SPLITS_1024: [Packed; 256] = quarter();
 const SPLITS_2048: [Packed; 512] = quarter();
 const SPLITS_4096: [Packed; 1024] = quarter();
 
-// Const functions cannot use `get_mut`; an index out of range would be a compile error.
+// Const functions cannot use `get_mut`. An index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
 const fn triples<const Q: usize>() -> [Triple; Q] {
     let mut table = [[0; 3]; Q];
@@ -137,7 +137,7 @@ const fn pack(low: i16, high: i16) -> Packed {
 /// `x` in Q15, rounded to nearest and saturated.
 const fn q15(x: f64) -> i16 {
     let scaled = x * 32768.0;
-    // `as` saturates; adding or taking half a unit first rounds to nearest.
+    // `as` saturates. Adding or subtracting half a unit first rounds to nearest.
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i16
 }
 
@@ -147,7 +147,7 @@ const fn q31(x: f64) -> i32 {
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
-/// Sine and cosine of `2 pi i / n`, within 1e-15: the angle is folded into an eighth of a turn,
+/// Sine and cosine of `2 pi i / n`, within 1e-15. The angle is folded into an eighth of a turn,
 /// where twelve terms of the series are exact to the last digit. `n` is a multiple of 8.
 pub const fn sin_cos(i: usize, n: usize) -> (f64, f64) {
     let i = i % n;
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn factors_are_rounded_and_at_most_saturated_by_half_a_count() {
-        // Q15 ends at 32767: a cosine within half a count of 1 loses up to one count there.
+        // Q15 ends at 32767, so a cosine within half a count of 1 loses up to one count.
         let close = |got: i16, exact: f64| {
             (f64::from(got) - exact).abs() <= if exact > 32767.0 { 1.0 } else { 0.5 + 1e-9 }
         };

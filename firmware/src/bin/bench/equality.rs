@@ -1,4 +1,4 @@
-//! Kernels against their definition.
+//! Compares kernels with their definition.
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Record;
@@ -7,11 +7,11 @@ use picket::spectrum::engine::Engine;
 use picket::spectrum::peak::{Band, find, find_portably};
 use picket_firmware::mps2::count::Random;
 
-/// Kernels beside their definition.
+/// Kernels compared with their definition.
 pub struct Equality<R: Record, const N: usize, E: Engine> {
     kernel: Spectrum<R, N, E>,
     definition: Spectrum<R, N, E>,
-    /// Blocks.
+    /// Blocks compared.
     pub compared: u32,
     /// Blocks that differ.
     pub unequal: u32,
@@ -24,7 +24,7 @@ impl<R: Record, const N: usize, E: Engine> Default for Equality<R, N, E> {
 }
 
 impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
-    /// One block.
+    /// Compares one block.
     pub fn compare(&mut self, samples: &[R::Sample; N], codes: Codes) {
         self.kernel.transform(samples, codes);
         self.definition.transform_portably(samples, codes);
@@ -42,7 +42,7 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         }
     }
 
-    /// Some of a band, another part at each block.
+    /// Some part of a band, another one at each block.
     fn part_of(&self, band: Band) -> Band {
         let below = |salt: u32, limit: u32| {
             self.compared.wrapping_mul(salt).checked_rem(limit).unwrap_or(0) as i32
@@ -51,8 +51,8 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         Band { low, high: low + below(91, Band { low, ..band }.width()) }
     }
 
-    /// So many random blocks of random strength; every other one touches nothing but the rails, and every
-    /// eighth is periodic, so that bins are equally strong.
+    /// Compares this many random blocks of random strength. Every other block has only samples at
+    /// the rails, and every eighth is periodic, so that bins are equally strong.
     pub fn drive(&mut self, blocks: u32) {
         let mut random = Random(20_220_222);
         let mut samples = [R::Sample::default(); N];

@@ -1,4 +1,4 @@
-//! What `bench` counts, with the float engine.
+//! `bench` with the float engine.
 #![no_std]
 #![no_main]
 

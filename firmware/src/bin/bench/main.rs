@@ -1,8 +1,8 @@
-//! Counts instructions: every stage of a measurement of the capture's blocks, and, in an image with the feature
-//! `rivals`, other people's transforms of the same blocks. Also compares the kernels with their
-//! definition, on the capture's blocks and on random ones.
+//! Counts instructions: of every stage of a measurement of the capture's blocks and, with the
+//! feature `rivals`, of other people's transforms of the same blocks. It also compares the kernels
+//! with their definition, on the capture's blocks and on random ones.
 //!
-//! The header's period, which has no other meaning here, is the number of random blocks.
+//! The header's period has no other meaning here: it is the number of random blocks.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! What `bench` counts, with the 16-bit engine.
+//! `bench` with the 16-bit engine.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Other people's transforms. They may panic; so this image is not part of the proof that none does.
+//! Other people's transforms. They may panic, so this image is not part of the proof of freedom
+//! from panics.
 
 use core::hint::black_box;
 use fixed_dsp::transform::{RfftI16, RfftI32};
@@ -6,7 +7,7 @@ use picket::acquire::sample::Record;
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::playback::Results;
 
-/// Full scale of a 16-bit transform, from 12-bit codes.
+/// The shift that takes 12-bit codes to the full scale of a 16-bit transform.
 const UP: u32 = 4;
 
 pub fn count_all<R: Record, const N: usize>(samples: &[R::Sample; N], results: &mut Results) {
@@ -42,7 +43,7 @@ pub fn count_all<R: Record, const N: usize>(samples: &[R::Sample; N], results: &
     }
 }
 
-/// The crate exports no name for its number type's zero, and is built on an older `num-complex`.
+/// The crate exports no name for the zero of its number type, and uses an older `num-complex`.
 fn fixed_fft_complex() -> num_complex_old::Complex<i16> {
     num_complex_old::Complex::new(0, 0)
 }

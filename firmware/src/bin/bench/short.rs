@@ -1,4 +1,4 @@
-//! As `bench`, for real records of 1,024 samples alone: built in a tenth of the time.
+//! `bench` for real records of 1,024 samples alone, which builds in a tenth of the time.
 #![no_std]
 #![no_main]
 

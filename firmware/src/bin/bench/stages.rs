@@ -1,4 +1,4 @@
-//! The stages of a measurement, by any engine.
+//! The stages of a measurement, for any engine.
 
 use crate::equality::Equality;
 use core::hint::black_box;
@@ -16,7 +16,7 @@ use picket_firmware::mps2::playback::{Playback, Results};
 use picket_firmware::mps2::{Timer, Uart, figure};
 use picket_wire::capture::decode;
 
-/// Counts what the capture holds.
+/// Counts the stages for the blocks of the capture.
 pub struct Stages<E> {
     playback: Playback,
     engine: PhantomData<E>,
@@ -29,7 +29,7 @@ impl<E> Stages<E> {
         Self { playback, engine: PhantomData }
     }
 
-    /// The kind of the capture's records: are they I/Q, and how long?
+    /// The kind of the capture's records: whether they are I/Q, and their length.
     pub fn kind(&self) -> (bool, usize) {
         (self.playback.header.iq, self.playback.header.n as usize)
     }

@@ -1,11 +1,12 @@
-//! The clock tree: from the probe's 8 MHz, or the internal 16 MHz where that is missing, to core, buses and converter.
+//! The clock tree, from the probe's 8 MHz or the internal 16 MHz to core, buses and converter.
 //!
-//! The two speeds are the two best rates of the converter, which takes 15 cycles of at most 36 MHz (DS 6.3.20) for a
-//! sample: 144 MHz gives it 36 MHz and 2.4 MS/s, 180 MHz 22.5 MHz and 1.5 MS/s.
+//! Two speeds give the converter its two best rates. A sample takes 15 cycles of at most 36 MHz (DS
+//! 6.3.20): at 144 MHz the converter has 36 MHz and 2.4 MS/s, at 180 MHz it has 22.5 MHz and 1.5
+//! MS/s.
 
 use picket_wire::boot::Clock;
 
-/// How fast the core runs when all is well.
+/// The core's speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Speed {
     /// 144 MHz: up to 2.4 MS/s.
@@ -15,20 +16,21 @@ pub enum Speed {
     Mhz180,
 }
 
-/// Where the clock comes from.
+/// The source of the clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Source {
     /// The probe's crystal, multiplied: some ten ppm.
     HsePll,
-    /// The internal oscillator, multiplied, as the probe's clock did not come: frequencies may be 1 % wrong.
+    /// The internal oscillator, multiplied, because the probe's clock did not start: frequencies
+    /// may be 1 % wrong.
     HsiPll,
-    /// The internal oscillator alone, as the multiplier did not lock: as wrong, and slow.
+    /// The internal oscillator alone, because the multiplier did not lock: also 1 %, and slow.
     #[default]
     Hsi,
 }
 
 impl Source {
-    /// What the host is told.
+    /// The source in the terms of the boot record.
     pub const fn clock(self) -> Clock {
         match self {
             Source::HsePll => Clock::External,
@@ -39,7 +41,7 @@ impl Source {
 }
 
 impl Speed {
-    /// The speed of this many MHz, the usual one for 0.
+    /// The speed of this many MHz; 0 is the default, and other values are `None`.
     pub const fn of_mhz(mhz: u16) -> Option<Self> {
         match mhz {
             144 => Some(Speed::Mhz144),
@@ -48,7 +50,7 @@ impl Speed {
         }
     }
 
-    /// In MHz.
+    /// The speed in MHz.
     pub const fn mhz(self) -> u16 {
         match self {
             Speed::Mhz144 => 144,
@@ -62,22 +64,23 @@ pub const HSE_HZ: u32 = 8_000_000;
 /// The internal oscillator in hertz.
 pub const HSI_HZ: u32 = 16_000_000;
 
-/// The tree's frequencies, in hertz, and the words that make them.
+/// The frequencies of the tree, in hertz, and the register words that make them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tree {
-    /// Where the clock comes from.
+    /// The source of the clock.
     pub source: Source,
-    /// The core's clock.
+    /// Clock of the core, Hz.
     pub core_hz: u32,
-    /// The clock of the first peripheral bus: USART2, the DAC.
+    /// Clock of the first peripheral bus, Hz: USART2 and the DAC.
     pub apb1_hz: u32,
-    /// The clock of the second: the ADC before its prescaler.
+    /// Clock of the second peripheral bus, Hz: the ADC before its prescaler.
     pub apb2_hz: u32,
-    /// What the timers on the first bus count (RM 6.2, figure 14: twice the bus where that is divided).
+    /// Clock of the timers on the first bus, Hz: twice the bus if that is divided (RM 6.2, figure
+    /// 14).
     pub timer_hz: u32,
-    /// The converter's clock.
+    /// Clock of the converter, Hz.
     pub adc_hz: u32,
-    /// RCC_PLLCFGR (RM 6.3.2); `None` without multiplier.
+    /// RCC_PLLCFGR (RM 6.3.2); `None` without the multiplier.
     pub pll: Option<u32>,
     /// RCC_CFGR (RM 6.3.3).
     pub cfgr: u32,
@@ -85,11 +88,11 @@ pub struct Tree {
     pub flash: u32,
     /// The ADC's prescaler, ADCPRE in ADC_CCR (RM 13.13.16).
     pub adc_prescaler: u32,
-    /// Whether the regulator's over-drive is needed (RM 5.1.4): above 168 MHz.
+    /// Whether the regulator needs its over-drive (RM 5.1.4): above 168 MHz.
     pub over_drive: bool,
 }
 
-/// The fastest the converter may be clocked (DS 6.3.20).
+/// The fastest clock of the converter, Hz (DS 6.3.20).
 const ADC_LIMIT_HZ: u32 = 36_000_000;
 
 impl Tree {
@@ -100,13 +103,15 @@ impl Tree {
             Source::HsiPll => (HSI_HZ, 0, 8),
             Source::Hsi => return Self::internal(),
         };
-        // The multiplier's input is 2 MHz, as RM 6.3.2 recommends against jitter; its output is halved.
+        // The multiplier's input is 2 MHz, as RM 6.3.2 recommends against jitter; its output is
+        // halved.
         let multiplier = match speed {
             Speed::Mhz144 => 144,
             Speed::Mhz180 => 180,
         };
         let core_hz = input / divider * multiplier / 2;
-        // PLLM 5:0, PLLN 14:6, PLLP 17:16 (0 halves), PLLSRC 22, PLLQ 27:24 and PLLR 30:28, which nothing uses, at 8 and 2.
+        // PLLM 5:0, PLLN 14:6, PLLP 17:16 (0 halves), PLLSRC 22. PLLQ 27:24 and PLLR 30:28 serve
+        // nothing: 8 and 2.
         let pll = divider | multiplier << 6 | source_bit << 22 | 8 << 24 | 2 << 28;
         // SW 1:0 = 2 the multiplier, PPRE1 12:10 = 5 a quarter, PPRE2 15:13 = 4 a half.
         let cfgr = 2 | 5 << 10 | 4 << 13;
@@ -127,7 +132,7 @@ impl Tree {
         }
     }
 
-    /// No multiplier, no dividers.
+    /// The tree without multiplier and dividers.
     const fn internal() -> Self {
         Tree {
             source: Source::Hsi,
@@ -145,8 +150,8 @@ impl Tree {
     }
 }
 
-/// FLASH_ACR at 2.7 to 3.6 V: a wait state for every 30 MHz begun after the first (RM 3.4.1, table 5), prefetch and both
-/// caches on.
+/// FLASH_ACR at 2.7 to 3.6 V: one wait state for every 30 MHz begun after the first (RM 3.4.1,
+/// table 5), prefetch and both caches on.
 pub const fn flash_access(core_hz: u32) -> u32 {
     let wait_states = core_hz.saturating_sub(1) / 30_000_000;
     wait_states | 1 << 8 | 1 << 9 | 1 << 10

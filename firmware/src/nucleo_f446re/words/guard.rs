@@ -1,11 +1,11 @@
-//! What brings a lost instrument back: the independent watchdog and the brown-out reset.
+//! The independent watchdog and the brown-out reset, which recover a hung instrument.
 
 use picket_wire::boot::Causes;
 
 /// Reset causes from RCC_CSR (RM 6.3.21): LPWR 31, WWDG 30, IWDG 29, SFT 28, POR 27, PIN 26, BOR 25.
 pub fn causes(csr: u32) -> Causes {
     let bit = |mask: u32, place: u8| if csr & mask == 0 { 0 } else { 1 << place };
-    // Every cause pulls the pin: it is told only where it stands alone.
+    // Every cause pulls the pin, so the pin counts only if it stands alone.
     let others = bit(1 << 27 | 1 << 25, 0) | bit(1 << 28, 2) | bit(1 << 29, 3);
     let others = others | bit(1 << 31 | 1 << 30, 4);
     Causes(if others == 0 { bit(1 << 26, 1) } else { others })
@@ -20,29 +20,30 @@ pub struct Watchdog {
     pub reload: u32,
 }
 
-/// The key that starts the watchdog, IWDG_KR (RM 20.4.1).
+/// The key that starts the watchdog, for IWDG_KR (RM 20.4.1).
 pub const START: u32 = 0xCCCC;
-/// The key that feeds it.
+/// The key that feeds the watchdog.
 pub const FEED: u32 = 0xAAAA;
-/// The key that opens its words for writing.
+/// The key that unlocks the watchdog's words.
 pub const UNLOCK: u32 = 0x5555;
 
 /// The watchdog's own oscillator in hertz: nominal, slowest and fastest (DS table 43).
 pub const LSI_HZ: [u32; 3] = [32_000, 17_000, 47_000];
 
-/// The longest that the processing loop is not back: the erasure of a sector of 128 KB by words takes at most 2 s (DS table
-/// 48).
+/// The longest absence of the processing loop, ms: erasing a sector of 128 KB by words takes at
+/// most 2 s (DS table 48).
 pub const LONGEST_MS: u32 = 2_000;
 
 impl Watchdog {
-    /// A watchdog that bites `ms` after it was last fed, nominally: up to 8,190 ms, of the prescaler 64.
+    /// A watchdog that bites nominally `ms` after its last feed, up to 8,190 ms, with a prescaler
+    /// of 64.
     pub const fn after(ms: u32) -> Self {
         let ms = if ms > 8_190 { 8_190 } else { ms };
         let ticks = LSI_HZ[0] / 64 * ms / 1_000;
         Watchdog { prescaler: 4, reload: ticks.saturating_sub(1) }
     }
 
-    /// Milliseconds until it bites if its oscillator runs at `lsi_hz`.
+    /// Milliseconds until the watchdog bites if its oscillator runs at `lsi_hz`.
     pub const fn milliseconds(self, lsi_hz: u32) -> u32 {
         let per_tick = 4 << self.prescaler;
         let cycles = (self.reload as u64 + 1) * per_tick * 1_000;
@@ -59,8 +60,9 @@ pub const WATCHDOG: Watchdog = Watchdog::after(4_000);
 /// The mask of BOR_LEV in FLASH_OPTCR (RM 3.8.5).
 const BOR_LEVEL: u32 = 3 << 2;
 
-/// The option word with which the chip resets below 2.7 V, where flash can no longer be written by words (BOR level 3, code
-/// 0); `None` if `optcr` has it already, so that the option bytes are programmed once in a chip's life.
+/// The option word that resets the chip below 2.7 V, where flash can no longer be written by words
+/// (BOR level 3, code 0). `None` if `optcr` already has this level: the option bytes are programmed
+/// once in a chip's life.
 pub const fn brown_out(optcr: u32) -> Option<u32> {
     // Bits 0 and 1 are OPTLOCK and OPTSTRT: commands, not options.
     if optcr & BOR_LEVEL == 0 { None } else { Some(optcr & !BOR_LEVEL & !3) }

@@ -1,7 +1,9 @@
-//! What the NUCLEO's registers must hold, worked out from its settings: pure functions, tested on the host against the
-//! reference manual. The modules beside only write the words.
+//! The values of the NUCLEO's registers, computed from its settings by pure functions. Tests on the
+//! host hold them against the reference manual. The modules one level up only write them.
 //!
-//! The words agree with ST's machine-readable description of the registers (host-tests/tests/registers.rs). Sections named RM are of ST's reference manual RM0390 (STM32F446xx), DS of the data sheet DS10693.
+//! The words agree with ST's machine-readable description of the registers
+//! (host-tests/tests/registers.rs). Sections named RM are of ST's reference manual RM0390
+//! (STM32F446xx), DS of the data sheet DS10693.
 
 pub mod clock;
 pub mod guard;
@@ -19,19 +21,19 @@ use picket_wire::settings_error::SettingsError;
 use sampling::Sampling;
 use waveform::Waveform;
 
-/// The words of an instrument.
+/// The register words of an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Words {
-    /// The sample clock and the converters.
+    /// The words of the sample clock and the converters.
     pub sampling: Sampling,
-    /// What the DAC plays.
+    /// The waveform of the DAC; `None` if the DAC does not play.
     pub waveform: Option<Waveform>,
-    /// What the synthesiser is told.
+    /// The words for the synthesiser; `None` if it is not the drive.
     pub synthesiser: Option<adf4159::Words>,
 }
 
 impl Words {
-    /// Checks everything for blocks of `N` samples with this clock.
+    /// Checks settings for blocks of `N` samples with this clock, and computes their words.
     ///
     /// # Errors
     /// The settings cannot work on this board.

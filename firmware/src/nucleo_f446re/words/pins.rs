@@ -1,4 +1,4 @@
-//! What the board's pins do, and which clocks the peripherals get.
+//! The functions of the board's pins, and the clocks of the peripherals.
 //!
 //! | pin | Arduino | use |
 //! |---|---|---|
@@ -23,7 +23,7 @@ pub struct Port {
     pub alternate: [u32; 2],
 }
 
-/// What a pin is set to, over the port's reset values.
+/// The setting of a pin, over the port's reset values.
 struct Pin {
     number: u32,
     mode: u32,
@@ -46,7 +46,7 @@ impl Port {
         };
         Port {
             mode: self.mode & !(3 << two) | mode << two,
-            // Alternate functions switch at 50 MHz, the analog pins at none.
+            // Alternate functions switch at 50 MHz; analog pins do not switch.
             speed: self.speed | if mode == 2 { 2 << two } else { 0 },
             pull: self.pull & !(3 << two) | pull << two,
             alternate,
@@ -70,19 +70,19 @@ pub const PORT_A: Port =
 /// Port B.
 pub const PORT_B: Port =
     Port { mode: 0x0000_0280, speed: 0x0000_00C0, pull: 0x0000_0100, alternate: [0; 2] }
-        // AF1 TIM2: CH2 the sync input, CH3 the output. The input rests low.
+        // AF1 TIM2: CH2 is the sync input, CH3 the output. The input rests low.
         .with(pin(3, 2, 1, 2))
         .with(pin(5, 1, 0, 0))
         .with(pin(6, 1, 0, 0))
         .with(pin(10, 2, 1, 0));
 
-/// GPIOB_BSRR: LE up.
+/// GPIOB_BSRR: sets LE.
 pub const LE_HIGH: u32 = 1 << 6;
-/// LE down.
+/// GPIOB_BSRR: clears LE.
 pub const LE_LOW: u32 = 1 << 22;
-/// CE up.
+/// GPIOB_BSRR: sets CE.
 pub const CE_HIGH: u32 = 1 << 5;
-/// CE down.
+/// GPIOB_BSRR: clears CE.
 pub const CE_LOW: u32 = 1 << 21;
 
 /// RCC_AHB1ENR (RM 6.3.10): DMA2 22, DMA1 21, GPIOB 1, GPIOA 0.

@@ -1,13 +1,15 @@
 //! The sample clock, the converters and the DMA stream that empties them.
 //!
-//! TIM3 counts the sample period. Each of its updates triggers ADC1, with ADC2 in step for I/Q records; DMA2's stream 0
-//! moves every result into one of two slots in turn.
+//! TIM3 counts the sample period. Each of its updates triggers ADC1, and ADC2 in step for I/Q
+//! records. Stream 0 of DMA2 moves every result into one of two slots in turn.
 //!
-//! **No jitter.** The trigger is taken over by the converter's clock, so a period that is no whole number of its cycles would
-//! be now one cycle longer, now shorter: 28 or 44 ns of jitter. The period is made of whole cycles.
+//! **No jitter.** The converter's clock samples the trigger. A period that is not a whole number of
+//! its cycles would vary by one cycle: 28 or 44 ns of jitter. So the period is a whole number of
+//! cycles.
 //!
-//! **At the converter's fastest** a conversion fills the whole period and the next trigger would find it busy. Then only the first
-//! sample is triggered and the conversions follow each other by themselves, which has the same period.
+//! **At the fastest rate** a conversion fills the whole period, and the next trigger would find the
+//! converter busy. Then only the first sample is triggered and the conversions follow each other by
+//! themselves, with the same period.
 
 use super::clock::Tree;
 use picket_wire::settings_error::RateError;
@@ -22,32 +24,34 @@ pub struct Period {
 }
 
 impl Period {
-    /// The timer's ticks in a period.
+    /// The period in ticks of the timer.
     pub const fn ticks(self) -> u32 {
         (self.prescaler as u32 + 1).saturating_mul(self.reload as u32 + 1)
     }
 }
 
-/// The sample clock and the converters' words.
+/// The sample clock, and the settings of the converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     /// TIM3's period.
     pub period: Period,
-    /// The rate that this makes, Hz, the nearest to the one asked for.
+    /// The rate that this period makes, Hz: the nearest to the wanted one.
     pub rate_hz: f64,
-    /// Cycles of the converter's clock in which the input is sampled; the conversion takes 12 more (RM 13.5).
+    /// Cycles of the converter's clock in which it samples the input; the conversion takes 12 more
+    /// (RM 13.5).
     pub sampling_cycles: u32,
-    /// Only the first sample is triggered.
+    /// Whether only the first sample is triggered.
     pub continuous: bool,
-    /// Whether ADC2 samples too.
+    /// Whether ADC2 samples as well.
     pub iq: bool,
 }
 
-/// The sampling times to choose from, by their number in ADC_SMPRx (RM 13.13.5).
+/// The sampling times to choose from, in cycles, by their number in ADC_SMPRx (RM 13.13.5).
 const SAMPLING_CYCLES: [u32; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
 /// Cycles of a conversion of 12 bits after sampling (RM 13.5).
 const CONVERSION: u32 = 12;
-/// Cycles between a conversion's end and the next trigger, for the trigger's way into the converter's clock.
+/// Cycles between the end of a conversion and the next trigger, in which the trigger reaches the
+/// converter's clock.
 const SLACK: u32 = 3;
 
 /// ADC1's input: PA0, channel 0 (DS table 10); Arduino A0.
@@ -57,11 +61,15 @@ const QUADRATURE: u32 = 1;
 
 /// TIMx_CR2, MMS 6:4 = 2: the update event is the trigger output (RM 17.4.2).
 pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
-/// TIMx_SMCR: count the rises of ITR2 (TS 6:4 = 2, SMS 2:0 = 7), which is TIM3 for TIM2 and TIM4 (RM 17.4.3, table 101).
+/// TIMx_SMCR: counts the rises of ITR2 (TS 6:4 = 2, SMS 2:0 = 7), which is TIM3 for TIM2 and TIM4
+/// (RM 17.4.3, table 101).
 pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
 
 impl Sampling {
-    /// The sampling nearest to `rate_hz`, with the longest time to sample that it leaves.
+    /// The sampling nearest to `rate_hz`, with the longest sampling time that fits.
+    ///
+    /// # Errors
+    /// The converter or the timer cannot make the rate.
     pub fn plan(tree: &Tree, rate_hz: f64, iq: bool) -> Result<Self, RateError> {
         if !(rate_hz >= 1.0 && rate_hz.is_finite()) {
             return Err(RateError::Slow);
@@ -70,13 +78,13 @@ impl Sampling {
         // The period in the converter's cycles.
         let wanted = libm::round(f64::from(tree.adc_hz) / rate_hz) as u32;
         let shortest = SAMPLING_CYCLES[0] + CONVERSION;
-        // Half a cycle too short is rounding, more is a rate that cannot be reached.
+        // A period up to half a cycle too short is rounding; below that, the rate is too fast.
         if wanted < shortest {
             return Err(RateError::Fast);
         }
         let cycles = if wanted == shortest { wanted } else { wanted.max(shortest + SLACK) };
         let ticks = cycles.saturating_mul(ratio);
-        // The prescaler is a whole number of the converter's cycles itself.
+        // The prescaler itself is a whole number of the converter's cycles.
         let scale = match ticks.div_ceil(1 << 16) {
             0 | 1 => 1,
             more => more.checked_next_multiple_of(ratio).unwrap_or(more),
@@ -102,25 +110,26 @@ impl Sampling {
         })
     }
 
-    /// The converters' words.
-    pub fn converter(&self, tree: &Tree) -> Converter {
+    /// The words of the converters.
+    pub fn converter(&self, tree: &Tree) -> ConverterWords {
         let code = SAMPLING_CYCLES.iter().position(|&cycles| cycles == self.sampling_cycles);
         let code = code.unwrap_or_default() as u32;
         let (multi, dma) = if self.iq {
-            // MULTI 4:0 = 6 regular simultaneous, DDS 13 goes on asking, DMA 15:14 = 2 both results in one word.
+            // MULTI 4:0 = 6 regular simultaneous, DDS 13 keeps requesting, DMA 15:14 = 2 both
+            // results in one word.
             (6 | 1 << 13 | 2 << 14, 0)
         } else {
             // In ADC_CR2: DMA 8, DDS 9.
             (0, 1 << 8 | 1 << 9)
         };
         let continuous = u32::from(self.continuous) << 1;
-        Converter {
+        ConverterWords {
             common: multi | tree.adc_prescaler << 16,
             // OVRIE 26.
             cr1: 1 << 26,
             // ADON 0, CONT 1, EXTSEL 27:24 = 8 TIM3_TRGO, EXTEN 29:28 = 1 its rise.
             cr2: 1 | continuous | dma | 8 << 24 | 1 << 28,
-            // ADC2 follows ADC1's trigger.
+            // ADC1's trigger drives ADC2.
             second_cr2: 1 | continuous,
             smpr2: code << (3 * IN_PHASE) | code << (3 * QUADRATURE),
             sqr3: IN_PHASE,
@@ -128,29 +137,30 @@ impl Sampling {
         }
     }
 
-    /// The stream's words.
+    /// The words of the stream.
     pub const fn stream(&self) -> Stream {
-        // Half a word from ADC_DR or a word from ADC_CDR: PSIZE 12:11 and MSIZE 14:13.
+        // Half a word from ADC_DR, or a word from ADC_CDR: PSIZE 12:11 and MSIZE 14:13.
         let size = if self.iq { 2 } else { 1 };
         Stream {
-            // Channel 0 is ADC1 (RM 9.3.4, table 29): CHSEL 27:25 = 0. DBM 18, PL 17:16 = 3, MINC 10, CIRC 8, TCIE 4, TEIE 2, DMEIE 1.
+            // Channel 0 is ADC1 (RM 9.3.4, table 29): CHSEL 27:25 = 0. DBM 18, PL 17:16 = 3, MINC
+            // 10, CIRC 8, TCIE 4, TEIE 2, DMEIE 1.
             control: 1 << 18 | 3 << 16 | size << 13 | size << 11 | 1 << 10 | 1 << 8 | 0b10110,
         }
     }
 }
 
-/// The words of ADC1, ADC2 and what they share.
+/// The words of ADC1 and ADC2, and their common word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Converter {
+pub struct ConverterWords {
     /// ADC_CCR (RM 13.13.16).
     pub common: u32,
-    /// ADC_CR1 of both (RM 13.13.2).
+    /// ADC_CR1 of both converters (RM 13.13.2).
     pub cr1: u32,
     /// ADC1_CR2 (RM 13.13.3).
     pub cr2: u32,
     /// ADC2_CR2.
     pub second_cr2: u32,
-    /// ADC_SMPR2 of both (RM 13.13.5).
+    /// ADC_SMPR2 of both converters (RM 13.13.5).
     pub smpr2: u32,
     /// ADC1_SQR3: the channel (RM 13.13.11). SQR1 stays 0: one conversion.
     pub sqr3: u32,
@@ -158,7 +168,7 @@ pub struct Converter {
     pub second_sqr3: u32,
 }
 
-/// ADC_SR, OVR (RM 13.13.1): a result came before the last one was fetched.
+/// ADC_SR, OVR (RM 13.13.1): a result came before the previous one was fetched.
 pub const ADC_SR_OVR: u32 = 1 << 5;
 
 /// The words of a DMA stream.
@@ -170,17 +180,19 @@ pub struct Stream {
 
 /// DMA_SxCR, EN.
 pub const STREAM_EN: u32 = 1;
-/// DMA_SxCR, CT: which of the two slots is being filled.
+/// DMA_SxCR, CT: the slot being filled.
 pub const STREAM_CT: u32 = 1 << 19;
 /// DMA_LISR (RM 9.5.1) for stream 0: transfer complete.
 pub const STREAM_0_COMPLETE: u32 = 1 << 5;
-/// Transfer error (3), direct-mode error (2). The FIFO's error (0) says nothing where the FIFO is not in use.
+/// DMA_LISR: transfer error (3), direct-mode error (2). The FIFO is not in use, so its error (0)
+/// says nothing.
 pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
 /// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
 pub const STREAM_0_FLAGS: u32 = 0x3D;
 
-/// The completed blocks that the stream's flags show (see [`picket::acquire::frontend::Status::completed`]): none without
-/// transfer complete; one if the slot being filled has changed since the last time; else two.
+/// The completed blocks that the stream's flags show (see
+/// [`picket::acquire::frontend::Status::completed`]): none without transfer complete, one if the
+/// slot being filled has changed since the last call, otherwise two.
 pub const fn completed(flags: u32, target_changed: bool) -> u32 {
     match (flags & STREAM_0_COMPLETE != 0, target_changed) {
         (false, _) => 0,
@@ -221,7 +233,8 @@ mod tests {
         // 225 cycles of 22.5 MHz: 144 + 12 fit, 480 + 12 do not.
         assert_eq!((slow.period.ticks(), slow.sampling_cycles, slow.continuous), (900, 144, false));
         let slow = plan(Speed::Mhz180, 10.0, false).unwrap();
-        // 9,000,000 ticks: 138 x 65536 suffice, the next multiple of 4 is 140, and 64,286 times that is nearest.
+        // 9,000,000 ticks: the prescaler must be 138 or more, a multiple of 4 is 140, and 64,286
+        // periods of 140 are the nearest.
         assert_eq!(
             (slow.period, slow.sampling_cycles),
             (Period { prescaler: 139, reload: 64_285 }, 480)
@@ -246,7 +259,7 @@ mod tests {
                     let busy = sampling.sampling_cycles + CONVERSION;
                     let slack = if sampling.continuous { 0 } else { SLACK };
                     assert!(busy + slack <= cycles, "{rate}");
-                    // Within a cycle, but where the gap below the fastest rate is bridged.
+                    // Within a cycle, except in the gap below the fastest rate.
                     let exact = f64::from(tree.adc_hz) / rate;
                     let bridge = if exact < 18.0 { 3.0 } else { 0.5 + exact / 65_000.0 };
                     assert!(

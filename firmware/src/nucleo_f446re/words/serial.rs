@@ -3,18 +3,20 @@
 /// Bits per second.
 pub const BAUD: u32 = 921_600;
 
-/// USART_CR1 (RM 25.6.4): on (13), sends (3), receives (2), interrupt at a byte received (5); 8 bits, no parity, 16 samples a bit.
+/// USART_CR1 (RM 25.6.4): enabled (13), sends (3), receives (2), interrupt at a received byte (5);
+/// 8 bits, no parity, 16 samples a bit.
 pub const CR1: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
-/// The interrupt at an empty transmit register, in USART_CR1.
+/// USART_CR1: the interrupt at an empty transmit register.
 pub const CR1_TXEIE: u32 = 1 << 7;
 /// USART_SR (RM 25.6.1): the transmit register is empty.
 pub const SR_TXE: u32 = 1 << 7;
-/// A byte was received.
+/// USART_SR: a byte was received.
 pub const SR_RXNE: u32 = 1 << 5;
-/// Overrun, noise or framing error: cleared by reading the data register.
+/// USART_SR: overrun, noise or framing error. Reading the data register clears it.
 pub const SR_ERRORS: u32 = 0b1110;
 
-/// USART_BRR for a rate on a bus (RM 25.4.4, with 16 samples a bit): the bus's cycles in a bit, rounded.
+/// USART_BRR for a rate on a bus (RM 25.4.4, with 16 samples a bit): cycles of the bus in a bit,
+/// rounded.
 pub const fn divider(bus_hz: u32, baud: u32) -> u32 {
     match (bus_hz as u64 + baud as u64 / 2).checked_div(baud as u64) {
         Some(cycles) if cycles >= 16 => cycles as u32,
@@ -41,7 +43,8 @@ mod tests {
         for speed in [Speed::Mhz144, Speed::Mhz180] {
             assert!(error(Tree::new(speed, Source::HsePll).apb1_hz).abs() < 0.36);
         }
-        // RM 25.4.5, table 153: a receiver bears 3.75 %. The internal oscillator's own 1 % comes on top.
+        // RM 25.4.5, table 153: a receiver tolerates 3.75 %. The internal oscillator adds its own 1
+        // %.
         assert!(error(Tree::new(Speed::Mhz180, Source::Hsi).apb1_hz).abs() + 1.0 < 3.75);
         assert_eq!(divider(1, BAUD), 16);
         assert_eq!(divider(1, 0), 16);

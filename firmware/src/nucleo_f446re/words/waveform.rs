@@ -1,21 +1,22 @@
-//! The chirp as the board's own DAC plays it, locked to the sampling.
+//! A chirp on the board's own DAC, locked to the sampling.
 //!
-//! TIM4 counts TIM3's updates, that is samples, and steps the DAC once every `hold` of them; DMA1's stream 5 feeds it from a
-//! table of one whole chirp, round and round. A segment has a whole number of steps and both start with the same edge, so
-//! block and segment cannot drift apart, whatever the clock does.
+//! TIM4 counts the updates of TIM3, which are samples, and steps the DAC once every `hold` samples.
+//! Stream 5 of DMA1 feeds the DAC from a table of one whole chirp, round and round. A segment is a
+//! whole number of steps, and both start at the same edge. So block and segment cannot drift apart,
+//! whatever the clock does.
 //!
 //! ```text
 //! DAC        /‾‾‾‾‾‾\            one table: up, flat, down
 //!           /        \
-//! samples  |gg.........|gg.........|gg.........|   g: guard, not kept: the echo's delay and the filters' settling
+//! samples  |gg.........|gg.........|gg.........|   g: guard, dropped: echo's delay, filters' settling
 //! ```
 
 use picket::solve::chirp::Shape;
 use picket_wire::settings_error::WaveformError;
 
-/// The DAC's fastest, updates a second (DS 6.3.26).
+/// The fastest rate of the DAC, updates a second (DS 6.3.26).
 pub const DAC_RATE_HZ: f64 = 1e6;
-/// The most steps of a chirp: the size of the table.
+/// The most steps in a chirp: the size of the table.
 pub const STEPS: usize = 1024;
 
 /// One chirp on the DAC.
@@ -23,9 +24,9 @@ pub const STEPS: usize = 1024;
 pub struct Waveform {
     /// The ramps.
     pub shape: Shape,
-    /// Samples that a step lasts: TIM4_ARR and 1.
+    /// Samples in a step: TIM4_ARR plus 1.
     pub hold: u16,
-    /// Steps of a segment.
+    /// Steps in a segment.
     pub steps: u16,
     /// The DAC's code at the lowest frequency and at the highest.
     pub codes: [u16; 2],
@@ -41,7 +42,10 @@ pub const fn segments(shape: Shape) -> u16 {
 }
 
 impl Waveform {
-    /// The finest steps for segments of `length` samples at `rate_hz`.
+    /// The waveform with the finest steps for segments of `length` samples at `rate_hz`.
+    ///
+    /// # Errors
+    /// The codes are out of range or out of order, or no whole number of steps fits a segment.
     pub fn plan(
         shape: Shape,
         length: u32,
@@ -64,23 +68,23 @@ impl Waveform {
         Err(WaveformError::Steps)
     }
 
-    /// Steps of the whole chirp.
+    /// Steps in the whole chirp.
     pub const fn len(&self) -> usize {
         self.steps as usize * segments(self.shape) as usize
     }
 
-    /// A waveform has at least two steps; for clippy's sake.
+    /// Always false: a waveform has at least two steps. It is here for clippy.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The DAC's code at a step of the chirp. The ramp's last step is one below its end, where the next segment begins: so every
-    /// step has the same height.
+    /// The DAC's code at a step of the chirp. The last step of a ramp is one step below its end,
+    /// where the next segment begins, so every step has the same height.
     pub fn code(&self, step: usize) -> u16 {
         let [low, high] = self.codes;
         let steps = u32::from(self.steps).max(1);
         let (segment, step) = ((step as u32 / steps), (step as u32 % steps));
-        // At most 4095 * 1024, and half of it never above the whole.
+        // The product is at most 4095 * 1024. Rounding does not lift the quotient above the whole.
         let rise = (u32::from(high.saturating_sub(low)) * step + steps / 2) / steps;
         match (segment, self.shape) {
             (0, _) => low.saturating_add(rise as u16),
@@ -89,8 +93,9 @@ impl Waveform {
         }
     }
 
-    /// Fills the table; gives the part that the DMA plays. It begins with the second step: the first is in the DAC's register
-    /// already, which a trigger puts out before it asks for the next.
+    /// Fills the table. Returns the part that the DMA plays, which begins with the second step. The
+    /// first step is already in the DAC's register: a trigger puts it out before it requests the
+    /// next.
     pub fn fill<'a>(&self, table: &'a mut [u16; STEPS]) -> &'a [u16] {
         for (step, code) in table.iter_mut().enumerate() {
             *code = self.code(if step + 1 < self.len() { step + 1 } else { 0 });
@@ -99,20 +104,22 @@ impl Waveform {
     }
 }
 
-/// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12, DMAUDRIE 13 stays off: an underrun shows in DAC_SR.
+/// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12. DMAUDRIE 13
+/// stays off: an underrun shows in DAC_SR.
 pub const DAC_CR: u32 = 1 | 1 << 2 | 5 << 3 | 1 << 12;
 /// DAC_SR (RM 14.5.14): the table was not read in time.
 pub const DAC_SR_UNDERRUN: u32 = 1 << 13;
-/// DMA_SxCR for DMA1's stream 5, channel 7, DAC1 (RM 9.3.4, table 28): CHSEL 27:25 = 7, PL 17:16 = 2, half words, MINC 10, CIRC 8, DIR 7:6 = 1
-/// to the peripheral.
+/// DMA_SxCR for DMA1's stream 5, channel 7, DAC1 (RM 9.3.4, table 28): CHSEL 27:25 = 7, PL 17:16 =
+/// 2, half words, MINC 10, CIRC 8, DIR 7:6 = 1 to the peripheral.
 pub const DAC_STREAM: u32 = 7 << 25 | 2 << 16 | 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 6;
 
-/// TIM2 as the source of a pulse on PB10 (Arduino D6), high during the first segment of each chirp: the words that are not 0.
+/// TIM2 as the source of a pulse on PB10 (Arduino D6), high during the first segment of each chirp:
+/// its nonzero words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncOutput {
-    /// TIM2_ARR: samples of a chirp, less 1.
+    /// TIM2_ARR: samples in a chirp, minus 1.
     pub reload: u32,
-    /// TIM2_CCR3: samples of a segment.
+    /// TIM2_CCR3: samples in a segment.
     pub compare: u32,
     /// TIM2_CCMR2 (RM 17.4.8): OC3M 6:4 = 6 PWM, OC3PE 3.
     pub mode: u32,
@@ -121,21 +128,21 @@ pub struct SyncOutput {
 }
 
 impl SyncOutput {
-    /// For chirps of `segments` segments of `length` samples.
+    /// The pulse for chirps of `segments` segments of `length` samples.
     pub const fn new(segments: u16, length: u32) -> Self {
         let chirp = length.saturating_mul(segments as u32);
-        // A sawtooth has one segment: the pulse must end before the next.
+        // A sawtooth has one segment, so its pulse must end before the next one.
         let compare = if segments < 2 { length / 2 } else { length };
         let reload = chirp.saturating_sub(1);
         SyncOutput { reload, compare, mode: 6 << 4 | 1 << 3, enable: 1 << 8 }
     }
 }
 
-/// TIM2 as the gate of TIM3: a rise on PB3 (Arduino D3) lets exactly the samples of a chirp through, so that each chirp of
-/// an external source is met anew.
+/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp
+/// through, so each chirp of an external source is met anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncInput {
-    /// TIM2_ARR: ticks of a chirp; the gate is open from 1 to this.
+    /// TIM2_ARR: ticks in a chirp; the gate is open from 1 to this count.
     pub reload: u32,
     /// TIM2_CCR1.
     pub compare: u32,
@@ -147,12 +154,13 @@ pub struct SyncInput {
     pub slave: u32,
     /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input.
     pub mode: u32,
-    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101), SMS 2:0 = 5 counts while that is high.
+    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101); SMS 2:0 = 5 counts while that is
+    /// high.
     pub gate: u32,
 }
 
 impl SyncInput {
-    /// For chirps of this many timer ticks; `None` for more than TIM2 counts.
+    /// The gate for chirps of this many timer ticks; `None` for more than TIM2 counts.
     pub const fn new(ticks: u64) -> Option<Self> {
         if ticks == 0 || ticks > u32::MAX as u64 {
             return None;
@@ -177,7 +185,7 @@ mod tests {
     #[test]
     fn a_trapezoid_rises_rests_and_falls_in_equal_steps() {
         let wave = Waveform::plan(Shape::Trapezoid, 1088, 1.5e6, [100, 3500]).unwrap();
-        // 2 samples a step would be 544 steps a segment, too many for the table; 4 give 272.
+        // 2 samples a step make 544 steps a segment, too many for the table; 4 samples make 272.
         assert_eq!((wave.hold, wave.steps, wave.len()), (4, 272, 816));
         let mut table = [0; STEPS];
         let mut codes: Vec<u16> = wave.fill(&mut table).to_vec();
@@ -189,7 +197,7 @@ mod tests {
         for (index, (a, b)) in codes.iter().zip(back).enumerate() {
             let step = i32::from(*b) - i32::from(*a);
             match index / 272 {
-                // 3400 / 272 = 12.5, from the last step into the next segment too.
+                // 3400 / 272 = 12.5, also from the last step into the next segment.
                 0 => assert!((12..=13).contains(&step), "{index}: {step}"),
                 1 => assert_eq!(step, 0),
                 _ => assert!((-13..=-12).contains(&step), "{index}: {step}"),
@@ -218,7 +226,7 @@ mod tests {
         for codes in [[5, 5], [6, 5], [0, 4096]] {
             assert_eq!(plan(1088, codes), Err(WaveformError::Codes));
         }
-        // A prime number of samples.
+        // 1087 is prime.
         assert_eq!(plan(1087, [0, 4095]), Err(WaveformError::Steps));
         assert_eq!(plan(0, [0, 4095]), Err(WaveformError::Steps));
     }

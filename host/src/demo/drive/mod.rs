@@ -22,7 +22,7 @@ use picket::tracker::Tracker;
 use picket_wire::capture::Header;
 use picket_wire::follow::Follow;
 use picket_wire::frame::Reader;
-use picket_wire::record::Record;
+use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -129,7 +129,7 @@ fn scales() -> Result<(Plan<Real, N>, Scales), DemoError> {
 }
 
 /// The whole drive through the firmware.
-pub fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError> {
+pub fn driven(options: &Options) -> Result<(Vec<Telemetry>, Vec<Follow>), DemoError> {
     let (_, scales) = scales()?;
     let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
@@ -141,7 +141,7 @@ pub fn driven(options: &Options) -> Result<(Vec<Record>, Vec<Follow>), DemoError
     let bar = progress::bar(3 * CYCLES as u64, "blocks");
     let (mut records, mut follows) = (Vec::new(), Vec::new());
     play_on("tracker_qemu", capture, options, |said| match said {
-        Said::Record(record) => {
+        Said::Telemetry(record) => {
             bar.inc(1);
             records.push(record);
         }
@@ -180,7 +180,7 @@ pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
     Ok(follows)
 }
 
-fn rows(records: &[Record], follows: &[Follow]) -> Vec<Row> {
+fn rows(records: &[Telemetry], follows: &[Follow]) -> Vec<Row> {
     let mut number = None;
     let mut rows = Vec::new();
     for row in 0..CYCLES {

@@ -1,9 +1,9 @@
-//! What reads a real record's points: the search, the noise and the bins around a peak.
+//! The loops that read a real record's points: the search, the noise and the bins around a peak.
 
 use super::{Packed, Point};
 use crate::spectrum::fft::assembly::kernel;
 
-/// What the search has seen, as [`pairs_outwards`] keeps it.
+/// The state of the search, as [`pairs_outwards`] keeps it.
 #[repr(C)]
 pub(super) struct Seen {
     pub best: u64,
@@ -11,12 +11,13 @@ pub(super) struct Seen {
     pub at: *const Point,
 }
 
-/// Splits the pairs of points beside the middle, outwards to the first and the last, adds their powers to `seen`
-/// and keeps the strongest, of equal ones the lowest (see [`crate::spectrum::sweep::real`]).
+/// Splits the pairs of points beside the middle, outwards to the first and the last. Adds their
+/// powers to `seen` and keeps the strongest, of equals the lowest (see
+/// [`crate::spectrum::scan::real`]).
 ///
 /// # Safety
-/// `points` must be `2 middle` bytes of points, `factors` the one of the pair nearest the middle, those of the
-/// others before it.
+/// `points` must be `2 middle` bytes of points. `factors` must be the factor of the pair nearest
+/// the middle; the factors of the other pairs must lie before it.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn pairs_outwards(
     seen: &mut Seen,
@@ -30,7 +31,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "str r0, [sp]",
         "ldm r0, {{r8, r9, r10, r11, r12}}", // best, total, at
         "str r12, [sp, #4]",
-        // r1: the end; r0: towards it; r2: away.
+        // r1: the end; r0: towards it; r2: away from it.
         "add r2, r1, r2",
         "sub r0, r2, #8",
         "add r2, r2, #8",
@@ -51,7 +52,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "rsb r7, r7, r12, asr #1",
         "add r12, r4, r6, asr #1",
         "sub r4, r4, r6, asr #1",
-        // The lower bin's power, which wins if it is as strong as any above it.
+        // The power of the lower bin, which wins a tie against any bin above it.
         "smull r6, lr, r5, r5",
         "smlal r6, lr, r12, r12",
         "adds r10, r10, r6",
@@ -60,7 +61,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "sbcs r5, lr, r9",
         "bhs 4f",
         "3:",
-        // The upper bin's, which wins if it is stronger than all below it.
+        // The power of the upper bin, which wins only if it is stronger than all below it.
         "smull r5, r6, r7, r7",
         "smlal r5, r6, r4, r4",
         "adds r10, r10, r5",
@@ -75,7 +76,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "stm r0, {{r8, r9, r10, r11, r12}}",
         "add sp, sp, #8",
         "pop {{r4-r11, pc}}",
-        // Where the maximum rises the code leaves its line, and comes back.
+        // A rise of the maximum is out of line, and jumps back.
         "4:",
         "mov r8, r6",
         "mov r9, lr",
@@ -91,10 +92,11 @@ pub(super) unsafe extern "C" fn pairs_outwards(
     )
 }
 
-/// Sums the powers of half the second difference at every `stride`-th byte from `from` to before `to`.
+/// Sums the powers of half the second difference at every `stride`-th byte from `from` to before
+/// `to`.
 ///
 /// # Safety
-/// There must be three points at each, and at least one.
+/// Each place must start three points, and there must be at least one place.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn bends(from: *const Point, to: *const Point, stride: usize) -> u64 {
     kernel!(
@@ -118,8 +120,8 @@ pub(super) unsafe extern "C" fn bends(from: *const Point, to: *const Point, stri
     )
 }
 
-/// The two halves of `integer::split_pair` up to its last sums: the point $p in r5, r6 and its mirror $q in r7, r8
-/// give re in r8, im in r5, twice the even part in r9, r7.
+/// The two halves of `integer::split_pair` up to its last sums. From the point $p in r5, r6 and its
+/// mirror $q in r7, r8 it gives re in r8, im in r5, and twice the even part in r9, r7.
 macro_rules! split_pair {
     () => {
         "add r9, r5, r7
@@ -137,8 +139,8 @@ macro_rules! split_pair {
 /// Bins below the middle, in ascending order.
 ///
 /// # Safety
-/// For each bin in `to..end` there must be a point at `here` and after, one at `there` and before, and a factor
-/// at `factors` and after. There must be at least one.
+/// For each bin in `to..end` there must be a point from `here` upwards, one from `there` downwards,
+/// and a factor from `factors` upwards. There must be at least one bin.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn span_below(
     here: *const Point,
@@ -167,7 +169,7 @@ pub(super) unsafe extern "C" fn span_below(
 /// Bins above the middle, in ascending order.
 ///
 /// # Safety
-/// As [`span_below`], but with the factors at `factors` and before.
+/// As [`span_below`], but with the factors from `factors` downwards.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn span_above(
     here: *const Point,

@@ -1,6 +1,6 @@
 //! Parts of a radix-4 butterfly, as text for the loops of the passes.
 
-/// The sum r5, r8 and the difference r12, r6 of leg 1 in r12, r6 and leg 3 in `$re`, `$im`.
+/// Sum r5, r8 and difference r12, r6 of leg 1 in r12, r6 and leg 3 in `$re`, `$im`.
 macro_rules! sum_outer_legs {
     ($re:literal, $im:literal) => {
         concat!(
@@ -17,8 +17,8 @@ macro_rules! sum_outer_legs {
     };
 }
 
-/// The four sums of those, of leg 2 in r10, r9 and leg 0, not halved, in r7, lr: points 0 (lr, r5), 1 (r8, r6),
-/// 2 (r11, r7), 3 (r10, r9).
+/// The four sums of a butterfly: of the sum and difference above, leg 2 in r10, r9, and leg 0, not
+/// halved, in r7, lr. They give points 0 (lr, r5), 1 (r8, r6), 2 (r11, r7), 3 (r10, r9).
 macro_rules! sum_all_legs {
     () => {
         "add r11, r10, r7, asr #1
@@ -36,8 +36,9 @@ macro_rules! sum_all_legs {
     };
 }
 
-/// `integer::turn` of r5, r6 and of r5, r7: legs 1 and 3, and their sum r5, r8 and difference r12, r6.
-/// The factors are in `$one` and `$three`, the loads given, between which a factor may be loaded.
+/// `integer::turn` of r5, r6 and of r5, r7, which are legs 1 and 3; then their sum r5, r8 and
+/// difference r12, r6. The factors are in `$one` and `$three`. The caller gives the loads, and may
+/// load a factor between them.
 macro_rules! outer_legs {
     ($load1:expr, $one:literal, $load3:expr, $three:literal) => {
         concat!(
@@ -90,7 +91,7 @@ macro_rules! middle_leg {
     };
 }
 
-/// Legs 1 to 3 where the factors are 1, as [`outer_legs`] and [`middle_leg`] give them.
+/// Legs 1 to 3 with factors of 1, in the registers of [`outer_legs`] and [`middle_leg`].
 macro_rules! plain_legs {
     ($load1:expr, $load3:expr, $load2:expr) => {
         concat!(
@@ -105,7 +106,7 @@ macro_rules! plain_legs {
     };
 }
 
-/// The first butterfly of four legs at r0 to r3, which move on.
+/// The first butterfly of four legs at r0 to r3, and advances those.
 macro_rules! plain_of_legs {
     () => {
         concat!(
@@ -117,7 +118,7 @@ macro_rules! plain_of_legs {
     };
 }
 
-/// Stores what [`sum_all_legs`] gives to four legs at r0 to r3, which move on.
+/// Stores the result of [`sum_all_legs`] to four legs at r0 to r3, and advances those.
 macro_rules! store_to_legs {
     () => {
         "strd lr, r5, [r0], #8

@@ -3,9 +3,11 @@
 use super::{Pair, Point, Scale};
 use crate::spectrum::fft::assembly::kernel;
 
-/// Begins four groups, numbers 4 h to 4 h + 3, whose first digits are the last of their place: lr becomes the place of the first.
+/// Begins four groups, 4 h to 4 h + 3. Their first digits are the last ones of their place. Sets lr
+/// to the place of the first group.
 ///
-/// r3 counts in its upper half, of which [`widen`] knows nothing: h, and above it, in two bits that carry, the group.
+/// r3 counts in its upper half, which [`widen`] ignores: h, and above it the group, in two bits
+/// that carry.
 macro_rules! begin {
     () => {
         "rbit r5, r3
@@ -18,7 +20,7 @@ macro_rules! begin {
     };
 }
 
-/// Ends a group, begun at `3:`, and the four of them, begun at `2:`.
+/// Ends a group, which began at `3:`, and the four groups, which began at `2:`.
 macro_rules! end {
     () => {
         "adds r3, r3, #1<<30
@@ -28,7 +30,7 @@ macro_rules! end {
     };
 }
 
-/// Stores the packed point in `$x` at `$at`, times the lower half of r3. Uses r7.
+/// Stores the packed point in `$x` at `$at`, multiplied by the lower half of r3. Uses r7.
 macro_rules! widen {
     ($x:literal, $at:literal) => {
         concat!(
@@ -47,8 +49,9 @@ macro_rules! widen {
     };
 }
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is one shifted up, `root` is
-/// sqrt(1/2) in both halves, in units of 2^-15 where that is [`most`]'s, of half of it where it is one less.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is one
+/// shifted up. `root` is sqrt(1/2) in both halves: in units of 2^-15 if the shift is [`most`]'s,
+/// and half of that if the shift is one less.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 8 4^d of at most 2048.
@@ -124,14 +127,15 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         end!(),
         "pop {{r4-r11, pc}}",
         fraction = const 15 - most(M),
-        // No length beyond 2048 is asked for, but the assembler sees it.
+        // No caller asks for more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         outer = const M / 32,
         digits = const digits(M / 32),
     )
 }
 
-/// The first pass in groups of four: `integer::first4` for codes of at most 13 bits. `one` is one shifted up.
+/// The first pass in groups of four: `integer::first4` for codes of at most 13 bits. `one` is one
+/// shifted up.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 4^d of at most 1024.
@@ -169,13 +173,13 @@ pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mu
     )
 }
 
-/// By how much [`eights`] shifts codes of 12 bits up; those of 13 by one less.
+/// How many bits [`eights`] shifts codes of 12 bits up; codes of 13 bits get one less.
 pub(super) const fn most(m: usize) -> u32 {
     let Scale { shift, .. } = Scale::new(m, 12);
     if shift < 14 { shift } else { 14 }
 }
 
-/// How many bits count so far; at least one, for a field of none cannot be written.
+/// Bits of a counter below `count`, a power of two; at least one, because a field has a width.
 const fn digits(count: usize) -> u32 {
     let digits = count.trailing_zeros();
     if digits > 0 { digits } else { 1 }

@@ -1,12 +1,13 @@
-//! The transform and the search on cores with the DSP extension: whole loops in assembly, because a radix-4
-//! butterfly needs all fourteen registers and the compiler gives assembly twelve. Each kernel equals its portable
-//! definition in [`super::integer`] and [`crate::spectrum::sweep`] bit for bit, on every input; the tests on
-//! emulated cores drive both. No kernel branches on data but the search, where the maximum rises.
+//! The transform and the search on cores with the DSP extension. The loops are assembly, because a
+//! radix-4 butterfly needs all fourteen registers and the compiler gives inline assembly twelve.
+//! Each kernel equals its portable definition in [`super::integer`] and [`crate::spectrum::scan`]
+//! bit for bit, on every input; the tests on emulated cores drive both. Only the search branches on
+//! data: when the maximum rises.
 //!
-//! The functions are naked: what they do to registers and memory is written in them and nowhere else. All
-//! save `r4` to `r11` and return by `pop`.
+//! The functions are naked: they change only the registers and memory that their instructions name.
+//! All save `r4` to `r11` and return by `pop`.
 
-// First: macros are known from here on.
+// This module is first because macros are known only to what follows.
 #[macro_use]
 mod butterfly;
 
@@ -18,7 +19,7 @@ mod rails;
 use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::scan::Scan;
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
@@ -47,14 +48,14 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
-/// Codes that leave room for three additions in 16 bits go two at a time.
+/// Codes that leave room for three additions in 16 bits are processed two at a time.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let (narrow, one) = (bits <= 13, 1u32.wrapping_shl(scale.shift));
     // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many.
     unsafe {
         match (scale.first, most(M).checked_sub(scale.shift)) {
-            // One kernel serves codes of 12 and 13 bits, for half of 23170 is still exact.
+            // One kernel serves codes of 12 and 13 bits, because half of 23170 is still exact.
             (8, Some(less @ 0..=1)) if narrow => {
                 eights::<M>(from, to, (23170 >> less) * 0x1_0001, one);
             }
@@ -67,19 +68,20 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
 /// A radix-4 pass over sub-transforms of `length` points.
 ///
 /// # Safety
-/// `points` must be M points and `table` the factors of M or of less, but of at least 4 `length`, which is a power of two
-/// of at most M/4.
+/// `points` must be M points. `table` must be the factors of M or of a shorter transform of at
+/// least 4 `length` points. `length` must be a power of two of at most M/4.
 unsafe fn pass<const M: usize>(points: *mut Point, length: usize, table: &[Triple]) {
     let leg = length * size_of::<Point>();
     let blocks = M / 4 / length.max(1);
     let stride = table.len() / length.max(1) * size_of::<Triple>();
     let table = table.as_ptr();
-    // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
+    // SAFETY: the caller guarantees it; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
         match (length, blocks) {
-            // At least four blocks: the factors stay in registers over all of them.
-            // What the first pass leaves is known of M: an image for one length holds no other's kernels.
+            // With at least four blocks, the factors stay in registers over all of them. M decides
+            // which lengths occur after the first pass, so an image for one length holds no other
+            // kernels.
             (4, 2..) if const { is_even(M) } => short::<4>(points, end, table, stride),
             (8, 2..) if const { !is_even(M) } => short::<8>(points, end, table, stride),
             (16, 2..) if const { is_even(M) } => short::<16>(points, end, table, stride),
@@ -108,11 +110,11 @@ const fn is_even(m: usize) -> bool {
 /// As [`pass`], with factors of 32 bits.
 ///
 /// # Safety
-/// As [`pass`]'s, and `length` must be 16 or more.
+/// As [`pass`], and `length` must be 16 or more.
 unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
     let leg = length * size_of::<Point>();
     let stride = table.len() / length.max(1) * size_of::<FineTriple>();
-    // SAFETY: as the caller vouches; the blocks of 4 `length` points fill M points.
+    // SAFETY: the caller guarantees it; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
         let mut block = points;
@@ -123,22 +125,23 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
     }
 }
 
-/// As [`crate::spectrum::sweep::real`], for the transform of at least 32 pairs.
-pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+/// As [`crate::spectrum::scan::real`], for the transform of at least 32 pairs.
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = points.len() / 2;
     let centre = points.get(middle).map_or(0, |&x| power(x));
     let mut seen = Seen { best: centre, total: centre, at: points.as_ptr() };
     if table.len() < middle || middle < 2 {
-        return Sweep { bin: middle as i32, power: centre, total: centre };
+        return Scan { bin: middle as i32, power: centre, total: centre };
     }
-    // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, their factors inside `table`.
+    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last lie inside `points`, their
+    // factors inside `table`.
     unsafe {
         seen.at = points.as_ptr().add(middle);
         let factors = table.as_ptr().add(middle - 1);
         pairs_outwards(&mut seen, points.as_ptr(), middle * size_of::<Point>(), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(points.as_ptr() as usize) / size_of::<Point>();
-    Sweep { bin: bin as i32, power: seen.best, total: seen.total }
+    Scan { bin: bin as i32, power: seen.best, total: seen.total }
 }
 
 /// As [`integer::window`].
@@ -156,8 +159,9 @@ pub fn window<'a>(
     let Range { start, end } = places.as_mut_ptr_range();
     let (mut to, end) = (start.cast::<Point>(), end.cast::<Point>());
     let mut next = first;
-    // SAFETY: bins first.. are within 1..length, and so are their mirrors; every place is written, for bins below the
-    // middle, perhaps that one, and the rest. The factor of each is before the middle.
+    // SAFETY: the bins from `first` on lie within 1..length, and so do their mirrors. Every place
+    // is written: the bins below the middle, then the middle if it is among them, then the rest.
+    // The factor of each lies before the middle.
     unsafe {
         if next < middle && to < end {
             let below = to.add(places.len().min(middle - next));
@@ -184,11 +188,11 @@ pub fn bend(points: &[Point], stride: usize) -> u64 {
         return 0;
     }
     let range = points.as_ptr_range();
-    // SAFETY: three points start at each `stride`-th place that is two or more before the end.
+    // SAFETY: three points start at each `stride`-th place up to two before the end.
     unsafe { bends(range.start, range.end.sub(2), stride.max(1) * size_of::<Point>()) }
 }
 
-/// How many parts of pairs are at or beyond a rail. Looks at whole groups of eight pairs.
+/// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));

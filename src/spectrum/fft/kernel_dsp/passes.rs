@@ -3,11 +3,12 @@
 use super::{FineTriple, Point, Triple};
 use crate::spectrum::fft::assembly::kernel;
 
-/// A radix-4 pass over sub-transforms of L points: one factor after the other, each for all blocks, of
-/// which there are at least four.
+/// A radix-4 pass over sub-transforms of L points. The outer loop takes one factor after the other,
+/// the inner loop all blocks, of which there are at least four.
 ///
 /// # Safety
-/// `points..end` must be whole pairs of blocks of 4 L points, `table` the factors, `stride` bytes apart.
+/// `points..end` must be whole pairs of blocks of 4 L points, `table` the factors, `stride` bytes
+/// apart.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn short<const L: usize>(
     points: *mut Point,
@@ -20,7 +21,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
             concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}]\n")
         };
     }
-    // On to the next block with the last store.
+    // Advances to the next block with the last store.
     macro_rules! finish {
         () => {
             concat!(
@@ -73,7 +74,8 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
     )
 }
 
-/// A radix-4 pass over one block whose legs are `leg` bytes, 64 or more, with every `STRIDE`-th factor.
+/// A radix-4 pass over one block with legs of `leg` bytes, 64 or more, and every `STRIDE`-th
+/// factor.
 ///
 /// # Safety
 /// `block` must be the four legs, `table` the factors of that many points.
@@ -107,7 +109,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
         "str r3, [sp]",
         "add r2, r3, r1",
         "add r1, r2, r1",
-        // r3, r2, r1 are legs 1, 2, 3: put them in order.
+        // r3, r2, r1 are legs 1, 2, 3; this puts them in order.
         "mov r5, r1",
         "mov r1, r3",
         "mov r3, r5",
@@ -215,7 +217,8 @@ pub(super) unsafe extern "C" fn fine(
     )
 }
 
-/// [`long`] for legs of 32 points, which one pointer reaches: that leaves registers to load a triple at once.
+/// [`long`] for legs of 32 points, which one pointer reaches, so registers are free to load a
+/// triple at once.
 ///
 /// # Safety
 /// `block` must be 128 points, `table` the factors of that many times `STRIDE`.
@@ -250,7 +253,7 @@ pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, tab
     )
 }
 
-/// [`long`] with every factor for legs of 128 points, which two pointers reach.
+/// [`long`] with every factor, for legs of 128 points, which two pointers reach.
 ///
 /// # Safety
 /// `block` must be 512 points, `table` the factors of that many.
@@ -259,7 +262,7 @@ pub(super) unsafe extern "C" fn even(block: *mut Point, table: *const Triple) {
     kernel!(
         "push {{r4-r11, lr}}",
         "add r2, r1, #12",
-        // Eight bytes before legs 1 and 3; the others are 1024 bytes before them.
+        // Eight bytes before legs 1 and 3; legs 0 and 2 are 1024 bytes before them.
         "add r1, r0, #3072-8",
         "add r0, r0, #1024-8",
         "add r3, r0, #1024",

@@ -2,7 +2,7 @@
 
 use crate::spectrum::fft::assembly::kernel;
 
-/// Other than 0 where a half of a word is outside `low..=high`, each given in both halves.
+/// Nonzero if a half of some word is outside `low..=high`, each of which is given in both halves.
 ///
 /// # Safety
 /// `from..to` must be groups of eight words, at least one.
@@ -16,9 +16,9 @@ pub(super) unsafe extern "C" fn any_outside(
     macro_rules! look {
         ($($x:literal, $y:literal);*) => {
             concat!($(
-                // The larger of each half to lr, the smaller to the other.
+                // The larger of each half goes to lr, the smaller to the other register.
                 "ssub16 lr, ", $x, ", ", $y, "\n sel lr, ", $x, ", ", $y, "\n sel ", $x, ", ", $y, ", ", $x, "\n",
-                // A sign bit tells.
+                // The sign bit shows it.
                 "qsub16 lr, r3, lr\n orr r12, r12, lr\n qsub16 lr, ", $x, ", r2\n orr r12, r12, lr\n",
             )*)
         };
@@ -36,7 +36,7 @@ pub(super) unsafe extern "C" fn any_outside(
     )
 }
 
-/// How many halves of words are outside `low..=high`, each given in both halves.
+/// How many halves of words are outside `low..=high`, each of which is given in both halves.
 ///
 /// # Safety
 /// `from..to` must be pairs of words, at least one, and at most 2^16 words.
@@ -63,7 +63,7 @@ pub(super) unsafe extern "C" fn all_outside(
         look!("r4", "r5"),
         "cmp r0, r1",
         "blo 2b",
-        // Each half has counted its own.
+        // Each half has its own count.
         "uxth r0, r12",
         "add r0, r0, r12, lsr #16",
         "pop {{r4, r5, pc}}",

@@ -5,7 +5,7 @@ use super::super::q15::{self, DIAGONAL, first_radix};
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
 
-/// As [`q15::extremes`], of which it may find less than all where the rest does not matter to [`q15::shift`].
+/// As [`q15::extremes`]. It may stop early, once the rest cannot change [`q15::shift`].
 pub fn extremes(pairs: &[Pair], codes: Codes) -> [i16; 2] {
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
     if groups.is_empty() || !groups.start.cast::<u32>().is_aligned() {
@@ -41,14 +41,15 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
     q != 0
 }
 
-/// The lowest and the highest of either half of words, beyond what `seen` holds; may end where the two of a half are
-/// further apart than in `enough`.
+/// The lowest and the highest of either half of the words and of `seen`. It may stop once the two
+/// extremes of a half are further apart than in `enough`.
 ///
 /// # Safety
 /// `from..to` must be groups of eight aligned words, at least one.
 #[unsafe(naked)]
 unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2], enough: u32) {
-    // The larger of each half to $x, the smaller to lr, and on to the highest and the lowest.
+    // Moves the larger of each half to $x and the smaller to lr, then updates the highest and the
+    // lowest.
     macro_rules! look {
         ($($x:literal, $y:literal);*) => {
             concat!($(
@@ -77,7 +78,8 @@ unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2
     )
 }
 
-/// Where a group of the first pass starts: the number of four groups is at [sp], the record at [sp, #4]; gives r0.
+/// Finds the start of a group of the first pass, in r0. The number of the four groups is at [sp],
+/// the record at [sp, #4].
 macro_rules! next_groups {
     () => {
         lines!(
@@ -96,7 +98,7 @@ macro_rules! next_groups {
     };
 }
 
-/// Puts the mask and the number of bits of a shift at [sp, #8], from r3.
+/// Stores the mask and the number of bits of a shift at [sp, #8], from r3.
 macro_rules! keep_shift {
     () => {
         lines!(
@@ -108,7 +110,8 @@ macro_rules! keep_shift {
     };
 }
 
-/// Shifts packed pairs up: a mask takes away what the lower half has pushed into the upper one. Uses r3, r12.
+/// Shifts packed pairs up. A mask removes the bits that the lower half pushed into the upper one.
+/// Uses r3, r12.
 macro_rules! up {
     ($($x:literal),*) => {
         concat!(
@@ -118,7 +121,8 @@ macro_rules! up {
     };
 }
 
-/// The four-point transform of $a to $d: 0 in $c, 1 in $a, 2 in $free, 3 in $b... in place but for one register.
+/// The four-point transform of $a to $d, in place but for one register: 0 in $c, 1 in $a, 2 in
+/// $free, 3 in $b.
 macro_rules! four_points {
     ($a:literal, $b:literal, $c:literal, $d:literal, $free:literal) => {
         concat!(
@@ -206,8 +210,8 @@ macro_rules! diagonal {
     };
 }
 
-/// The first pass in groups of eight: `q15::first8`, of parts shifted up by `shift` if `UP`; `centre` is that of a
-/// group's sum.
+/// The first pass in groups of eight: `q15::first8`, with the parts shifted up by `shift` if `UP`;
+/// `centre` is the centre of a group's sum.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M aligned points, M = 8 4^d of at most 2048.
@@ -282,7 +286,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
         leave!(16),
         diagonal = const DIAGONAL,
         up = const UP as u32,
-        // No length beyond 2048 is asked for, but the assembler sees it.
+        // No caller asks for more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         leg_ = const if M <= 512 { M / 8 * 4 } else { 4 },
         outer = const M / 32,

@@ -1,16 +1,17 @@
-//! The 16-bit transform and its search on cores with the DSP extension: packed points, two products an instruction, the
-//! sticky flag Q for headroom. Each kernel equals its portable definition in [`super::q15`] and
-//! [`crate::spectrum::narrow`] bit for bit.
+//! The 16-bit transform and its search on cores with the DSP extension: packed points, two products
+//! an instruction, and the sticky flag Q for headroom. Each kernel equals its portable definition
+//! in [`super::q15`] and [`crate::spectrum::q15_bins`] bit for bit.
 //!
-//! Functions are naked, as in [`super::kernel_dsp`]. Those of the passes clear Q first and return whether `SSAT16` has set it;
-//! an interrupt between leaves it alone, for its return restores the flags.
+//! The functions are naked, as in [`super::kernel_dsp`]. Those of the passes clear Q first and
+//! return whether `SSAT16` has set it. An interrupt in between does not disturb Q, because its
+//! return restores the flags.
 
 /// Instructions, each with its own line end.
 macro_rules! lines {
     ($($line:expr),* $(,)?) => { concat!($($line, "\n"),*) };
 }
 
-/// Saves what a pass needs, and clears Q. `$frame` bytes of the stack are its own.
+/// Saves the registers that a pass needs, and clears Q. The pass owns `$frame` bytes of the stack.
 macro_rules! enter {
     ($frame:literal) => {
         lines!(
@@ -34,7 +35,7 @@ macro_rules! leave {
     };
 }
 
-/// Notes in Q whether a part is large; `$free` is overwritten.
+/// Sets Q if a part is large; overwrites `$free`.
 macro_rules! look {
     ($free:literal: $($x:literal),*) => { concat!($("ssat16 ", $free, ", #14, ", $x, "\n",)*) };
 }
@@ -43,7 +44,7 @@ mod first;
 mod passes;
 mod search;
 
-pub use search::{bend, sweep};
+pub use search::{bend, scan};
 
 use super::integer::Pair;
 use super::q15;
@@ -63,7 +64,8 @@ pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pai
         ($($length:literal)*) => {$(
             if const { q15::has_pass(M, $length) } {
                 exponent += 1 + i32::from(large);
-                // SAFETY: `points` are M aligned points, the table holds the factors of M, which has such a pass.
+                // SAFETY: `points` are M aligned points, the table holds the factors of M, and M
+                // has such a pass.
                 large = unsafe { passes::pass::<M, $length>(points, table, large) };
             }
         )*};

@@ -5,10 +5,10 @@ use super::super::q15::second;
 use super::super::twiddle::Triple;
 use crate::spectrum::fft::assembly::kernel;
 
-/// The pass of sub-transforms of L points, as [`q15::radix4`](super::super::q15::radix4).
+/// The pass over sub-transforms of L points, as [`q15::radix4`](super::super::q15::radix4).
 ///
 /// # Safety
-/// `points` must be M aligned points and `table` the factors of M, which has such a pass.
+/// `points` must be M aligned points and `table` the factors of M, and M must have such a pass.
 #[inline(always)]
 pub unsafe fn pass<const M: usize, const L: usize>(
     points: *mut Pair,
@@ -16,7 +16,7 @@ pub unsafe fn pass<const M: usize, const L: usize>(
     twice: bool,
 ) -> bool {
     let stride = M / 4 / L * size_of::<Triple>();
-    // SAFETY: as the caller vouches. Where there is more than one block there are at least four.
+    // SAFETY: the caller guarantees it. If there is more than one block, there are at least four.
     let q = unsafe {
         let end = points.add(M);
         match (4 * L == M, twice) {
@@ -29,7 +29,8 @@ pub unsafe fn pass<const M: usize, const L: usize>(
     q != 0
 }
 
-/// x (cos - j sin) / 2 rounded, in place: $factor is packed `cos | -sin << 16`, the rounding in r5.
+/// x (cos - j sin) / 2 rounded, in place: $factor is packed as `cos | -sin << 16`, the rounding is
+/// in r5.
 macro_rules! turn {
     ($x:literal, $factor:literal, $free:literal) => {
         concat!(
@@ -58,7 +59,8 @@ macro_rules! turn {
     };
 }
 
-/// The sums of a butterfly: leg 0 halved in r10, legs 1, 2, 3 turned in r7, r9, r8; points 0 r9, 1 r11, 2 r8, 3 r10.
+/// The sums of a butterfly, from leg 0, halved, in r10 and legs 1, 2, 3, turned, in r7, r9, r8.
+/// They give points 0 r9, 1 r11, 2 r8, 3 r10.
 macro_rules! sums {
     () => {
         lines!(
@@ -81,7 +83,7 @@ macro_rules! sums {
     };
 }
 
-/// The rounding of products to r5, that of halves to r6.
+/// Loads the rounding of products into r5 and that of halves into r6.
 macro_rules! rounding {
     () => {
         lines!("mov r5, #0x8000", "mov r6, #0x10001")
@@ -100,11 +102,12 @@ macro_rules! halves {
     };
 }
 
-/// A pass over at least four blocks: one factor after the other, each for all blocks. Halves a second time if
-/// `TWICE`.
+/// A pass over at least four blocks. The outer loop takes one factor after the other, the inner
+/// loop all blocks. If `TWICE`, the pass halves a second time.
 ///
 /// # Safety
-/// `points..end` must be whole pairs of blocks of 4 L aligned points, `table` the factors, `stride` bytes apart.
+/// `points..end` must be whole pairs of blocks of 4 L aligned points, `table` the factors, `stride`
+/// bytes apart.
 #[unsafe(naked)]
 unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
     points: *mut Pair,
@@ -158,7 +161,7 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
             )
         };
     }
-    // The offsets of a second block of 256 points and more are too large for an instruction.
+    // The offsets of a second block of 256 points and more do not fit in an instruction.
     macro_rules! between {
         () => {
             ".if {next} == 0\n add r0, r0, #16*{l}\n .endif\n"
@@ -204,14 +207,14 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
         leave!(16),
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
-        // No pass of more is asked for, but the assembler sees it.
+        // No caller asks for a longer pass, but the assembler sees such lengths.
         l = const if L <= 256 { L } else { 4 },
         next = const if L < 256 { 16 * L } else { 0 },
         rest = const if L < 256 { 32 * L } else { 16 * 256 },
     )
 }
 
-/// The last pass, which has one block. Halves a second time if `TWICE`.
+/// The last pass, which has one block. If `TWICE`, it halves a second time.
 ///
 /// # Safety
 /// `block` must be 4 L aligned points, `table` the factors of that many.
@@ -256,7 +259,7 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
     }
     kernel!(
         enter!(4),
-        // Legs 0 and 1 by one pointer, 2 and 3 by the other.
+        // One pointer reaches legs 0 and 1, the other legs 2 and 3.
         "add r2, r1, #12",
         "add r0, r0, #{bias}",
         "add r1, r0, #8*{l}",
@@ -283,7 +286,7 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
         l = const L,
-        // An offset ends at 4095.
+        // An offset is at most 4095.
         bias = const if L >= 1024 { 4 } else { 0 },
     )
 }

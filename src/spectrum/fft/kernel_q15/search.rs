@@ -1,22 +1,22 @@
-//! The search.
+//! The search and the bend.
 
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
 use crate::spectrum::fft::assembly::kernel;
-use crate::spectrum::narrow::{self, SPARSE};
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::q15_bins::{self, SPARSE};
+use crate::spectrum::scan::Scan;
 
-/// As [`narrow::sweep`].
-pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+/// As [`q15_bins::scan`].
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     let middle = M / 2;
     if points.len() != M || table.len() < middle || middle <= SPARSE {
-        return Sweep::from(middle);
+        return Scan::from(middle);
     }
-    let centre = points.get(middle).map_or(0, |&p| narrow::power(p));
+    let centre = points.get(middle).map_or(0, |&p| q15_bins::power(p));
     let from = points.as_ptr();
     let mut seen = Seen { total: centre as u64, best: centre, at: from.wrapping_add(middle) };
-    // SAFETY: pairs middle-1 and middle+1 to 1 and the last are inside `points`, an odd number of them, their factors
-    // inside `table`.
+    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last, an odd number, lie inside
+    // `points`, their factors inside `table`.
     unsafe {
         let (lower, upper) = (from.add(SPARSE), from.add(M - SPARSE));
         seen.best = centre.max((strongest_pair(lower, upper) >> 1) - 1);
@@ -24,22 +24,22 @@ pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
         pairs_outwards(&mut seen, from, from.add(middle), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Pair>();
-    narrow::swept(bin, seen.best, seen.total)
+    q15_bins::scanned(bin, seen.best, seen.total)
 }
 
-/// As [`narrow::bend`].
+/// As [`q15_bins::bend`].
 pub fn bend(points: &[Pair], stride: usize) -> u64 {
     let (count, stride) = (points.len().saturating_sub(2), stride.max(1));
     if count == 0 || !points.as_ptr().cast::<u32>().is_aligned() {
-        return narrow::bend(points, stride);
+        return q15_bins::bend(points, stride);
     }
     let range = points.as_ptr_range();
-    // SAFETY: three aligned points start at each `stride`-th place that is two or more before the end.
+    // SAFETY: three aligned points start at each `stride`-th place up to two before the end.
     let sum = unsafe { bends(range.start, range.end.sub(2), stride * size_of::<Pair>()) };
-    narrow::halved(sum)
+    q15_bins::halved(sum)
 }
 
-/// What the search has seen, as [`pairs_outwards`] keeps it.
+/// The state of the search, as [`pairs_outwards`] keeps it.
 #[repr(C)]
 struct Seen {
     total: u64,
@@ -47,11 +47,11 @@ struct Seen {
     at: *const Pair,
 }
 
-/// Looks at the pairs of points beside `middle`, outwards to the second point and the last.
+/// Scans the pairs of points beside `middle`, outwards to the second point and the last.
 ///
 /// # Safety
-/// There must be an odd number of pairs, three or more, in aligned points from `points` on; `factors` is how many bytes
-/// behind a point its factor is.
+/// There must be an odd number of pairs, three or more, in aligned points from `points` on.
+/// `factors` is the distance in bytes from a point to its factor.
 #[unsafe(naked)]
 unsafe extern "C" fn pairs_outwards(
     seen: &mut Seen,
@@ -59,8 +59,8 @@ unsafe extern "C" fn pairs_outwards(
     middle: *const Pair,
     factors: usize,
 ) {
-    // Points $p and $q, below and above: their sum of powers is counted in r10, r11; where it is as strong as r8 the
-    // code leaves its line.
+    // Points $p and $q, below and above. Adds the sum of their powers to r10, r11. If that sum is
+    // as strong as r8, the code jumps out of line.
     macro_rules! pair {
         ($p:literal, $q:literal, $out:literal, $back:literal) => {
             concat!(
@@ -81,8 +81,8 @@ unsafe extern "C" fn pairs_outwards(
             )
         };
     }
-    // The lower bin wins if it is as strong as any above it, the upper one if it is stronger than all below it.
-    // $down and $up are how far beyond them r0 and r2 have moved.
+    // The lower bin wins a tie against any above it; the upper bin must be stronger than all below
+    // it. $down and $up are how far r0 and r2 have moved beyond the bins.
     macro_rules! risen {
         ($p:literal, $q:literal, $out:literal, $back:literal, $down:literal, $up:literal) => {
             concat!(
@@ -156,7 +156,8 @@ unsafe extern "C" fn pairs_outwards(
     )
 }
 
-/// The largest sum of powers of every [`SPARSE`]-th pair of points, from the outermost to before they meet.
+/// The largest sum of powers of every [`SPARSE`]-th pair of points, from the outermost pair inwards
+/// until they meet.
 ///
 /// # Safety
 /// `lower..=upper` must be aligned points, more than one.
@@ -184,7 +185,7 @@ unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i
 /// Sums the powers of the second difference at every `stride`-th byte from `from` to before `to`.
 ///
 /// # Safety
-/// There must be three aligned points at each, and at least one.
+/// Each place must start three aligned points, and there must be at least one place.
 #[unsafe(naked)]
 unsafe extern "C" fn bends(from: *const Pair, to: *const Pair, stride: usize) -> u64 {
     kernel!(

@@ -1,28 +1,29 @@
-//! What reads a real record's points: the search and the noise.
+//! The loops that read a real record's points: the search and the noise.
 
 use super::passes::turn;
 use super::{Packed, Point};
 use crate::spectrum::fft::assembly::kernel;
 
-/// How far [`pairs_outwards`] is.
+/// The state of [`pairs_outwards`].
 #[repr(C)]
 pub(super) struct Outwards {
-    /// The sum of half the powers of both bins of the pairs so far.
+    /// Half the sum of the powers of both bins, over all pairs so far.
     pub total: u64,
-    /// From so much of it in one pair on the kernel stops behind that pair.
+    /// The kernel stops after a pair that adds this much or more.
     pub least: u64,
-    /// The next pair's upper point.
+    /// The upper point of the next pair.
     upper: *const Point,
-    /// Its factor.
+    /// The factor of the next pair.
     factor: *const Packed,
-    /// What the addresses of a lower point and of the one behind its upper point add up to.
+    /// The address of a lower point plus the address just after its upper point: constant.
     sum: usize,
-    /// Behind the last upper point.
+    /// The address after the last upper point.
     end: *const Point,
 }
 
 impl Outwards {
-    /// From the middle of these points on; `table` must hold as many factors as there are points before it.
+    /// A scan from the middle of these points outwards. `table` must hold a factor for each point
+    /// before the middle.
     pub fn new<const M: usize>(points: &[Point; M], table: &[Packed]) -> Self {
         let range = points.as_ptr_range();
         let upper = range.start.wrapping_add(M / 2 + 1);
@@ -31,7 +32,7 @@ impl Outwards {
         Self { total: 0, least: 0, upper, factor, sum, end: range.end }
     }
 
-    /// The places of the last pair.
+    /// The indices of the last pair.
     pub fn last<const M: usize>(&self, points: &[Point; M]) -> (usize, usize) {
         let bytes = self.upper.addr().wrapping_sub(points.as_ptr().addr());
         let upper = (bytes / size_of::<Point>()).wrapping_sub(1);
@@ -39,8 +40,8 @@ impl Outwards {
     }
 }
 
-/// Adds to r0 : `$sum`, upper word first, the square of what `$high` and `$low` are the halves of, but for twice their
-/// product, which it leaves in `$high`. Uses `$t`; `$low` is lost.
+/// Adds the square of a number to r0 : `$sum`, upper word first, without twice the product of its
+/// halves, `$high` and `$low`. Leaves twice that product in `$high`. Uses `$t`; overwrites `$low`.
 macro_rules! square {
     ($sum:literal, $high:literal, $low:literal, $t:literal) => {
         concat!(
@@ -118,14 +119,14 @@ macro_rules! cross {
     };
 }
 
-/// Splits pairs of points outwards from where `state` says, adds up half the powers of their bins, and stops behind a pair
-/// that has `least` or more: then the result is true.
+/// Splits pairs of points outwards from the place in `state`, and adds up half the powers of their
+/// bins. Returns true if it stopped after a pair that has `least` or more.
 ///
-/// Sums of a lower half's product with an upper one fit two by two: the parts of a pair's half sum, and of the turned
-/// half difference, are each a bin of a record of half the length.
+/// The sums of a lower half's product and an upper half's fit in pairs: the parts of a pair's half
+/// sum, and of its turned half difference, are each a bin of a record of half the length.
 ///
 /// # Safety
-/// `state` must be one of [`Outwards::new`], as this left it but for `least`.
+/// `state` must come from [`Outwards::new`] and this function, with at most `least` changed.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
     kernel!(
@@ -214,17 +215,18 @@ pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
     )
 }
 
-/// The sum of the powers of half the second difference of the points that start at each `stride` bytes before `last`.
+/// The sum of the powers of half the second difference, of the points at every `stride` bytes
+/// before `last`.
 ///
 /// # Safety
-/// Three points must be readable at each such place, and one there must be.
+/// Three points must be readable at each place, and there must be at least one place.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn bends(
     from: *const Point,
     last: *const Point,
     stride: usize,
 ) -> u64 {
-    // Adds the square of `$x`, which is lost as r2 and r3 are.
+    // Adds the square of `$x`. Overwrites it, r2 and r3.
     macro_rules! add {
         ($x:literal) => {
             concat!(

@@ -3,19 +3,21 @@
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, M of at most 2048.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, M of at most
+/// 2048.
 ///
-/// Two codes are added at once, as `re + 2^16 im`: the sum of eight fits in 16 bits.
+/// It adds two codes at once, as `re + 2^16 im`: the sum of eight fits in 16 bits.
 ///
 /// # Safety
-/// `from` and `to` must be M pairs, the first at a whole word, and M points, M = 8 4^d.
+/// `from` and `to` must be M pairs, aligned to words, and M points, M = 8 4^d.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
     from: *const Pair,
     to: *mut Point,
 ) {
-    // The transform of the four pairs from r7 on, M bytes apart: 0 in r3 and 2 in r4 as sums of pairs, 1 in r6, r1, and
-    // 3 in r2, r0. With its lower sign turned a pair is such a sum, and 2^15; with four of them the sum is 2^17 too large.
+    // The transform of the four pairs from r7 on, M bytes apart: 0 in r3 and 2 in r4 as sums of
+    // pairs, 1 in r6, r1, and 3 in r2, r0. A pair with its lower sign turned is such a sum plus
+    // 2^15, so with four of them the sum is 2^17 too large.
     macro_rules! four {
         () => {
             "movs r6, #0x80
@@ -52,7 +54,8 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
             "
         };
     }
-    // Parts the sum of pairs in `$x`, and shifts them up: the first goes to `$re`, the second stays.
+    // Splits the sum of pairs in `$x` into its parts and shifts them up: the first goes to `$re`,
+    // the second stays.
     macro_rules! parts {
         ($re:literal, $x:literal) => {
             concat!(
@@ -185,7 +188,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         "str r0, [r3, #52]",
         "adds r3, r3, #64",
         "mov r11, r3",
-        // One more at the first digit, and where that was three, at the next.
+        // Increments the first digit, and carries into the next if it was three.
         "mov r0, lr",
         "mov r1, r8",
         "lsrs r1, r1, #3",

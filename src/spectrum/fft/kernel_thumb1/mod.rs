@@ -1,11 +1,13 @@
-//! The transform and the search on Armv6-M, which multiplies 32 bits by 32 to 32 and has eight registers for most
-//! instructions: whole loops in assembly, which split a number into halves once for all its products and keep constants
-//! and sums in the other registers. Each kernel equals its portable definition in [`super::integer`] and
-//! [`crate::spectrum::sweep`] bit for bit, for every record.
+//! The transform and the search on Armv6-M, which multiplies 32 bits by 32 to 32 and has eight
+//! registers for most instructions. The loops are assembly: they split a number into halves once
+//! for all its products, and keep constants and sums in the other registers. Each kernel equals its
+//! portable definition in [`super::integer`] and [`crate::spectrum::scan`] bit for bit, for every
+//! record.
 //!
-//! The functions are naked: what they do to registers and memory is written in them and nowhere else.
+//! The functions are naked: they change only the registers and memory that their instructions name.
 
-// Before what uses them. The registers r8 to r11 belong to the caller, and only the lower ones can be pushed and popped.
+// This comes before its users. The caller owns r8 to r11, and only the low registers can be pushed
+// and popped.
 macro_rules! high_to_low {
     () => {
         "mov r4, r8
@@ -30,8 +32,8 @@ mod passes;
 use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
 use super::twiddle::{Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::narrow::SPARSE;
-use crate::spectrum::sweep::Sweep;
+use crate::spectrum::q15_bins::SPARSE;
+use crate::spectrum::scan::Scan;
 use bins::{Outwards, bends, pairs_outwards};
 use first::eights;
 use passes::pass;
@@ -51,8 +53,8 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
             Factors::Short(table) => {
                 let stride = table.len() / length.max(1) * size_of::<Triple>();
                 let range = points.as_mut_ptr_range();
-                // SAFETY: `points` holds M points, which 4 `length` divides; the table holds the factors of 4 `length`
-                // or of a multiple.
+                // SAFETY: `points` holds M points, and 4 `length` divides M; the table holds the
+                // factors of 4 `length` or of a multiple.
                 unsafe {
                     pass(
                         range.start,
@@ -72,13 +74,13 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
-/// Codes that leave room for seven additions in 16 bits go two at a time, where they begin at a whole word: others the core
-/// does not load.
+/// Codes that leave room for seven additions in 16 bits are processed two at a time if they are
+/// aligned to words; the core does not load unaligned ones.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let fits = bits <= 13 && from.cast::<u32>().is_aligned();
-    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. It is chosen by the shift it has
-    // built in.
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. The kernel
+    // is selected by its built-in shift.
     unsafe {
         match scale.shift {
             14 if fits && const { shifts(M, 14) } => eights::<M, 14>(from, to),
@@ -90,29 +92,29 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
     }
 }
 
-/// Whether an `m`-point transform whose first pass is of radix 8 shifts codes of 12 or 13 bits by so much: an image holds no
-/// kernel that it has no use for.
+/// Whether an `m`-point transform with a first pass of radix 8 shifts codes of 12 or 13 bits by
+/// `shift`. An image then holds no kernel that it cannot use.
 const fn shifts(m: usize, shift: u32) -> bool {
     let [short, long] = [Scale::new(m, 12), Scale::new(m, 13)];
     short.first == 8 && (short.shift == shift || long.shift == shift)
 }
 
-/// As [`crate::spectrum::sweep::real`].
+/// As [`crate::spectrum::scan::real`].
 ///
-/// Of the bins X and Y of a pair the kernel adds up `(|X|^2 + |Y|^2) / 2`, which is the sum of four squares, and stops
-/// where that leaves room for a bin as strong as one that is known.
-pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+/// For the bins X and Y of a pair the kernel adds up `(|X|^2 + |Y|^2) / 2`, a sum of four squares.
+/// It stops where a bin could be as strong as the strongest known one.
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
-    let mut sweep = Sweep::from(middle);
+    let mut scan = Scan::from(middle);
     let (Ok(points), true) = (<&[Point; M]>::try_from(points), table.len() >= middle) else {
-        return sweep;
+        return scan;
     };
-    sweep.see(middle, points.get(middle).map_or(0, |&x| power(x)));
+    scan.see(middle, points.get(middle).map_or(0, |&x| power(x)));
     let sure = sure(points);
     let mut state = Outwards::new(points, table);
     loop {
-        state.least = sweep.power.max(sure).div_ceil(2);
-        // SAFETY: the state is of M points and as many factors as lie before their middle.
+        state.least = scan.power.max(sure).div_ceil(2);
+        // SAFETY: the state holds M points and a factor for each point before their middle.
         let found = unsafe { pairs_outwards(&mut state) };
         let Some((lower, upper)) = found.then(|| state.last(points)) else {
             break;
@@ -120,21 +122,22 @@ pub fn sweep<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
         let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
         if let Some(((&p, &q), &w)) = pair {
             let [x, y] = split_pair(p, q, w).map(power);
-            if x >= sweep.power {
-                (sweep.power, sweep.bin) = (x, lower as i32);
+            if x >= scan.power {
+                (scan.power, scan.bin) = (x, lower as i32);
             }
-            if y > sweep.power {
-                (sweep.power, sweep.bin) = (y, upper as i32);
+            if y > scan.power {
+                (scan.power, scan.bin) = (y, upper as i32);
             }
         }
     }
-    Sweep { total: sweep.total.wrapping_add(state.total << 1), ..sweep }
+    Scan { total: scan.total.wrapping_add(state.total << 1), ..scan }
 }
 
-/// Not more than the power of the strongest bin, by the largest part of every so manieth pair of points.
+/// A lower bound of the strongest bin's power, from the largest part of some of the pairs of
+/// points.
 ///
-/// The mean power of a pair's bins is that of its points, which is half the square of a part or more; less what factors
-/// and products are rounded by.
+/// The mean power of a pair's bins is that of its points: at least half the square of a part, less
+/// the rounding of factors and products.
 fn sure<const M: usize>(points: &[Point; M]) -> u64 {
     let size = |part: i32| (part ^ (part >> 31)) as u32;
     let mut most = 0;
@@ -155,6 +158,6 @@ pub fn bend(points: &[Point], stride: usize) -> u64 {
         return 0;
     }
     let range = points.as_ptr_range();
-    // SAFETY: three points start at each `stride`-th place that is two or more before the end.
+    // SAFETY: three points start at each `stride`-th place up to two before the end.
     unsafe { bends(range.start, range.end.wrapping_sub(2), stride.max(1) * size_of::<Point>()) }
 }

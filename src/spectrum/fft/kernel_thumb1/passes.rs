@@ -3,8 +3,8 @@
 use super::{Point, Triple};
 use crate::spectrum::fft::assembly::kernel;
 
-/// `integer::turn` of r0, r1 by the factor that is `$at` and four bytes more above the stack pointer: to r4, r5. Uses
-/// r0 to r6.
+/// `integer::turn` of r0, r1 by the factor at `$at` and the next four bytes above the stack
+/// pointer, to r4, r5. Uses r0 to r6.
 macro_rules! turn {
     ($at:literal) => {
         concat!("ldr r2, [sp, #", $at, "]\n ldr r3, [sp, #", $at, "+4]\n", turn!())
@@ -42,10 +42,12 @@ macro_rules! turn {
 
 pub(super) use turn;
 
-/// A radix-4 pass over sub-transforms whose legs are `leg` bytes: one factor after the other, each for all blocks.
+/// A radix-4 pass over sub-transforms with legs of `leg` bytes. The outer loop takes one factor
+/// after the other, the inner loop all blocks.
 ///
 /// # Safety
-/// `points..end` must be whole blocks of four legs, `table` the factors of a leg, `stride` bytes apart.
+/// `points..end` must be whole blocks of four legs, `table` the factors of a leg, `stride` bytes
+/// apart.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn pass(
     points: *mut Point,
@@ -54,8 +56,9 @@ pub(super) unsafe extern "C" fn pass(
     table: *const Triple,
     stride: usize,
 ) {
-    // The fourth leg's point is at r7, two legs and two points less in r12, a leg less a point in lr. What the legs two
-    // and four, in r4, r5 and r0, r1 or r8, r9, add up to goes to r8, r9, and their difference to r10, r11.
+    // r7 points to the fourth leg's point. r12 holds two legs minus two points, lr a leg minus a
+    // point. The sum of legs two and four, in r4, r5 and in r0, r1 or r8, r9, goes to r8, r9, their
+    // difference to r10, r11.
     macro_rules! outer {
         () => {
             "adds r2, r4, r0
@@ -69,7 +72,8 @@ pub(super) unsafe extern "C" fn pass(
             "
         };
     }
-    // The rest, with the third leg in r4, r5, the first at r7. The last leaves r7 at the next block's fourth.
+    // The rest, with the third leg in r4, r5 and the first at r7. The last store leaves r7 at the
+    // next block's fourth leg.
     macro_rules! inner {
         () => {
             "ldm r7!, {{r0, r1}}
@@ -110,7 +114,8 @@ pub(super) unsafe extern "C" fn pass(
         "push {{r4-r7, lr}}",
         high_to_low!(),
         "push {{r4-r7}}",
-        // Three factors; four legs less a point; the end; the first block's next point and its last; factors, stride.
+        // The stack: three factors; four legs minus a point; the end; the first block's next point
+        // and its last; the factors and their stride.
         "sub sp, sp, #52",
         "lsls r4, r2, #2",
         "adds r5, r0, r4",

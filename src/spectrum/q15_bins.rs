@@ -1,14 +1,15 @@
-//! What is read from a spectrum of 16-bit points (see [`super::fft::q15`]): bins, the search over them and the bend.
+//! Bins of the 16-bit engine (see [`super::fft::q15`]): single bins, the search over all of them
+//! and the bend.
 
 use super::fft::integer::{Pair, Point, split_pair};
 use super::fft::q15::FRACTION;
 use super::fft::twiddle::Packed;
-use super::sweep::Sweep;
+use super::scan::Scan;
 
-/// By how much a power is more than that of stored points.
+/// A power in units of bins is the power of stored points shifted up by this many bits.
 const SQUARES: u32 = 2 * FRACTION;
 
-/// Every how manieth pair is looked at beforehand.
+/// The stride of the first look, in pairs of points.
 pub(super) const SPARSE: usize = 8;
 
 /// A stored point in units of bins.
@@ -17,8 +18,8 @@ pub fn wide([re, im]: Pair) -> Point {
     [i32::from(re) << FRACTION, i32::from(im) << FRACTION]
 }
 
-/// Bin `k`, 0..=M, of a real record from the M points of its transform as pairs; `table` is
-/// [`twiddle::splits`](super::fft::twiddle::splits).
+/// Bin `k`, 0..=M, of a real record. `points` are the M points of its transform as pairs, `table`
+/// is [`twiddle::splits`](super::fft::twiddle::splits).
 pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
     let (length, middle) = (points.len(), points.len() / 2);
     let at = |k: usize| points.get(k).copied().map_or([0; 2], wide);
@@ -39,22 +40,23 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// Sweeps bins 1..M of a real record from the M points of its transform.
+/// Scans bins 1..M of a real record from the M points of its transform.
 ///
-/// Of two points `p = Z[k]` and `q = Z[M-k]` the powers of bins k and M-k follow without the bins themselves:
+/// Two points `p = Z[k]` and `q = Z[M-k]` give the powers of bins k and M-k without the bins:
 ///
 /// ```text
 /// A = |p|^2   B = |q|^2   D = Im p q      |X|^2 = (A + B)/2 +- ((A - B) sin - 2 D cos)/2
 /// ```
 ///
-/// Their sum is A + B: where that is below the strongest bin so far, neither can be stronger, and most pairs end
-/// there, the more of them because of a look at every eighth pair beforehand. Outwards from the middle, as
-/// [`super::sweep::real`].
-pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
+/// The two powers sum to A + B. If that is below the strongest bin so far, neither bin can be
+/// stronger, and the pair is done. Most pairs end there, the more because the first look at every
+/// eighth pair gives a bound. The scan goes outwards from the middle, as [`super::scan::real`]
+/// does.
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     let middle = M / 2;
-    // An array's length the compiler knows: it checks no index below.
+    // The compiler knows an array's length, so it checks no index below.
     let (Ok(points), Some(table)) = (<&[Pair; M]>::try_from(points), table.get(..middle)) else {
-        return Sweep::from(middle);
+        return Scan::from(middle);
     };
     let centre = points.get(middle).map_or(0, |&p| power(p));
     let (mut bin, mut total) = (middle, u64::from(centre as u32));
@@ -79,10 +81,11 @@ pub fn sweep<const M: usize>(points: &[Pair], table: &[Packed]) -> Sweep {
             (best, bin) = (y, upper);
         }
     }
-    swept(bin, best, total)
+    scanned(bin, best, total)
 }
 
-/// Less than the power of the strongest bin, but not much: the stronger bin of a pair has half their sum or more.
+/// A lower bound of the strongest bin's power, not far below it: the stronger bin of a pair has at
+/// least half their sum.
 fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
     let mut most = 0;
     for lower in (SPARSE..M / 2).step_by(SPARSE) {
@@ -93,12 +96,12 @@ fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
     (most >> 1) - 1
 }
 
-/// A sweep of powers of stored points, in units of bins.
-pub(super) const fn swept(bin: usize, best: i32, total: u64) -> Sweep {
-    Sweep { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
+/// A scan of the powers of stored points, converted to units of bins.
+pub(super) const fn scanned(bin: usize, best: i32, total: u64) -> Scan {
+    Scan { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
 }
 
-/// `((B - A) sin + 2 D cos) / 2` by a factor packed `-cos | -sin << 16`.
+/// `((B - A) sin + 2 D cos) / 2`, with the factor packed as `-cos | -sin << 16`.
 #[inline(always)]
 fn lean(difference: i32, cross: i32, w: Packed) -> i32 {
     let upper = |x: i32, w: i32| ((i64::from(x) * i64::from(w)) >> 16) as i32;
@@ -120,17 +123,18 @@ fn cross(p: Pair, q: Pair) -> i32 {
     product(p[0], q[1]).wrapping_add(product(p[1], q[0]))
 }
 
-/// Sweeps bins that are stored as they are, the first of them number `first`.
-pub fn over(bins: &[Pair], first: usize) -> Sweep {
-    let mut sweep = Sweep::from(first);
+/// Scans stored bins, the first of which is bin `first`.
+pub fn over(bins: &[Pair], first: usize) -> Scan {
+    let mut scan = Scan::from(first);
     for (&bin, k) in bins.iter().zip(first..) {
-        sweep.see(k, u64::from(power(bin) as u32));
+        scan.see(k, u64::from(power(bin) as u32));
     }
-    Sweep { power: sweep.power << SQUARES, total: sweep.total << SQUARES, ..sweep }
+    Scan { power: scan.power << SQUARES, total: scan.total << SQUARES, ..scan }
 }
 
-/// The sum of the powers of half the second difference around every `stride`-th point from the second on, as
-/// `fft::integer::bend`. A difference that 16 bits do not hold saturates: that takes a line there.
+/// The sum of the powers of half the second difference, at the second point and every `stride`-th
+/// one after it, as in `fft::integer::bend`. A difference beyond 16 bits saturates; only a line
+/// makes one.
 pub fn bend(points: &[Pair], stride: usize) -> u64 {
     let (mut sum, mut rest) = (0u64, points);
     while let Some(&[left, centre, right]) = rest.first_chunk() {
@@ -144,7 +148,8 @@ pub fn bend(points: &[Pair], stride: usize) -> u64 {
     halved(sum)
 }
 
-/// Powers of differences of stored points, as those of half the differences in units of bins.
+/// Converts a sum of powers of differences of stored points to powers of half the differences in
+/// units of bins.
 pub(super) const fn halved(sum: u64) -> u64 {
     sum << (SQUARES - 2)
 }

@@ -1,23 +1,24 @@
-//! The search over the whole of a real record's spectrum: each bin is split from the transform, its power compared
-//! and added, and forgotten. A spectrum that is never stored costs neither its memory nor the stores.
+//! The search over the whole spectrum of a real record. It splits each bin from the transform,
+//! compares and sums its power, and drops it. The spectrum is never stored, which saves its memory
+//! and the stores.
 
 use super::fft::integer::{Point, split_pair};
 use super::fft::twiddle::Packed;
 use crate::math::products::power;
 
-/// What a sweep over bins found.
+/// The result of a scan over bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sweep {
-    /// The strongest bin; of equal ones the lowest.
+pub struct Scan {
+    /// The strongest bin; of equals the lowest.
     pub bin: i32,
-    /// Its power.
+    /// Its power, in stored units.
     pub power: u64,
     /// The sum of the powers of all bins.
     pub total: u64,
 }
 
-impl Sweep {
-    /// Nothing seen yet, of bins from this one on.
+impl Scan {
+    /// A scan of bins from `bin` on that has seen none yet.
     pub(super) const fn from(bin: usize) -> Self {
         Self { bin: bin as i32, power: 0, total: 0 }
     }
@@ -31,14 +32,15 @@ impl Sweep {
         }
     }
 
-    /// This and a sweep over bins above it.
+    /// This scan followed by a scan of the bins above it.
     pub(super) const fn then(self, above: Self) -> Self {
         let total = self.total.wrapping_add(above.total);
         let stronger = if above.power > self.power { above } else { self };
         Self { total, ..stronger }
     }
 
-    /// Rare, and so told to the compiler: it would carry the maximum through every turn of the loop instead.
+    /// A rise is rare, and `cold` tells the compiler so. It would otherwise carry the maximum
+    /// through every turn of the loop.
     #[cold]
     #[inline(never)]
     fn rise(&mut self, power: u64, bin: usize) {
@@ -46,52 +48,53 @@ impl Sweep {
     }
 }
 
-/// Sweeps bins that are stored as they are, the first of them number `first`; `point` gives one in integers.
+/// Scans stored bins, the first of which is bin `first`; `point` converts one to integers.
 #[inline(always)]
-pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Sweep {
-    let (mut sweep, mut total) = (Sweep::from(first), 0u64);
+pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Scan {
+    let (mut scan, mut total) = (Scan::from(first), 0u64);
     for (&bin, k) in bins.iter().zip(first..) {
         let power = power(point(bin));
         total = total.wrapping_add(power);
-        if power > sweep.power {
-            sweep.rise(power, k);
+        if power > scan.power {
+            scan.rise(power, k);
         }
     }
-    Sweep { total, ..sweep }
+    Scan { total, ..scan }
 }
 
-/// Sweeps bins 1..M of a real record from the M points of its transform; `table` is
+/// Scans bins 1..M of a real record from the M points of its transform; `table` is
 /// [`super::fft::twiddle::splits`].
 ///
-/// Bins k and M-k come from one pair of points, so the sweep goes outwards from the middle: a lower
-/// bin is then below all before it and wins if it is as strong, an upper one is above all and must be
-/// stronger. Powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's growth bound).
+/// Bins k and M-k come from one pair of points, so the scan goes outwards from the middle. A lower
+/// bin is then below all bins so far and wins a tie; an upper bin is above all bins so far and must
+/// be stronger. The powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's
+/// growth bound).
 #[cfg_attr(dsp, allow(dead_code))]
 #[inline(never)] // its loop needs all registers
-pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Sweep {
+pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
-    let mut sweep = Sweep { bin: middle as i32, power: 0, total: 0 };
-    // An array's length the compiler knows: it checks no index below.
+    let mut scan = Scan { bin: middle as i32, power: 0, total: 0 };
+    // The compiler knows an array's length, so it checks no index below.
     let (Ok(points), Some(table)) = (<&[Point; M]>::try_from(points), table.get(..middle)) else {
-        return sweep;
+        return scan;
     };
-    sweep.power = points.get(middle).map_or(0, |&x| power(x));
-    let mut total = sweep.power;
+    scan.power = points.get(middle).map_or(0, |&x| power(x));
+    let mut total = scan.power;
     for away in 1..middle {
         let pair = points.get(middle - away).zip(points.get(middle + away));
         let Some(((&p, &q), &w)) = pair.zip(table.get(middle - away)) else {
-            return sweep;
+            return scan;
         };
         let [x, y] = split_pair(p, q, w).map(power);
         total = total.wrapping_add(x).wrapping_add(y);
-        if x >= sweep.power {
-            sweep.rise(x, middle - away);
+        if x >= scan.power {
+            scan.rise(x, middle - away);
         }
-        if y > sweep.power {
-            sweep.rise(y, middle + away);
+        if y > scan.power {
+            scan.rise(y, middle + away);
         }
     }
-    Sweep { total, ..sweep }
+    Scan { total, ..scan }
 }
 
 #[cfg(test)]
@@ -101,11 +104,11 @@ mod tests {
     use crate::spectrum::peak::{Band, Search};
 
     #[test]
-    fn a_sweep_finds_what_the_streaming_search_finds() {
+    fn a_scan_finds_what_the_streaming_search_finds() {
         let mut state = 1u32;
         for size in [1u32, 2, 3, 1 << 10, 1 << 27] {
             for _ in 0..200 {
-                // Small sizes make many equal powers.
+                // Small values make many equal powers.
                 let points: std::vec::Vec<Point> = (0..64)
                     .map(|_| {
                         [0; 2].map(|_: i32| {
@@ -115,7 +118,7 @@ mod tests {
                     })
                     .collect();
                 let table = twiddle::splits(128);
-                let swept = real::<64>(&points, table);
+                let scanned = real::<64>(&points, table);
                 let mut search = Search::new(Band::real(128));
                 let mut total = 0;
                 for k in 1..64 {
@@ -124,9 +127,9 @@ mod tests {
                     total += power;
                 }
                 let peak = search.finish();
-                assert_eq!(swept.total, total);
-                assert_eq!(peak.map_or(0, |p| p.power[1]), swept.power);
-                assert!(peak.is_none_or(|p| p.bin == swept.bin), "{peak:?} {swept:?}");
+                assert_eq!(scanned.total, total);
+                assert_eq!(peak.map_or(0, |p| p.power[1]), scanned.power);
+                assert!(peak.is_none_or(|p| p.bin == scanned.bin), "{peak:?} {scanned:?}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! A measurement as bytes: little-endian, versioned, the same on every machine.
+//! Telemetry: a measurement as bytes, little-endian, versioned, the same on every machine.
 //!
 //! | offset | field |
 //! |---|---|
@@ -27,7 +27,7 @@
 //! | 80 | the other velocity of an exchange: i64 |
 //! | 88 | sample rate: f64, Hz |
 //!
-//! A later version of the same number may append fields: readers ignore what follows byte 96.
+//! A later layout of the same version may append fields. Readers ignore what follows byte 96.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
@@ -41,65 +41,65 @@ use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
 
-/// The layout's version.
+/// The version of the layout.
 pub const VERSION: u8 = 2;
 
-/// Bytes of a record.
+/// Length of the telemetry of one block, bytes.
 pub const LENGTH: usize = 96;
 
-/// What the front end lost until a record was made.
+/// What the front end lost so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
-    /// Blocks that were filled but not delivered.
+    /// Blocks that were filled and not delivered.
     pub lost: u32,
-    /// Interrupts and transfers that were not as they should be.
+    /// Spurious interrupts, failed transfers and converter overruns.
     pub faults: u32,
 }
 
-/// A measurement and the state of the device that made it.
+/// A measurement, and the state of the instrument that made it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Record {
-    /// What was measured.
+pub struct Telemetry {
+    /// The measurement.
     pub measurement: Measurement,
-    /// By which method.
+    /// The method of estimation.
     pub method: Method,
-    /// What was lost.
+    /// What was lost so far.
     pub health: Health,
 }
 
-/// Why a frame is no record.
+/// Why a frame holds no telemetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum RecordError {
-    /// It is of another kind.
+pub enum TelemetryError {
+    /// The frame is of another kind.
     Kind(Kind),
-    /// It is of another version.
+    /// The payload is of another version.
     Version(u8),
-    /// It is shorter than [`LENGTH`].
+    /// The payload is shorter than [`LENGTH`].
     Short,
-    /// A field holds a number without a meaning.
+    /// A field holds an unknown number.
     Field,
 }
 
-impl core::fmt::Display for RecordError {
+impl core::fmt::Display for TelemetryError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            RecordError::Kind(_) => f.write_str("the frame carries no record"),
-            RecordError::Version(version) => {
+            TelemetryError::Kind(_) => f.write_str("the frame carries no record"),
+            TelemetryError::Version(version) => {
                 write!(f, "the record is of version {version}, this reader knows {VERSION}")
             }
-            RecordError::Short => f.write_str("the record is too short"),
-            RecordError::Field => f.write_str("a field of the record has no meaning"),
+            TelemetryError::Short => f.write_str("the record is too short"),
+            TelemetryError::Field => f.write_str("a field of the record has no meaning"),
         }
     }
 }
 
-impl core::error::Error for RecordError {}
+impl core::error::Error for TelemetryError {}
 
-/// The outcome in the record's own fields.
+/// The outcome, as the layout's fields.
 #[derive(Default)]
 struct Flat {
     outcome: u8,
@@ -174,8 +174,8 @@ impl Flat {
     }
 }
 
-impl Record {
-    /// The record's bytes.
+impl Telemetry {
+    /// The telemetry as bytes.
     pub fn to_bytes(&self) -> [u8; LENGTH] {
         let Measurement { stamp, clipped, tone, result } = &self.measurement;
         let flat = Flat::of(result);
@@ -202,31 +202,37 @@ impl Record {
         bytes
     }
 
-    /// The record as a frame, ready to send.
+    /// The telemetry as a frame, ready to send.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
-        // A record is shorter than the largest payload.
-        frame::encode(Kind::Record, &self.to_bytes()).unwrap_or_default()
+        // Telemetry is shorter than the largest payload.
+        frame::encode(Kind::Telemetry, &self.to_bytes()).unwrap_or_default()
     }
 
-    /// The record a frame carries.
-    pub fn of_frame(frame: &Frame) -> Result<Self, RecordError> {
+    /// The telemetry in a frame.
+    ///
+    /// # Errors
+    /// The frame is of another kind, or its payload holds no telemetry.
+    pub fn of_frame(frame: &Frame) -> Result<Self, TelemetryError> {
         match frame.kind {
-            Kind::Record => Self::of_bytes(&frame.payload),
-            kind => Err(RecordError::Kind(kind)),
+            Kind::Telemetry => Self::of_bytes(&frame.payload),
+            kind => Err(TelemetryError::Kind(kind)),
         }
     }
 
-    /// The record that `bytes` hold.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Self, RecordError> {
+    /// The telemetry in these bytes.
+    ///
+    /// # Errors
+    /// The bytes are too short, of another version, or a field holds an unknown number.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
         match bytes.first() {
-            None => return Err(RecordError::Short),
+            None => return Err(TelemetryError::Short),
             Some(&VERSION) => {}
-            Some(&version) => return Err(RecordError::Version(version)),
+            Some(&version) => return Err(TelemetryError::Version(version)),
         }
         let Some((body, _)) = bytes.split_first_chunk::<LENGTH>() else {
-            return Err(RecordError::Short);
+            return Err(TelemetryError::Short);
         };
-        Self::read(&mut Reader(body)).ok_or(RecordError::Field)
+        Self::read(&mut Reader(body)).ok_or(TelemetryError::Field)
     }
 
     fn read(reader: &mut Reader<'_>) -> Option<Self> {
@@ -277,9 +283,9 @@ mod tests {
             ..Target::default()
         };
         let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
-        let record = Record { measurement, method: Method::ZRife, health: Health::default() };
-        // The last field is the last of the layout.
-        assert_eq!(Record::of_bytes(&record.to_bytes()), Ok(record));
+        let record = Telemetry { measurement, method: Method::ZRife, health: Health::default() };
+        // The last field ends the layout.
+        assert_eq!(Telemetry::of_bytes(&record.to_bytes()), Ok(record));
         const { assert!(LENGTH <= frame::PAYLOAD) };
         assert!(!record.to_frame().is_empty());
     }
