@@ -13,7 +13,7 @@ use crate::scalar::Scalar as _;
 
 /// What a line is, by its rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Line {
+pub enum Line {
     /// One tone, as far as can be seen.
     Steady,
     /// One tone whose frequency or level changes.
@@ -24,7 +24,8 @@ pub(crate) enum Line {
 
 /// What the tests say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Judgement {
+pub struct Judgement {
+    /// What the line is.
     pub line: Line,
     /// By how many times the variance is more than the noise beside the tone makes it.
     pub widening: f32,
@@ -56,9 +57,9 @@ const PAIRED: f32 = 12.0;
 const SCALES: [f32; 3] = [7.0, 15.0, 31.0];
 const DIRECTIONS: f32 = 5.0;
 
-/// Judges the fit of a record of `n` samples.
+/// Judges the fit of a record of `n` samples. Cost: a dozen multiplications where nothing is suspicious.
 #[inline(never)]
-pub(crate) fn judge(fit: &Fit<f32>, n: usize, noise: &Noise) -> Judgement {
+pub fn judge(fit: &Fit<f32>, n: usize, noise: &Noise) -> Judgement {
     // In units of half the power of a bin of noise: each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
     let transform = TRANSFORM * fit.line.norm_sqr();

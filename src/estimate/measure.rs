@@ -146,7 +146,7 @@ fn judged(fit: &Fit<f32>, n: usize, noise: &Noise, clipped: f32) -> (Line, f32) 
     (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
 }
 
-/// Whether a peak stands out from what is beside it: the louder side's noise, and what the fit leaves from 3 bins on.
+/// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.
 fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: &Peak,
@@ -156,9 +156,7 @@ fn stands_out<R: Record, const N: usize>(
     arithmetic: Arithmetic,
 ) -> bool {
     let power = peak.power[1] as f32 * f32::two_to(2 * spectrum.exponent());
-    let bins = (fit.freedom + 3) / 2;
-    let rest = (fit.residual - fit.rest.within[0]) / bins.saturating_sub(5).max(1) as f32;
-    let rest = if cfg!(feature = "methods") { rest } else { 0.0 };
+    let rest = if cfg!(feature = "methods") { spread(fit) } else { 0.0 };
     if threshold.is_far_above(power / rest.max(noise.loud * N as f32)) {
         return true;
     }
@@ -168,6 +166,15 @@ fn stands_out<R: Record, const N: usize>(
         threshold.detects_beside(power / rest.max(noise.loud * N as f32), noise.freedom, less)
     };
     detects(&wide, less) && detects(noise, Less::Most)
+}
+
+/// The power of a bin that the fit leaves from 3 to 4, 5 to 8 and 9 to 16 bins away: not where that is most, for there may be
+/// another line.
+fn spread(fit: &Fit<f32>) -> f32 {
+    let [two, four, eight] = fit.rest.within;
+    let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
+    let far = (fit.residual - eight) * 0.0625;
+    near.max(middle).min(far.max(near.min(middle)))
 }
 
 /// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB.

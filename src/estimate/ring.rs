@@ -15,7 +15,7 @@
 //!
 //! Four stretches on a side: standard deviation 0.85 dB, as good as fifty independent numbers.
 
-use super::least_squares::fixed::{ROOM, held, product, quantised, tail};
+use super::least_squares::fixed::{held, product, quantised, tail};
 use super::least_squares::{Fit, line_shape};
 use super::measure::Arithmetic;
 use super::noise::{self, NOISE_BINS, ROUNDING};
@@ -57,7 +57,7 @@ const DRIFT: i32 = 4;
 
 /// For each number of stretches: what is left of white noise's power in the mean of all but the loudest third, and the relative
 /// variance of that.
-const KEPT: [(f32, f32); MOST + 1] = [
+const KEPT: [(f32, f32); WIDE + 1] = [
     (1.0, 1.0),
     (1.0, 0.2600),
     (1.0, 0.1310),
@@ -65,6 +65,8 @@ const KEPT: [(f32, f32); MOST + 1] = [
     (0.8149, 0.0789),
     (0.8391, 0.0604),
     (0.7499, 0.0577),
+    (0.7738, 0.0472),
+    (0.7931, 0.0399),
 ];
 
 /// The bins of a side.
@@ -92,7 +94,7 @@ pub fn noise<R: Record, const N: usize>(
         let freedom = noise::freedom::<R, N, NOISE_BINS>() as f32;
         return Noise { power, freedom, loud: power };
     }
-    let room = room::<R, N>(peak);
+    let room = room(N as i32, R::IQ, peak);
     let places = shared(room);
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
     let side = |first: i32, count: usize| {
@@ -111,8 +113,26 @@ pub fn noise<R: Record, const N: usize>(
     of_sides(sides, f32::two_to(bits) / 6.0, least)
 }
 
-/// How loud the noise is in a ring twice as wide, of the louder side, with nothing left out. A peak that is hardly stronger asks
-/// for more than a quiet ring beside it.
+/// The same from any bins of which the tone has been taken away: `rest(k)` is the square of the size of
+/// `(X[k-1] + X[k+1]) / 2 - X[k]` for a record of `n` samples, whatever their number. Not below the smallest float.
+pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Noise {
+    let [left, right] = shared(room(n as i32, iq, peak));
+    let side = |towards: i32, count: usize| {
+        let mut stretches = [0.0f32; MOST];
+        for (index, stretch) in stretches.iter_mut().take(count).enumerate() {
+            let first = FIRST + (STEP * index) as i32;
+            *stretch = (0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum();
+        }
+        stretches.sort_unstable_by(f32::total_cmp);
+        let empty = MOST.saturating_sub(count);
+        let kept = count.saturating_sub(count / 3);
+        let sum: f32 = stretches.iter().skip(empty).take(kept).sum();
+        (sum / kept.max(1) as f32, count)
+    };
+    of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
+}
+
+/// The noise in a ring twice as wide. A peak that is hardly stronger asks for more than a quiet ring beside it.
 ///
 /// Cost: up to 130 bins read, 64 differences.
 #[inline(never)]
@@ -126,27 +146,28 @@ pub fn loud<R: Record, const N: usize>(
         return None;
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
-    let [left, right] = room::<R, N>(peak).map(|room| room.min(WIDE));
+    let [left, right] = room(N as i32, R::IQ, peak).map(|room| room.min(WIDE));
     let side = |first: i32, count: usize| {
         let mut window: WideWindow = [MaybeUninit::uninit(); _];
         let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        own.side(spectrum.fill(first, window), first, arithmetic, 0)
+        let mean = own.side(spectrum.fill(first, window), first, arithmetic, count / 3);
+        let &(share, variance) = KEPT.get(count).unwrap_or(&KEPT[0]);
+        if count == 0 { (0.0, 0.0) } else { (mean / share, 2.0 / variance) }
     };
-    let power =
-        side(peak - FIRST + 1 - (STEP * left) as i32, left).max(side(peak + FIRST - 1, right));
+    let left = side(peak - FIRST + 1 - (STEP * left) as i32, left);
+    let right = side(peak + FIRST - 1, right);
     let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
     let least = ROUNDING as f32 * if R::IQ { 2.0 } else { 1.0 };
-    let power = (power * f32::two_to(bits) / 6.0).max(least);
-    // Neighbours have a correlation of 1/6, their powers of 1/36.
-    let freedom = (2 * EACH * (left + right)) as f32 * (36.0 / 38.0);
-    (left + right > 0).then_some(Noise { power, freedom, loud: power })
+    let power = (left.0.max(right.0) * f32::two_to(bits) / 6.0).max(least);
+    let freedom = left.1 + right.1;
+    (freedom > 0.0).then_some(Noise { power, freedom, loud: power })
 }
 
 /// How many stretches there are on each side of a tone.
-fn room<R: Record, const N: usize>(peak: i32) -> [usize; 2] {
-    let half = N as i32 / 2;
+fn room(n: i32, iq: bool, peak: i32) -> [usize; 2] {
+    let half = n / 2;
     // A spectrum of I/Q is a circle, of which the tone's far side is left out.
-    let room = if R::IQ {
+    let room = if iq {
         [half - STEP as i32 - FIRST; 2]
     } else {
         [peak - FIRST - DRIFT + 2, half - peak - FIRST]
@@ -172,7 +193,8 @@ fn of_sides(sides: [(f32, usize); 2], scale: f32, least: f32) -> Noise {
         (power, variance, power)
     } else {
         let variance = (left.1 + right.1) * 0.25;
-        let middle = (left.0 * right.0).root() * (1.0 + 0.25 * variance);
+        // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
+        let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
         (middle, variance, left.0.max(right.0))
     };
     Noise { power: power.max(least), freedom: 2.0 / variance, loud: loud.max(least) }
@@ -259,8 +281,7 @@ impl Own {
     #[inline(always)]
     fn fixed(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
         const ONE: i32 = 1 << 25;
-        let scale = f32::two_to(-(ROOM as i32));
-        let integers = |z: Complex<f32>| [(z.re * scale) as i32, (z.im * scale) as i32];
+        let integers = |z: Complex<f32>| [z.re as i32, z.im as i32];
         let (value, image) = (integers(self.value), integers(self.image));
         let offset = quantised(self.offset, 25);
         let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(offset);
@@ -271,9 +292,8 @@ impl Own {
         let mut sum = 0u64;
         for [a, b, c] in bins.array_windows::<3>().step_by(2) {
             let half = |part: usize| {
-                let [a, b, c] =
-                    [a, b, c].map(|bin| if part == 0 { bin[0] } else { bin[1] } >> ROOM);
-                (a.wrapping_add(c) >> 1).wrapping_sub(b)
+                let [a, b, c] = [a, b, c].map(|bin| if part == 0 { bin[0] } else { bin[1] });
+                (a >> 1).wrapping_add(c >> 1).wrapping_add(a & c & 1).wrapping_sub(b)
             };
             let mut rest = [half(0), half(1)];
             let mut less = |value: [i32; 2], tail: i32| {
@@ -291,8 +311,8 @@ impl Own {
                 mirrored = Some((s + step, offset, step));
             }
             let [re, im] = rest.map(|part| product(part, part) as u64);
-            sum = sum.wrapping_add(re).wrapping_add(im);
+            sum = sum.saturating_add(re).saturating_add(im);
         }
-        sum as f32 * f32::two_to(2 * ROOM as i32)
+        sum as f32
     }
 }

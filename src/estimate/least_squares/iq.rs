@@ -13,7 +13,7 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! (the bin of DC, which holds the converter's offset, counts for nothing) and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
+//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
 use super::rest::{Moments, NEAR, Rest};
 use super::series::{circle, cosine, line_shape, sinc};
@@ -49,7 +49,7 @@ pub(super) trait Sides<T> {
     fn sums(&self, p: T) -> Sums<T>;
     /// The power that the model c leaves at the offset d, and where, with `centre` in the peak's own bin.
     fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Moments<T>);
-    /// How many bins count.
+    /// How many bins there are.
     fn count(&self) -> usize;
 }
 
@@ -62,17 +62,16 @@ pub(super) struct Problem<T, S> {
     pub sides: S,
 }
 
-/// The bins beside the peak, and how many of them count.
-struct Floats<T>(Vec<Side<T>, { 2 * REACH }>, usize);
+struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
     /// How far to move, in units of p.
     forward: T,
     information: T,
-    /// c at this p, and after the move.
+    /// c at this p, and by how much it changes for each unit that p moves.
     here: Complex<T>,
-    there: Complex<T>,
+    slope: Complex<T>,
 }
 
 pub(super) fn fit<T: Scalar, R: Record>(
@@ -86,7 +85,7 @@ pub(super) fn fit<T: Scalar, R: Record>(
     }
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
     // The bins are put in their place: a vector made elsewhere would be copied here.
-    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new(), 0) };
+    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
     problem.read(bins, reach);
     Some(problem.fit(course))
 }
@@ -112,8 +111,9 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             let moved = next - d;
             information = step.information * speed * speed;
             d = next;
+            let before = p;
             (p, speed) = problem.tangent(d);
-            c = step.there;
+            c = step.here + step.slope * (p - before);
             if moved.abs() <= settled {
                 break;
             }
@@ -164,7 +164,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             forward: (above * below.conj()).re / below.norm_sqr(),
             information: here.norm_sqr() * (dd - bb * bb / aa),
             here,
-            there: below / (aa * dd - bb * bb),
+            slope: here * -(bb / aa),
         }
     }
 
@@ -199,15 +199,8 @@ impl<T: Scalar> Problem<T, Floats<T>> {
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
-                let mut side = Side { u: lean / e, m: T::one() + lean * lean, y };
-                if is_dc(bins.peak(), k, n) {
-                    // It stays where it is, with next to no weight.
-                    side = Side { m: T::of(1e-30), y: Complex::new(T::zero(), T::zero()), ..side };
-                } else {
-                    self.sides.1 += 1;
-                }
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.0.push(side);
+                let _ = self.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
             }
         }
         self.near = first_two(self.sides.0.iter().copied());
@@ -252,13 +245,8 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 
     fn count(&self) -> usize {
-        self.1
+        self.0.len()
     }
-}
-
-/// Whether the bin k from the peak is the one that holds the converter's offset. A neighbour of the peak is needed all the same.
-pub(super) fn is_dc(peak: i32, k: i32, n: i32) -> bool {
-    k.abs() > 1 && peak.wrapping_add(k).checked_rem(n).unwrap_or(0) == 0
 }
 
 /// The places of the bins beside the peak: -1, 1, -2, 2 and so on.

@@ -87,6 +87,30 @@ impl<T: Scalar> Fit<T> {
         self.tone_of(R::IQ, n)
     }
 
+    /// The same in single precision.
+    pub fn single(&self) -> Fit<f32> {
+        let one = |x: T| x.wide() as f32;
+        let pair = |z: Complex<T>| Complex::new(one(z.re), one(z.im));
+        let Rest { within, amplitude, phase, beyond, fourth, rate } = self.rest;
+        Fit {
+            offset: one(self.offset),
+            line: pair(self.line),
+            information: one(self.information),
+            peak: pair(self.peak),
+            lever: pair(self.lever),
+            residual: one(self.residual),
+            freedom: self.freedom,
+            rest: Rest {
+                within: within.map(one),
+                amplitude: amplitude.map(one),
+                phase: phase.map(one),
+                beyond: one(beyond),
+                fourth: one(fourth),
+                rate: one(rate),
+            },
+        }
+    }
+
     pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
         let turn = if iq { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
         self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T>(iq, n)

@@ -51,7 +51,6 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 /// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
-    peak: i32,
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
@@ -65,19 +64,13 @@ pub(super) fn fit(
     }
     let scale = f32::two_to(exponent + ROOM as i32);
     let e = core::f32::consts::PI / n as f32;
-    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new(), count: 0 });
+    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
             if let Some(x) = around(bins, sign * i) {
-                let mut side = Side::new(x, distance, sign);
-                if iq::is_dc(peak, sign * i, n) {
-                    side = Side { m: 0, inverse_m: 0, y: [0; 2], ..side };
-                } else {
-                    problem.sides.count += 1;
-                }
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.sides.push(side);
+                let _ = problem.sides.sides.push(Side::new(x, distance, sign));
             }
         }
     }
@@ -96,8 +89,6 @@ struct Side {
 struct Sides {
     scale: f32,
     sides: Vec<Side, { 2 * REACH }>,
-    /// How many of them count.
-    count: usize,
 }
 
 impl Side {
@@ -184,6 +175,6 @@ impl iq::Sides<f32> for Sides {
     }
 
     fn count(&self) -> usize {
-        self.count
+        self.sides.len()
     }
 }
