@@ -222,6 +222,8 @@ fn every_estimator_by_the_analyser() {
             reach: Reach::Sixteen,
             codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
+            false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+            carrier_hz: None,
             style: Style::Json,
         };
         let mut answers = Vec::new();

@@ -415,7 +415,7 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
         targets += u32::from(target);
     }
     assert_eq!(targets, 20, "one for each chirp of three segments");
-    // For `cargo watch-device -- --replay`.
+    // For `cargo picket watch --replay`.
     let session = Path::new(env!("CARGO_TARGET_TMPDIR")).join("emulated-session.bin");
     std::fs::write(session, board.recorded.take().unwrap()).unwrap();
     // QEMU's flash is read-only, and the board says that it kept nothing.
@@ -486,14 +486,13 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         captured.extend(raw);
         measured.push(record.measurement.tone.frequency.bins(N));
     }
-    // `cargo analyze` on the capture gives the board's frequencies, bit for bit.
+    // `cargo picket analyze` on the capture gives the board's frequencies, bit for bit.
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("captured.i16");
     std::fs::write(&file, &captured).unwrap();
     let read = recording::Options {
         format: Some(recording::Format::I16),
         rate_hz: Some(500e3),
-        iq: false,
-        scale: 1.0,
+        ..Default::default()
     };
     let analysis = Analysis {
         read,
@@ -505,6 +504,8 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         reach: Default::default(),
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
+        false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        carrier_hz: None,
         style: Style::Json,
     };
     let mut replayed = Vec::new();

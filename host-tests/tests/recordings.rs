@@ -26,6 +26,8 @@ fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::F64,
+        false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        carrier_hz: None,
         style: Style::Json,
     }
 }

@@ -1,45 +1,169 @@
-//! What every command has in common: options that are right or one line that says what is wrong.
+//! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
-use clap::Parser;
-use clap::error::ErrorKind;
+use crate::{analyze, bench, demo, end, firmware, flash, report, shell, sweep, watch};
+use clap::error::ErrorKind as Asked;
+use clap::{Parser, Subcommand};
 use std::fmt::Display;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
-/// Parses the options and runs `command`. A wrong option or an error is one line on stderr and exit code 2.
-pub fn main<O: Parser, E: Display>(command: impl FnOnce(O) -> Result<ExitCode, E>) -> ExitCode {
-    let options = match O::try_parse() {
-        Ok(options) => options,
-        Err(error)
-            if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) =>
-        {
-            let _ = error.print();
-            return ExitCode::SUCCESS;
-        }
-        Err(error) => return fail(one_line(&error.to_string())),
-    };
-    match command(options) {
-        Ok(code) => code,
-        Err(error) => fail(error),
+/// Frequencies, ranges and velocities from a microcontroller's converter: simulated, emulated, recorded, or live from a board.
+#[derive(Debug, Parser)]
+#[command(name = "picket", version)]
+pub struct Picket {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// Each has its options beside what it runs.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::options::Options),
+    Analyze(analyze::command::Options),
+    Sweep(sweep::command::Options),
+    Report(report::command::Options),
+    Bench(bench::command::Options),
+    Firmware(firmware::Options),
+    Flash(flash::Options),
+    Watch(watch::Options),
+    Completions(shell::Completions),
+    Man(shell::Man),
+}
+
+impl Command {
+    fn run(&self) -> Result<ExitCode, Failure> {
+        Ok(match self {
+            Command::Demo(options) => demo::run(options).map_err(told)?,
+            Command::Analyze(options) => analyze::command::run(options)?,
+            Command::Sweep(options) => sweep::command::run(options)?,
+            Command::Report(options) => report::command::run(options)?,
+            Command::Bench(options) => bench::command::run(options)?,
+            Command::Firmware(options) => firmware::run(options).map_err(told)?,
+            Command::Flash(options) => flash::run(options).map_err(told)?,
+            Command::Watch(options) => watch::run(options)?,
+            Command::Completions(options) => shell::completions(options)?,
+            Command::Man(options) => shell::man(options)?,
+        })
     }
 }
 
-fn fail(message: impl Display) -> ExitCode {
-    eprintln!("error: {message}");
-    ExitCode::from(2)
+fn told(error: impl Display) -> String {
+    error.to_string()
+}
+
+/// Parses the arguments and runs the command. A wrong option or an error is one line on stderr and exit code 2.
+pub fn main() -> ExitCode {
+    end::listen();
+    match Picket::try_parse() {
+        Ok(picket) => picket.command.run().unwrap_or_else(fail),
+        Err(error) => {
+            match error.kind() {
+                Asked::DisplayHelp | Asked::DisplayVersion => {
+                    print(&error.to_string());
+                    ExitCode::SUCCESS
+                }
+                Asked::DisplayHelpOnMissingArgumentOrSubcommand => {
+                    let which = std::env::args().nth(1).unwrap_or_default();
+                    fail(match which.is_empty() {
+                    true => "name a command: `picket help` lists all, `picket demo` needs no hardware".to_owned(),
+                    false => format!("name what to do: `picket help {which}` lists all"),
+                })
+                }
+                _ => fail(one_line(&error.to_string())),
+            }
+        }
+    }
+}
+
+/// Why a command ended early: one line, and the exit code.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    code: u8,
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Self {
+        Failure { message, code: 2 }
+    }
+}
+
+impl Failure {
+    /// What was asked for could not be written, or not all of it.
+    pub fn unwritten(message: String) -> Self {
+        Failure { message, code: 1 }
+    }
+}
+
+fn fail(failure: impl Into<Failure>) -> ExitCode {
+    let Failure { message, code } = failure.into();
+    if end::asked().is_some() {
+        // What failed is what the signal ended; whoever listens for it ends the program.
+        std::thread::sleep(Duration::from_secs(5));
+    }
+    let _ = writeln!(std::io::stderr(), "error: {message}");
+    ExitCode::from(code)
 }
 
 /// clap's message without its usage lines.
 fn one_line(message: &str) -> String {
     let told = message.trim_start_matches("error: ").split("\n\nUsage").next().unwrap_or(message);
     let told = told.split("\n\nFor more").next().unwrap_or(told);
+    // Of a value that is wrong it says how to pass it on as a file's name.
+    let told = told.split("tip: to pass").next().unwrap_or(told);
     let words: Vec<&str> = told.split_whitespace().collect();
     words.join(" ") + " (--help lists all)"
 }
 
-/// Prints a line on stdout. When the reader has gone (`| head`), the program ends quietly.
+/// A number of the command line.
+pub fn number(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "give a number".into())
+}
+
+/// A count from 1 to `MOST`: what is counted takes memory.
+pub fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (1..=MOST).contains(count));
+    count.ok_or_else(|| format!("give at least 1 and at most {MOST}"))
+}
+
+/// A number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "give a positive number".into())
+}
+
+/// The file of a picture: its name tells its kind.
+pub fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let known = path.extension().is_some_and(|suffix| suffix == "svg" || suffix == "png");
+    known.then_some(path).ok_or_else(|| "name the picture .svg or .png".into())
+}
+
+/// Prints a line on stdout.
 pub fn print_line(line: &str) {
-    if writeln!(std::io::stdout().lock(), "{line}").is_err() {
-        std::process::exit(0);
+    print(&format!("{line}\n"));
+}
+
+/// Prints on stdout. When the reader has gone (`| head`), the program ends quietly; when stdout takes no more (a full disk), it
+/// ends with exit code 1 and says how much was written.
+pub fn print(text: &str) {
+    static LINES: AtomicU64 = AtomicU64::new(0);
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Ok(()) => {
+            LINES.fetch_add(text.lines().count() as u64, Ordering::Relaxed);
+        }
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => end::leave(0),
+        Err(error) => {
+            let lines = LINES.load(Ordering::Relaxed);
+            let _ = writeln!(
+                std::io::stderr(),
+                "error: stdout: {error}; {lines} lines were written before"
+            );
+            end::leave(1)
+        }
     }
 }

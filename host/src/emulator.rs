@@ -1,5 +1,6 @@
 //! Runs a firmware image on an emulated board, with a capture as its converter's input.
 
+use crate::end::{self, Owned};
 use crate::toolchain::{self, ToolError, io_error};
 use picket::acquire::sample::Record;
 use picket_wire::capture::Header;
@@ -8,7 +9,7 @@ use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -158,6 +159,7 @@ impl Capture {
             .prefix("picket-")
             .tempdir()
             .map_err(io_error("the temporary directory"))?;
+        end::takes_along(directory.path());
         let path = directory.path().join("capture.bin");
         let mut file = BufWriter::new(File::create(&path).map_err(io_error(path.display()))?);
         file.write_all(&header.to_bytes()).map_err(io_error(path.display()))?;
@@ -208,9 +210,10 @@ fn run(
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let errors = directory.join("errors");
     command.stderr(File::create(&errors).map_err(io_error(errors.display()))?);
-    let mut board = Board(command.spawn().map_err(io_error("qemu-system-arm"))?);
+    let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
     let end = Instant::now() + limit;
-    let pieces = reader(board.0.stdout.take());
+    let pieces = reader(child.stdout.take());
+    let board = Owned::new(child);
     loop {
         match pieces.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok(piece) => telemetry(&piece),
@@ -218,7 +221,7 @@ fn run(
             Err(RecvTimeoutError::Timeout) => return Err(RunError::Timeout(limit)),
         }
     }
-    let status = board.wait(end).ok_or(RunError::Timeout(limit))?;
+    let status = ended(&board, end).ok_or(RunError::Timeout(limit))?;
     let read = |name: &str| fs::read(directory.join(name)).unwrap_or_default();
     let text = |name: &str| String::from_utf8_lossy(&read(name)).trim().to_owned();
     match status.code() {
@@ -256,26 +259,14 @@ pub(crate) fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u
     receiver
 }
 
-/// A running emulator; ends with its owner.
-struct Board(Child);
-
-impl Board {
-    fn wait(&mut self, end: Instant) -> Option<ExitStatus> {
-        loop {
-            match self.0.try_wait() {
-                Ok(Some(status)) => return Some(status),
-                Ok(None) if Instant::now() < end => std::thread::sleep(Duration::from_millis(2)),
-                _ => return None,
-            }
+/// How an emulator ended, if it did before `end`.
+fn ended(board: &Owned, end: Instant) -> Option<ExitStatus> {
+    loop {
+        match board.try_wait() {
+            Ok(Some(status)) => return Some(status),
+            Ok(None) if Instant::now() < end => std::thread::sleep(Duration::from_millis(2)),
+            _ => return None,
         }
-    }
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        // Both fail only for a process that has ended and been waited for.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }
 

@@ -1,13 +1,36 @@
-//! The NUCLEO's image on its way to the board.
+//! `picket flash`: the NUCLEO's image on its way to the board.
 
 use crate::board;
 use crate::emulator::{Footprint, RunError};
 use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
+use clap::Args;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use object::read::elf::{ElfFile32, ProgramHeader};
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitCode, Stdio};
+
+/// Builds the NUCLEO-F446RE's image and writes it to the board.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// The image that also follows tones from block to block: see `follow` in docs/board.md
+    #[arg(long)]
+    tracking: bool,
+    /// Stops before the probe
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Builds the image, shows its size and writes it.
+pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
+    let image = build(options.tracking)?;
+    outln!("{image}");
+    if !options.dry_run {
+        write(&image)?;
+        outln!("written: picket watch lists the ports");
+    }
+    Ok(ExitCode::SUCCESS)
+}
 
 /// Flash and RAM that the image may take.
 pub const BUDGET: Footprint = Footprint { flash: 96 << 10, ram: 40 << 10 };

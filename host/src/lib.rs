@@ -1,6 +1,16 @@
 //! Host tools.
+/// `print!`, by [`cli::print`].
+macro_rules! out {
+    ($($t:tt)*) => { $crate::cli::print(&format!($($t)*)) };
+}
+/// `println!`, by [`cli::print`].
+macro_rules! outln {
+    ($($t:tt)*) => { $crate::cli::print_line(&format!($($t)*)) };
+}
+
 pub mod analyze;
 pub mod arithmetic;
+pub mod band;
 pub mod bench;
 pub mod board;
 pub mod campaign;
@@ -8,7 +18,9 @@ pub mod cli;
 pub mod demo;
 pub mod device;
 pub mod emulator;
+pub mod end;
 pub mod estimator;
+pub mod firmware;
 pub mod flash;
 pub mod follow;
 pub mod impair;
@@ -17,8 +29,10 @@ pub mod recording;
 pub mod reference;
 pub mod report;
 pub mod scenario;
+pub mod shell;
 pub mod simulate;
 pub mod spectrogram;
+pub mod survey;
 pub mod sweep;
 pub mod toolchain;
 pub mod watch;

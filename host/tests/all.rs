@@ -1,9 +1,14 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
+mod bad;
+mod campaign;
 mod cli;
 mod demo;
 mod device;
 mod impair;
 mod readme;
 mod report;
+mod session;
 mod trust;
+mod typed;
+mod unknown;

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-const ANALYZE: &str = env!("CARGO_BIN_EXE_analyze");
-const SWEEP: &str = env!("CARGO_BIN_EXE_sweep");
+const ANALYZE: &str = "analyze";
+const SWEEP: &str = "sweep";
 
 /// A file of this test's own.
 fn file(name: &str, bytes: &[u8]) -> String {
@@ -37,13 +37,13 @@ fn spec(channels: u16, bits: u16) -> hound::WavSpec {
     hound::WavSpec { channels, sample_rate: 8000, bits_per_sample: bits.min(32), sample_format }
 }
 
-fn run(program: &str, arguments: &[&str]) -> Output {
-    Command::new(program).args(arguments).output().unwrap()
+fn run(command: &str, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_picket")).arg(command).args(arguments).output().unwrap()
 }
 
 #[track_caller]
-fn refused(program: &str, arguments: &[&str], says: &str) {
-    let output = run(program, arguments);
+fn refused(command: &str, arguments: &[&str], says: &str) {
+    let output = run(command, arguments);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
     assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
@@ -52,8 +52,8 @@ fn refused(program: &str, arguments: &[&str], says: &str) {
 }
 
 #[track_caller]
-fn lines(program: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
-    let output = run(program, arguments);
+fn lines(command: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
+    let output = run(command, arguments);
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {message}");
     let text = String::from_utf8(output.stdout).unwrap();
@@ -81,7 +81,7 @@ fn tracks_are_drawn_over_the_spectrogram() {
         assert!((40..4000).contains(&cells), "{cells}");
     }
     refused(ANALYZE, &[&tone, "--track", "--plot", "tracks.gif"], "name the picture .svg or .png");
-    refused(ANALYZE, &[&tone, "--plot", "tracks.svg"], "--track");
+    refused(ANALYZE, &[&tone, "--n", "64", "--plot", "tracks.svg"], "--track");
 }
 
 #[test]
@@ -93,7 +93,8 @@ fn files_that_cannot_be_read() {
     refused(ANALYZE, &["no-such-file.wav"], "no such file");
     refused(ANALYZE, &[&none, "--rate", "1000"], "holds no samples");
     refused(ANALYZE, &[&odd, "--rate", "1000"], "3 bytes");
-    refused(ANALYZE, &[&short, "--rate", "1000"], "fewer than one record of 1024");
+    refused(ANALYZE, &[&short, "--rate", "1000"], "fewer than one record of 64");
+    refused(ANALYZE, &[&short, "--rate", "1000", "--json"], "fewer than one record of 1024");
     refused(ANALYZE, &[&short, "--rate", "1000", "--iq", "--skip", "5", "--n", "16"], "fewer");
     refused(ANALYZE, &[&short], "--rate HZ");
     refused(ANALYZE, &[&short, "--rate", "0"], "positive");
@@ -166,7 +167,7 @@ fn options_that_do_not_fit() {
     refused(SWEEP, &["--method", "least-squares"], "least-squares works on I/Q records only");
     refused(SWEEP, &["--snr-db", "loud"], "loud");
     refused(SWEEP, &["--n", "1000", "--arith", "target"], "N = 1000");
-    refused(SWEEP, &["--trials", "0"], "at least one");
+    refused(SWEEP, &["--trials", "0"], "at least 1");
     refused(SWEEP, &["--bits", "13"], "13");
     refused(SWEEP, &["--bin", "600"], "--bin 600");
 }
@@ -258,4 +259,147 @@ fn sweeps_in_json() {
         assert!(!rows[0][key].is_null(), "{key}");
     }
     assert_eq!(rows[4]["summary"], true);
+}
+
+/// Wav files of programs that stream: they write a length that is not one. And from stdin.
+#[test]
+fn wavs_of_any_length_field() {
+    let whole = wav("streamed.wav", spec(1, 16), 5000);
+    let expected = lines(ANALYZE, &[&whole, "--n", "1024", "--json"]);
+    assert_eq!(expected.len(), 5);
+    let mut bytes = fs::read(&whole).unwrap();
+    for length in [0u32, 0xFFFF_FFFF, 0x7FFF_F000, 0xFFFF_FFFE] {
+        bytes[4..8].copy_from_slice(&length.to_le_bytes());
+        bytes[40..44].copy_from_slice(&length.to_le_bytes());
+        let streamed = file("any-length.wav", &bytes);
+        assert_eq!(lines(ANALYZE, &[&streamed, "--n", "1024", "--json"]), expected, "{length:#x}");
+        for name in ["-", "/dev/stdin"] {
+            let mut child = Command::new(env!("CARGO_BIN_EXE_picket"))
+                .args([ANALYZE, name, "--n", "1024", "--json"])
+                .stdin(std::process::Stdio::piped())
+                .stdout(std::process::Stdio::piped())
+                .spawn()
+                .unwrap();
+            std::io::Write::write_all(&mut child.stdin.take().unwrap(), &bytes).unwrap();
+            let text = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+            let found: Vec<serde_json::Value> =
+                text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+            assert_eq!(found, expected, "{name}, {length:#x}");
+        }
+    }
+}
+
+/// One channel of several, and one column beside a time.
+#[test]
+fn channels_and_columns() {
+    let stereo = file("channels.wav", &[]);
+    let mut writer = hound::WavWriter::create(&stereo, spec(2, 16)).unwrap();
+    for n in 0..2048 {
+        for f in [0.1, 0.2] {
+            writer
+                .write_sample((9000.0 * (std::f64::consts::TAU * f * f64::from(n)).sin()) as i16)
+                .unwrap();
+        }
+    }
+    writer.finalize().unwrap();
+    let table: String = (0..2048)
+        .map(|n| {
+            let x = |f: f64| (std::f64::consts::TAU * f * f64::from(n)).sin();
+            format!("{:.7},{:.4},{:.4}\n", f64::from(n) / 8000.0, x(0.1), x(0.2))
+        })
+        .collect();
+    let scope =
+        file("scope.csv", ("x-axis,1,2\nsecond,Volt,Volt\n".to_owned() + &table).as_bytes());
+    for (path, options, hertz) in [
+        (&stereo, ["--channel", "1"], 800.0),
+        (&stereo, ["--channel", "2"], 1600.0),
+        (&scope, ["--column", "2"], 800.0),
+        (&scope, ["--column", "3"], 1600.0),
+    ] {
+        let found = lines(ANALYZE, &[path, options[0], options[1], "--n", "1024", "--json"]);
+        let frequency = found[0]["frequency_hz"].as_f64().unwrap();
+        assert!((frequency - hertz).abs() < 0.05, "{path} {options:?}: {frequency}");
+    }
+    refused(ANALYZE, &[&scope, "--n", "1024"], "columns 2 (Volt), 3 (Volt): choose by --column");
+    refused(ANALYZE, &[&stereo, "--channel", "3"], "choose 1 to 2");
+}
+
+/// Headerless numbers and NumPy's arrays.
+#[test]
+fn other_numbers() {
+    let x: Vec<f64> =
+        (0..2048).map(|n| 0.5 * (0.2 * std::f64::consts::PI * f64::from(n)).cos()).collect();
+    let of = |name: &str, bytes: Vec<u8>| file(name, &bytes);
+    let npy = |kind: &str, shape: &str, data: Vec<u8>| {
+        let header =
+            format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}\n");
+        [b"\x93NUMPY\x01\x00", &(header.len() as u16).to_le_bytes()[..], header.as_bytes(), &data]
+            .concat()
+    };
+    let floats: Vec<u8> = x.iter().flat_map(|&x| (x as f32).to_le_bytes()).collect();
+    let doubles: Vec<u8> = x.iter().flat_map(|&x| (1e4 * x).to_le_bytes()).collect();
+    let files = [
+        of(
+            "numbers.u16",
+            x.iter().flat_map(|x| ((32768.0 + 32767.0 * x) as u16).to_le_bytes()).collect(),
+        ),
+        of(
+            "numbers.i32",
+            x.iter().flat_map(|x| ((2147483647.0 * x) as i32).to_le_bytes()).collect(),
+        ),
+        of("numbers.f32", floats),
+        of("numbers.npy", npy("<f8", "2048,", doubles)),
+    ];
+    for path in &files {
+        let found = lines(ANALYZE, &[path, "--rate", "8000", "--json"]);
+        let frequency = found[0]["frequency_hz"].as_f64().unwrap();
+        assert!(
+            (frequency - 800.0).abs() < 0.05 && found[0]["verdict"] == "good",
+            "{path}: {frequency}"
+        );
+    }
+}
+
+/// A file of both kinds: what a method cannot take is left out, said, and told by the exit code.
+#[test]
+fn records_that_a_method_cannot_take() {
+    let part = |f: f64| -> Vec<f64> {
+        (0..64).map(|n| (900.0 * (f * f64::from(n)).cos()).round()).collect()
+    };
+    let real = serde_json::json!({"id": "real", "kind": "r", "re": part(1.0)});
+    let iq = serde_json::json!({"id": "iq", "kind": "c", "re": part(1.0), "im": part(1.3)});
+    let both = file("both.jsonl", format!("{real}\n{iq}\n").as_bytes());
+    let output = run(ANALYZE, &[&both, "--method", "fesa", "--json"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(
+        errors.contains("record \"real\": left out: fesa works on I/Q records only"),
+        "{errors}"
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    let rows: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((rows.len(), &rows[0]["id"], &rows[1]["skipped"]), (2, &"iq".into(), &1.into()));
+}
+
+#[test]
+fn a_look_and_its_picture() {
+    let tone = wav("look.wav", spec(1, 16), 8192);
+    for name in ["spectrum.svg", "spectrum.png"] {
+        let picture = file(name, &[]);
+        let output = run(ANALYZE, &[&tone, "--plot", &picture]);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            output.status.success() && text.contains("rate      8000 Hz, real, 8192 samples"),
+            "{text}"
+        );
+        assert!(
+            text.contains("hum       none seen") && text.contains("try       picket analyze "),
+            "{text}"
+        );
+        assert!(fs::read(&picture).unwrap().len() > 10_000);
+    }
+    let speeds = lines(ANALYZE, &[&tone, "--carrier-hz", "24e9", "--json"]);
+    let speed = 800.0 * 299_792_458.0 / 24e9 / 2.0;
+    assert!((speeds[0]["speed_mps"].as_f64().unwrap() - speed).abs() < 1e-4, "{}", speeds[0]);
 }

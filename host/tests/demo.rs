@@ -1,4 +1,4 @@
-//! `cargo demo` as a user runs it: the emulated firmware measures targets and recordings.
+//! `cargo picket demo` as a user runs it: the emulated firmware measures targets and recordings.
 
 use clap::Parser;
 use picket_host::demo::drive;
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn demo(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_demo")).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_picket")).arg("demo").args(arguments).output().unwrap()
 }
 
 /// The JSON lines of a run that must succeed.
@@ -132,7 +132,7 @@ fn replay_of_the_car() -> Option<Vec<String>> {
         return None;
     }
     let readme = include_str!("../../README.md");
-    let (_, options) = readme.split_once("$ cargo demo -- --replay car.bin ").unwrap();
+    let (_, options) = readme.split_once("$ cargo picket demo --replay car.bin ").unwrap();
     let options = options.lines().next().unwrap().split(' ').map(str::to_owned);
     Some(["--replay".into(), file.to_str().unwrap().into()].into_iter().chain(options).collect())
 }
@@ -212,7 +212,7 @@ fn bad_input_is_one_line_that_says_what_to_do() {
 #[test]
 fn the_readme_shows_what_the_demo_prints() {
     let readme = include_str!("../../README.md");
-    let (_, shown) = readme.split_once("$ cargo demo\n").unwrap();
+    let (_, shown) = readme.split_once("$ cargo picket demo\n").unwrap();
     let (shown, _) = shown.split_once("\n```").unwrap();
     let printed = String::from_utf8(demo(&[]).stdout).unwrap();
     let trimmed: Vec<&str> = printed.trim_end().lines().map(str::trim_end).collect();

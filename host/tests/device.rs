@@ -1,13 +1,16 @@
-//! `cargo watch-device` and `cargo flash` as a user runs them, with a device that is only bytes.
+//! `cargo picket watch` and `cargo picket flash` as a user runs them, with a device that is only bytes.
 
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use picket::acquire::sample::Stamp;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::method::Method;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::{Measurement, Outcome};
 use picket_wire::boot::Boot;
-use picket_wire::command::Answer;
+use picket_wire::command::{Answer, Command as Order, Request};
+use picket_wire::frame::Reader;
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
 use picket_wire::telemetry::{Health, Telemetry};
@@ -18,10 +21,9 @@ use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-const WATCH: &str = env!("CARGO_BIN_EXE_watch_device");
-const FLASH: &str = env!("CARGO_BIN_EXE_flash");
+const PICKET: &str = env!("CARGO_BIN_EXE_picket");
 
 fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
@@ -58,7 +60,8 @@ fn session() -> Vec<u8> {
 }
 
 fn run(arguments: &[&str], input: &[u8]) -> Output {
-    let mut child = Command::new(WATCH)
+    let mut child = Command::new(PICKET)
+        .arg("watch")
         .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -123,7 +126,7 @@ fn what_is_wrong_is_told_in_a_line() {
         (&["/nowhere/port"][..], "/nowhere/port"),
         (&["--replay", "/nowhere/file"], "/nowhere/file"),
         (&["-", "--stop"], "orders need a port"),
-        (&[], "--help"),
+        (&["-", "--replay", "x"], "--help"),
         (&["-", "--csv", "--jsonl"], "--help"),
         (&["-", "--capture", "3"], "--help"),
     ] {
@@ -162,7 +165,8 @@ fn unplugging_and_plugging_in_again_is_survived() {
     let name = path("port");
     let (mut ours, theirs) = plug(&name);
     let mut child = Running(
-        Command::new(WATCH)
+        Command::new(PICKET)
+            .arg("watch")
             .args([name.to_str().unwrap(), "--jsonl", "--rate", "500000", "--count", "2"])
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -192,7 +196,7 @@ fn unplugging_and_plugging_in_again_is_survived() {
 
 #[test]
 fn flash_builds_within_the_budget_and_stops_before_the_probe() {
-    let output = Command::new(FLASH).arg("--dry-run").output().unwrap();
+    let output = Command::new(PICKET).args(["flash", "--dry-run"]).output().unwrap();
     let said = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let words: Vec<&str> = said.split_whitespace().collect();
@@ -209,4 +213,242 @@ fn flash_builds_within_the_budget_and_stops_before_the_probe() {
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     assert_eq!(word(0), 0x2002_0000);
     assert_eq!(word(4) & 0xFFF0_0001, 0x0800_0001);
+}
+
+fn start(arguments: &[&str]) -> Running {
+    let mut command = Command::new(PICKET);
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    Running(command.spawn().unwrap())
+}
+
+/// What a program has printed, and how it ended; it must end within 15 s.
+fn ended(mut running: Running) -> Output {
+    let begun = Instant::now();
+    while running.0.try_wait().unwrap().is_none() {
+        assert!(begun.elapsed() < Duration::from_secs(15), "it does not end");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+    running.0.stdout.take().unwrap().read_to_end(&mut stdout).unwrap();
+    running.0.stderr.take().unwrap().read_to_end(&mut stderr).unwrap();
+    Output { status: running.0.wait().unwrap(), stdout, stderr }
+}
+
+fn signal(running: &Running, signal: Signal) {
+    kill(Pid::from_raw(running.0.id() as i32), signal).unwrap();
+}
+
+#[test]
+fn what_was_recorded_is_kept_however_it_ends() {
+    for (number, sent) in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGKILL].into_iter().enumerate()
+    {
+        let (name, kept) =
+            (path(&format!("port-kept-{number}")), path(&format!("kept-{number}.bin")));
+        let _ = fs::remove_file(&kept);
+        let (mut ours, _theirs) = plug(&name);
+        let running = start(&["watch", name.to_str().unwrap(), "--record", kept.to_str().unwrap()]);
+        ours.read_exact(&mut [0; 8]).unwrap();
+        ours.write_all(&session()).unwrap();
+        let begun = Instant::now();
+        let length = || fs::metadata(&kept).map_or(0, |data| data.len());
+        while length() < session().len() as u64 && begun.elapsed() < Duration::from_secs(10) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        signal(&running, sent);
+        let output = ended(running);
+        assert_eq!(fs::read(&kept).unwrap(), session(), "{sent}");
+        if sent != Signal::SIGKILL {
+            assert!(output.status.success(), "{sent}: {}", text(&output.stderr));
+            assert!(
+                text(&output.stdout).contains("8 records, 2 blocks"),
+                "{}",
+                text(&output.stdout)
+            );
+        }
+    }
+}
+
+#[test]
+fn a_full_disk_is_told() {
+    let output = run(&["-", "--record", "/dev/full"], &session());
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("/dev/full: No space left on device")
+            && message.contains("0 bytes are kept"),
+        "{message}"
+    );
+    let recording = path("to-a-full-disk.bin");
+    fs::write(&recording, session()).unwrap();
+    let replay = ["watch", "--csv", "--replay", recording.to_str().unwrap()];
+    for arguments in [&replay[..], &["sweep", "--trials", "1", "--json"], &["man"], &["help"]] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = Command::new(PICKET).args(arguments).stdout(full).output().unwrap();
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+        assert!(
+            message.contains("stdout: No space left") && message.contains("0 lines"),
+            "{message}"
+        );
+    }
+}
+
+/// Plays a board on the other end of a port: `answer` has each order, and gives what the board says.
+fn board(mut port: TTYPort, mut answer: impl FnMut(Request) -> Vec<u8> + Send + 'static) {
+    port.set_timeout(Duration::from_millis(20)).unwrap();
+    std::thread::spawn(move || {
+        let (mut reader, mut sequence) = (Reader::default(), 0);
+        loop {
+            let mut bytes = [0; 256];
+            let count = match port.read(&mut bytes) {
+                Ok(count) => count,
+                Err(error) if error.kind() == std::io::ErrorKind::TimedOut => 0,
+                Err(_) => return,
+            };
+            for &byte in &bytes[..count] {
+                let Some(Ok(frame)) = reader.push(byte) else { continue };
+                let Ok(request) = Request::of_frame(&frame) else { continue };
+                let _ = port.write_all(&answer(request));
+            }
+            // It measures all the while.
+            sequence += 1;
+            if port.write_all(&record(sequence)).is_err() {
+                return;
+            }
+        }
+    });
+}
+
+#[test]
+fn settings_alone_are_on_stdout_while_it_measures() {
+    let name = path("port-settings");
+    let (ours, _theirs) = plug(&name);
+    board(ours, |request| match request.command {
+        Order::GetSettings => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),
+        _ => request.answer().reply(&[]).to_vec(),
+    });
+    let output = ended(start(&["watch", name.to_str().unwrap(), "--get-settings"]));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let settings: serde_json::Value = serde_json::from_str(&text(&output.stdout)).unwrap();
+    assert_eq!(settings["rate_hz"], 500e3);
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+}
+
+/// New settings start the board anew: it is deaf meanwhile, and the order to keep them is sent again.
+#[test]
+fn settings_are_kept_though_the_board_starts_anew() {
+    let (name, file) = (path("port-save"), path("settings.json"));
+    fs::write(&file, r#"{"rate_hz": 250000}"#).unwrap();
+    let (ours, _theirs) = plug(&name);
+    let mut deaf: Option<Instant> = None;
+    let (saved, was_saved) = std::sync::mpsc::channel();
+    board(ours, move |request| {
+        if deaf.is_some_and(|since| since.elapsed() < Duration::from_millis(1200)) {
+            return Vec::new();
+        }
+        match request.command {
+            Order::SetSettings(settings, n) => {
+                deaf = Some(Instant::now());
+                let boot = Boot { n: 1024, measuring: true, ..Boot::default() };
+                [request.answer().reply(&settings.to_bytes(n)).to_vec(), boot.to_frame().to_vec()]
+                    .concat()
+            }
+            Order::Save => {
+                saved.send(deaf.is_some()).unwrap();
+                request.answer().reply(&[]).to_vec()
+            }
+            _ => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),
+        }
+    });
+    let arguments =
+        ["watch", name.to_str().unwrap(), "--set-settings", file.to_str().unwrap(), "--save"];
+    let output = ended(start(&arguments));
+    let message = text(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert!(was_saved.try_recv().unwrap(), "saved before it was set");
+    assert!(
+        message.contains("--set-settings: done") && message.contains("--save: done"),
+        "{message}"
+    );
+}
+
+#[test]
+fn silence_and_noise_are_told_after_two_seconds() {
+    for (name, noise, says) in [
+        ("port-silent", &b""[..], "it says nothing"),
+        ("port-noise", &b"hello, I am a modem\r\n"[..], "21 bytes came, and no frame"),
+    ] {
+        let name = path(name);
+        let (mut ours, _theirs) = plug(&name);
+        let mut running = start(&["watch", name.to_str().unwrap()]);
+        ours.read_exact(&mut [0; 8]).unwrap();
+        ours.write_all(noise).unwrap();
+        let begun = Instant::now();
+        let mut line = String::new();
+        BufReader::new(running.0.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+        assert!(line.starts_with("waiting for the device") && line.contains(says), "{line}");
+        let waited = begun.elapsed().as_secs_f64();
+        assert!((1.5..4.0).contains(&waited), "{waited} s");
+    }
+}
+
+#[test]
+fn one_measurement_is_one_row() {
+    for style in ["--csv", "--jsonl"] {
+        let output = run(&["-", style, "--count", "1"], &session());
+        let rows = text(&output.stdout).lines().filter(|line| line.contains("good")).count();
+        assert_eq!(rows, 1, "{}", text(&output.stdout));
+    }
+    let table = text(&run(&["-", "--count", "1"], &session()).stdout);
+    assert_eq!(table.lines().filter(|line| line.contains("good")).count(), 1, "{table}");
+}
+
+#[test]
+fn what_udev_needs_is_printed() {
+    let output = run(&["--install-udev"], &[]);
+    let rule = text(&output.stdout);
+    assert!(
+        output.status.success() && rule.contains("SUBSYSTEM==\"tty\", ATTRS{idVendor}==\"0483\""),
+        "{rule}"
+    );
+}
+
+#[test]
+fn without_a_port_the_ports_are_listed() {
+    let output = run(&[], &[]);
+    let message = text(&output.stderr);
+    let last = message.lines().last().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(
+        last.contains("name the port: picket watch ") || last.contains("there is no serial port"),
+        "{message}"
+    );
+}
+
+/// The emulator ends with the demo.
+#[test]
+fn a_signal_leaves_no_emulator_behind() {
+    let running = start(&["demo", "--seeds", "200", "--json"]);
+    let id = running.0.id();
+    let children =
+        || fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap_or_default();
+    let name = |child: &str| fs::read_to_string(format!("/proc/{child}/comm")).unwrap_or_default();
+    let begun = Instant::now();
+    // The image may have to be built before.
+    let emulator = loop {
+        assert!(begun.elapsed() < Duration::from_secs(300), "no emulator was started");
+        match children().split(' ').find(|child| name(child).starts_with("qemu")) {
+            Some(child) => break child.to_owned(),
+            None => std::thread::sleep(Duration::from_millis(5)),
+        }
+    };
+    signal(&running, Signal::SIGTERM);
+    let output = ended(running);
+    assert_eq!(output.status.code(), Some(128 + 15), "{}", text(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+    let begun = Instant::now();
+    while name(&emulator).starts_with("qemu") && begun.elapsed() < Duration::from_secs(5) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(!name(&emulator).starts_with("qemu"), "the emulator goes on");
 }

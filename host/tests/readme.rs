@@ -17,7 +17,7 @@ const PLOT: &str = include_str!("../../docs/over-snr.svg");
 /// The seeds at -10 dB, in the pipeline on this machine: the firmware's answers have the same bits.
 #[test]
 fn seeds_at_minus_ten_decibels() {
-    let command = "cargo demo -- --snr-db -10 --seeds 50 --versus z-rife";
+    let command = "cargo picket demo --snr-db -10 --seeds 50 --versus z-rife";
     let options = Options::parse_from(command.split_whitespace().skip(2));
     let spread = |method| {
         let summary = on_host(method, options.snr_db, options.seed, options.seeds).unwrap();

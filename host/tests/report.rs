@@ -1,4 +1,4 @@
-//! `cargo report -- --quick`: every file is there, whole, and every figure within its bar.
+//! `cargo picket report --quick`: every file is there, whole, and every figure within its bar.
 
 use std::fs;
 use std::path::PathBuf;
@@ -41,8 +41,8 @@ const FIGURES: [&str; 14] = [
 fn the_quick_report() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report");
     let _ = fs::remove_dir_all(&folder);
-    let output = Command::new(env!("CARGO_BIN_EXE_report"))
-        .args(["--quick", "--json", "--out"])
+    let output = Command::new(env!("CARGO_BIN_EXE_picket"))
+        .args(["report", "--quick", "--json", "--out"])
         .arg(&folder)
         .output()
         .unwrap();
@@ -76,8 +76,8 @@ fn the_quick_report() {
 
 #[test]
 fn a_folder_that_cannot_be() {
-    let output = Command::new(env!("CARGO_BIN_EXE_report"))
-        .args(["--quick", "--out", "/dev/null/report"])
+    let output = Command::new(env!("CARGO_BIN_EXE_picket"))
+        .args(["report", "--quick", "--out", "/dev/null/report"])
         .output()
         .unwrap();
     let message = String::from_utf8(output.stderr).unwrap();

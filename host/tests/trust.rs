@@ -33,7 +33,7 @@ fn pictures_are_those_of_the_page() {
         let drawn = fs::read_to_string(&file).unwrap_or_default();
         assert!(
             drawn == chart.svg().unwrap(),
-            "{} is not what `cargo report` makes: copy target/report/{}.svg",
+            "{} is not what `cargo picket report` makes: copy target/report/{}.svg",
             file.display(),
             example.picture
         );

@@ -3,6 +3,7 @@
 //! What is counted are executed instructions, exactly (QEMU's instruction clock), not cycles: the
 //! emulator knows no pipeline, no wait states and no cache. [`cycles`] gives a modelled range.
 
+pub mod command;
 pub mod cycles;
 pub mod locked;
 pub mod plot;

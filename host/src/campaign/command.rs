@@ -25,7 +25,7 @@ The bound is that of a pure tone in white noise as dense as the noise is at the 
 #[derive(Args, Clone, Debug)]
 pub struct Flags {
     /// Instead of pure tones: records with something wrong, and what the verdicts say of them. Names apart by commas, severities
-    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "list" explains them
+    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "list" explains them. An answer called moving is right or a lie by its own sigma, as a good one is
     #[arg(long, value_name = "NAMES", conflicts_with_all = ["bin", "delta", "delta_points", "dc"])]
     pub impair: Option<String>,
     /// Bins between which the impaired tone lies, anywhere; else those where the impairment matters
@@ -63,7 +63,7 @@ pub fn run<R: Kind>(
     json: bool,
 ) -> Result<ExitCode, String> {
     if names.trim() == "list" {
-        cli::print_line(help().trim_end());
+        cli::print_line(&format!("{}\n{LEGEND}", help().trim_end()));
         return Ok(ExitCode::SUCCESS);
     }
     let impairments = chosen::<R>(names)?;

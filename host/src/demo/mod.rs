@@ -31,6 +31,7 @@ pub fn said(error: impl Display) -> DemoError {
 
 /// Does what the options say and prints it. Failure: a row is outside the bars.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    fits(options)?;
     if let Some(file) = &options.replay {
         return replay::run(file, options);
     }
@@ -43,10 +44,10 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         Scenario::Drive => return drive::run(options),
     };
     if options.json {
-        print!("{}", summary.json().map_err(said)?);
+        out!("{}", summary.json().map_err(said)?);
     } else {
-        println!("{}\n", heading(options));
-        print!(
+        outln!("{}\n", heading(options));
+        out!(
             "{}",
             match options.scenario {
                 Scenario::Table3 => summary.lidar_text(),
@@ -56,6 +57,28 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     }
     let all = summary.inside() == summary.results.len();
     Ok(if all { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Options that this run would not heed are told, not passed over.
+fn fits(options: &Options) -> Result<(), DemoError> {
+    let drive = options.scenario == Scenario::Drive;
+    if options.plot.is_some() && !drive {
+        return Err(said("--plot draws the drive: add --scenario drive"));
+    }
+    if drive && options.method.is_some() {
+        return Err(said(
+            "the drive is measured by least squares, which the tracker needs: leave --method out",
+        ));
+    }
+    if options.versus.is_some() && options.scenario != Scenario::Table3 {
+        return Err(said(
+            "--versus compares methods on the lidar's targets: use --scenario table3",
+        ));
+    }
+    if options.seeds > 1 && options.scenario != Scenario::Table3 {
+        return Err(said("--seeds sums up the lidar's targets: use --scenario table3"));
+    }
+    Ok(())
 }
 
 fn heading(options: &Options) -> String {

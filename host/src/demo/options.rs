@@ -1,23 +1,23 @@
-//! What a user types after `cargo demo --`.
+//! What a user types after `picket demo`.
 
+use crate::{band, cli};
 use clap::{Parser, ValueEnum};
 use picket::estimate::method::Method;
 use std::path::PathBuf;
 
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "cargo demo --", version)]
 pub struct Options {
     /// What is in front of the sensor
-    #[arg(long, value_enum, default_value_t = Scenario::Table3)]
+    #[arg(long, value_enum, default_value_t = Scenario::Table3, conflicts_with = "replay")]
     pub scenario: Scenario,
 
     /// Signal-to-noise ratio per sample, dB
-    #[arg(long, default_value_t = -5.0, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, default_value_t = -5.0, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
     pub snr_db: f64,
 
     /// Seed of the noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, conflicts_with = "replay")]
     pub seed: u64,
 
     /// Repeat with so many seeds, counted from --seed, and sum up (table3)
@@ -37,7 +37,7 @@ pub struct Options {
     pub replay: Option<PathBuf>,
 
     /// Sample rate of the recording, Hz (a wav file tells its own)
-    #[arg(long, value_name = "HZ", value_parser = finite, allow_negative_numbers = true, requires = "replay")]
+    #[arg(long, value_name = "HZ", value_parser = cli::number, allow_negative_numbers = true, requires = "replay")]
     pub rate: Option<f64>,
 
     /// Samples in a block of the recording: 64, 128, ... 4096
@@ -45,11 +45,11 @@ pub struct Options {
     pub n: usize,
 
     /// Band searched in the recording, Hz
-    #[arg(long, value_name = "LO:HI", value_parser = band, allow_hyphen_values = true, requires = "replay")]
+    #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true, requires = "replay")]
     pub band: Option<(f64, f64)>,
 
     /// Carrier of a Doppler radar, Hz: gives speeds
-    #[arg(long, value_name = "F", value_parser = finite, requires = "replay")]
+    #[arg(long, value_name = "F", value_parser = cli::number, allow_negative_numbers = true, requires = "replay")]
     pub carrier_hz: Option<f64>,
 
     /// The recording holds I/Q pairs
@@ -57,7 +57,7 @@ pub struct Options {
     pub iq: bool,
 
     /// Draw the drive to this file (svg or png), its velocities beside it
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
     /// Show the firmware's log on stderr
@@ -80,18 +80,11 @@ pub enum Scenario {
     Drive,
 }
 
-fn finite(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("give a number".into()),
-    }
-}
-
-fn band(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || "give two frequencies in hertz, low end first: 300:2500".to_string();
-    let (low, high) = text.split_once(':').ok_or_else(wrong)?;
-    let (low, high) = (low.parse().map_err(|_| wrong())?, high.parse().map_err(|_| wrong())?);
-    if low < high { Ok((low, high)) } else { Err(wrong()) }
+/// Beyond, the converter's codes hold nothing but the signal, or nothing of it.
+fn decibels(text: &str) -> Result<f64, String> {
+    let snr_db = cli::number(text)?;
+    let inside = (-200.0..=200.0).contains(&snr_db);
+    inside.then_some(snr_db).ok_or_else(|| "give a number from -200 to 200".into())
 }
 
 fn method(text: &str) -> Result<Method, String> {

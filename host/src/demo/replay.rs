@@ -3,6 +3,7 @@
 use super::measure::play;
 use super::options::Options;
 use super::{DemoError, said};
+use crate::band;
 use crate::emulator::Capture;
 use crate::progress;
 use crate::recording::{self, Recording};
@@ -45,6 +46,7 @@ pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
 fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
     let rate_hz = recording.rate_hz();
     let config = config(rate_hz, options)?;
+    band::holds_a_bin(options.band, rate_hz, options.n, R::IQ).map_err(said)?;
     config.terms::<R>(options.n).map_err(said)?;
     let length = recording.length().ok_or_else(|| said("replay reads wav and int16 files"))?;
     let blocks = u32::try_from(length / options.n as u64).map_err(|_| said("too many blocks"))?;
@@ -56,7 +58,7 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
         capture.push::<R>(&codes).map_err(said)?;
     }
     if !options.json {
-        println!("{}", heading(options));
+        outln!("{}", heading(options));
     }
     let bar = progress::bar(blocks.into(), "blocks");
     let mut arrived = 0;
@@ -123,14 +125,19 @@ impl Line {
 fn print_line(line: &Line, options: &Options) {
     if options.json {
         match serde_json::to_string(line) {
-            Ok(text) => println!("{text}"),
+            Ok(text) => outln!("{text}"),
             Err(error) => eprintln!("error: {error}"),
         }
         return;
     }
     let speed = line.speed_mps.map_or(String::new(), |speed| format!("  {speed:9.4}"));
-    println!(
+    outln!(
         "{:5}  {:6.2}  {:12.4}  {:11.4}  {:6.1}{speed}  {}",
-        line.block, line.time_s, line.frequency_hz, line.sigma_hz, line.snr_db, line.verdict
+        line.block,
+        line.time_s,
+        line.frequency_hz,
+        line.sigma_hz,
+        line.snr_db,
+        line.verdict
     );
 }

@@ -1,7 +1,7 @@
 //! The lidar's rows with many seeds: how large errors are, and whether the gross ones are known for what they are.
 
 use super::measure::{self, Lidar, N, block};
-use super::options::{Options, Scenario};
+use super::options::Options;
 use super::table::{Summary, table};
 use super::{DemoError, heading, said};
 use comfy_table::{Cell, CellAlignment};
@@ -92,7 +92,7 @@ fn gross_bars() -> (f64, f64) {
     }
 }
 
-/// The same blocks as `cargo demo` sends through the firmware, through the same pipeline on this machine: the
+/// The same blocks as `picket demo` sends through the firmware, through the same pipeline on this machine: the
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(Some(method))?;
@@ -115,9 +115,6 @@ pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Sum
 
 /// Measures, and prints a line for each method.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
-    if options.scenario != Scenario::Table3 {
-        return Err(said("--seeds sums up targets: use --scenario table3"));
-    }
     let spread = |method| {
         let options = Options { method, ..options.clone() };
         measure::lidar(&options).map(|summary| Spread::of(&summary, summary.results.len()))
@@ -128,11 +125,11 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     }
     if options.json {
         for spread in &spreads {
-            println!("{}", serde_json::to_string(spread).map_err(said)?);
+            outln!("{}", serde_json::to_string(spread).map_err(said)?);
         }
-        println!("{}", summary(&spreads, options));
+        outln!("{}", summary(&spreads, options));
     } else {
-        print!("{}", text(&spreads, options));
+        out!("{}", text(&spreads, options));
     }
     Ok(ExitCode::SUCCESS)
 }

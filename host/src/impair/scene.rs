@@ -65,7 +65,12 @@ pub struct Impaired {
     pub local_snr_db: f64,
 }
 
-/// A record in the making. An impairment changes it; [`Scene::record`] does the rest.
+/// What becomes of a voltage.
+pub type Front = Box<dyn Fn(Complex<f64>) -> Complex<f64>>;
+/// Power density over frequency in cycles per sample.
+pub type Density = Box<dyn Fn(f64) -> f64>;
+
+/// A record in the making. An impairment changes it; the samples are made of it after.
 pub struct Scene<'a> {
     /// Samples.
     pub n: usize,
@@ -88,11 +93,11 @@ pub struct Scene<'a> {
     /// What is added in codes, before noise.
     pub added: Vec<Complex<f64>>,
     /// Power density of the noise over frequency in cycles per sample, on any scale; `None` for white.
-    pub density: Option<Box<dyn Fn(f64) -> f64>>,
+    pub density: Option<Density>,
     /// No noise.
     pub silent: bool,
     /// What the front end makes of a voltage.
-    pub front: Option<Box<dyn Fn(Complex<f64>) -> Complex<f64>>>,
+    pub front: Option<Front>,
     /// From this sample on, so many copies of the one before it are delivered, and the rest later.
     pub copies: Option<(usize, usize)>,
     /// Draws of this record.

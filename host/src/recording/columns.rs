@@ -1,54 +1,150 @@
-//! Comma-separated columns: one of real samples, two of I and Q.
+//! Columns of numbers: one of real samples, two of I and Q, or an oscilloscope's with a time beside them.
 
-use super::{Options, Recording, RecordingError, Sample, open_file};
-use std::io::BufReader;
-use std::path::Path;
+use super::input::Input;
+use super::table::{self, Between, Shape, Unclear};
+use super::{Options, Recording, RecordingError, Sample};
+use std::io::{BufRead, Read};
+use std::path::{Path, PathBuf};
 
-pub(super) fn open(path: &Path, options: Options) -> Result<Recording, RecordingError> {
-    let (file, _) = open_file(path)?;
-    let reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(BufReader::new(file));
-    let owned = path.to_path_buf();
-    let mut rows = reader.into_records().map(move |row| {
-        row.map_err(|error| {
-            let line = error.position().map_or(0, csv::Position::line);
-            RecordingError::Line(owned.clone(), line, "not text that can be read".into())
-        })
-    });
-    let mut first = rows.next().transpose()?;
-    // A header is a first row of which no field is a number.
-    if first.as_ref().is_some_and(|row| row.iter().all(|field| field.parse::<f64>().is_err())) {
-        first = rows.next().transpose()?;
+/// No line is longer, in bytes.
+const LONGEST: u64 = 1 << 20;
+
+pub(super) fn open(
+    path: &Path,
+    input: Input,
+    options: Options,
+) -> Result<Recording, RecordingError> {
+    let binary = |&byte: &u8| byte == 0 || (byte < b' ' && !b"\t\r\n\x0c".contains(&byte));
+    if input.head.iter().any(binary) {
+        return Err(RecordingError::Line(path.into(), 1, "not text that can be read".into()));
     }
-    let Some(first) = first else {
-        return Err(RecordingError::Empty(path.into()));
+    let text = String::from_utf8_lossy(&input.head).into_owned();
+    let text = text.trim_start_matches('\u{feff}');
+    let mut lines: Vec<&str> = text.lines().collect();
+    if !input.whole() && lines.len() > 1 {
+        // The last one is cut off.
+        lines.pop();
+    }
+    let chosen = options.channel.is_some() || options.iq;
+    let shape =
+        table::shape(&lines, options.decimal_comma, chosen).map_err(|unclear| match unclear {
+            Unclear::Empty => RecordingError::Empty(path.into()),
+            Unclear::Comma(line) => RecordingError::Comma(path.into(), line),
+        })?;
+    let wanted = wanted(&shape, &options, path)?;
+    let told = shape.time.and_then(|(_, step)| Some(1.0 / step?));
+    let rate_hz =
+        options.rate_hz.or(told).ok_or_else(|| RecordingError::RateMissing(path.into()))?;
+    let rows = Rows {
+        path: path.into(),
+        reader: Box::new(input.reader()),
+        line: 0,
+        shape,
+        wanted,
+        scale: options.scale,
     };
-    let columns = first.len();
-    if !(1..=2).contains(&columns) || (options.iq && columns != 2) {
-        return Err(RecordingError::Channels(path.into(), columns, options.iq));
-    }
-    let rate_hz = options.rate_hz.ok_or_else(|| RecordingError::RateMissing(path.into()))?;
-    let (owned, scale) = (path.to_path_buf(), options.scale);
-    let stream = std::iter::once(Ok(first)).chain(rows).map(move |row| {
-        let row = row?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let wrong = |what: String| RecordingError::Line(owned.clone(), line, what);
-        if row.len() != columns {
-            return Err(wrong(format!("{} columns where the first line has {columns}", row.len())));
-        }
-        let value = |field: &str| match field.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value * scale),
-            Ok(value) => Err(wrong(format!("{value} is not a sample"))),
-            Err(_) => Err(wrong(format!("\"{field}\" is not a number"))),
+    Ok(Recording {
+        path: path.into(),
+        rate_hz,
+        iq: wanted.1.is_some(),
+        length: None,
+        stream: Box::new(rows),
+    })
+}
+
+/// The columns to read, from 0: of the samples, or of I and Q.
+fn wanted(
+    shape: &Shape,
+    options: &Options,
+    path: &Path,
+) -> Result<(usize, Option<usize>), RecordingError> {
+    if let Some((first, second)) = options.channel {
+        let at = |column: usize| {
+            let there = column.checked_sub(1).filter(|at| shape.columns.contains(at));
+            there.ok_or_else(|| RecordingError::Channel(path.into(), column, 0))
         };
-        let mut fields = row.iter();
-        let mut next = || fields.next().map_or(Ok(0.0), value);
-        Ok(Sample::new(next()?, next()?))
-    });
-    let iq = columns == 2;
-    Ok(Recording { path: path.into(), rate_hz, iq, length: None, stream: Box::new(stream) })
+        return Ok((at(first)?, second.map(at).transpose()?));
+    }
+    let time = shape.time.map(|(column, _)| column);
+    let values: Vec<usize> = shape.columns.iter().copied().filter(|&at| Some(at) != time).collect();
+    match (values[..].first(), values.get(1), time) {
+        (Some(&only), None, _) if values.len() == 1 && !options.iq => Ok((only, None)),
+        (Some(&i), Some(&q), None) if values.len() == 2 => Ok((i, Some(q))),
+        (Some(&i), Some(&q), Some(_)) if values.len() == 2 && options.iq => Ok((i, Some(q))),
+        (.., None) => Err(RecordingError::Channels(path.into(), values.len(), options.iq)),
+        (.., Some(_)) => {
+            let name = |at: &usize| match shape.names.get(*at).filter(|name| !name.is_empty()) {
+                Some(name) => format!("{} ({name})", at + 1),
+                None => (at + 1).to_string(),
+            };
+            let names: Vec<String> = values.iter().map(name).collect();
+            Err(RecordingError::Columns(
+                path.into(),
+                format!(
+                    "values beside the time in columns {}: choose by --column, two for I and Q",
+                    names.join(", ")
+                ),
+            ))
+        }
+    }
+}
+
+/// The lines of numbers.
+struct Rows {
+    path: PathBuf,
+    reader: Box<dyn BufRead + Send>,
+    /// Lines read.
+    line: usize,
+    shape: Shape,
+    wanted: (usize, Option<usize>),
+    scale: f64,
+}
+
+impl Rows {
+    fn wrong(&self, what: String) -> RecordingError {
+        RecordingError::Line(self.path.clone(), self.line as u64, what)
+    }
+
+    fn sample(&self, line: &str) -> Result<Sample, RecordingError> {
+        let fields = self.shape.between.fields(line);
+        let width = self.shape.width;
+        // A line of an oscilloscope's table may have more, or end in commas.
+        let needed = self.wanted.0.max(self.wanted.1.unwrap_or(0));
+        if fields.len() <= needed || (fields.len() > width && self.shape.between != Between::Space)
+        {
+            return Err(
+                self.wrong(format!("{} columns where the first line has {width}", fields.len()))
+            );
+        }
+        let value = |column: usize| match table::number(fields[column], self.shape.decimal_comma) {
+            Some(value) if value.is_finite() => Ok(value * self.scale),
+            Some(value) => Err(self.wrong(format!("{value} is not a sample"))),
+            None => Err(self.wrong(format!("\"{}\" is not a number", fields[column]))),
+        };
+        Ok(Sample::of(value(self.wanted.0)?, self.wanted.1.map(value).transpose()?))
+    }
+}
+
+impl Iterator for Rows {
+    type Item = Result<Sample, RecordingError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut bytes = Vec::new();
+            match self.reader.by_ref().take(LONGEST).read_until(b'\n', &mut bytes) {
+                Ok(0) => return None,
+                Ok(length) if length as u64 == LONGEST => {
+                    return Some(Err(self.wrong("a line longer than 1 MB is no table".into())));
+                }
+                Ok(_) => {}
+                Err(error) => return Some(Err(RecordingError::Io(self.path.clone(), error))),
+            }
+            self.line += 1;
+            let line = String::from_utf8_lossy(&bytes);
+            let line = line.trim_start_matches('\u{feff}');
+            if self.line > self.shape.start && !table::skipped(line) {
+                return Some(self.sample(line.trim_end_matches(['\r', '\n'])));
+            }
+        }
+    }
 }

@@ -28,6 +28,20 @@ pub enum RecordingError {
     Rate(f64),
     /// The line and what is wrong with it.
     Line(PathBuf, u64, String),
+    /// The npy header is wrong or of a kind that cannot be read.
+    Npy(PathBuf, String),
+    /// The name says numbers, and the bytes are text.
+    Either(PathBuf),
+    /// Commas may be decimal, or stand between columns.
+    Comma(PathBuf, String),
+    /// Columns of values beside the time, with what to type for them.
+    Columns(PathBuf, String),
+    /// This channel or column is not there; those that are.
+    Channel(PathBuf, usize, usize),
+    /// A channel is chosen where there is only one.
+    NoChannels(PathBuf),
+    /// A value is not a number.
+    NotANumber(PathBuf, f64),
     /// Fewer samples than one record needs: the samples there are, and those needed.
     Short(PathBuf, u64, usize),
 }
@@ -43,7 +57,7 @@ impl fmt::Display for RecordingError {
             Empty(path) => write!(f, "{}: the file holds no samples", path.display()),
             Format(path) => write!(
                 f,
-                "{}: the name does not tell the format: add --format wav, i16, csv or json",
+                "{}: the name does not tell the format: add --format wav, i16, u16, i32, f32, npy, csv or json",
                 path.display()
             ),
             OddSize(path, bytes, frame) => write!(
@@ -59,14 +73,18 @@ impl fmt::Display for RecordingError {
             ),
             Channels(path, 2, false) => write!(
                 f,
-                "{}: two channels: add --iq if they are I and Q, or extract one channel",
+                "{}: two channels: add --iq if they are I and Q, or --channel 1 or 2",
                 path.display()
             ),
             Channels(path, channels, true) => {
                 write!(f, "{}: --iq needs two channels, the file has {channels}", path.display())
             }
             Channels(path, channels, false) => {
-                write!(f, "{}: {channels} channels: extract one, or two as I and Q", path.display())
+                write!(
+                    f,
+                    "{}: {channels} channels: choose one by --channel 1 to {channels}, or two as I and Q: --channel 1,2",
+                    path.display()
+                )
             }
             RateMissing(path) => {
                 write!(
@@ -77,6 +95,32 @@ impl fmt::Display for RecordingError {
             }
             Rate(rate) => {
                 write!(f, "the sample rate must be a positive number of hertz, not {rate}")
+            }
+            Npy(path, what) => write!(f, "{}: not a readable npy file: {what}", path.display()),
+            Either(path) => write!(
+                f,
+                "{}: the name says int16, but it looks like text: add --format csv, or --format i16",
+                path.display()
+            ),
+            Comma(path, line) => write!(
+                f,
+                "{}: \"{line}\" may be one number or two columns: add --decimal-comma, or --column 1 (or 1,2 for I and Q)",
+                path.display()
+            ),
+            Columns(path, what) => write!(f, "{}: {what}", path.display()),
+            Channel(path, channel, 0) => {
+                write!(f, "{}: there is no number in column {channel}", path.display())
+            }
+            Channel(path, channel, most) => {
+                write!(f, "{}: there is no channel {channel}: choose 1 to {most}", path.display())
+            }
+            NoChannels(path) => write!(
+                f,
+                "{}: it has one channel, or pairs of I and Q (--iq): leave --channel out",
+                path.display()
+            ),
+            NotANumber(path, value) => {
+                write!(f, "{}: {value} is not a sample: is it of another --format?", path.display())
             }
             Line(path, line, what) => write!(f, "{}, line {line}: {what}", path.display()),
             Short(path, held, needed) => write!(

@@ -1,25 +1,27 @@
-//! Recordings as streams of samples: wav, headerless int16, csv and JSON lines.
+//! Recordings as streams of samples: wav, headerless numbers, csv, npy and JSON lines; from a file, or from stdin by the name `-`.
 //!
-//! Files are read through once, sample by sample, so memory does not grow with their size.
+//! They are read through once, sample by sample, so memory does not grow with their size.
 //!
-//! Values are in *codes* of a 16-bit converter. 16-bit wav and int16 files keep their own codes; 8-bit wav
-//! is spread over all of them (times 257, so that its rails are the rails); 24- and 32-bit wav is
-//! divided by 2^8 and 2^16; floating-point wav is multiplied by 2^15; csv and JSON are taken as codes. [`Options::scale`] multiplies all of them. The integer arithmetic
-//! takes the nearest code.
+//! Values are in *codes* of a 16-bit converter. 16-bit wav and int16 files keep their own codes, unsigned ones count from the
+//! middle; 8-bit wav is spread over all of them (times 257, so that its rails are the rails); 24- and 32-bit wav is divided by 2^8
+//! and 2^16, int32 files too; floating-point wav and float32 files are multiplied by 2^15; csv, npy and JSON are taken as codes.
+//! [`Options::scale`] multiplies all of them. The integer arithmetic takes the nearest code.
 
 mod columns;
 mod error;
-mod int16;
+mod input;
+mod npy;
+mod raw;
 mod records;
+mod table;
 mod wav;
 
 pub use error::RecordingError;
 pub use records::{JsonRecord, Records};
 
+use input::Input;
 use num_complex::Complex;
 use std::fmt;
-use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// How a file is read.
@@ -29,7 +31,15 @@ pub enum Format {
     Wav,
     /// Headerless 16-bit integers, little-endian.
     I16,
-    /// One column of real samples or two of I and Q, with or without a header line.
+    /// Headerless unsigned 16-bit integers, little-endian, 32768 in the middle.
+    U16,
+    /// Headerless 32-bit integers, little-endian.
+    I32,
+    /// Headerless 32-bit floats, little-endian, full scale from -1 to 1.
+    F32,
+    /// NumPy's array.
+    Npy,
+    /// Columns: samples, or I and Q; an oscilloscope's with its time and its header lines.
     Csv,
     /// One record a line: {"id", "kind": "r" or "c", "re": [..], "im": [..]}.
     Json,
@@ -41,9 +51,24 @@ impl Format {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
             "wav" | "wave" => Some(Format::Wav),
-            "bin" | "i16" | "raw" | "pcm" | "dat" => Some(Format::I16),
-            "csv" | "txt" => Some(Format::Csv),
+            "bin" | "i16" | "s16" | "raw" | "pcm" | "dat" => Some(Format::I16),
+            "u16" => Some(Format::U16),
+            "i32" | "s32" => Some(Format::I32),
+            "f32" | "float" => Some(Format::F32),
+            "npy" => Some(Format::Npy),
+            "csv" | "txt" | "tsv" => Some(Format::Csv),
             "json" | "jsonl" | "ndjson" => Some(Format::Json),
+            _ => None,
+        }
+    }
+}
+
+impl Format {
+    /// The format that a file's first bytes tell.
+    fn seen(head: &[u8]) -> Option<Self> {
+        match head {
+            [b'R', b'I', b'F', b'F', ..] | [b'R', b'F', b'6', b'4', ..] => Some(Format::Wav),
+            head if head.starts_with(npy::MAGIC) => Some(Format::Npy),
             _ => None,
         }
     }
@@ -60,11 +85,22 @@ pub struct Options {
     pub iq: bool,
     /// Codes per unit of the file, see the module's documentation.
     pub scale: f64,
+    /// The channel of a wav file, or the column of a csv file, from 1; with a second one: I and Q.
+    pub channel: Option<(usize, Option<usize>)>,
+    /// Commas in a csv file are decimal, not between columns.
+    pub decimal_comma: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { format: None, rate_hz: None, iq: false, scale: 1.0 }
+        Options {
+            format: None,
+            rate_hz: None,
+            iq: false,
+            scale: 1.0,
+            channel: None,
+            decimal_comma: false,
+        }
     }
 }
 
@@ -111,14 +147,20 @@ impl Recording {
         if let Some(rate) = options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
             return Err(RecordingError::Rate(rate));
         }
-        let format = options
-            .format
-            .or_else(|| Format::guess(path))
-            .ok_or_else(|| RecordingError::Format(path.into()))?;
+        let input = Input::open(path)?;
+        let format =
+            options.format.or_else(|| Format::guess(path)).or_else(|| Format::seen(&input.head));
+        let format = format.ok_or_else(|| RecordingError::Format(path.into()))?;
+        let guessed = options.format.is_none();
         match format {
-            Format::Wav => wav::open(path, options),
-            Format::I16 => int16::open(path, options),
-            Format::Csv => columns::open(path, options),
+            Format::Wav => wav::open(path, input, options),
+            // Names like .dat are given to either.
+            Format::I16 if guessed && input.text() => Err(RecordingError::Either(path.into())),
+            Format::I16 | Format::U16 | Format::I32 | Format::F32 => {
+                raw::open(path, input, format, options)
+            }
+            Format::Npy => npy::open(path, input, options),
+            Format::Csv => columns::open(path, input, options),
             Format::Json => Err(RecordingError::Line(
                 path.into(),
                 1,
@@ -140,6 +182,11 @@ impl Recording {
     /// The number of samples, where the file tells it before it is read.
     pub fn length(&self) -> Option<u64> {
         self.length
+    }
+
+    /// Its samples, one after the other.
+    pub fn samples(self) -> impl Iterator<Item = Result<Sample, RecordingError>> {
+        self.stream
     }
 
     /// Cuts the recording into blocks of `n` samples, `hop` apart, after leaving out `skip` samples. Both `n`
@@ -204,17 +251,14 @@ impl Blocks {
     }
 }
 
-/// The file and its length in bytes.
-fn open_file(path: &Path) -> Result<(File, u64), RecordingError> {
-    let failed = |error| RecordingError::Io(path.into(), error);
-    let file = File::open(path).map_err(failed)?;
-    let metadata = file.metadata().map_err(failed)?;
-    if metadata.is_dir() {
-        return Err(RecordingError::Io(path.into(), io::ErrorKind::IsADirectory.into()));
-    }
-    // A pipe has no length, and only reading shows whether it is empty.
-    if metadata.is_file() && metadata.len() == 0 {
-        return Err(RecordingError::Empty(path.into()));
-    }
-    Ok((file, metadata.len()))
+/// Values as samples: one each, or two of I and Q.
+fn pairs(
+    mut values: impl Iterator<Item = Result<f64, RecordingError>>,
+    iq: bool,
+) -> impl Iterator<Item = Result<Sample, RecordingError>> {
+    std::iter::from_fn(move || {
+        let re = values.next()?;
+        let im = if iq { Some(values.next()?) } else { None };
+        Some(re.and_then(|re| Ok(Sample::of(re, im.transpose()?))))
+    })
 }

@@ -1,9 +1,9 @@
 //! JSON lines: records of their own.
 
-use super::{Options, RecordingError, Sample, open_file};
+use super::input::Input;
+use super::{Options, RecordingError, Sample};
 use serde::Deserialize;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// A record of a JSON line.
@@ -26,10 +26,13 @@ struct JsonLine {
     im: Option<Vec<f64>>,
 }
 
+/// No record is longer, in bytes.
+const LONGEST: u64 = 1 << 28;
+
 /// The records of a file of JSON lines, one at a time.
 pub struct Records {
     path: PathBuf,
-    reader: BufReader<File>,
+    reader: Box<dyn BufRead>,
     line: u64,
     scale: f64,
 }
@@ -37,10 +40,10 @@ pub struct Records {
 impl Records {
     /// Opens a file of JSON lines.
     pub fn open(path: &Path, options: Options) -> Result<Self, RecordingError> {
-        let (file, _) = open_file(path)?;
+        let input = Input::open(path)?;
         Ok(Records {
             path: path.into(),
-            reader: BufReader::new(file),
+            reader: Box::new(input.reader()),
             line: 0,
             scale: options.scale,
         })
@@ -86,12 +89,20 @@ impl Iterator for Records {
         loop {
             let mut text = String::new();
             self.line += 1;
-            match self.reader.read_line(&mut text) {
+            match self.reader.by_ref().take(LONGEST).read_line(&mut text) {
                 Ok(0) => return None,
+                Ok(length) if length as u64 == LONGEST => {
+                    let what = "the line is longer than 256 MB".into();
+                    return Some(Err(RecordingError::Line(self.path.clone(), self.line, what)));
+                }
                 Ok(_) if text.trim().is_empty() => continue,
                 Ok(_) => {
                     let wrong = |what| RecordingError::Line(self.path.clone(), self.line, what);
                     return Some(self.parse(&text).map_err(wrong));
+                }
+                Err(error) if error.kind() == ErrorKind::InvalidData => {
+                    let what = "not text: is it of another --format?".into();
+                    return Some(Err(RecordingError::Line(self.path.clone(), self.line, what)));
                 }
                 Err(error) => return Some(Err(RecordingError::Io(self.path.clone(), error))),
             }

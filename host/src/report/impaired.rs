@@ -27,7 +27,7 @@ fn outcomes(lab: &Lab, entry: &Entry, snr_db: f64) -> Result<Vec<Shares>, String
     let campaign = Campaign {
         arithmetic: Arithmetic::Target,
         n: 1024,
-        trials: lab.trials(1200, 24) / severities.len(),
+        trials: lab.trials(600, 24) / severities.len(),
         width: Width::Codes(Codes::signed::<12>()),
         amplitude: None,
         bins: None,
@@ -83,11 +83,11 @@ pub fn impaired(lab: &Lab) -> Result<Section, String> {
         title: "Records with something wrong: right, flagged, or a lie",
         text: vec![
             format!(
-                "Each row is one thing that front ends and signals do (`cargo sweep -- --impair list` explains them), at all its usual \
+                "Each row is one thing that front ends and signals do (`cargo picket sweep --impair list` explains them), at all its usual \
                  severities alike: {} records of 1024 samples of 12 bits at each signal-to-noise ratio, the firmware's arithmetic. \
                  Right: called good or moving, and within 5 sigma of the truth, which is the mean frequency over the block. Flagged: \
                  called anything else. Lie: called good or moving, and off by more.",
-                lab.trials(1200, 24)
+                lab.trials(600, 24)
             ),
             "The others have only the bound for a sigma, and nothing that looks at what their model leaves.".into(),
         ],
@@ -105,7 +105,7 @@ pub fn impaired(lab: &Lab) -> Result<Section, String> {
 }
 
 fn checks(lab: &Lab, rows: &[(String, Vec<Shares>)], methods: usize) -> Vec<Check> {
-    let records = lab.trials(1200, 24) as f64;
+    let records = lab.trials(600, 24) as f64;
     let mut checks = Vec::new();
     for (column, snr_db) in SNR_DB.iter().enumerate() {
         let lies = |method: usize| {

@@ -1,7 +1,8 @@
-//! `cargo report`: the figures and tables of both papers and our own, computed anew: one page, and every picture
+//! `picket report`: the figures and tables of both papers and our own, computed anew: one page, and every picture
 //! as a file.
 
 pub mod chart;
+pub mod command;
 pub mod count;
 mod direction;
 pub mod field;

@@ -7,24 +7,32 @@ const HEAD: &str = r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Picket: the papers' figures, computed anew</title>
 <style>
-:root { color-scheme: light dark; --ink: #202020; --ground: #ffffff; --line: #c8c8c8; --faint: #606060; --bad: #b00020; }
+:root { color-scheme: light dark; --ink: #202020; --ground: #ffffff; --line: #c8c8c8; --faint: #606060; --bad: #b00020; --more: #80808080; }
 @media screen and (prefers-color-scheme: dark) {
   :root { --ink: #e4e4e4; --ground: #15181c; --line: #444a52; --faint: #a0a6ad; --bad: #ff8080; }
 }
-body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 60rem;
+body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 66rem;
   margin: 2rem auto; padding: 0 1rem; }
-svg { width: 100%; height: auto; color: var(--ink); break-inside: avoid; }
+svg { width: 100%; height: auto; color: var(--ink); break-inside: avoid; display: block; }
+/* Below this width a picture's text would fall under 11 px: it scrolls instead. */
+.picture svg { min-width: 64rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after: avoid; }
-.table { overflow-x: auto; margin: 1rem 0; }
+/* What scrolls sideways has a shadow at the side where there is more. */
+.picture, .table { overflow-x: auto; margin: 1rem 0; background: linear-gradient(to right, var(--ground) 40%, transparent) left,
+  linear-gradient(to left, var(--ground) 40%, transparent) right, linear-gradient(to right, var(--more), transparent) left,
+  linear-gradient(to left, var(--more), transparent) right; background-size: 3rem 100%, 3rem 100%, 1.2rem 100%, 1.2rem 100%;
+  background-repeat: no-repeat; background-attachment: local, local, scroll, scroll; }
+.hint { display: none; }
+@media screen and (max-width: 66rem) { .hint { display: block; } }
 table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
-th, td { padding: 0.25rem 0.7rem; text-align: right; border-bottom: 1px solid var(--line); }
+th, td { padding: 0.25rem 0.7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
-th { vertical-align: bottom; }
+th { vertical-align: bottom; white-space: normal; min-width: 4.5rem; }
 tr { break-inside: avoid; }
 details, .faint { color: var(--faint); font-size: 0.9rem; }
 .bad { color: var(--bad); font-weight: bold; }
 nav li { margin: 0.1rem 0; }
-@media print { body { margin: 0; max-width: none; font-size: 11pt; } nav { display: none; } }
+@media print { .picture svg { min-width: 0; } body { margin: 0; max-width: none; font-size: 11pt; } nav { display: none; } }
 </style></head><body>
 "#;
 
@@ -39,12 +47,13 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
              doi:10.3724/SP.J.1146.2010.01373</a>), the Doppler paper, beside what Picket measures. Every number was \
              computed by this run. ± is one standard error.</p>\n";
     page += &format!(
-        "<p class=\"faint\">cargo report{} --seed {}, Picket {}: {held} of {} figures within their bars.</p>\n",
-        if lab.quick { " -- --quick" } else { " --" },
+        "<p class=\"faint\">picket report{} --seed {}, Picket {}: {held} of {} figures within their bars.</p>\n",
+        if lab.quick { " --quick" } else { "" },
         lab.seed,
         env!("CARGO_PKG_VERSION"),
         checks.len()
     );
+    page += "<p class=\"hint faint\">On a narrow screen pictures and tables scroll sideways; a shadow says where there is more.</p>\n";
     page += "<nav><ol>\n";
     for (number, section) in (1..).zip(sections) {
         page += &format!("<li><a href=\"#part{number}\">{}</a></li>\n", escape(section.title));
@@ -56,7 +65,8 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
             page += &format!("<p>{}</p>\n", escape(paragraph));
         }
         for chart in &section.charts {
-            page += &chart.inline_svg()?;
+            page +=
+                &format!("<div class=\"picture\" tabindex=\"0\">{}</div>\n", chart.inline_svg()?);
         }
         if let Some(outcomes) = &section.outcomes {
             page += &outcomes.inline_svg()?;
@@ -75,7 +85,7 @@ fn html(table: &Table) -> String {
     };
     let rows: String = table.rows.iter().map(|row| cells(row, "td")).collect();
     format!(
-        "<div class=\"table\"><table><thead>{}</thead><tbody>\n{rows}</tbody></table></div>\n",
+        "<div class=\"table\" tabindex=\"0\"><table><thead>{}</thead><tbody>\n{rows}</tbody></table></div>\n",
         cells(&table.head, "th")
     )
 }
@@ -102,7 +112,7 @@ fn checked(checks: &[Check]) -> String {
         if rows.is_empty() {
             rows
         } else {
-            format!("<div class=\"table\"><table>{head}{rows}</table></div>\n")
+            format!("<div class=\"table\" tabindex=\"0\"><table>{head}{rows}</table></div>\n")
         }
     };
     let held = checks.iter().filter(|check| check.holds).count();

@@ -50,6 +50,14 @@ impl Firmware<'_> {
         // Another process may build the same binary with other features: the copy belongs to the
         // build, so both happen under one lock.
         let _lock = locked(&directory.join("build.lock"))?;
+        let image = images.join(self.image_name());
+        if !echo && !image.exists() {
+            let core = self.target.triple();
+            eprintln!(
+                "toolchain: building {} for {core}: the first image of a core takes a minute",
+                self.bin
+            );
+        }
         let mut command = build(&directory, &[self.target])?;
         command.args(["--bin", self.bin]).args(others.iter().flat_map(|bin| ["--bin", bin]));
         for package in self.profile.for_size() {
@@ -68,7 +76,6 @@ impl Firmware<'_> {
             return Err(ToolError::Build { bin: self.bin.into(), output });
         }
         let built = directory.join(self.target.triple()).join("release").join(self.bin);
-        let image = images.join(self.image_name());
         // Another test may be running the image: it keeps the file that it has opened.
         let copy = image.with_extension("part");
         fs::copy(&built, &copy).map_err(io_error(built.display()))?;

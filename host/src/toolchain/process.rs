@@ -2,6 +2,7 @@
 
 use super::error::{ToolError, io_error};
 use super::workspace;
+use crate::end::Owned;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
@@ -68,8 +69,10 @@ pub(super) fn capture(mut command: Command, echo: bool) -> Result<(bool, String)
     command.stdin(Stdio::null());
     let mut child =
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().map_err(io_error(&name))?;
+    let stderr = child.stderr.take();
+    let child = Owned::new(child);
     let mut output = String::new();
-    if let Some(stderr) = child.stderr.take() {
+    if let Some(stderr) = stderr {
         for line in BufReader::new(stderr).split(b'\n') {
             let line = line.map_err(io_error(&name))?;
             let line = String::from_utf8_lossy(&line);

@@ -1,29 +1,30 @@
-//! `cargo watch-device`: what an instrument measures, live, recorded or replayed; and orders to it.
+//! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
 pub mod line;
 pub mod orders;
 pub mod port;
+pub mod ports;
 pub mod settings;
 
-use crate::cli::print_line;
+use crate::cli::{self, Failure, print_line};
 use crate::device::{Blocks, Listener, Said};
-use clap::Parser;
+use crate::end;
+use clap::Args;
 use line::Scale;
-use orders::Orders;
+use orders::{Orders, Pending};
 use port::{Piece, Source};
 use std::fmt;
 use std::fs::File;
-use std::io::{BufWriter, IsTerminal, Write};
-use std::path::PathBuf;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// Shows what a device measures: a table, or lines for programs.
-#[derive(Parser, Debug)]
-#[command(name = "cargo watch-device", version)]
+#[derive(Args, Debug)]
 pub struct Options {
-    /// The device's serial port (/dev/ttyACM0), or - for its bytes on stdin
-    #[arg(required_unless_present = "replay", conflicts_with = "replay")]
+    /// The device's serial port (/dev/ttyACM0), or - for its bytes on stdin; without it the ports are listed
+    #[arg(conflicts_with = "replay")]
     port: Option<String>,
     /// Comma-separated values with a header
     #[arg(long, group = "style")]
@@ -41,11 +42,14 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
     /// Samples per second, where the device does not tell
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = cli::positive, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Ends after so many measurements
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
+    /// Prints a rule for Linux by which every user may open the board's port
+    #[arg(long, exclusive = true)]
+    install_udev: bool,
     #[command(flatten)]
     orders: Orders,
 }
@@ -61,6 +65,28 @@ pub enum WatchError {
         /// The system's answer.
         source: std::io::Error,
     },
+    /// A port that does not open.
+    Port {
+        /// Which.
+        name: String,
+        /// What to do.
+        cure: String,
+    },
+    /// No port was named: the first there is.
+    Nameless(Option<String>),
+    /// A file takes no more.
+    Full {
+        /// Which.
+        what: String,
+        /// The bytes that it holds.
+        kept: u64,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The source ended, and nothing in it was a frame.
+    Nothing(String),
+    /// An order.
+    Unanswered(&'static str),
     /// Orders need a port.
     Orders,
     /// The settings' file.
@@ -73,6 +99,21 @@ impl fmt::Display for WatchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             WatchError::Io { what, source } => write!(f, "{what}: {source}"),
+            WatchError::Port { name, cure } => write!(f, "{name}: {cure}"),
+            WatchError::Nameless(Some(first)) => write!(f, "name the port: picket watch {first}"),
+            WatchError::Nameless(None) => f.write_str(
+                "there is no serial port: plug the board in by its USB socket, or give - for bytes on stdin (--help lists all)",
+            ),
+            WatchError::Full { what, kept, source } => {
+                write!(f, "{what}: {source}; the first {kept} bytes are kept")
+            }
+            WatchError::Nothing(what) => {
+                write!(f, "{what}: no frame of a board is in it: give what --record has kept")
+            }
+            WatchError::Unanswered(order) => write!(
+                f,
+                "{order}: no answer in 20 s: is it the board's port, and has the board its image (picket flash)?"
+            ),
             WatchError::Orders => {
                 f.write_str("orders need a port: neither stdin nor a file listens")
             }
@@ -83,6 +124,15 @@ impl fmt::Display for WatchError {
 }
 
 impl std::error::Error for WatchError {}
+
+impl From<WatchError> for Failure {
+    fn from(error: WatchError) -> Self {
+        match error {
+            WatchError::Full { .. } => Failure::unwritten(error.to_string()),
+            _ => Failure::from(error.to_string()),
+        }
+    }
+}
 
 fn io(what: impl fmt::Display) -> impl FnOnce(std::io::Error) -> WatchError {
     move |source| WatchError::Io { what: what.to_string(), source }
@@ -105,46 +155,67 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
         (.., true) => Style::Teleplot,
         _ => Style::Table,
     };
+    if options.install_udev {
+        cli::print(ports::UDEV);
+        return Ok(ExitCode::SUCCESS);
+    }
+    if options.port.is_none() && options.replay.is_none() {
+        let (lines, first) = ports::list();
+        lines.iter().for_each(|line| eprintln!("{line}"));
+        return Err(WatchError::Nameless(first));
+    }
+    let orders = options.orders.prepare()?;
     let mut source = Source::open(options.port.as_deref(), options.replay.as_deref())?;
     if options.orders.any() && !source.listens() {
         return Err(WatchError::Orders);
     }
-    let record = options
-        .record
-        .as_ref()
-        .map(|path| File::create(path).map(BufWriter::new).map_err(io(path.display())));
-    let mut record = record.transpose()?;
-    let mut watch = Watch::new(style, options);
-    let mut orders = options.orders.prepare()?;
-    let mut end = Ok(());
-    loop {
-        let bytes = match source.piece()? {
-            Piece::End => break,
-            Piece::Opened => {
-                orders.ask(&mut source)?;
-                continue;
-            }
-            Piece::Bytes(bytes) => bytes,
-        };
-        if let Some(file) = &mut record {
-            file.write_all(&bytes).map_err(io("the recording"))?;
-        }
-        for said in watch.listener.read(&bytes) {
-            match orders.hear(&said, &mut source) {
-                Ok(()) => watch.show(said)?,
-                Err(error) => end = Err(error),
-            }
-        }
-        let enough = options.count.is_some_and(|count| watch.listener.records >= count);
-        if enough || end.is_err() || (orders.done() && !watch.capturing()) {
-            break;
-        }
+    let record = options.record.as_deref().map(Kept::create).transpose()?;
+    let capture = options.orders.capture();
+    let capture = capture.map(|(blocks, path)| Ok((Kept::create(path)?, blocks.into())));
+    let mut watch = Watch::new(style, options, orders.alone(), capture.transpose()?);
+    end::look();
+    let ended = watch.until_the_end(&mut source, orders, record, options.count);
+    if watch.heard || ended.is_ok() && source.listens() {
+        watch.finish();
     }
-    if let Some(file) = &mut record {
-        file.flush().map_err(io("the recording"))?;
+    ended?;
+    let name = options.replay.as_ref().map(|path| path.display().to_string());
+    let name = name.unwrap_or_else(|| "the input".into());
+    match source.listens() || watch.heard || end::asked().is_some() {
+        true => Ok(ExitCode::SUCCESS),
+        false => Err(WatchError::Nothing(name)),
     }
-    watch.finish();
-    end.map(|()| ExitCode::SUCCESS)
+}
+
+/// A file of which all that was written is kept, however the program ends.
+struct Kept {
+    path: PathBuf,
+    file: File,
+    bytes: u64,
+}
+
+impl Kept {
+    fn create(path: &Path) -> Result<Self, WatchError> {
+        let file = File::create(path).map_err(io(path.display()))?;
+        Ok(Kept { path: path.into(), file, bytes: 0 })
+    }
+
+    fn write(&mut self, mut bytes: &[u8]) -> Result<(), WatchError> {
+        while !bytes.is_empty() {
+            match self.file.write(bytes) {
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(source) => {
+                    let what = self.path.display().to_string();
+                    return Err(WatchError::Full { what, kept: self.bytes, source });
+                }
+                Ok(count) => {
+                    self.bytes += count as u64;
+                    bytes = &bytes[count..];
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What is shown, and how far.
@@ -156,19 +227,43 @@ struct Watch {
     /// The last row for people: not more than they can read.
     shown: Option<Instant>,
     blocks: Blocks,
-    capture: Option<(BufWriter<File>, u64)>,
-    capture_error: Option<WatchError>,
+    capture: Option<(Kept, u64)>,
+    /// The orders' answers are wanted, not what is measured meanwhile.
+    quiet: bool,
+    /// A frame was understood.
+    heard: bool,
+    patience: Patience,
+}
+
+/// When a person is told that nothing comes.
+#[derive(Debug)]
+struct Patience {
+    since: Instant,
+    bytes: u64,
+    told: bool,
+}
+
+impl Patience {
+    const TWO_SECONDS: Duration = Duration::from_secs(2);
+
+    /// The line that is due, once.
+    fn line(&mut self) -> Option<String> {
+        if self.told || self.since.elapsed() < Self::TWO_SECONDS {
+            return None;
+        }
+        self.told = true;
+        Some(match self.bytes {
+            0 => "waiting for the device: it says nothing; has it power and its image (picket flash), and is it stopped (--start)?".into(),
+            bytes => format!(
+                "waiting for the device: {bytes} bytes came, and no frame; is it the board's port? It speaks at {} baud",
+                picket_firmware::nucleo_f446re::words::serial::BAUD
+            ),
+        })
+    }
 }
 
 impl Watch {
-    fn new(style: Style, options: &Options) -> Self {
-        let (capture, capture_error) = match options.orders.capture() {
-            None => (None, None),
-            Some((blocks, path)) => match File::create(path) {
-                Ok(file) => (Some((BufWriter::new(file), blocks.into())), None),
-                Err(source) => (None, Some(io(path.display())(source))),
-            },
-        };
+    fn new(style: Style, options: &Options, quiet: bool, capture: Option<(Kept, u64)>) -> Self {
         Self {
             style,
             listener: Listener::default(),
@@ -177,8 +272,51 @@ impl Watch {
             shown: None,
             blocks: Blocks::default(),
             capture,
-            capture_error,
+            quiet,
+            heard: false,
+            patience: Patience { since: Instant::now(), bytes: 0, told: false },
         }
+    }
+
+    /// Shows what comes until there is no more, enough came, the orders were followed, or the user ends it.
+    fn until_the_end(
+        &mut self,
+        source: &mut Source,
+        mut orders: Pending,
+        mut record: Option<Kept>,
+        count: Option<u64>,
+    ) -> Result<(), WatchError> {
+        while end::asked().is_none() {
+            let bytes = match source.piece()? {
+                Piece::End => break,
+                Piece::Opened => {
+                    orders.ask(source)?;
+                    continue;
+                }
+                Piece::Bytes(bytes) => bytes,
+            };
+            if let Some(file) = &mut record {
+                file.write(&bytes)?;
+            }
+            self.patience.bytes += bytes.len() as u64;
+            for byte in bytes {
+                let Some(said) = self.listener.push(byte) else { continue };
+                (self.heard, self.patience.told) = (true, true);
+                orders.hear(&said, source)?;
+                self.show(said)?;
+                if count.is_some_and(|count| self.listener.records >= count) {
+                    return Ok(());
+                }
+            }
+            if orders.done() && !self.capturing() {
+                break;
+            }
+            if let Some(line) = self.patience.line() {
+                eprintln!("{line}");
+            }
+            orders.again(source)?;
+        }
+        Ok(())
     }
 
     fn capturing(&self) -> bool {
@@ -186,10 +324,8 @@ impl Watch {
     }
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
-        if let Some(error) = self.capture_error.take() {
-            return Err(error);
-        }
         match said {
+            Said::Telemetry(_) | Said::Status(_) | Said::Follow(_) if self.quiet => {}
             Said::Telemetry(record) => {
                 self.row(&line::Row::of(&record, &self.scale, &self.listener))
             }
@@ -211,8 +347,7 @@ impl Watch {
                 if let Some((_, bytes)) = self.blocks.push(&raw, length)
                     && let Some((file, left)) = &mut self.capture
                 {
-                    file.write_all(&bytes).map_err(io("the capture"))?;
-                    file.flush().map_err(io("the capture"))?;
+                    file.write(&bytes)?;
                     *left = left.saturating_sub(1);
                 }
             }
@@ -255,7 +390,7 @@ impl Watch {
 
     /// A line for people, beside what is for programs.
     fn note(&self, text: &str) {
-        if self.style == Style::Table {
+        if self.style == Style::Table && !self.quiet {
             print_line(text);
         } else {
             eprintln!("{text}");
@@ -265,6 +400,7 @@ impl Watch {
     fn finish(&self) {
         let Listener { records, missing, bad, .. } = self.listener;
         match self.style {
+            _ if self.quiet => {}
             Style::Jsonl => print_line(&format!(
                 r#"{{"summary":true,"records":{records},"missing":{missing},"bad_frames":{bad}}}"#
             )),

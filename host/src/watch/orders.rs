@@ -8,6 +8,7 @@ use clap::Args;
 use picket_wire::command::{Command, Request};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// What the user orders.
 #[derive(Args, Debug)]
@@ -33,18 +34,47 @@ pub struct Orders {
     /// Captures so many blocks as they are, little-endian i16, to --capture-to, and ends
     #[arg(long, value_name = "BLOCKS", requires = "capture_to")]
     capture: Option<u16>,
-    /// The capture's file: for cargo analyze -- FILE --format i16 --bits 12 --unsigned
+    /// The capture's file: for picket analyze FILE --format i16 --bits 12 --unsigned
     #[arg(long, value_name = "FILE", requires = "capture")]
     capture_to: Option<PathBuf>,
+}
+
+/// After this an order is sent again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// After this nobody will answer.
+const ENOUGH: Duration = Duration::from_secs(20);
+
+/// An order as the user typed it.
+const fn told(command: &Command) -> &'static str {
+    match command {
+        Command::Identify | Command::Status => "who are you?",
+        Command::GetSettings => "--get-settings",
+        Command::SetSettings(..) => "--set-settings",
+        Command::Save => "--save",
+        Command::Start => "--start",
+        Command::Stop => "--stop",
+        Command::Capture(_) => "--capture",
+        Command::Reset => "--reset",
+        Command::Reboot => "reboot",
+    }
+}
+
+/// Whether an order changes something.
+const fn changes(command: &Command) -> bool {
+    !matches!(command, Command::Identify | Command::GetSettings | Command::Status)
 }
 
 /// Orders on their way.
 pub struct Pending {
     queue: VecDeque<Command>,
     sent: Option<Request>,
+    /// When it was last sent, and when first.
+    times: Option<(Instant, Instant)>,
     tag: u8,
     ends: bool,
     print: bool,
+    /// The user ordered something.
+    ordered: bool,
 }
 
 impl Orders {
@@ -76,7 +106,15 @@ impl Orders {
         queue.extend(plain.into_iter().filter(|(wanted, _)| *wanted).map(|(_, command)| command));
         queue.extend(self.capture.map(Command::Capture));
         let ends = self.get_settings || self.stop || self.save || self.capture.is_some();
-        Ok(Pending { queue, sent: None, tag: 0, ends, print: self.get_settings })
+        Ok(Pending {
+            queue,
+            sent: None,
+            times: None,
+            tag: 0,
+            ends,
+            print: self.get_settings,
+            ordered: self.any(),
+        })
     }
 }
 
@@ -93,17 +131,40 @@ impl Pending {
         // A zero ends whatever noise the port was opened with.
         source.send(&[0]);
         match self.sent {
-            Some(request) => source.send(&request.to_frame()),
+            Some(request) => self.send(request, source),
             None => self.next(source),
         }
+        Ok(())
+    }
+
+    fn send(&mut self, request: Request, source: &mut Source) {
+        source.send(&request.to_frame());
+        let now = Instant::now();
+        self.times = Some((now, self.times.map_or(now, |(_, first)| first)));
+    }
+
+    /// Sends an order again that was not answered: a board that starts anew, as after new settings, does not hear. An order that
+    /// nobody answers ends the program, unless it only asked what the device is.
+    pub fn again(&mut self, source: &mut Source) -> Result<(), WatchError> {
+        let (Some(request), Some((last, first))) = (self.sent, self.times) else { return Ok(()) };
+        if last.elapsed() < AGAIN || !source.listens() {
+            return Ok(());
+        }
+        if first.elapsed() > ENOUGH && self.ordered {
+            return Err(WatchError::Unanswered(told(&request.command)));
+        }
+        // A zero ends whatever came of the last one.
+        source.send(&[0]);
+        self.send(request, source);
         Ok(())
     }
 
     fn next(&mut self, source: &mut Source) {
         self.tag = self.tag.wrapping_add(1);
         self.sent = self.queue.pop_front().map(|command| Request { tag: self.tag, command });
+        self.times = None;
         if let Some(request) = self.sent {
-            source.send(&request.to_frame());
+            self.send(request, source);
         }
     }
 
@@ -121,10 +182,18 @@ impl Pending {
                     print_line(&settings::to_json(&settings, n));
                 }
             }
+            Ok(_) if self.ordered && changes(&request.command) => {
+                eprintln!("{}: done", told(&request.command));
+            }
             Ok(_) => {}
         }
         self.next(source);
         Ok(())
+    }
+
+    /// Whether the orders are all that was wanted, and what is measured meanwhile is not.
+    pub fn alone(&self) -> bool {
+        self.ends
     }
 
     /// Whether all was answered and nothing else was wanted.

@@ -1,11 +1,13 @@
 //! Where a device's bytes come from: its port, stdin or a recording. A port that goes away is waited for.
 
-use super::{WatchError, io};
+use super::{WatchError, io, ports};
+use crate::emulator::reader;
 use picket_firmware::nucleo_f446re::words::serial::BAUD;
 use serialport::SerialPort;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 /// A source of bytes.
@@ -19,8 +21,10 @@ pub enum Source {
         /// Whether its absence was told.
         told: bool,
     },
-    /// A file or stdin.
-    File(Box<dyn Read>),
+    /// A file.
+    File(File),
+    /// Stdin, on a thread of its own, so that waiting for it can end.
+    Stdin(Receiver<Vec<u8>>),
 }
 
 /// What a source gives.
@@ -41,12 +45,15 @@ impl Source {
         match (port, replay) {
             (_, Some(path)) => {
                 let file = File::open(path).map_err(io(path.display()))?;
-                Ok(Source::File(Box::new(file)))
+                Ok(Source::File(file))
             }
-            (Some("-") | None, None) => Ok(Source::File(Box::new(std::io::stdin()))),
+            (Some("-") | None, None) => Ok(Source::Stdin(reader(Some(std::io::stdin())))),
             // At the start a name that is wrong is told; later it is waited for.
             (Some(name), None) => {
-                let port = open(name).map_err(io(name))?;
+                let port = open(name).map_err(|error| WatchError::Port {
+                    name: name.into(),
+                    cure: ports::cure(&error),
+                })?;
                 Ok(Source::Port { name: name.into(), port: Some(port), told: true })
             }
         }
@@ -67,6 +74,11 @@ impl Source {
                 Err(error) if error.kind() == ErrorKind::Interrupted => Ok(Piece::Bytes(vec![])),
                 Err(error) => Err(io("the input")(error)),
             },
+            Source::Stdin(bytes) => match bytes.recv_timeout(PAUSE) {
+                Ok(bytes) => Ok(Piece::Bytes(bytes)),
+                Err(RecvTimeoutError::Timeout) => Ok(Piece::Bytes(vec![])),
+                Err(RecvTimeoutError::Disconnected) => Ok(Piece::End),
+            },
             Source::Port { name, port, told } => {
                 let Some(open_port) = port else {
                     match open(name) {
@@ -85,7 +97,9 @@ impl Source {
                     Ok(count) if count > 0 => return Ok(Piece::Bytes(buffer[..count].to_vec())),
                     Err(error) if quiet(error.kind()) => {}
                     _ => {
-                        eprintln!("{name} is gone; waiting for it");
+                        eprintln!(
+                            "{name} is gone; waiting for it: plug the board in again, or end by Ctrl-C"
+                        );
                         *port = None;
                     }
                 }
@@ -107,7 +121,6 @@ fn quiet(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock)
 }
 
-fn open(name: &str) -> std::io::Result<Box<dyn SerialPort>> {
-    let port = serialport::new(name, BAUD).timeout(PAUSE).open();
-    port.map_err(|error| std::io::Error::other(error.to_string()))
+fn open(name: &str) -> serialport::Result<Box<dyn SerialPort>> {
+    serialport::new(name, BAUD).timeout(PAUSE).open()
 }

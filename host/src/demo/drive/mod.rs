@@ -91,9 +91,9 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     }
     if options.json {
         for row in &rows {
-            println!("{}", serde_json::to_string(row).map_err(said)?);
+            outln!("{}", serde_json::to_string(row).map_err(said)?);
         }
-        println!("{}", serde_json::to_string(&summary).map_err(said)?);
+        outln!("{}", serde_json::to_string(&summary).map_err(said)?);
     } else {
         show::print(&rows, &summary, options);
     }

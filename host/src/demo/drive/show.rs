@@ -32,7 +32,7 @@ pub(super) fn text(summary: &Summary) -> String {
 }
 
 pub(super) fn print(rows: &[Row], summary: &Summary, options: &Options) {
-    println!(
+    outln!(
         "A drive before a 77 GHz radar: 300 MHz in 1 ms, 12 bits at 1.024 MS/s, N = {N} per ramp, 20 chirps a second, seed {}\n",
         options.seed
     );
@@ -79,8 +79,8 @@ pub(super) fn print(rows: &[Row], summary: &Summary, options: &Options) {
         let right = |cell: String| Cell::new(cell).set_alignment(CellAlignment::Right);
         table.add_row(cells.into_iter().map(right));
     }
-    println!("{}\n", table.trim_fmt());
-    print!("{}", text(summary));
+    outln!("{}\n", table.trim_fmt());
+    out!("{}", text(summary));
 }
 
 /// Draws the ranges to `file` and the velocities beside it.

@@ -1,20 +1,18 @@
-//! `cargo firmware`: builds and lints the images for every core, with whatever toolchain is at hand.
+//! `picket firmware`: builds and lints the images for every core, with whatever toolchain is at hand.
 
-use clap::{Parser, Subcommand};
-use picket_host::cli;
-use picket_host::emulator::{Footprint, RunError};
-use picket_host::toolchain::{self, Firmware, Profile, Target};
+use crate::emulator::{Footprint, RunError};
+use crate::toolchain::{self, Firmware, Profile, Target};
+use clap::{Args, Subcommand};
 use std::process::ExitCode;
 
 /// Works on the firmware images.
-#[derive(Parser)]
-#[command(name = "cargo firmware", version)]
-struct Options {
+#[derive(Args, Debug)]
+pub struct Options {
     #[command(subcommand)]
     work: Work,
 }
 
-#[derive(Subcommand)]
+#[derive(Debug, Subcommand)]
 enum Work {
     /// Lints the library and the images for every core; warnings are errors
     Clippy,
@@ -36,11 +34,12 @@ const IMAGES: [(Target, &[&str], &[&str]); 6] = [
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
 ];
 
-fn main() -> ExitCode {
-    cli::main(|options: Options| match options.work {
+/// Does the work.
+pub fn run(options: &Options) -> Result<ExitCode, RunError> {
+    match options.work {
         Work::Clippy => clippy(),
         Work::Size => size(),
-    })
+    }
 }
 
 fn clippy() -> Result<ExitCode, RunError> {
@@ -51,14 +50,14 @@ fn clippy() -> Result<ExitCode, RunError> {
 }
 
 fn size() -> Result<ExitCode, RunError> {
-    println!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
+    outln!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
     for (target, images, features) in IMAGES {
         for &bin in images {
             for profile in [Profile::Release, Profile::Size] {
                 let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::of(&image)?;
                 let (core, profile) = (target.triple(), profile.name());
-                println!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
+                outln!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
             }
         }
     }

@@ -1,22 +1,23 @@
-//! `cargo analyze`: methods on a recording.
+//! `picket analyze`: methods on a recording.
 
-use clap::Parser;
+use super::{self as analyze, Analysis, Style};
+use crate::arithmetic::Arithmetic;
+use crate::follow::{self, Pursuit, Sighting};
+use crate::recording::{self, Format};
+use crate::survey::Survey;
+use crate::{band, cli, estimator, progress, spectrogram};
+use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
-use picket::config::Following;
+use picket::config::{Config, Following};
 use picket::estimate::least_squares::Reach;
-use picket_host::analyze::{self, Analysis, Style};
-use picket_host::arithmetic::Arithmetic;
-use picket_host::follow::{self, Pursuit, Sighting};
-use picket_host::recording::{self, Format};
-use picket_host::{cli, estimator, progress, spectrogram};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Measures the strongest tone in each block of a recording.
-#[derive(Parser)]
-#[command(version, after_help = estimator::help())]
-struct Options {
-    /// The recording: wav, headerless int16, csv, or JSON lines
+#[derive(Args, Debug)]
+#[command(after_help = estimator::help())]
+pub struct Options {
+    /// The recording: wav, headerless numbers, csv, npy, or JSON lines; - for stdin
     file: PathBuf,
     /// Format; else by the file's name
     #[arg(long, value_enum)]
@@ -25,11 +26,17 @@ struct Options {
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     rate: Option<f64>,
     /// Samples in a block [default: 1024; JSON: the whole record]
-    #[arg(long)]
+    #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
     n: Option<usize>,
     /// Samples from one block's start to the next [default: N]
-    #[arg(long)]
+    #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
     hop: Option<usize>,
+    /// The channel of a wav file, or the column of a csv file, from 1; two, as 2,3, are I and Q
+    #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
+    channel: Option<(usize, Option<usize>)>,
+    /// Commas in a csv file are decimal, not between columns
+    #[arg(long)]
+    decimal_comma: bool,
     /// Samples to leave out at the start
     #[arg(long, default_value_t = 0)]
     skip: u64,
@@ -37,7 +44,7 @@ struct Options {
     #[arg(long)]
     iq: bool,
     /// Band searched in hertz, both ends included
-    #[arg(long, value_name = "LO:HI", value_parser = band, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true)]
     band: Option<(f64, f64)>,
     /// Methods, separated by commas (listed below) [default: least squares]
     #[arg(long)]
@@ -57,11 +64,17 @@ struct Options {
     /// Codes per unit of the file (float wav: per 1/32768 of full scale)
     #[arg(long, default_value_t = 1.0)]
     scale: f64,
+    /// Probability of a false alarm in a block of noise, above 0 and at most 0.5
+    #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
+    false_alarm: f64,
+    /// Carrier of a Doppler radar, Hz: gives speeds
+    #[arg(long, value_name = "F", value_parser = cli::positive, allow_negative_numbers = true, conflicts_with = "track")]
+    carrier_hz: Option<f64>,
     /// Follow tones from block to block, as the firmware does
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
-    /// Draws the tracks over the spectrogram into this file, SVG or PNG by its name
-    #[arg(long, value_name = "FILE", requires = "track", value_parser = picture)]
+    /// Draws the tracks over the spectrogram, or without --track the spectrum with its floor, into this file, SVG or PNG by its name
+    #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
     /// The most tones followed at once, 1 to 4
     #[arg(long, default_value_t = 1, requires = "track")]
@@ -79,26 +92,18 @@ struct Options {
     csv: bool,
 }
 
-fn band(text: &str) -> Result<(f64, f64), String> {
-    let ends =
-        text.split_once(':').and_then(|(low, high)| Some((low.parse().ok()?, high.parse().ok()?)));
-    ends.ok_or_else(|| "give the band as LO:HI in hertz".into())
+/// One channel, or two for I and Q.
+fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|&channel: &usize| channel > 0);
+    let channels = match text.split_once(',') {
+        None => number(text).map(|channel| (channel, None)),
+        Some((i, q)) => number(i).zip(number(q)).map(|(i, q)| (i, Some(q))),
+    };
+    channels.ok_or_else(|| "give a number from 1 on, or two for I and Q: 2,3".into())
 }
 
-fn picture(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let known = path.extension().is_some_and(|suffix| suffix == "svg" || suffix == "png");
-    known.then_some(path).ok_or_else(|| "name the picture .svg or .png".into())
-}
-
-fn main() -> ExitCode {
-    cli::main(|options: Options| run(&options))
-}
-
-fn run(options: &Options) -> Result<ExitCode, String> {
-    if options.n == Some(0) || options.hop == Some(0) {
-        return Err("--n and --hop must be at least 1".into());
-    }
+/// Analyses the recording and prints what is found.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
     if !(options.scale.is_finite() && options.scale > 0.0) {
         return Err("--scale must be a positive number".into());
     }
@@ -113,6 +118,8 @@ fn run(options: &Options) -> Result<ExitCode, String> {
         rate_hz: options.rate,
         iq: options.iq,
         scale: options.scale,
+        channel: options.channel,
+        decimal_comma: options.decimal_comma,
     };
     let codes = match options.bits {
         12 if options.unsigned => Codes::unsigned::<12>(),
@@ -123,6 +130,14 @@ fn run(options: &Options) -> Result<ExitCode, String> {
     };
     if options.track {
         return track(options, read, codes, reach, style);
+    }
+    if options.looks() {
+        return look(options, read);
+    }
+    if options.plot.is_some() {
+        return Err(
+            "--plot draws tracks (--track), or the spectrum where FILE is all that is given".into(),
+        );
     }
     let analysis = Analysis {
         read,
@@ -138,6 +153,8 @@ fn run(options: &Options) -> Result<ExitCode, String> {
         reach,
         codes,
         arithmetic: options.arith,
+        false_alarm: options.false_alarm,
+        carrier_hz: options.carrier_hz,
         style,
     };
     let bar = progress::count("samples");
@@ -145,7 +162,7 @@ fn run(options: &Options) -> Result<ExitCode, String> {
     let sink = |answer| {
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
-            analyze::print_heading(style);
+            analyze::print_heading(style, options.carrier_hz.is_some());
         }
         bar.suspend(|| analyze::print(&answer, style));
     };
@@ -155,6 +172,53 @@ fn run(options: &Options) -> Result<ExitCode, String> {
     if style == Style::Json {
         cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
     }
+    Ok(if summary.skipped == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+impl Options {
+    /// True where nothing says how to measure: a first look is wanted.
+    fn looks(&self) -> bool {
+        let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
+        let lengths = self.n.is_some() || self.hop.is_some() || self.skip > 0;
+        let how = self.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
+        let codes = self.bits != 16 || self.unsigned || self.k != 16;
+        let numbers = self.arith != Arithmetic::F64
+            || self.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
+        !(json || lengths || how || codes || numbers || self.json || self.csv)
+    }
+
+    /// The file and how it is read, as it was typed.
+    fn reading(&self) -> String {
+        let file = self.file.display().to_string();
+        let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
+        let mut words = if plain { file } else { format!("'{}'", file.replace('\'', "'\\''")) };
+        if let Some(format) = self.format.and_then(|format| format.to_possible_value()) {
+            words += &format!(" --format {}", format.get_name());
+        }
+        if let Some(rate) = self.rate {
+            words += &format!(" --rate {rate}");
+        }
+        if self.scale != 1.0 {
+            words += &format!(" --scale {}", self.scale);
+        }
+        match self.channel {
+            Some((first, Some(second))) => words += &format!(" --channel {first},{second}"),
+            Some((first, None)) => words += &format!(" --channel {first}"),
+            None => {}
+        }
+        let flags = [(self.iq, " --iq"), (self.decimal_comma, " --decimal-comma")];
+        flags.into_iter().filter(|(given, _)| *given).for_each(|(_, flag)| words += flag);
+        words
+    }
+}
+
+/// A first look at an unknown recording.
+fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String> {
+    let survey = Survey::of(&options.file, read)?;
+    if let Some(picture) = &options.plot {
+        survey.draw(&options.file, picture)?;
+    }
+    cli::print(&survey.text(&options.reading()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -195,6 +259,9 @@ fn track(
     let trails = trails?;
     follow::print_trails(&trails, style);
     if let Some(picture) = &options.plot {
+        if options.file.as_os_str() == "-" {
+            return Err("--plot reads the recording twice: give a file, not -".into());
+        }
         spectrogram::draw(&options.file, &pursuit, &sightings, &trails, picture)?;
     }
     Ok(ExitCode::SUCCESS)

@@ -1,10 +1,10 @@
-//! `cargo bench-target`: instructions of every stage on emulated cores, beside other people's transforms.
+//! `picket bench`: instructions of every stage on emulated cores, beside other people's transforms.
 
-use clap::Parser;
+use super::{self as bench, CORES, Core, ENGINES, LENGTHS, Row, Scope};
+use crate::toolchain::ToolError;
+use crate::{cli, progress};
+use clap::Args;
 use picket::estimate::least_squares::Reach;
-use picket_host::bench::{self, CORES, Core, ENGINES, LENGTHS, Row, Scope};
-use picket_host::toolchain::ToolError;
-use picket_host::{cli, progress};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -12,9 +12,8 @@ use std::process::ExitCode;
 ///
 /// They are instructions, not cycles; the range of cycles is a model that leaves out wait states, caches and
 /// interrupts. Figures marked with a star are quoted.
-#[derive(Parser)]
-#[command(name = "cargo bench-target", version)]
-struct Options {
+#[derive(Args, Debug)]
+pub struct Options {
     /// Cores, separated by commas: M4F, M33, M7, M3, M0
     #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
     core: Vec<String>,
@@ -41,11 +40,8 @@ struct Options {
     json: bool,
 }
 
-fn main() -> ExitCode {
-    cli::main(run)
-}
-
-fn run(options: Options) -> Result<ExitCode, String> {
+/// Counts and prints.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
     let cores = options.core.iter().map(|name| {
         let core = CORES.iter().find(|core| core.name.eq_ignore_ascii_case(name));
         core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M7, M3, M0"))
@@ -54,7 +50,7 @@ fn run(options: Options) -> Result<ExitCode, String> {
     if options.locked {
         return locked(&cores, options.random, options.json);
     }
-    let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n };
+    let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n.clone() };
     if let Some(n) = lengths.iter().find(|n| !LENGTHS.contains(n)) {
         return Err(format!("N = {n}: choose of 64, 128, ... 4096"));
     }

@@ -1,20 +1,20 @@
-//! `cargo sweep`: the errors of methods over many simulated records.
+//! `picket sweep`: the errors of methods over many simulated records.
 
-use clap::{Parser, ValueEnum};
+use super::{Offsets, Row, Sweep};
+use crate::arithmetic::Arithmetic;
+use crate::campaign::{self, Campaign};
+use crate::estimator::{self, Estimator};
+use crate::simulate::{Kind, Width};
+use crate::{cli, progress, with_kind};
+use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use picket::acquire::codes::Codes;
-use picket_host::arithmetic::Arithmetic;
-use picket_host::campaign::{self, Campaign};
-use picket_host::estimator::{self, Estimator};
-use picket_host::simulate::{Kind, Width};
-use picket_host::sweep::{Offsets, Row, Sweep};
-use picket_host::{cli, progress, with_kind};
 use std::process::ExitCode;
 
 /// Measures methods on simulated records: RMSE, bias, outliers, and the ratio to the Cramer-Rao bound.
-#[derive(Parser)]
-#[command(version, after_help = estimator::help())]
-struct Options {
+#[derive(Args, Debug)]
+#[command(after_help = estimator::help())]
+pub struct Options {
     /// Methods, separated by commas (listed below)
     #[arg(long)]
     method: Option<String>,
@@ -22,20 +22,20 @@ struct Options {
     #[arg(long, value_enum, default_value = "real")]
     kind: Samples,
     /// Samples in a record
-    #[arg(long, default_value_t = 1024)]
+    #[arg(long, default_value_t = 1024, value_parser = cli::count::<{ 1 << 20 }>)]
     n: usize,
     /// Signal-to-noise ratios in dB, separated by commas; inf for no noise
     /// [default: -10,0,20,40; with --impair 10,30,50]
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
     snr_db: Option<Vec<f64>>,
     /// Points across one bin, from -0.5 to +0.5
-    #[arg(long, default_value_t = 15)]
+    #[arg(long, default_value_t = 15, value_parser = cli::count::<10_000>)]
     delta_points: usize,
     /// Instead of points: "uniform" for an offset of its own in each trial, or one offset in bins
     #[arg(long, allow_hyphen_values = true)]
     delta: Option<String>,
     /// Records at each point [default: 2000; with --impair 300]
-    #[arg(long)]
+    #[arg(long, value_parser = cli::count::<10_000_000>)]
     trials: Option<usize>,
     /// Width of the converter's codes
     #[arg(long, value_enum, default_value = "12")]
@@ -80,7 +80,7 @@ impl Options {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Samples {
     /// Real samples
     Real,
@@ -88,7 +88,7 @@ enum Samples {
     Complex,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum Bits {
     /// Signed 12-bit codes
     #[value(name = "12")]
@@ -100,13 +100,12 @@ enum Bits {
     Float,
 }
 
-fn main() -> ExitCode {
-    cli::main(
-        |options: Options| with_kind!(options.kind == Samples::Complex, R => run::<R>(&options)),
-    )
+/// Simulates and prints the errors.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
+    with_kind!(options.kind == Samples::Complex, R => run_kind::<R>(options))
 }
 
-fn run<R: Kind>(options: &Options) -> Result<ExitCode, String> {
+fn run_kind<R: Kind>(options: &Options) -> Result<ExitCode, String> {
     let sweep = plan::<R>(options)?;
     let all_snr_db = options.snr_db();
     if let Some(names) = &options.impaired.impair {
@@ -122,6 +121,12 @@ fn run<R: Kind>(options: &Options) -> Result<ExitCode, String> {
             seed: sweep.seed,
         };
         return campaign::command::run::<R>(names, &campaign, &all_snr_db, options.json);
+    }
+    // What is kept of each trial is a few numbers for each method.
+    if sweep.trials * sweep.offsets.points() > 100_000_000 {
+        return Err(
+            "more than 100,000,000 records at each SNR: fewer --trials or --delta-points do".into(),
+        );
     }
     let trials = sweep.trials * sweep.offsets.points() * all_snr_db.len();
     let bar = progress::bar(trials as u64, "trials");
@@ -174,8 +179,8 @@ fn plan<R: Kind>(options: &Options) -> Result<Sweep, String> {
     }
     let trials = options.usual(options.trials, 2000, campaign::command::TRIALS);
     let all_snr_db = options.snr_db();
-    if trials == 0 || options.delta_points == 0 || all_snr_db.is_empty() {
-        return Err("--trials, --delta-points and --snr-db need at least one".into());
+    if all_snr_db.is_empty() {
+        return Err("--snr-db needs at least one".into());
     }
     if let Some(snr_db) = all_snr_db.iter().find(|x| x.is_nan() || **x == f64::NEG_INFINITY) {
         return Err(format!("--snr-db {snr_db}: give decibels, or inf for no noise"));

@@ -1,15 +1,14 @@
-//! `cargo report`: the figures of both papers and our own, computed anew.
+//! `picket report`: the figures of both papers and our own, computed anew.
 
-use clap::Parser;
-use picket_host::{cli, report};
+use crate::{cli, report};
+use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Computes the figures and tables of both papers and Picket's own: one HTML page, and every picture as SVG and PNG.
 /// The exit code is 1 if a figure is outside its bar.
-#[derive(Parser)]
-#[command(name = "cargo report --", version)]
-struct Options {
+#[derive(Args, Debug)]
+pub struct Options {
     /// Few trials: rough figures in seconds
     #[arg(long)]
     quick: bool,
@@ -24,11 +23,8 @@ struct Options {
     json: bool,
 }
 
-fn main() -> ExitCode {
-    cli::main(|options: Options| run(&options))
-}
-
-fn run(options: &Options) -> Result<ExitCode, String> {
+/// Writes the report.
+pub fn run(options: &Options) -> Result<ExitCode, String> {
     let checks = report::write(&options.out, options.quick, options.seed)?;
     let held = checks.iter().filter(|check| check.holds).count();
     let page = options.out.join("report.html");

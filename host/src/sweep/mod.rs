@@ -3,6 +3,8 @@
 //! Every method sees the same records. A trial's record depends on the seed and the trial's number alone, and
 //! sums are taken in the order of trials, so a sweep gives the same digits on any number of threads.
 
+pub mod command;
+
 use crate::arithmetic::{Arithmetic, Engine, engine, whole};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, Line, Signal, Width, generator};

@@ -1,12 +1,15 @@
 //! Methods on a recording, block by block, in constant memory.
 
+pub mod command;
+
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
+use crate::band;
 use crate::cli::print_line;
 use crate::estimator::Estimator;
 use crate::recording::{self, Format, Recording, Records, Sample};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
-use picket::config::Config;
+use picket::config::{Config, SPEED_OF_LIGHT};
 use picket::estimate::least_squares::Reach;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
@@ -45,6 +48,10 @@ pub struct Analysis {
     pub codes: Codes,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
+    /// The probability of a false alarm in a block of noise, above 0 and at most 0.5.
+    pub false_alarm: f64,
+    /// The carrier of a Doppler radar, for speeds.
+    pub carrier_hz: Option<f64>,
     /// How answers are printed.
     pub style: Style,
 }
@@ -75,6 +82,9 @@ pub struct Answer {
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
     pub snr_db: Option<f64>,
+    /// The speed before a radar of this carrier, positive when approaching.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
     /// Whether it may be used.
     pub verdict: &'static str,
 }
@@ -92,6 +102,8 @@ pub struct Analyst<'a> {
     rate_hz: Option<f64>,
     /// Blocks answered.
     blocks: u64,
+    /// Records that were left out.
+    skipped: u64,
     /// What takes the answers.
     sink: Box<dyn FnMut(Answer) + 'a>,
 }
@@ -103,6 +115,13 @@ pub struct Summary {
     pub summary: bool,
     /// Blocks answered.
     pub blocks: u64,
+    /// Records of a kind that no chosen method takes, or not every one.
+    #[serde(skip_serializing_if = "none")]
+    pub skipped: u64,
+}
+
+const fn none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Analyses `file` and gives every answer to `sink`, in order. `progress` hears of every block's length.
@@ -118,6 +137,7 @@ pub fn run(
         stations: BTreeMap::new(),
         rate_hz: analysis.read.rate_hz,
         blocks: 0,
+        skipped: 0,
         sink: Box::new(sink),
     };
     if format == Some(Format::Json) {
@@ -125,7 +145,7 @@ pub fn run(
     } else {
         analyst.stream(file, progress)?;
     }
-    Ok(Summary { summary: true, blocks: analyst.blocks })
+    Ok(Summary { summary: true, blocks: analyst.blocks, skipped: analyst.skipped })
 }
 
 impl Analyst<'_> {
@@ -149,9 +169,18 @@ impl Analyst<'_> {
         if let Some(rate) = self.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
             return Err(recording::RecordingError::Rate(rate).to_string());
         }
+        let (mut unfit_untold, mut last) = (true, None);
         let mut records = Records::open(file, self.analysis.read).map_err(text)?;
         while let Some(record) = records.next().transpose().map_err(text)? {
             let at = |error: String| format!("{}, record {}: {error}", file.display(), record.id);
+            if let Err(unfit) = self.suits(record.iq) {
+                if std::mem::take(&mut unfit_untold) {
+                    eprintln!("record {}: left out: {unfit}", record.id);
+                }
+                self.skipped += 1;
+                last = Some(unfit);
+                continue;
+            }
             let skip = self.analysis.skip as usize;
             let samples = record.samples.get(skip..).unwrap_or_default();
             let n = self.analysis.n.unwrap_or(samples.len());
@@ -167,10 +196,19 @@ impl Analyst<'_> {
             }
             progress(samples.len() as u64);
         }
+        if let (0, Some(unfit)) = (self.blocks, last) {
+            return Err(unfit);
+        }
         if self.blocks == 0 {
             return Err(recording::RecordingError::Empty(file.into()).to_string());
         }
         Ok(())
+    }
+
+    /// Whether every chosen method takes records of a kind.
+    fn suits(&self, iq: bool) -> Result<(), String> {
+        let mut estimators = self.analysis.estimators.iter().flatten();
+        with_kind!(iq, R => estimators.try_for_each(|estimator| estimator.check::<R>()))
     }
 
     /// The engine for records of a kind and length, made at first need.
@@ -218,6 +256,9 @@ impl Analyst<'_> {
                 sigma_hz: hertz(sigma_bins),
                 sigma_bins: number(sigma_bins),
                 snr_db: number(snr_db),
+                speed_mps: self.analysis.carrier_hz.and_then(|carrier_hz| {
+                    Some(hertz(signed)? * SPEED_OF_LIGHT / carrier_hz / 2.0)
+                }),
                 verdict: verdict.name(),
             });
         }
@@ -249,11 +290,13 @@ impl Station {
                 rate_hz: rate,
                 codes: analysis.codes,
                 band_hz: analysis.band_hz,
+                false_alarm: analysis.false_alarm,
                 ..Config::new(1.0, Codes::signed::<12>())
             };
             // The length is checked first: the plan takes any.
             let whole = Config { band_hz: None, ..config };
             engine::<R>(analysis.arithmetic, n, whole.terms::<R>(n).map_err(text)?)?;
+            band::holds_a_bin(analysis.band_hz, rate, n, iq)?;
             let plan = config.terms::<R>(n).map_err(text)?;
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
         })
@@ -285,8 +328,9 @@ pub fn print(answer: &Answer, style: Style) {
         Style::Json => print_line(&serde_json::to_string(answer).unwrap_or_default()),
         Style::Csv => {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
+            let speed = answer.speed_mps.map_or(String::new(), |speed| format!(",{speed}"));
             print_line(&format!(
-                "{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{}{speed}",
                 answer.id.as_ref().map_or(String::new(), plain),
                 answer.block,
                 number(answer.time_s),
@@ -303,8 +347,9 @@ pub fn print(answer: &Answer, style: Style) {
                 x.map_or("-".to_owned(), |x| format!("{x:.digits$}"))
             };
             let place = answer.id.as_ref().map_or(answer.block.to_string(), plain);
+            let speed = answer.speed_mps.map_or(String::new(), |speed| format!(" {speed:>11.4}"));
             print_line(&format!(
-                "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}  {:<10} {}",
+                "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{speed}  {:<10} {}",
                 number(answer.time_s, 4),
                 number(answer.bins, 6),
                 number(answer.frequency_hz, 6),
@@ -318,15 +363,26 @@ pub fn print(answer: &Answer, style: Style) {
 }
 
 /// Prints what stands above the answers.
-pub fn print_heading(style: Style) {
+pub fn print_heading(style: Style, speeds: bool) {
     match style {
         Style::Json => {}
         Style::Csv => {
-            print_line("id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict")
+            let speed = if speeds { ",speed_mps" } else { "" };
+            print_line(&format!(
+                "id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict{speed}"
+            ));
         }
         Style::Text => print_line(&format!(
-            "{:>8} {:>11} {:>14} {:>16} {:>12} {:>7}  {:<10} {}",
-            "block", "time s", "bins", "frequency Hz", "sigma Hz", "SNR dB", "verdict", "method"
+            "{:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{}  {:<10} {}",
+            "block",
+            "time s",
+            "bins",
+            "frequency Hz",
+            "sigma Hz",
+            "SNR dB",
+            if speeds { "   speed m/s" } else { "" },
+            "verdict",
+            "method"
         )),
     }
 }

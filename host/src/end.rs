@@ -1,0 +1,104 @@
+//! The program's end, however it comes: its children end with it, and what it wrote beside them goes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, ExitStatus};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+/// The signal that asked for the end; 0 for none.
+static ASKED: AtomicI32 = AtomicI32::new(0);
+/// Whether the command looks at [`asked`] by itself and ends in its own way.
+static LOOKS: AtomicBool = AtomicBool::new(false);
+static CHILDREN: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+static FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// What a command that looks may take for its own end.
+const GRACE: Duration = Duration::from_secs(2);
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Begins to listen for Ctrl-C (SIGINT) and SIGTERM.
+pub fn listen() {
+    // Without it the signals end the program as they always do.
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return };
+    std::thread::spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            ASKED.store(signal, Ordering::SeqCst);
+            if LOOKS.load(Ordering::SeqCst) {
+                std::thread::sleep(GRACE);
+            }
+            leave(128 + signal);
+        }
+    });
+}
+
+/// The signal that asked for the end, if one did.
+pub fn asked() -> Option<i32> {
+    Some(ASKED.load(Ordering::SeqCst)).filter(|&signal| signal != 0)
+}
+
+/// From now on the command looks at [`asked`] at least every second.
+pub fn look() {
+    LOOKS.store(true, Ordering::SeqCst);
+}
+
+/// Ends the program at once.
+pub fn leave(code: i32) -> ! {
+    for child in locked(&CHILDREN).iter() {
+        // It may have ended by itself.
+        let _ = locked(child).kill();
+    }
+    for folder in locked(&FOLDERS).iter() {
+        let _ = std::fs::remove_dir_all(folder);
+    }
+    std::process::exit(code)
+}
+
+/// A folder that goes with the program.
+pub fn takes_along(folder: &Path) {
+    locked(&FOLDERS).push(folder.into());
+}
+
+/// A program that ends with its owner, and with this program.
+#[derive(Debug)]
+pub struct Owned(Arc<Mutex<Child>>);
+
+impl Owned {
+    /// Takes a program that has just been started.
+    pub fn new(child: Child) -> Self {
+        let child = Arc::new(Mutex::new(child));
+        locked(&CHILDREN).push(child.clone());
+        Owned(child)
+    }
+
+    /// How it ended, if it did.
+    pub fn try_wait(&self) -> std::io::Result<Option<ExitStatus>> {
+        locked(&self.0).try_wait()
+    }
+
+    /// Waits for its end.
+    pub fn wait(&self) -> std::io::Result<ExitStatus> {
+        loop {
+            match self.try_wait()? {
+                Some(status) => return Ok(status),
+                None => std::thread::sleep(Duration::from_millis(2)),
+            }
+        }
+    }
+}
+
+impl Drop for Owned {
+    fn drop(&mut self) {
+        locked(&CHILDREN).retain(|child| !Arc::ptr_eq(child, &self.0));
+        let mut child = locked(&self.0);
+        // Both fail only for a process that has ended and been waited for.
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}

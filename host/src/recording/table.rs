@@ -1,0 +1,252 @@
+//! The shape of a file of columns, seen from its first lines: what stands between columns, where the numbers begin, which column
+//! is the time and how fast it runs. Oscilloscopes' files (Tektronix, Rigol, Siglent, Keysight) begin with lines of their own.
+
+/// What stands between columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Between {
+    Byte(char),
+    Space,
+}
+
+/// A file's shape.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    pub between: Between,
+    /// Commas within numbers are decimal.
+    pub decimal_comma: bool,
+    /// The line, from 0, on which numbers begin.
+    pub start: usize,
+    /// Columns with numbers, from 0.
+    pub columns: Vec<usize>,
+    /// Fields of the first line of numbers.
+    pub width: usize,
+    /// The column of the time, and the seconds from line to line, where they can be told.
+    pub time: Option<(usize, Option<f64>)>,
+    /// The line over the numbers.
+    pub names: Vec<String>,
+}
+
+/// Why the shape is not clear.
+#[derive(Debug, PartialEq)]
+pub(super) enum Unclear {
+    /// No line has a number.
+    Empty,
+    /// This line is one number with a decimal comma, or two columns.
+    Comma(String),
+}
+
+impl Between {
+    /// The fields of a line, without the blanks and quotes around them.
+    pub fn fields(self, line: &str) -> Vec<&str> {
+        let plain = |field: &'_ str| -> bool { !field.is_empty() };
+        match self {
+            Between::Byte(byte) => {
+                line.split(byte).map(|field| field.trim().trim_matches('"').trim()).collect()
+            }
+            Between::Space => line.split_whitespace().filter(|field| plain(field)).collect(),
+        }
+    }
+}
+
+/// Lines that are not read.
+pub(super) fn skipped(line: &str) -> bool {
+    let line = line.trim();
+    line.is_empty() || line.starts_with(['#', '%'])
+}
+
+/// A field as a number.
+pub(super) fn number(field: &str, decimal_comma: bool) -> Option<f64> {
+    if decimal_comma && field.contains(',') {
+        return field.replacen(',', ".", 1).parse().ok();
+    }
+    field.parse().ok()
+}
+
+/// The shape of a file that begins with these lines.
+pub(super) fn shape(lines: &[&str], decimal_comma: bool, chosen: bool) -> Result<Shape, Unclear> {
+    let told: Vec<(usize, &str)> =
+        (0..).zip(lines.iter().copied()).filter(|(_, line)| !skipped(line)).collect();
+    let sample = |byte| told.iter().rev().take(20).any(|(_, line)| line.contains(byte));
+    let (between, decimal_comma) = match () {
+        () if sample(';') => (Between::Byte(';'), true),
+        () if sample('\t') => (Between::Byte('\t'), true),
+        () if decimal_comma => (Between::Space, true),
+        () if sample(',') => (Between::Byte(','), false),
+        () => (Between::Space, false),
+    };
+    let rows: Vec<(usize, Vec<usize>, Vec<&str>)> = told
+        .iter()
+        .map(|&(line, text)| {
+            let fields = between.fields(text);
+            let numeric = |at: &usize| number(fields[*at], decimal_comma).is_some();
+            (line, (0..fields.len()).filter(numeric).collect(), fields)
+        })
+        .collect();
+    let mut counts: Vec<(&Vec<usize>, usize)> = Vec::new();
+    for (_, columns, _) in rows.iter().filter(|(_, columns, _)| !columns.is_empty()) {
+        match counts.iter_mut().find(|(known, _)| *known == columns) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((columns, 1)),
+        }
+    }
+    // The most frequent; of equals the first.
+    let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
+    let columns = counts.iter().find(|(_, count)| *count == most).map(|(columns, _)| *columns);
+    let columns = columns.ok_or(Unclear::Empty)?.clone();
+    let holds = |row: &(usize, Vec<usize>, Vec<&str>)| columns.iter().all(|c| row.1.contains(c));
+    let start = (0..rows.len())
+        .find(|&at| holds(&rows[at]) && rows.get(at + 1).is_none_or(holds))
+        .or_else(|| rows.iter().position(holds))
+        .unwrap_or(0);
+    let data: Vec<&Vec<&str>> =
+        rows[start..].iter().filter(|row| holds(row)).map(|(.., fields)| fields).collect();
+    let names: Vec<String> = start
+        .checked_sub(1)
+        .map_or(vec![], |above| rows[above].2.iter().map(|&name| name.to_owned()).collect());
+    if between == Between::Byte(',') && !chosen && names.len() != 2 && either(&data) {
+        return Err(Unclear::Comma(data[0].join(",")));
+    }
+    let head: Vec<&[&str]> = rows[..start].iter().map(|(.., fields)| fields.as_slice()).collect();
+    let time = time(&columns, &data, &head, decimal_comma);
+    let width = rows[start].2.len();
+    Ok(Shape { between, decimal_comma, start: rows[start].0, columns, width, time, names })
+}
+
+/// True where every line is digits, a comma and digits: as good one number as two.
+fn either(data: &[&Vec<&str>]) -> bool {
+    let digits = |field: &str| !field.is_empty() && field.bytes().all(|byte| byte.is_ascii_digit());
+    data.len() > 2
+        && data.iter().all(|fields| {
+            let [first, second] = fields[..] else { return false };
+            digits(first.trim_start_matches(['-', '+'])) && digits(second)
+        })
+        // Numbers of one kind have one number of digits behind the comma, and a small one before it.
+        && data.iter().all(|fields| fields[1].len() == data[0][1].len())
+}
+
+/// The column of the time and the seconds from line to line: a first column that rises evenly beside another.
+fn time(
+    columns: &[usize],
+    data: &[&Vec<&str>],
+    head: &[&[&str]],
+    decimal_comma: bool,
+) -> Option<(usize, Option<f64>)> {
+    let &[column, _, ..] = columns else { return None };
+    let times: Vec<f64> =
+        data.iter().filter_map(|fields| number(fields.get(column)?, decimal_comma)).collect();
+    let (&first, &last) = (times.first()?, times.last()?);
+    let steps = times.len() as f64 - 1.0;
+    let step = (last - first) / steps;
+    let off = |(at, &time): (usize, &f64)| (time - first - at as f64 * step).abs();
+    let furthest = times.iter().enumerate().map(off).fold(0.0, f64::max);
+    // As far off as its last digit, where a file does not print enough of them.
+    if times.len() < 4 || step.is_nan() || step <= 0.0 || furthest > 2.0 * step {
+        return None;
+    }
+    if times.windows(2).any(|pair| pair[1] < pair[0]) {
+        return None;
+    }
+    let stated = stated(head);
+    if let Some(stated) = stated.filter(|stated| ((stated - step) / step).abs() < 0.01) {
+        return Some((column, Some(stated)));
+    }
+    let names = || head.iter().rev().take(2).filter_map(|fields| fields.get(column));
+    let timely = names().any(|name| {
+        let name = name.to_ascii_lowercase();
+        ["time", "second", "x-axis", "t"].iter().any(|word| name.starts_with(word))
+            || names().any(|name| unit(name).is_some())
+    });
+    if step == 1.0 && first.fract() == 0.0 && !timely {
+        // Lines are numbered: only the header knows how long one lasts.
+        return Some((column, stated));
+    }
+    let unit = names().find_map(|name| unit(name)).unwrap_or(1.0);
+    Some((column, Some(rounded(step, furthest / (steps * step)) * unit)))
+}
+
+/// A step with as few digits as lie within its uncertainty, relative.
+fn rounded(step: f64, uncertainty: f64) -> f64 {
+    let near = |digits: usize| format!("{step:.digits$e}").parse::<f64>().unwrap_or(step);
+    let tolerance = uncertainty.max(1e-9);
+    (0..12).map(near).find(|short| ((short - step) / step).abs() <= tolerance).unwrap_or(step)
+}
+
+/// Seconds of a unit in a column's name: "(ms)", "Time [us]", "ns".
+fn unit(name: &str) -> Option<f64> {
+    let units =
+        [("ms", 1e-3), ("us", 1e-6), ("µs", 1e-6), ("ns", 1e-9), ("s", 1.0), ("second", 1.0)];
+    let last = name.rsplit(['(', '[', ' ', '/', '_']).next()?.trim_end_matches([')', ']']);
+    units.iter().find(|(unit, _)| last.eq_ignore_ascii_case(unit)).map(|(_, seconds)| *seconds)
+}
+
+/// The seconds from sample to sample that a header states, beside their name or below it.
+fn stated(head: &[&[&str]]) -> Option<f64> {
+    let names =
+        ["sample interval", "increment", "xincr", "tinc", "time increment", "sampling period"];
+    head.iter().enumerate().find_map(|(row, fields)| {
+        let at = fields.iter().position(|field| {
+            let field = field.to_ascii_lowercase();
+            names.iter().any(|name| field.starts_with(name))
+        })?;
+        let beside =
+            fields.get(at + 1).and_then(|field| number(field.split(':').next_back()?, false));
+        let below = || head.get(row + 1)?.get(at).and_then(|field| number(field, false));
+        beside.or_else(below).filter(|seconds| *seconds > 0.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file that begins with `head` and goes on with these lines.
+    fn of(head: &str, line: impl Fn(f64) -> String) -> Result<Shape, Unclear> {
+        let lines: Vec<String> =
+            head.lines().map(str::to_owned).chain((0..40).map(|n| line(f64::from(n)))).collect();
+        shape(&lines.iter().map(String::as_str).collect::<Vec<_>>(), false, false)
+    }
+
+    #[test]
+    fn oscilloscopes() {
+        let volts = |n: f64| 0.01 * (0.7 * n).sin();
+        let tektronix = "Record Length,2.500000e+03,,-5.0e-04,0.0100,\nSample Interval,4.000000e-07,,-4.996e-04,0.0120,\n";
+        let shape =
+            of(tektronix, |n| format!(",,,{:.4e},{:.4},", -4.992e-4 + 4e-7 * n, volts(n))).unwrap();
+        assert_eq!(shape.columns, [3, 4]);
+        let (column, step) = shape.time.unwrap();
+        assert!(column == 3 && (step.unwrap() - 4e-7).abs() < 1e-16, "{step:?}");
+        let newer = "Model,DPO4034B\nHorizontal Scale,4e-06\nHorizontal Delay,0\nSample Interval,4e-10\nRecord Length,100000\n\nLabel,,\nTIME,CH1,CH2\n";
+        let shape =
+            of(newer, |n| format!("{:.5e},{:.3},{:.3}", 4e-10 * n, volts(n), volts(n))).unwrap();
+        assert_eq!((shape.columns, shape.time), (vec![0, 1, 2], Some((0, Some(4e-10)))));
+        assert_eq!(shape.start, 8);
+        let rigol = "X,CH1,Start,Increment,\nSequence,Volt,-3.000000e-03,5.000000e-06,\n";
+        let shape = of(rigol, |n| format!("{n},{:.3},,", volts(n))).unwrap();
+        assert_eq!((shape.start, shape.time), (2, Some((0, Some(5e-6)))));
+        let siglent = "Record Length,Analog:10000\nSample Interval,Analog:2.00E-08\nVertical Units,CH1:V\nSource,CH1\nSecond,Volt\n";
+        let shape = of(siglent, |n| format!("{:.10},{:.5}", 2e-8 * n, volts(n))).unwrap();
+        assert_eq!((shape.start, shape.time), (5, Some((0, Some(2e-8)))));
+        let keysight = "x-axis,1\nsecond,Volt\n";
+        let shape =
+            of(keysight, |n| format!("{:+.8E},{:+.5E}", 1e-6 * n - 1e-3, volts(n))).unwrap();
+        let (_, step) = shape.time.unwrap();
+        assert!((step.unwrap() / 1e-6 - 1.0).abs() < 1e-6, "{step:?}");
+        let pico = "Time,Channel A\n(ms),(mV)\n\n";
+        let shape = of(pico, |n| format!("{:.5},{:.5}", 0.01 * n, volts(n))).unwrap();
+        assert_eq!(shape.time, Some((0, Some(1e-5))));
+    }
+
+    #[test]
+    fn commas() {
+        let german = of("Zeit;Spannung\n", |n| {
+            format!("{:.4};{:.4}", 0.001 * n, 1.5 * n % 7.0).replace('.', ",")
+        })
+        .unwrap();
+        assert!(german.decimal_comma && german.time == Some((0, Some(0.001))));
+        let either = of("", |n| format!("{},{:03}", n % 5.0, 7.0 * n % 1000.0));
+        assert_eq!(either.unwrap_err(), Unclear::Comma("0,000".into()));
+        let iq = of("", |n| format!("{},{}", n % 5.0, 3.0 - n % 7.0)).unwrap();
+        assert_eq!((iq.columns, iq.time), (vec![0, 1], None));
+        assert_eq!(of("one\ntwo\n", |_| "three".into()).unwrap_err(), Unclear::Empty);
+    }
+}

@@ -1,0 +1,258 @@
+//! Two hundred wrong invocations through the real program: each is told in one line, with exit code 2.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SEED: u64 = 200;
+
+/// Wrong values of an option, by command. `@` is a good recording.
+const VALUES: &[(&str, &str, &[&str])] = &[
+    (
+        "analyze @",
+        "--n",
+        &["0", "-1", "abc", "1e3", "99999999999", "18446744073709551616", "", "7"],
+    ),
+    ("analyze @", "--hop", &["0", "x", "-5"]),
+    ("analyze @", "--skip", &["-1", "x", "99999999"]),
+    (
+        "analyze @ --n 1024",
+        "--band",
+        &["1", "1:", ":", "5:1", "a:b", "nan:nan", "0.1:0.2", "1e9:2e9", "-5:-1", "0:inf"],
+    ),
+    ("analyze @", "--method", &["x", "", "rife,,", "fesa", ",", "ml,zzz", "RIFE!"]),
+    ("analyze @", "--k", &["0", "3", "99", "x"]),
+    ("analyze @", "--arith", &["f16", ""]),
+    ("analyze @", "--bits", &["0", "11", "99", "x"]),
+    ("analyze @", "--scale", &["0", "-1", "nan", "inf", "x"]),
+    ("analyze @", "--rate", &["0", "-1", "nan", "inf", "x", ""]),
+    ("analyze @", "--format", &["mp3", "", "csv", "npy", "json"]),
+    ("analyze @", "--channel", &["0", "x", "3", "1,", "1,9", "-1", "1,2,3"]),
+    ("analyze @ --n 256", "--false-alarm", &["0", "-1", "1", "2", "x", "nan"]),
+    ("analyze @", "--carrier-hz", &["0", "-1", "x", "inf"]),
+    ("analyze @", "--plot", &["x.gif", "noname", "/nowhere/x.svg"]),
+    ("analyze @ --track --n 256", "--most", &["x", "300", "9"]),
+    ("analyze @ --track --n 256", "--acceleration", &["x", "-1"]),
+    ("sweep", "--method", &["x", "", "fesa", "least-squares"]),
+    ("sweep", "--kind", &["x", ""]),
+    ("sweep", "--n", &["0", "x", "2", "99999999", "-4"]),
+    ("sweep", "--snr-db", &["x", "nan", "-inf", ""]),
+    ("sweep", "--delta-points", &["0", "x", "999999"]),
+    ("sweep", "--delta", &["x", "2", "nan"]),
+    ("sweep", "--trials", &["0", "2e12", "2000000000000", "x", "10000000"]),
+    ("sweep", "--bits", &["13", "x"]),
+    ("sweep", "--amplitude", &["0", "-1", "nan", "x"]),
+    ("sweep", "--dc", &["nan", "x", "inf"]),
+    ("sweep", "--bin", &["600", "nan", "x", "1e9"]),
+    ("sweep", "--seed", &["-1", "x"]),
+    ("demo", "--scenario", &["x", "moon", ""]),
+    ("demo", "--snr-db", &["x", "nan", "999", "inf"]),
+    ("demo", "--seed", &["-1", "x"]),
+    ("demo", "--seeds", &["0", "x", "99999", "-1"]),
+    ("demo", "--versus", &["x", ""]),
+    ("demo", "--method", &["x", "fesa", ""]),
+    ("demo", "--replay", &["/nowhere/x.wav", "/tmp", ""]),
+    ("demo", "--rate", &["48000", "x"]),
+    ("demo", "--plot", &["x.gif", "x.svg"]),
+    ("demo --replay @", "--n", &["5", "x", "0"]),
+    ("demo --replay @", "--band", &["9000:9001", "100.1:100.2", "x"]),
+    ("demo --replay @", "--carrier-hz", &["0", "-1", "x"]),
+    ("demo --replay @", "--snr-db", &["3"]),
+    ("watch -", "--rate", &["0", "-1", "x", "nan"]),
+    ("watch -", "--count", &["0", "x", "-1"]),
+    ("watch", "--replay", &["/nowhere/x", "/tmp", "@", ""]),
+    ("watch -", "--record", &["/nowhere/x", "/tmp"]),
+    ("watch -", "--set-settings", &["/nowhere/x", "@", "/tmp"]),
+    ("watch -", "--capture", &["3", "x", "99999999"]),
+    ("bench", "--core", &["x", "M9", ""]),
+    ("bench", "--engine", &["x", "i64"]),
+    ("bench", "--n", &["100", "0", "x"]),
+    ("bench", "--k", &["5", "x"]),
+    ("report", "--out", &["/dev/null/x"]),
+    ("report", "--seed", &["x", "-1"]),
+];
+
+/// Wrong as they stand.
+const WHOLE: &[&str] = &[
+    "",
+    "x",
+    "--x",
+    "help x",
+    "analyze",
+    "analyze no-such-file.wav",
+    "analyze /tmp --format i16 --rate 8",
+    "analyze @ @",
+    "analyze @ --json --csv",
+    "analyze @ --track --method rife",
+    "analyze @ --most 2",
+    "analyze @ --iq",
+    "analyze noise.wav",
+    "analyze noise.csv",
+    "analyze noise.json",
+    "analyze noise.npy",
+    "analyze empty.wav",
+    "analyze text.dat --rate 1000",
+    "analyze nameless",
+    "analyze - --rate 1000",
+    "analyze odd.bin --rate 9",
+    "analyze either.csv --rate 9",
+    "analyze two.csv --n 16",
+    "analyze zeros.json",
+    "demo --scenario drive --versus rife",
+    "demo --scenario drive --method rife",
+    "demo --scenario turntable --seeds 3",
+    "demo x",
+    "watch /nowhere/port",
+    "watch /dev/null",
+    "watch noise.wav",
+    "watch /tmp",
+    "watch -",
+    "watch - --stop",
+    "watch - --csv --jsonl",
+    "watch --replay noise.wav",
+    "watch --replay empty.wav",
+    "watch - --start --stop",
+    "watch --install-udev -",
+    "firmware",
+    "firmware x",
+    "flash --x",
+    "flash x",
+    "completions",
+    "completions x",
+    "man x",
+    "man demo x",
+    "sweep x",
+    "bench x",
+    "report x",
+    "report --quick --json x",
+];
+
+fn folder() -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bad");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: 8000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut good = hound::WavWriter::create(folder.join("good.wav"), spec).unwrap();
+    (0..4096).for_each(|n| good.write_sample((9e3 * (0.6 * f64::from(n)).sin()) as i16).unwrap());
+    good.finalize().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let noise: Vec<u8> = (0..9000).map(|_| rng.random()).collect();
+    for name in ["noise.wav", "noise.csv", "noise.json", "noise.npy"] {
+        fs::write(folder.join(name), &noise).unwrap();
+    }
+    fs::write(folder.join("empty.wav"), []).unwrap();
+    fs::write(folder.join("odd.bin"), [1, 2, 3]).unwrap();
+    fs::write(folder.join("nameless"), [1, 0]).unwrap();
+    fs::write(folder.join("zeros.json"), [0; 4096]).unwrap();
+    fs::write(folder.join("text.dat"), "1.0\n2.0\n".repeat(100)).unwrap();
+    fs::write(folder.join("either.csv"), "1,250\n2,125\n0,500\n".repeat(9)).unwrap();
+    let two: String =
+        (0..99).map(|n| format!("{:e},{},{}\n", 1e-6 * f64::from(n), n % 7, n % 5)).collect();
+    fs::write(folder.join("two.csv"), two).unwrap();
+    folder
+}
+
+/// An option's name with a letter more, less, or another.
+fn misspelt(name: &str, rng: &mut ChaCha8Rng) -> String {
+    let mut letters: Vec<char> = name.chars().collect();
+    let at = rng.random_range(2..letters.len());
+    match rng.random_range(0..3) {
+        0 => letters.insert(at, rng.random_range('a'..='z')),
+        1 if letters.len() > 4 => drop(letters.remove(at)),
+        _ => letters[at] = rng.random_range('0'..='9'),
+    }
+    letters.into_iter().collect()
+}
+
+#[test]
+fn wrong_invocations_are_told_in_a_line() {
+    println!("seed {SEED}");
+    let folder = folder();
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let words = |text: &str| -> Vec<String> {
+        text.split_whitespace().map(|word| word.replace('@', "good.wav")).collect()
+    };
+    let mut invocations: BTreeSet<Vec<String>> = WHOLE.iter().map(|text| words(text)).collect();
+    for (command, option, values) in VALUES {
+        for value in *values {
+            let value = value.replace('@', "good.wav");
+            invocations.insert([words(command), vec![(*option).into(), value]].concat());
+        }
+        // Without its value, and misspelt.
+        invocations.insert([words(command), vec![(*option).into()]].concat());
+        invocations.insert([words(command), vec![misspelt(option, &mut rng), "1".into()]].concat());
+    }
+    println!("{} wrong invocations", invocations.len());
+    assert!(invocations.len() >= 200);
+    let mut wrong = Vec::new();
+    for arguments in &invocations {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_picket"))
+            .args(arguments)
+            .current_dir(&folder)
+            .env("RUST_BACKTRACE", "1")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let begun = Instant::now();
+        while child.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let slow = child.try_wait().unwrap().is_none();
+        let _ = child.kill();
+        let output = child.wait_with_output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        println!("{} -> {}", arguments.join(" "), message.trim_end());
+        let one_line = message.lines().count() == 1 && message.starts_with("error: ");
+        // `picket watch` lists the machine's ports above its line.
+        let told = one_line && message.trim_end().len() > 20 && !message.contains("panicked");
+        if slow || output.status.code() != Some(2) || !told || !output.stdout.is_empty() {
+            wrong
+                .push(format!("{arguments:?}: {:?}, slow {slow}: {message}", output.status.code()));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), invocations.len(), wrong.join("\n"));
+}
+
+/// Headers of which any byte may be anything: never a panic, and never silence.
+#[test]
+fn damaged_headers() {
+    println!("seed {SEED}");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("damaged");
+    fs::create_dir_all(&folder).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED + 1);
+    let mut header = b"RIFF\x24\x20\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x40\x1f\0\0\x80\x3e\0\0\x02\0\x10\0data\0\x20\0\0".to_vec();
+    header
+        .extend((0..4096).flat_map(|n| ((9e3 * (0.6 * f64::from(n)).sin()) as i16).to_le_bytes()));
+    let array = b"\x93NUMPY\x01\x00\x46\0{'descr': '<i2', 'fortran_order': False, 'shape': (2000,), }          \n";
+    let array = [&array[..], &header[44..4044]].concat();
+    for trial in 0..60 {
+        let (mut bytes, name) =
+            if trial % 2 == 0 { (header.clone(), "x.wav") } else { (array.clone(), "x.npy") };
+        for _ in 0..rng.random_range(1..4) {
+            bytes[rng.random_range(0..44)] = rng.random();
+        }
+        bytes.truncate(rng.random_range(1..9000));
+        let path = folder.join(name);
+        fs::write(&path, &bytes).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_picket"))
+            .args(["analyze", "--rate", "8000", "--n", "64"])
+            .arg(&path)
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        let answered = output.status.success() && !output.stdout.is_empty();
+        let told = output.status.code() == Some(2) && message.starts_with("error: ");
+        assert!(answered || told, "trial {trial}: {:?}: {message}", output.status);
+    }
+}

@@ -1,0 +1,247 @@
+//! Every command of the documents: README and the pages in docs/. What can run here is run as it stands there, from a clean folder,
+//! and prints what is shown; the others are at least commands that exist.
+
+use clap::Parser;
+use picket_host::cli::Picket;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Beginnings of commands that are not run here, and why.
+const LEFT_OUT: [(&str, &str); 16] = [
+    ("cargo test", "it is what runs this"),
+    ("cargo install", "it compiles for minutes"),
+    ("cargo picket demo", "tests/demo.rs and tests/readme.rs run it and compare what is shown"),
+    ("cargo picket sweep", "half a minute of Monte Carlo; tests/cli.rs runs it with few trials"),
+    ("cargo picket report", "minutes; tests/report.rs runs it with --quick"),
+    ("cargo picket bench", "minutes; host-tests/tests/budget.rs counts the same"),
+    ("cargo picket firmware", "minutes; the images are built by host-tests"),
+    ("cargo picket flash", "tests/device.rs runs it with --dry-run"),
+    ("cargo picket watch /dev/ttyACM0", "there is no board; tests/device.rs plays one"),
+    ("picket watch /dev/ttyACM0", "there is no board; tests/device.rs plays one"),
+    (
+        "cargo picket analyze blocks.i16",
+        "it needs a board's capture; host-tests/tests/nucleo.rs makes one",
+    ),
+    ("cargo picket watch --install-udev | sudo", "it changes the system"),
+    ("sudo ", "it changes the system"),
+    ("git ", "it needs a network"),
+    ("dmesg", "it needs a board"),
+    ("python3", "tests/typed.rs runs it by itself, where there is one"),
+];
+
+/// A command with what is shown below it.
+struct Shown {
+    page: String,
+    command: String,
+    output: String,
+}
+
+fn pages() -> Vec<(String, String)> {
+    let docs =
+        fs::read_dir(Path::new(ROOT).join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let mut pages: Vec<PathBuf> =
+        docs.filter(|path| path.extension().is_some_and(|suffix| suffix == "md")).collect();
+    pages.sort();
+    pages.insert(0, Path::new(ROOT).join("README.md"));
+    let read = |path: PathBuf| {
+        (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read_to_string(&path).unwrap())
+    };
+    pages.into_iter().map(read).collect()
+}
+
+/// The commands of all `console` blocks.
+fn shown() -> Vec<Shown> {
+    let mut all = Vec::new();
+    for (page, text) in pages() {
+        for block in text.split("```console\n").skip(1) {
+            let block = block.split("```").next().unwrap();
+            for part in format!("\n{block}").split("\n$ ").skip(1) {
+                let (command, output) = part.split_once('\n').unwrap_or((part, ""));
+                let command = command.split("  #").next().unwrap().trim().to_owned();
+                all.push(Shown {
+                    page: page.clone(),
+                    command,
+                    output: output.trim_end().to_owned(),
+                });
+            }
+        }
+    }
+    all
+}
+
+/// A folder with what a reader of the documents has at hand.
+fn folder() -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("typed");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(folder.join("docs")).unwrap();
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: 48_000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut tone = hound::WavWriter::create(folder.join("tone.wav"), spec).unwrap();
+    for n in 0..5 * 4096 {
+        let angle = std::f64::consts::TAU * 1234.567 / 48e3 * f64::from(n);
+        tone.write_sample((9000.0 * angle.sin()).round() as i16).unwrap();
+    }
+    tone.finalize().unwrap();
+    fs::copy(Path::new(ROOT).join("docs/session.bin"), folder.join("docs/session.bin")).unwrap();
+    folder
+}
+
+/// A command line as a shell takes it, `cargo picket` being the program that the alias runs.
+fn typed(command: &str, folder: &Path) -> Output {
+    let script = format!(
+        "cargo() {{ shift; \"$PICKET\" \"$@\"; }}\npicket() {{ \"$PICKET\" \"$@\"; }}\n{command}\n"
+    );
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).env("PICKET", env!("CARGO_BIN_EXE_picket")).current_dir(folder);
+    shell.output().unwrap()
+}
+
+#[test]
+fn what_the_documents_print_is_what_happens() {
+    let folder = folder();
+    let mut ran = 0;
+    for Shown { page, command, output } in shown() {
+        let begins = |(beginning, _): &&(&str, &str)| command.starts_with(beginning);
+        if let Some((_, why)) = LEFT_OUT.iter().find(begins) {
+            println!("{page}: left out: {command}: {why}");
+            continue;
+        }
+        let done = typed(&command, &folder);
+        let said = String::from_utf8_lossy(&done.stdout).into_owned();
+        let errors = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success(), "{page}: {command}: {errors}");
+        ran += 1;
+        println!("{page}: ran: {command}");
+        // An excerpt has a line of dots where something is left out.
+        for line in output.lines().map(str::trim_end).filter(|line| *line != "...") {
+            assert!(
+                said.lines().chain(errors.lines()).any(|other| other.trim_end() == line),
+                "{page}: {command}\ndoes not print\n{line}\nbut\n{said}{errors}"
+            );
+        }
+    }
+    assert!(ran >= 3, "{ran} commands were run");
+}
+
+/// In blocks and in sentences alike.
+#[test]
+fn every_command_of_the_documents_exists() {
+    let mut parsed = 0;
+    for (page, text) in pages() {
+        let spans = text.split('`').filter(|span| !span.contains('\n')).map(str::to_owned);
+        let blocks =
+            shown().into_iter().filter(|shown| shown.page == page).map(|shown| shown.command);
+        for command in spans.chain(blocks) {
+            let Some(arguments) =
+                command.strip_prefix("cargo picket ").or(command.strip_prefix("picket "))
+            else {
+                continue;
+            };
+            let end = arguments.find([';', '|', '>', '&', '\\']).unwrap_or(arguments.len());
+            let words = arguments[..end].split_whitespace();
+            if arguments.contains("...")
+                || arguments.contains("OPTIONS")
+                || arguments.contains("COMMAND")
+            {
+                continue;
+            }
+            // Names in capitals stand for what the reader has.
+            let words = words.map(|word| match word {
+                "METHOD" => "z-rife",
+                "FILE" => "x.svg",
+                "SHELL" => "bash",
+                word => word,
+            });
+            if let Err(error) = Picket::try_parse_from(std::iter::once("picket").chain(words)) {
+                let shows =
+                    [clap::error::ErrorKind::DisplayHelp, clap::error::ErrorKind::DisplayVersion];
+                assert!(shows.contains(&error.kind()), "{page}: {command}: {error}");
+            }
+            parsed += 1;
+        }
+    }
+    println!("{parsed} commands are parsed");
+    assert!(parsed > 25, "{parsed}");
+}
+
+/// The alias itself, from a folder below the repository, by cargo.
+#[test]
+fn the_alias_runs_the_program() {
+    let configured = fs::read_to_string(Path::new(ROOT).join(".cargo/config.toml")).unwrap();
+    let alias = configured.lines().find_map(|line| line.strip_prefix("picket = ")).unwrap();
+    assert_eq!(alias, "\"run --package picket-host --\"");
+    // No other: a name of cargo's own, or of a plug-in, would take its place.
+    let aliases = configured.split("[alias]").nth(1).unwrap().split("\n\n").next().unwrap();
+    assert_eq!(aliases.trim().lines().count(), 1, "{aliases}");
+}
+
+/// What `--help`, completions and manual pages need.
+#[test]
+fn shells_and_man_are_served() {
+    let folder = std::env::temp_dir();
+    for (command, says) in [
+        ("cargo picket --version", env!("CARGO_PKG_VERSION")),
+        ("cargo picket help", "demo"),
+        ("cargo picket demo --help", "--snr-db"),
+        ("cargo picket analyze --help", "--decimal-comma"),
+        ("picket completions bash", "_picket"),
+        ("picket completions zsh", "#compdef picket"),
+        ("picket man", ".TH picket 1"),
+        ("picket man analyze", "picket\\-analyze"),
+    ] {
+        let output = typed(command, &folder);
+        assert!(output.status.success(), "{command}");
+        assert!(String::from_utf8_lossy(&output.stdout).contains(says), "{command}");
+        assert!(output.stderr.is_empty(), "{command}");
+    }
+}
+
+/// The reader of docs/protocol.md reads the recording that docs/board.md replays.
+#[test]
+fn the_reader_in_python_reads_a_recording() {
+    let page = fs::read_to_string(Path::new(ROOT).join("docs/protocol.md")).unwrap();
+    let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    let lines = program.lines().filter(|line| !line.trim().is_empty()).count();
+    assert!(lines <= 30, "{lines} lines");
+    let recording = Path::new(ROOT).join("docs/session.bin");
+    let output = Command::new("python3").args(["-c", program]).arg(&recording).output();
+    let Ok(output) = output else {
+        println!("skipped: there is no python3");
+        return;
+    };
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{errors}");
+    let theirs = String::from_utf8(output.stdout).unwrap();
+    let ours = Command::new(env!("CARGO_BIN_EXE_picket"))
+        .args(["watch", "--jsonl", "--replay"])
+        .arg(&recording)
+        .output()
+        .unwrap();
+    let ours = String::from_utf8(ours.stdout).unwrap();
+    let records = ours.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let records: Vec<_> = records
+        .filter(|line| {
+            line["sequence"].is_u64() && line["segment"].is_string() && !line["snr_db"].is_null()
+        })
+        .collect();
+    assert!(records.len() > 20);
+    for (line, record) in theirs.lines().zip(&records) {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let number = |at: usize| fields[at].parse::<f64>().unwrap();
+        let close =
+            |at: usize, key: &str| (number(at) / record[key].as_f64().unwrap() - 1.0).abs() < 1e-6;
+        assert!(number(0) == record["sequence"].as_f64().unwrap(), "{line}: {record}");
+        assert!(
+            close(1, "frequency_cycles_per_sample") && close(2, "sigma_cycles_per_sample"),
+            "{line}: {record}"
+        );
+    }
+    assert_eq!(theirs.lines().count(), records.len());
+}
