@@ -4,10 +4,13 @@ use picket::acquire::codes::Codes;
 use picket::acquire::sample::Iq;
 use picket::config::{Config, Scene};
 use picket::pipeline::Pipeline;
+use picket::plan::Plan;
 use picket::solve::chirp::Shape;
+use picket_firmware::instrument;
+use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_host::simulate::{Signal, Width, generator};
-use picket_wire::boot::{Boot, Causes};
+use picket_wire::boot::{Boot, Causes, Clock, Name};
 use picket_wire::command::Answer;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::status::Status;
@@ -36,18 +39,21 @@ fn session() -> Vec<u8> {
     };
     let drive = Drive::Dac { low: 400, high: 3600 };
     let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
-    let instrument = settings.validate(N, &Tree::new(Speed::Mhz180, Source::HsePll)).unwrap();
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    let (instrument, _): (instrument::plan::Plan<N>, _) = Words::plan(&settings, &tree).unwrap();
     let boot = Boot {
         n: N as u32,
         core_hz: 180_000_000,
         measuring: true,
         causes: Causes(1),
-        clock: Source::HsePll,
+        board: Name::new("nucleo-f446re"),
+        clock: Clock::External,
         ..Boot::default()
     };
     let answer = Answer { tag: 1, command: 4 }.reply(&instrument.settings.to_bytes(N));
     let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
-    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(instrument.plan));
+    let plan = Plan::of_terms(*instrument.plan).unwrap();
+    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
     for number in 0..30 {
         let (range, doppler) = (120.0, 45.5);
         let bins = [range - doppler, doppler, range + doppler][number as usize % 3];
