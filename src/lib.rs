@@ -53,6 +53,11 @@
 #[cfg(test)]
 extern crate std;
 
+/// The README's code is compiled as it stands there.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 pub mod acquire;
 pub mod config;
 pub mod estimate;

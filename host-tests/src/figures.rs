@@ -16,6 +16,16 @@ impl Document {
         Self::new("README.md", include_str!("../../README.md"))
     }
 
+    /// The page on speed and size.
+    pub fn performance() -> Self {
+        Self::new("docs/performance.md", include_str!("../../docs/performance.md"))
+    }
+
+    /// The page on precision.
+    pub fn precision() -> Self {
+        Self::new("docs/precision.md", include_str!("../../docs/precision.md"))
+    }
+
     /// The instructions for the board.
     pub fn board() -> Self {
         Self::new("docs/board.md", include_str!("../../docs/board.md"))

@@ -1,4 +1,4 @@
-//! The speed that the README states is the budget, which `budget.rs` holds against what is counted.
+//! The speed that the documents state is the budget, which `budget.rs` holds against what is counted.
 
 use host_tests::figures::Document;
 use serde_json::Value;
@@ -8,64 +8,65 @@ fn budgets() -> Value {
 }
 
 #[test]
-fn the_readme_states_the_budget() {
-    let (readme, budgets) = (Document::readme(), budgets());
+fn the_documents_state_the_budget() {
+    let (page, budgets) = (Document::performance(), budgets());
     let figure = |path: &str| budgets.pointer(path).and_then(Value::as_f64).expect(path);
     let i32 =
         |n: &str, stage: &str| figure(&format!("/engines/picket-i32/instructions/{n}/{stage}"));
     let q15 =
         |n: &str, stage: &str| figure(&format!("/engines/picket-q15/instructions/{n}/{stage}"));
-    readme.assert_states(
-        "| **Picket: FFT, peak and noise floor** | # | # | # |",
-        &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
-    );
-    readme.assert_states(
-        "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
-        &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
-    );
-    readme.assert_states(
+    for document in [&page, &Document::readme()] {
+        document.assert_states(
+            "| **Picket: FFT, peak and noise floor** | # | # | # |",
+            &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
+        );
+        document.assert_states(
+            "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
+            &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
+        );
+    }
+    page.assert_states(
         "| **The same with the 16-bit engine: FFT, peak and noise floor** | # | # | # |",
         &["256", "1024", "4096"].map(|n| q15(n, "fft_peak")),
     );
-    readme
-        .assert_states("| **All of it, with that engine** | | # |", &[q15("1024", "measurement")]);
+    page.assert_states("| **All of it, with that engine** | | # |", &[q15("1024", "measurement")]);
     let f32 =
         |n: &str, stage: &str| figure(&format!("/engines/picket-f32/instructions/{n}/{stage}"));
-    readme.assert_states(
+    page.assert_states(
         "| **With the float engine (by microfft): FFT, peak and noise floor** | # | # | # |",
         &["256", "1024", "4096"].map(|n| f32(n, "fft_peak")),
     );
-    readme.assert_states(
+    page.assert_states(
         "| **All of it, with that engine** | # | # | # |",
         &["256", "1024", "4096"].map(|n| f32(n, "measurement")),
     );
     let each = |kind: &str| {
         (figure(&format!("/band/400/{kind}")) - figure(&format!("/band/100/{kind}"))) / 300.0
     };
-    readme.assert_states(
+    page.assert_states(
         "a further bin costs # instructions, or # of an I/Q record; of a whole real spectrum a bin costs #.",
         &[each("0"), each("1"), i32("1024", "peak") / 511.0],
     );
-    readme.assert_states(
+    page.assert_states(
         "# bytes of RAM at N = 1024 with two records and the result, where the default needs #",
         &["picket-q15", "picket-i32"]
             .map(|engine| figure(&format!("/engines/{engine}/ram_bytes/1024"))),
     );
-    readme.assert_states(
+    page.assert_states(
         "on the M3 FFT and peak take #, frequency, sigma and verdict at most # more, all of it #",
         &["fft_peak", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M3/{stage}"))),
     );
-    readme.assert_states(
+    page.assert_states(
         "on M0 and M0+ it is # (the FFT alone #), # and #",
         &["fft_peak", "fft", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M0/{stage}"))),
     );
-    readme.assert_states(
+    Document::precision().assert_states(
         "takes # instructions a block of 1024, and # with the search for clipped samples and the filter, where a whole measurement takes #",
         &["lock", "locked", "whole"].map(|stage| figure(&format!("/locked/{stage}"))),
     );
-    readme.assert_states(
+    page.assert_states(
         "calls `Pipeline::tone`: # KB of program memory",
         &[figure("/smallest_image/M4F") / 1000.0],
     );

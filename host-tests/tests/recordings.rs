@@ -158,7 +158,7 @@ fn car_and_motorcycle() {
     }
 }
 
-/// What the README's table shows of a method on a recording, in the reference's unit.
+/// What the table of docs/precision.md shows of a method on a recording, in the reference's unit.
 struct Shown {
     file: &'static str,
     options: &'static str,
@@ -318,11 +318,11 @@ fn shown() -> Option<Vec<Shown>> {
     Some(all)
 }
 
-/// The README's table of recordings is what the analyser answers, and near the references.
+/// The table of recordings is what the analyser answers, and near the references.
 #[test]
-fn the_table_of_the_readme() {
+fn the_table_of_recordings() {
     let Some(all) = shown() else { return };
-    let readme = include_str!("../../README.md");
+    let page = include_str!("../../docs/precision.md");
     let mut missing = Vec::new();
     for shown in &all {
         let digits = shown.digits;
@@ -336,7 +336,7 @@ fn the_table_of_the_readme() {
             found.join("; ")
         );
         println!("{line}");
-        if !readme.contains(&line) {
+        if !page.contains(&line) {
             missing.push(line);
         }
         for (method, value, reference, tolerance) in &shown.rows {
@@ -344,7 +344,7 @@ fn the_table_of_the_readme() {
             assert!(error <= *tolerance, "{}, {method}: {value}, not {reference}", shown.file);
         }
     }
-    assert!(missing.is_empty(), "not in the README:\n{}", missing.join("\n"));
+    assert!(missing.is_empty(), "not in docs/precision.md:\n{}", missing.join("\n"));
 }
 
 /// Every method has a name the command line takes.

@@ -12,6 +12,7 @@ use picket_host::report::over_snr::{README_METHODS, readme_sweep};
 use serde_json::Value;
 
 const README: &str = include_str!("../../README.md");
+const PRECISION: &str = include_str!("../../docs/precision.md");
 const PLOT: &str = include_str!("../../docs/over-snr.svg");
 
 /// The seeds at -10 dB, in the pipeline on this machine: the firmware's answers have the same bits.
@@ -26,7 +27,7 @@ fn seeds_at_minus_ten_decibels() {
     let spreads = [spread(Method::LeastSquaresReal), spread(options.versus.unwrap())];
     let said = text(&spreads, &options);
     println!("{said}{spreads:?}");
-    assert!(README.contains(&format!("$ {command}\n{said}")), "README does not say:\n{said}");
+    assert!(PRECISION.contains(&format!("$ {command}\n{said}")), "the page does not say:\n{said}");
     let [ours, theirs] = &spreads;
     for ratio in
         [ours.rms_range_m / theirs.rms_range_m, ours.rms_velocity_mps / theirs.rms_velocity_mps]
@@ -64,6 +65,7 @@ fn points_of_the_plot() {
             let [ours, z_rife] = [0, 1].map(|index: usize| real[index].ratio.unwrap());
             let said = format!("Z-Rife ends at {z_rife:.0} times the bound, ours at {ours:.2}");
             assert!(README.contains(&said), "README does not say: {said}");
+            assert!(PRECISION.contains(&said), "the page does not say: {said}");
         }
     }
 }

@@ -1,14 +1,13 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
 
-use super::detection::{Less, Threshold};
+use super::detection::Threshold;
 use super::frequency::Frequency;
-use super::judge::{Judgement, Line, judge};
 use super::least_squares::fixed::quantised;
-use super::least_squares::{self, Course, Fit, Model, Reach};
+use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::{self, NOISE_BINS};
+use super::noise_fixed;
 use super::returns::Part;
-use super::ring::{self, Noise};
 use super::tone::{Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
@@ -19,7 +18,6 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 use fixed::types::I2F30;
-use num_complex::Complex;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,17 +97,23 @@ pub fn measure<R: Record, const N: usize>(
     let Some(fit) = fit else {
         return Tone::default();
     };
-    let beside = ring::noise(spectrum, peak.bin, &fit, arithmetic);
-    let noise = beside.power;
+    let noise = match arithmetic {
+        Arithmetic::Float => noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
+        Arithmetic::Fixed => noise_fixed::power::<R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
+    };
+    let excess = if own {
+        excess_over(&fit, N, noise, noise::freedom::<R, N, NOISE_BINS>() as usize / 2)
+    } else {
+        1.0
+    };
     let clipped = clipped as f32 / N as f32;
-    let (line, excess) = if own { judged(&fit, N, &beside, clipped) } else { (Line::Steady, 1.0) };
     let mut near = noise * excess;
     let mut free = None;
     // The smallest programs do without: their sigma has the coarse allowance.
     if cfg!(feature = "methods") && clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
         // Where the line is not a single tone, what is left of it in its bins counts.
-        if line == Line::Steady {
+        if excess == 1.0 {
             near = near_of(&free, &fit, N, clipped, near);
         }
     }
@@ -122,92 +126,14 @@ pub fn measure<R: Record, const N: usize>(
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
-        line,
+        excess,
         clipped,
-        image: cfg!(feature = "methods")
-            && R::IQ
-            && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside, options.threshold),
+        unresolved: false,
         gap: stamp.gap,
-        weak: !(options.threshold.detects(peak)
-            && stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic)),
+        weak: !options.threshold.detects(peak),
         sigma,
     };
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
-}
-
-/// What a line is, and by how many times its variance is more than the noise makes it.
-///
-/// The smallest programs ask only whether the rest is too much. So do records that clip, whose harmonics are no movement.
-fn judged(fit: &Fit<f32>, n: usize, noise: &Noise, clipped: f32) -> (Line, f32) {
-    if cfg!(feature = "methods") && clipped <= CLIPPED {
-        let Judgement { line, widening } = judge(fit, n, noise);
-        return (line, widening);
-    }
-    let excess = excess_over(fit, n, noise.power, (noise.freedom * 0.5) as usize);
-    (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
-}
-
-/// Whether a peak stands out from what is beside it: the louder side's noise, and what the fit leaves from 3 bins on.
-fn stands_out<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: &Peak,
-    fit: &Fit<f32>,
-    noise: &Noise,
-    threshold: Threshold,
-    arithmetic: Arithmetic,
-) -> bool {
-    let power = peak.power[1] as f32 * f32::two_to(2 * spectrum.exponent());
-    let bins = (fit.freedom + 3) / 2;
-    let rest = (fit.residual - fit.rest.within[0]) / bins.saturating_sub(5).max(1) as f32;
-    let rest = if cfg!(feature = "methods") { rest } else { 0.0 };
-    if threshold.is_far_above(power / rest.max(noise.loud * N as f32)) {
-        return true;
-    }
-    let wide = ring::loud(spectrum, peak.bin, fit, arithmetic).unwrap_or(*noise);
-    let less = if Threshold::has_floor(peak) { Less::Some } else { Less::Nothing };
-    let detects = |noise: &Noise, less| {
-        threshold.detects_beside(power / rest.max(noise.loud * N as f32), noise.freedom, less)
-    };
-    detects(&wide, less) && detects(noise, Less::Most)
-}
-
-/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB.
-fn mirrored<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: i32,
-    fit: &Fit<f32>,
-    noise: &Noise,
-    threshold: Threshold,
-) -> bool {
-    /// Half-way between two bins a line loses 3.9 dB.
-    const SHARE: f32 = 0.01 * 0.4;
-    /// Nearer to DC the leakage of both is in the way.
-    const NEAREST: i32 = 2;
-    /// Leakage this far from DC is a tenth of that share.
-    const FAR: i32 = 16;
-    let n = N as i32;
-    let half = n / 2;
-    let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n).unwrap_or(0) - half).abs();
-    let near = from_dc.min(half - from_dc);
-    if near <= NEAREST {
-        return false;
-    }
-    let unit = f32::two_to(spectrum.exponent());
-    let places = [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak));
-    let line = fit.line.norm_sqr() * SHARE;
-    let most = places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
-    if near > FAR && (most as f32) * (unit * unit) < 0.5 * line {
-        return false;
-    }
-    let model = Model::new(fit, peak, n);
-    let power = |k: i32| {
-        let x = spectrum.bin(k);
-        (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
-    };
-    let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
-    // A noise bin does so in less than a block of a million.
-    other > line
-        && threshold.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
 }
 
 // Both once for all kinds and lengths of records.
@@ -228,12 +154,12 @@ fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32
 pub(super) struct Seen {
     /// Noise power per sample.
     pub noise: f32,
-    /// What the line is.
-    pub line: Line,
+    /// See [`excess`].
+    pub excess: f32,
     /// The share of the samples that touch a rail.
     pub clipped: f32,
-    /// An I/Q record has as much at minus the frequency.
-    pub image: bool,
+    /// Another tone is too near.
+    pub unresolved: bool,
     /// Samples are missing.
     pub gap: bool,
     /// The peak is below the threshold.
@@ -252,9 +178,7 @@ impl Seen {
         let verdicts = [
             (!R::IQ && near_edge::<N>(peak, fit.offset), Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
-            (self.line == Line::Moving, Verdict::Moving),
-            (self.line == Line::Unresolved, Verdict::Unresolved),
-            (self.image, Verdict::Image),
+            (self.excess > 1.0 || self.unresolved, Verdict::Unresolved),
             (self.gap, Verdict::Gap),
             (self.weak, Verdict::Weak),
         ];

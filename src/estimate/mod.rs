@@ -5,7 +5,6 @@
 
 pub mod detection;
 pub mod frequency;
-pub mod judge;
 pub mod least_squares;
 pub mod lock;
 pub mod locked;
@@ -15,7 +14,6 @@ pub mod methods;
 pub mod noise;
 pub mod noise_fixed;
 pub mod returns;
-pub mod ring;
 pub mod samples;
 pub mod several;
 pub mod snr;

@@ -33,6 +33,9 @@ pub fn power<R: Record, const N: usize, const BINS: usize>(
     peak: i32,
     fit: &Fit<f32>,
 ) -> f32 {
+    if noise::long::<R, N>() {
+        return noise::differences::<f32, R, N, BINS>(spectrum, peak);
+    }
     let stride = noise::stride::<R, N, BINS>() as i32;
     let scale = f32::two_to(spectrum.exponent() + ROOM as i32);
     let (residual, weight) = if R::IQ {

@@ -10,7 +10,6 @@
 //! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
 //! but were not measured.
 
-use super::judge::Line;
 use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
 use super::measure::{Options, Seen, excess};
 use super::noise::{self, NOISE_BINS};
@@ -213,13 +212,9 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
             let clipped = clipped as f32 / N as f32;
             let seen = Seen {
                 noise,
-                line: if excess > 1.0 || self.crowded(found) {
-                    Line::Unresolved
-                } else {
-                    Line::Steady
-                },
+                excess,
                 clipped,
-                image: false,
+                unresolved: self.crowded(found),
                 gap: stamp.gap,
                 weak: !detected,
                 sigma: widened(sigma_bins(&found.fit, N, noise * excess), clipped),

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 /// Verdicts that say: use it within sigma.
-const USABLE: [&str; 2] = ["good", "moving"];
+const USABLE: [&str; 1] = ["good"];
 
 /// Sums over records.
 #[derive(Clone, Debug, Default)]
@@ -140,7 +140,7 @@ pub struct Cell {
     pub arith: &'static str,
     /// Records.
     pub trials: usize,
-    /// Answers that say they may be used (`good`, `moving`) and are within 5 sigma.
+    /// Answers that say they may be used (`good`) and are within 5 sigma.
     pub right: u64,
     /// Answers that say they may not.
     pub flagged: u64,

@@ -15,9 +15,9 @@ pub const TRIALS: usize = 300;
 
 /// What stands below the table.
 const LEGEND: &str = "\
-right    % good or moving, and within 5 sigma of the truth
+right    % good, and within 5 sigma of the truth
 flagged  % any other verdict; wolf: of them those within 5 sigma
-lie      % good or moving, and off by more than 5 sigma
+lie      % good, and off by more than 5 sigma
 RMSE and error/sigma leave out answers off by more than 1.5 bins; z2 is the mean of (error/sigma)^2 of all good ones.
 The bound is that of a pure tone in white noise as dense as the noise is at the tone.";
 
@@ -25,7 +25,7 @@ The bound is that of a pure tone in white noise as dense as the noise is at the 
 #[derive(Args, Clone, Debug)]
 pub struct Flags {
     /// Instead of pure tones: records with something wrong, and what the verdicts say of them. Names apart by commas, severities
-    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "list" explains them. An answer called moving is right or a lie by its own sigma, as a good one is
+    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "list" explains them.
     #[arg(long, value_name = "NAMES", conflicts_with_all = ["bin", "delta", "delta_points", "dc"])]
     pub impair: Option<String>,
     /// Bins between which the impaired tone lies, anywhere; else those where the impairment matters

@@ -13,9 +13,8 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! (the bin of DC, which holds the converter's offset, counts for nothing) and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
+//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
-use super::rest::{Moments, NEAR, Rest};
 use super::{
     Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
 };
@@ -47,9 +46,9 @@ pub(super) struct Sums<T> {
 pub(super) trait Sides<T> {
     /// The sums at p.
     fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model c leaves at the offset d, and where, with `centre` in the peak's own bin.
-    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Moments<T>);
-    /// How many bins count.
+    /// The power that the model c leaves.
+    fn residual(&self, p: T, c: Complex<T>) -> T;
+    /// How many bins there are.
     fn count(&self) -> usize;
 }
 
@@ -62,8 +61,7 @@ pub(super) struct Problem<T, S> {
     pub sides: S,
 }
 
-/// The bins beside the peak, and how many of them count.
-struct Floats<T>(Vec<Side<T>, { 2 * REACH }>, usize);
+struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
@@ -86,7 +84,7 @@ pub(super) fn fit<T: Scalar, R: Record>(
     }
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
     // The bins are put in their place: a vector made elsewhere would be copied here.
-    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new(), 0) };
+    let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
     problem.read(bins, reach);
     Some(problem.fit(course))
 }
@@ -173,18 +171,14 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
         let two = T::of(2.0);
-        let line = c * (sinc(x * x) / line_shape(d));
-        let centre = self.centre - c;
-        let (residual, moments) = self.sides.residual(d, p, c, centre);
         Fit {
             offset: d,
-            line,
+            line: c * (sinc(x * x) / line_shape(d)),
             information,
             peak: c,
             lever: Complex::new(two * sin * sin, -(two * sin * cos)),
-            residual: centre.norm_sqr() + residual,
+            residual: (self.centre - c).norm_sqr() + self.sides.residual(p, c),
             freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
-            rest: Rest::new(d, line, centre, &moments),
         }
     }
 }
@@ -199,15 +193,8 @@ impl<T: Scalar> Problem<T, Floats<T>> {
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
-                let mut side = Side { u: lean / e, m: T::one() + lean * lean, y };
-                if is_dc(bins.peak(), k, n) {
-                    // It stays where it is, with next to no weight.
-                    side = Side { m: T::of(1e-30), y: Complex::new(T::zero(), T::zero()), ..side };
-                } else {
-                    self.sides.1 += 1;
-                }
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.0.push(side);
+                let _ = self.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
             }
         }
         self.near = first_two(self.sides.0.iter().copied());
@@ -233,36 +220,15 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 
     /// `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
-    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Moments<T>) {
+    fn residual(&self, p: T, c: Complex<T>) -> T {
         let left = |side: &Side<T>| {
             let h = p / (p - side.u);
-            side.y - c * (h * side.m)
+            (side.y - c * (h * side.m)).norm_sqr() / side.m
         };
-        let (near, far) = self.0.split_at_checked(2 * NEAR).unwrap_or((&self.0, &[]));
-        let (mut sum, mut moments) = (T::zero(), Moments::new(centre));
-        for (index, side) in near.iter().enumerate() {
-            let i = place(index);
-            let left = left(side);
-            // So near, m is 1.
-            moments.add(i, T::one() / (d - T::of_i32(i)), left);
-            sum = sum + left.norm_sqr() / side.m;
-        }
-        let sum = far.iter().fold(sum, |sum, side| sum + left(side).norm_sqr() / side.m);
-        (sum, moments)
+        self.0.iter().fold(T::zero(), |sum, side| sum + left(side))
     }
 
     fn count(&self) -> usize {
-        self.1
+        self.0.len()
     }
-}
-
-/// Whether the bin k from the peak is the one that holds the converter's offset. A neighbour of the peak is needed all the same.
-pub(super) fn is_dc(peak: i32, k: i32, n: i32) -> bool {
-    k.abs() > 1 && peak.wrapping_add(k).checked_rem(n).unwrap_or(0) == 0
-}
-
-/// The places of the bins beside the peak: -1, 1, -2, 2 and so on.
-pub(super) const fn place(index: usize) -> i32 {
-    let away = (index >> 1) as i32 + 1;
-    if index & 1 == 0 { -away } else { away }
 }

@@ -17,10 +17,8 @@ pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;
-mod rest;
 
 pub(crate) use model::Model;
-pub use rest::Rest;
 
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::math::scalar::Scalar;
@@ -75,8 +73,6 @@ pub struct Fit<T> {
     /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
     /// times the noise power of a bin.
     pub freedom: u32,
-    /// What the model leaves near the line.
-    pub rest: Rest<T>,
 }
 
 impl<T: Scalar> Fit<T> {

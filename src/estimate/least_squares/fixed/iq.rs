@@ -1,8 +1,6 @@
 //! The fit of [`super::super::iq`] with the sums in integers.
 
-use super::near::Near;
 use super::{ROOM, around, held, nearest, product, quantised, shape};
-use crate::estimate::least_squares::rest::{Moments, NEAR};
 use crate::estimate::least_squares::{Course, Fit, first_two, iq};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
@@ -51,7 +49,6 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 /// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
-    peak: i32,
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
@@ -65,19 +62,13 @@ pub(super) fn fit(
     }
     let scale = f32::two_to(exponent + ROOM as i32);
     let e = core::f32::consts::PI / n as f32;
-    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new(), count: 0 });
+    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
             if let Some(x) = around(bins, sign * i) {
-                let mut side = Side::new(x, distance, sign);
-                if iq::is_dc(peak, sign * i, n) {
-                    side = Side { m: 0, inverse_m: 0, y: [0; 2], ..side };
-                } else {
-                    problem.sides.count += 1;
-                }
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.sides.push(side);
+                let _ = problem.sides.sides.push(Side::new(x, distance, sign));
             }
         }
     }
@@ -96,8 +87,6 @@ struct Side {
 struct Sides {
     scale: f32,
     sides: Vec<Side, { 2 * REACH }>,
-    /// How many of them count.
-    count: usize,
 }
 
 impl Side {
@@ -150,40 +139,23 @@ impl iq::Sides<f32> for Sides {
         }
     }
 
-    fn residual(
-        &self,
-        d: f32,
-        p: f32,
-        c: Complex<f32>,
-        centre: Complex<f32>,
-    ) -> (f32, Moments<f32>) {
-        let (p, d) = (quantised(p, 23), quantised(d, 30));
+    fn residual(&self, p: f32, c: Complex<f32>) -> f32 {
+        let p = quantised(p, 23);
         let c = [(c.re / self.scale) as i32, (c.im / self.scale) as i32];
-        let left = |side: &Side| {
+        let mut sum = 0i64;
+        for side in &self.sides {
             let (h, _) = shape(p, side.u);
             let mh = held(product(side.m, h) >> 29);
-            let [re, im] = [0, 1].map(|part: usize| {
-                let [y, c] = if part == 0 { [side.y[0], c[0]] } else { [side.y[1], c[1]] };
-                held(i64::from(y) - (product(c, mh) >> 26))
-            });
-            [re, im]
-        };
-        let mut near = Near::default();
-        let mut sum = 0i64;
-        for (index, side) in self.sides.iter().enumerate() {
-            let left = left(side);
-            if index < 2 * NEAR {
-                near.add(iq::place(index), d, left);
-            }
-            for part in left {
-                let share = held(product(part, side.inverse_m) >> 26);
-                sum = sum.saturating_add(product(part, share));
+            for (y, c) in side.y.into_iter().zip(c) {
+                let left = held(i64::from(y) - (product(c, mh) >> 26));
+                let share = held(product(left, side.inverse_m) >> 26);
+                sum = sum.saturating_add(product(left, share));
             }
         }
-        (sum as f32 * self.scale * self.scale, near.moments(centre, self.scale))
+        sum as f32 * self.scale * self.scale
     }
 
     fn count(&self) -> usize {
-        self.count
+        self.sides.len()
     }
 }

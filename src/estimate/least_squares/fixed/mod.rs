@@ -8,10 +8,8 @@
 mod equations;
 mod inverse;
 mod iq;
-mod near;
 mod real;
 mod scaled;
-mod tail;
 
 use super::{Course, Fit, Reach};
 use crate::acquire::sample::Record;
@@ -21,7 +19,6 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 use scaled::Scaled;
-pub(crate) use tail::tail;
 
 /// The bits by which the FFT's bins are shifted down.
 pub(crate) const ROOM: u32 = 2;
@@ -40,7 +37,7 @@ pub fn fit<R: Record, const N: usize>(
     let exponent = spectrum.exponent();
     let fit = |bins: &[Point]| {
         if R::IQ {
-            iq::fit(N as i32, peak, bins, const { &iq::distances::<N>() }, exponent, course)
+            iq::fit(N as i32, bins, const { &iq::distances::<N>() }, exponent, course)
         } else {
             real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
         }
@@ -189,17 +186,6 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
     let h = shifted::<23>(p, inverse);
     let slope = shifted::<30>(inverse, (1 << 26) - h);
     (h, slope)
-}
-
-/// `1 / (d - i)` in Q22 for d in Q30, |d - i| below 16 and not below 1/8.
-#[inline(always)]
-fn reciprocal(d: i32, i: i32) -> i32 {
-    let x = (d >> 4).wrapping_sub(i << 26);
-    let size = x.unsigned_abs().max(1 << 23).min(i32::MAX as u32);
-    let room = zeros(size).wrapping_sub(1) & 31;
-    // size / 2^26 = m / 2^(26 + room), so its inverse is of(m) / 2^(35 - room).
-    let inverse = (inverse::of(size << room) >> 13u32.saturating_sub(room)) as i32;
-    if x < 0 { -inverse } else { inverse }
 }
 
 /// Adds the product of two numbers, of which `a` is 2^30 in size or less, to the sum of others.

@@ -1,14 +1,11 @@
 //! The fit of [`super::super::real`] for cores without an FPU.
 
 use super::equations::{Place, Step, Sums};
-use super::near::Near;
 use super::scaled::Scaled;
 use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
-use crate::estimate::least_squares::rest::{Moments, NEAR, Rest};
 use crate::estimate::least_squares::{
     Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
 };
-use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
@@ -49,8 +46,6 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 
 /// A bin beside the peak.
 struct Side {
-    /// How many bins from the peak.
-    i: i32,
     u: i32,
     s: i32,
     x: [i32; 2],
@@ -106,7 +101,7 @@ pub(super) fn fit(
             if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
                 // The vector holds every distance up to the reach.
                 let y = shifted::<26>(s, x[1]);
-                let _ = sides.push(Side { i: k, u: near + bend, s, x, y, h: 0, slope: 0 });
+                let _ = sides.push(Side { u: near + bend, s, x, y, h: 0, slope: 0 });
             }
         }
     }
@@ -264,21 +259,15 @@ impl Peak {
         let turned = Complex::new((a - bent) * scale / self.root(at.p), b * scale);
         let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
         let line = [(a - bent).bits(0), bent.bits(0), b.bits(0)];
-        let (left, centre, near) = self.residual(at, onward, line, sides);
-        let codes = f32::two_to(unit);
-        let centre = Complex::new(centre[0] as f32, centre[1] as f32) * codes;
-        let moments: Moments<f32> = near.moments(centre, codes);
-        let turned = float(turned);
-        let offset = Scaled::new(at.d, -30).float(0);
+        let left = self.residual(at.p, onward, line, sides);
         Fit {
-            offset,
-            line: turned,
+            offset: Scaled::new(at.d, -30).float(0),
+            line: float(turned),
             information: step.information.float(2 * unit),
             peak: float(step.line),
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
-            rest: Rest::new(offset, turned, centre, &moments),
         }
     }
 
@@ -286,16 +275,14 @@ impl Peak {
     /// part `b s h`. A last step that is settled changes h as h' says, but for less than a hundredth of what is left.
     fn residual(
         &self,
-        at: &Offset,
+        p: i32,
         onward: i32,
         [turning, still, b]: [i32; 3],
         sides: &[Side],
-    ) -> (Scaled, [i32; 2], Near) {
-        let ([re, im], p) = (self.centre, narrow(at.p));
+    ) -> Scaled {
+        let ([re, im], p) = (self.centre, narrow(p));
         let settled = onward.abs() <= bins(SETTLED);
-        let centre = [re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b)];
-        let mut near = Near::default();
-        let mut sum = squares(centre[0], centre[1]);
+        let mut sum = squares(re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b));
         for side in sides {
             let h = if settled {
                 side.h.wrapping_add(shifted::<26>(onward, side.slope))
@@ -304,15 +291,12 @@ impl Peak {
             };
             let re = shifted::<26>(h, turning);
             let im = shifted::<26>(side.s, shifted::<26>(h, b));
-            let left = [side.x[0].wrapping_sub(re.wrapping_add(still)), side.x[1].wrapping_sub(im)];
-            let power = if side.i.unsigned_abs() as usize <= NEAR {
-                near.add(side.i, at.d, left)
-            } else {
-                squares(left[0], left[1])
-            };
-            sum = sum.wrapping_add(power);
+            sum = sum.wrapping_add(squares(
+                side.x[0].wrapping_sub(re.wrapping_add(still)),
+                side.x[1].wrapping_sub(im),
+            ));
         }
-        (Scaled::of_sum((sum >> 1) as i64, 1), centre, near)
+        Scaled::of_sum((sum >> 1) as i64, 1)
     }
 }
 
