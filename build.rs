@@ -13,6 +13,11 @@ fn main() {
     if has_dsp() {
         println!("cargo:rustc-cfg=dsp");
     }
+    if variable("TARGET").starts_with("thumbv8m.main") && !has_dsp() {
+        println!(
+            "cargo:warning=picket-dsp: portable kernels; a Cortex-M33 needs -Ctarget-cpu=cortex-m33 for the fast ones"
+        );
+    }
     if variable("TARGET").starts_with("thumbv8m") {
         println!("cargo:rustc-cfg=armv8m");
     }

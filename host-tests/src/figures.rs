@@ -31,6 +31,11 @@ impl Document {
         Self::new("docs/board.md", include_str!("../../docs/board.md"))
     }
 
+    /// The programs for boards of one's own.
+    pub fn own_board() -> Self {
+        Self::new("docs/own-board.md", include_str!("../../docs/own-board.md"))
+    }
+
     fn new(name: &'static str, text: &str) -> Self {
         Self { name, text: text.split_whitespace().collect::<Vec<_>>().join(" ") }
     }

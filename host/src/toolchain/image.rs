@@ -43,7 +43,7 @@ impl Firmware<'_> {
     }
 
     fn run(&self, echo: bool, others: &[&str]) -> Result<PathBuf, ToolError> {
-        let route = route(self.target)?;
+        let route = route(self.target.triple())?;
         let directory = firmware_dir().join(route.directory());
         let images = directory.join("images");
         fs::create_dir_all(&images).map_err(io_error(images.display()))?;
@@ -92,7 +92,8 @@ impl Firmware<'_> {
 /// Compiles what images with these features take of other packages, for several cores at once: most of it is a few packages one
 /// after the other, which leave the host's other cores idle. What is missing for it is told where an image is built.
 pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
-    let routes = targets.iter().map(|&target| route(target)).collect::<Result<Vec<_>, _>>()?;
+    let routes =
+        targets.iter().map(|target| route(target.triple())).collect::<Result<Vec<_>, _>>()?;
     let Some(way) = routes.first().map(Route::directory) else { return Ok(()) };
     if routes.iter().any(|route| route.directory() != way) {
         return Ok(());
@@ -116,12 +117,7 @@ fn build(directory: &Path, targets: &[Target]) -> Result<Command, ToolError> {
     let mut from_source = false;
     for &target in targets {
         command.args(["--target", target.triple()]);
-        if let Route::Source { rustc, linker } = route(target)? {
-            let name = target.triple().to_uppercase().replace(['-', '.'], "_");
-            command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
-            command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
-            from_source = true;
-        }
+        from_source |= route(target.triple())?.lead(&mut command, target.triple());
     }
     if from_source {
         command.arg("-Zbuild-std=core");
@@ -131,7 +127,7 @@ fn build(directory: &Path, targets: &[Target]) -> Result<Command, ToolError> {
 
 /// Lints the library and these images with these features for a target; warnings are errors.
 pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), ToolError> {
-    let route = route(target)?;
+    let route = route(target.triple())?;
     let directory = firmware_dir().join("lint").join(route.directory());
     let mut command = cargo();
     match &route {

@@ -7,17 +7,19 @@
 //! the command to type. The emulator needs no root.
 
 mod apt;
+mod dependent;
 mod error;
 mod image;
 mod process;
 mod qemu;
 mod route;
 
+pub use dependent::Dependent;
 pub use error::ToolError;
 pub(crate) use error::io_error;
 pub use image::{Firmware, lint, prepare};
 pub(crate) use process::on_path;
-pub use qemu::qemu;
+pub use qemu::{qemu, qemu_riscv32};
 
 use std::path::{Path, PathBuf};
 
@@ -82,6 +84,11 @@ impl Profile {
 pub fn workspace() -> &'static Path {
     let host = Path::new(env!("CARGO_MANIFEST_DIR"));
     host.parent().unwrap_or(host)
+}
+
+/// The programs outside the workspace that depend on the library as a stranger's would.
+pub fn dependents() -> PathBuf {
+    workspace().join("dependents")
 }
 
 /// Where firmware and what belongs to it is built: `target/firmware`.

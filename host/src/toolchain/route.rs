@@ -3,7 +3,7 @@
 use super::apt;
 use super::error::ToolError;
 use super::process::{ask, capture, on_path};
-use super::{Target, workspace};
+use super::workspace;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -26,20 +26,29 @@ impl Route {
             Route::Source { .. } => "source",
         }
     }
+
+    /// Has cargo go this way to a target. True where `core` is to be built, too.
+    pub(super) fn lead(&self, command: &mut Command, triple: &str) -> bool {
+        let Route::Source { rustc, linker } = self else { return false };
+        let name = triple.to_uppercase().replace(['-', '.'], "_");
+        command.env("RUSTC", rustc).env("RUSTC_BOOTSTRAP", "1");
+        command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+        true
+    }
 }
 
 /// The way to a target, decided once in a process and told in one line.
-pub(super) fn route(target: Target) -> Result<Route, ToolError> {
-    static CHOSEN: Mutex<Option<HashMap<Target, Route>>> = Mutex::new(None);
+pub(super) fn route(triple: &'static str) -> Result<Route, ToolError> {
+    static CHOSEN: Mutex<Option<HashMap<&'static str, Route>>> = Mutex::new(None);
     let mut chosen = CHOSEN.lock().unwrap_or_else(PoisonError::into_inner);
     let chosen = chosen.get_or_insert_default();
-    if let Some(route) = chosen.get(&target) {
+    if let Some(route) = chosen.get(triple) {
         return Ok(route.clone());
     }
-    let route = choose(target)?;
+    let route = choose(triple)?;
     if !chosen.values().any(|other| *other == route) {
         match &route {
-            Route::Installed => eprintln!("toolchain: the installed target {}", target.triple()),
+            Route::Installed => eprintln!("toolchain: the installed target {triple}"),
             Route::Source { rustc, linker } => eprintln!(
                 "toolchain: core from source by {}, linked by {}",
                 rustc.display(),
@@ -47,32 +56,32 @@ pub(super) fn route(target: Target) -> Result<Route, ToolError> {
             ),
         }
     }
-    chosen.insert(target, route.clone());
+    chosen.insert(triple, route.clone());
     Ok(route)
 }
 
-fn choose(target: Target) -> Result<Route, ToolError> {
-    let library = Path::new("lib/rustlib").join(target.triple()).join("lib");
+fn choose(triple: &str) -> Result<Route, ToolError> {
+    let library = Path::new("lib/rustlib").join(triple).join("lib");
     let sysroot = sysroot(Path::new("rustc"));
     let has =
         |sysroot: &Option<PathBuf>| sysroot.as_ref().is_some_and(|s| s.join(&library).exists());
-    if has(&sysroot) || (rustup_may_install() && rustup_add(target) && has(&sysroot)) {
+    if has(&sysroot) || (rustup_may_install() && rustup_add(triple) && has(&sysroot)) {
         return Ok(Route::Installed);
     }
     let rustc = match source_compiler() {
         Some(rustc) => rustc,
         None => {
-            let what = format!("Rust for {}", target.triple());
-            apt::install(&what, &RUST_PACKAGES).map_err(|error| with_rustup(error, target))?;
+            let what = format!("Rust for {triple}");
+            apt::install(&what, &RUST_PACKAGES).map_err(|error| with_rustup(error, triple))?;
             source_compiler()
-                .ok_or_else(|| with_rustup(apt::missing(&what, &RUST_PACKAGES, None), target))?
+                .ok_or_else(|| with_rustup(apt::missing(&what, &RUST_PACKAGES, None), triple))?
         }
     };
-    let linker = match linker() {
+    let linker = match linker(triple) {
         Some(linker) => linker,
         None => {
             apt::install("a linker for firmware", &[LINKER_PACKAGE])?;
-            linker()
+            linker(triple)
                 .ok_or_else(|| apt::missing("a linker for firmware", &[LINKER_PACKAGE], None))?
         }
     };
@@ -83,19 +92,21 @@ fn choose(target: Target) -> Result<Route, ToolError> {
 const RUST_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", LINKER_PACKAGE];
 const LINKER_PACKAGE: &str = "lld-22";
 const LINKERS: [&str; 3] = ["rust-lld", "ld.lld-22", "ld.lld"];
+/// The same linker under the names by which it links for WebAssembly.
+const WEB_LINKERS: [&str; 3] = ["rust-lld", "wasm-ld-22", "wasm-ld"];
 const OLDEST: (u32, u32) = (1, 95);
 
 fn rustup_may_install() -> bool {
     std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
 }
 
-fn rustup_add(target: Target) -> bool {
+fn rustup_add(triple: &str) -> bool {
     let Some(rustup) = on_path("rustup") else {
         return false;
     };
-    eprintln!("toolchain: rustup target add {}", target.triple());
+    eprintln!("toolchain: rustup target add {triple}");
     let mut command = Command::new(rustup);
-    command.args(["--quiet", "target", "add", target.triple()]).current_dir(workspace());
+    command.args(["--quiet", "target", "add", triple]).current_dir(workspace());
     capture(command, false).is_ok_and(|(ok, _)| ok)
 }
 
@@ -108,13 +119,14 @@ fn source_compiler() -> Option<PathBuf> {
     })
 }
 
-fn linker() -> Option<PathBuf> {
+fn linker(triple: &str) -> Option<PathBuf> {
+    let names = if triple.starts_with("wasm") { WEB_LINKERS } else { LINKERS };
     let host = ask(Path::new("rustc"), &["--print", "host-tuple"]);
     let bundled = sysroot(Path::new("rustc"))
         .zip(host)
         .map(|(sysroot, host)| sysroot.join("lib/rustlib").join(host).join("bin/rust-lld"))
         .filter(|path| path.exists());
-    bundled.or_else(|| LINKERS.iter().find_map(|name| on_path(name)))
+    bundled.or_else(|| names.iter().find_map(|name| on_path(name)))
 }
 
 /// "rustc 1.96.0 (...)" -> (1, 96)
@@ -129,10 +141,10 @@ fn sysroot(rustc: &Path) -> Option<PathBuf> {
 }
 
 /// Where rustup is in use, the shorter way to mend it is rustup's.
-fn with_rustup(error: ToolError, target: Target) -> ToolError {
+fn with_rustup(error: ToolError, triple: &str) -> ToolError {
     match error {
         ToolError::Missing { what, command, reason } if on_path("rustup").is_some() => {
-            let command = format!("rustup target add {}` or `{command}", target.triple());
+            let command = format!("rustup target add {triple}` or `{command}");
             ToolError::Missing { what, command, reason }
         }
         error => error,
