@@ -143,7 +143,7 @@ pub enum ConfigError {
     Scale,
     /// The method does not work on this kind of record.
     Method,
-    /// The length is not 16 to 2^22 samples. The core's own transform takes only 64, 128, ... 4096.
+    /// The length is not at most 2^22 samples. The core's own transform takes only 64, 128, ... 4096.
     Length,
     /// The plan is for records of another kind or length.
     Records,
@@ -195,13 +195,13 @@ impl Config {
         Plan::of_terms(self.terms::<R>(N)?)
     }
 
-    /// The same for a length that is known only at run time: 16 to 2^22 samples. Lengths other than
+    /// The same for a length that is known only at run time: at most 2^22 samples. Lengths other than
     /// 64, 128, ... 4096 need a transform of the caller's own.
     ///
     /// # Errors
     /// As [`Config::plan`], and if the length is out of this range.
     pub fn terms<R: Record>(&self, n: usize) -> Result<Terms, ConfigError> {
-        if !(16..=1 << 22).contains(&n) {
+        if !(1..=1 << 22).contains(&n) {
             return Err(ConfigError::Length);
         }
         if !positive(self.rate_hz) {

@@ -3,6 +3,7 @@
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
+use crate::estimate::frequency::Frequency;
 use crate::estimate::measure::{Options, measure};
 use crate::estimate::several::{MOST, several};
 use crate::estimate::tone::{Tone, Verdict};
@@ -79,7 +80,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             Some(peak) => measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options),
             None => Tone::default(),
         };
-        if clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
+        // The smallest programs do without: to them such a record is clipped.
+        if cfg!(feature = "methods") && clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
             tone.verdict = Verdict::WrongCodes;
         }
         tone.rate_hz = rate_hz;
@@ -198,14 +200,33 @@ const TRIANGLE: u8 = 1 << Segment::Up as u8 | 1 << Segment::Down as u8;
 /// chirp, so a target never mixes two.
 #[derive(Clone, Debug)]
 struct Ramps {
-    tones: [Tone; 3],
+    beats: [Beat; 3],
     held: u8,
     last: u32,
 }
 
+/// What a solver reads of a tone.
+#[derive(Clone, Copy, Debug)]
+struct Beat {
+    frequency: Frequency,
+    sigma: f32,
+    verdict: Verdict,
+}
+
+impl Beat {
+    const fn of(tone: &Tone) -> Self {
+        Self { frequency: tone.frequency, sigma: tone.sigma, verdict: tone.verdict }
+    }
+
+    const fn tone(&self) -> Tone {
+        let Self { frequency, sigma, verdict } = *self;
+        Tone { frequency, sigma, verdict, ..Tone::ZERO }
+    }
+}
+
 impl Ramps {
     const fn new() -> Self {
-        Self { tones: [Tone::ZERO; 3], held: 0, last: 0 }
+        Self { beats: [Beat::of(&Tone::ZERO); 3], held: 0, last: 0 }
     }
 
     /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.
@@ -221,11 +242,11 @@ impl Ramps {
             Segment::Flat => 1,
             Segment::Down => 2,
         };
-        if let Some(slot) = self.tones.get_mut(index) {
-            *slot = tone;
+        if let Some(beat) = self.beats.get_mut(index) {
+            *beat = Beat::of(&tone);
             self.held |= 1 << stamp.segment as u8;
         }
         let complete = stamp.segment == Segment::Down && self.held == wanted;
-        complete.then_some(self.tones)
+        complete.then(|| self.beats.each_ref().map(Beat::tone))
     }
 }
