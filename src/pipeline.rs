@@ -59,7 +59,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 
     /// Follows another plan from the next block on.
     pub fn adopt(&mut self, plan: Plan<R, N>) {
-        self.plan = plan;
+        self.plan.take(plan);
         self.ramps.held = 0;
     }
 

@@ -149,6 +149,21 @@ impl<R: Record, const N: usize> Plan<R, N> {
         kind: PhantomData,
     };
 
+    /// Takes another plan, one field after the other: where the compiler knows them, a small program stores them at once and needs no
+    /// routine that copies memory.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, plan: Self) {
+        let Terms { n, iq, rate_hz, codes, band, options, solver, tracking } = plan.terms;
+        let terms = &mut self.terms;
+        (terms.n, terms.iq, terms.rate_hz, terms.codes) = (n, iq, rate_hz, codes);
+        (terms.band, terms.options, terms.tracking) = (band, options, tracking);
+        // Without a solver its scales need not be copied.
+        match solver {
+            Solver::None => terms.solver = Solver::None,
+            solver => terms.solver = solver,
+        }
+    }
+
     const fn supported() {
         const { assert!(supported(N), "a record has 64, 128, ... 4096 samples") };
     }

@@ -48,8 +48,10 @@ fn every_width<R: Record, const N: usize, E: Engine>() {
         for trial in 0..TRIALS {
             let hertz = 3001.0 + 411.7 * trial as f64;
             let samples = samples::<R, N>(codes, 0.9, hertz, &mut rng);
-            let plan = Config::new(RATE_HZ, codes).plan::<R, N>().unwrap();
-            let mut pipeline = Pipeline::<R, N, E>::new(plan);
+            // I/Q has the codes' offset at 0 Hz: the band begins above.
+            let band_hz = R::IQ.then_some((1e3, 23e3));
+            let config = Config { band_hz, ..Config::new(RATE_HZ, codes) };
+            let mut pipeline = Pipeline::<R, N, E>::new(config.plan().unwrap());
             let tone = pipeline.record(&samples).unwrap().tone;
             assert_eq!(tone.verdict, Verdict::Good, "{codes:?} {hertz}: {tone}");
             let error = (tone.hertz() - hertz) / tone.sigma_hertz();
