@@ -18,6 +18,9 @@ use std::sync::OnceLock;
 
 const STM32F4: Dependent = Dependent { name: "stm32f4", triple: "thumbv7em-none-eabihf" };
 const RP2040: Dependent = Dependent { name: "rp2040", triple: "thumbv6m-none-eabi" };
+const EMBASSY_STM32: Dependent =
+    Dependent { name: "embassy-stm32", triple: "thumbv7em-none-eabihf" };
+const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-none-eabi" };
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
 const WASM32: Dependent = Dependent { name: "wasm32", triple: "wasm32-unknown-unknown" };
 
@@ -67,18 +70,29 @@ impl Image {
         bytes.as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect()
     }
 
-    /// Asserts that this interrupt has its own handler in a table of so many, and the others the one for all.
-    fn assert_vector(&self, address: u64, interrupts: usize, number: usize, name: &str) {
+    /// Asserts that these interrupts have their own handlers in a table of so many, and the others the one for all.
+    fn assert_vectors(&self, address: u64, interrupts: usize, own: &[(usize, &str)]) {
         let vectors = self.vectors(address);
         assert_eq!(vectors.len(), 16 + interrupts);
         assert_eq!(vectors[1], self.handler("Reset"));
-        let (own, others) = (self.handler(name), self.handler("DefaultHandler_"));
-        assert_ne!(own, others);
+        let others = self.handler("DefaultHandler_");
         for (index, &vector) in vectors[16..].iter().enumerate() {
-            // A line that the device does not have is 0.
-            let right = if index == number { vector == own } else { [others, 0].contains(&vector) };
+            let right = match own.iter().find(|(number, _)| *number == index) {
+                Some((_, name)) => vector == self.handler(name) && vector != others,
+                // A line that the device does not have is 0.
+                None => [others, 0].contains(&vector),
+            };
             assert!(right, "interrupt {index}: {vector:#x}");
         }
+    }
+
+    /// Asserts that the ROM of an RP2040 starts it: the checksum at the end of its first stage is right (datasheet, 2.8.1.3.1).
+    fn assert_first_stage(&self) {
+        let (at, stage) = self.section(".boot2");
+        assert_eq!((at, stage.len()), (0x1000_0000, 256));
+        let (code, checksum) = stage.split_at(252);
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_MPEG_2).checksum(code);
+        assert_eq!(checksum, crc.to_le_bytes());
     }
 }
 
@@ -92,7 +106,7 @@ fn assert_states_footprint(words: &str, image: &Path) {
 #[test]
 fn the_page_shows_the_programs_as_they_are() {
     let page = include_str!("../../docs/own-board.md");
-    for Dependent { name, .. } in [STM32F4, RP2040] {
+    for Dependent { name, .. } in [STM32F4, RP2040, EMBASSY_STM32, EMBASSY_RP] {
         let program = fs::read_to_string(dependents().join(name).join("src/main.rs")).unwrap();
         assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/own-board.md, {name}");
     }
@@ -115,7 +129,7 @@ fn a_device_crates_interrupts_are_in_the_vector_table() {
     let Some(image) = stm32f4() else { return };
     assert_states_footprint("the interrupt by the device crate's own attribute.", image);
     // RM0390, table 38: 97 lines, DMA2 stream 0 is 56.
-    Image::of(image).assert_vector(0x0800_0000, 97, 56, "DMA2_STREAM0");
+    Image::of(image).assert_vectors(0x0800_0000, 97, &[(56, "DMA2_STREAM0")]);
 }
 
 /// The test above can fail: a package that hands the linker an empty `device.x` of its own, as this one once did, hides the
@@ -142,13 +156,27 @@ fn a_chip_without_flash_of_its_own_finds_its_first_stage_and_its_vectors() {
     assert_states_footprint("Two DMA channels in turn.", &image);
     let image = Image::of(&image);
     // RP2040 datasheet, 2.3.2: 26 lines, 32 words; DMA_IRQ_0 is 11.
-    image.assert_vector(0x1000_0100, 32, 11, "DMA_IRQ_0");
-    // 2.8.1.3.1: the ROM starts it only if the checksum at its end is right.
-    let (at, stage) = image.section(".boot2");
-    assert_eq!((at, stage.len()), (0x1000_0000, 256));
-    let (code, checksum) = stage.split_at(252);
-    let crc = crc::Crc::<u32>::new(&crc::CRC_32_MPEG_2).checksum(code);
-    assert_eq!(checksum, crc.to_le_bytes());
+    image.assert_vectors(0x1000_0100, 32, &[(11, "DMA_IRQ_0")]);
+    image.assert_first_stage();
+}
+
+#[test]
+fn embassys_ring_buffer_on_an_stm32_links_with_its_interrupt() {
+    let Some(image) = had(EMBASSY_STM32.build(&[])) else { return };
+    assert_states_footprint("a DMA ring of two halves.", &image);
+    Image::of(&image).assert_vectors(0x0800_0000, 97, &[(56, "DMA2_STREAM0")]);
+}
+
+#[test]
+fn embassys_chunks_on_an_rp2040_link_with_their_interrupts() {
+    let Some(image) = had(EMBASSY_RP.build(&[])) else { return };
+    assert_states_footprint("The HAL reads a chunk by DMA, then stops.", &image);
+    let image = Image::of(&image);
+    // ADC_IRQ_FIFO is 22; the HAL itself listens to the pins and to the other core.
+    let hal = [(13, "IO_IRQ_BANK0"), (16, "SIO_IRQ_PROC1")];
+    let own = [[(11, "DMA_IRQ_0"), (22, "ADC_IRQ_FIFO")], hal].concat();
+    image.assert_vectors(0x1000_0100, 32, &own);
+    image.assert_first_stage();
 }
 
 /// What this machine measures, by floats and by integers.
