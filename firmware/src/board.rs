@@ -19,16 +19,13 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     const NAME: &'static str;
     /// The words that settings become in the board's registers.
     type Words;
-    /// Flash, or whatever keeps settings over a restart.
-    type Storage: Storage;
+    /// Flash, or whatever keeps settings over a restart; its default value is the access to it.
+    type Storage: Storage + Default;
 
     /// Why the chip was reset. The instrument asks once, before [`Board::start`].
     fn causes() -> Causes {
         Causes::default()
     }
-
-    /// The storage of the settings.
-    fn storage() -> Self::Storage;
 
     /// Sets up clocks, pins, a timer that never stops, the watchdog and the line to the host.
     /// `None` at the second call.

@@ -7,13 +7,13 @@
 //! instrument/     blocks to telemetry, commands to answers
 //!   |
 //! board.rs        what the instrument needs from a board
-//!   ^
+//!   ^             (sampler.rs, shared.rs, slot.rs: what boards have in common)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
 //!
 //! mps2/           emulated boards that play a capture, for images of their own
 //! ```
 //!
-//! A new board is a type that implements [`board::Board`], of some hundred lines: `docs/porting.md`
+//! A new board is a type that implements [`board::Board`], of at most 150 lines: `docs/porting.md`
 //! shows one. The feature `instrument` gives its crate the loop, without the boards of this one.
 //! An image links only if no panic is reachable.
 #![no_std]
@@ -30,4 +30,8 @@ pub mod instrument;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub mod mps2;
 pub mod nucleo_f446re;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod sampler;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod shared;
 pub mod slot;

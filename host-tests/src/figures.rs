@@ -36,6 +36,11 @@ impl Document {
         Self::new("docs/own-board.md", include_str!("../../docs/own-board.md"))
     }
 
+    /// The instructions for another board.
+    pub fn porting() -> Self {
+        Self::new("docs/porting.md", include_str!("../../docs/porting.md"))
+    }
+
     fn new(name: &'static str, text: &str) -> Self {
         Self { name, text: text.split_whitespace().collect::<Vec<_>>().join(" ") }
     }

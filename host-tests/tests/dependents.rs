@@ -7,14 +7,20 @@ mod same_bits;
 
 use host_tests::figures::Document;
 use object::{Object, ObjectSection, ObjectSymbol};
-use picket::Arithmetic;
+use picket::{Arithmetic, Config, Verdict};
+use picket_host::console::Console;
+use picket_host::device::Said;
 use picket_host::emulator::Footprint;
-use picket_host::toolchain::{Dependent, ToolError, dependents, qemu_riscv32};
+use picket_host::toolchain::{Dependent, ToolError, dependents, qemu, qemu_riscv32};
+use picket_wire::boot::{Boot, Clock};
+use picket_wire::command::{Command as Order, Refusal};
+use picket_wire::settings::{Drive, Settings};
 use same_bits::{Seen, same_bits};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 const STM32F4: Dependent = Dependent { name: "stm32f4", triple: "thumbv7em-none-eabihf" };
 const RP2040: Dependent = Dependent { name: "rp2040", triple: "thumbv6m-none-eabi" };
@@ -22,6 +28,7 @@ const EMBASSY_STM32: Dependent =
     Dependent { name: "embassy-stm32", triple: "thumbv7em-none-eabihf" };
 const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-none-eabi" };
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
+const SKELETON: Dependent = Dependent { name: "skeleton", triple: "thumbv7m-none-eabi" };
 const WASM32: Dependent = Dependent { name: "wasm32", triple: "wasm32-unknown-unknown" };
 
 /// What could be had. What a machine without network cannot have is skipped, and said; anything else is a failure.
@@ -110,6 +117,128 @@ fn the_page_shows_the_programs_as_they_are() {
         let program = fs::read_to_string(dependents().join(name).join("src/main.rs")).unwrap();
         assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/own-board.md, {name}");
     }
+}
+
+#[test]
+fn the_page_shows_the_skeleton_as_it_is_and_it_is_short() {
+    let page = include_str!("../../docs/porting.md");
+    let program = fs::read_to_string(dependents().join("skeleton/src/main.rs")).unwrap();
+    assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/porting.md");
+    let lines = program.lines().count();
+    assert!(lines <= 150, "{lines} lines");
+    Document::porting().assert_states("It has # lines, with comments and", &[lines as f64]);
+    // The table has a row for each item of the trait.
+    let source = include_str!("../../firmware/src/board.rs");
+    let items: Vec<&str> = source
+        .lines()
+        .filter_map(|line| line.strip_prefix("    "))
+        .filter_map(|line| ["fn ", "const ", "type "].iter().find_map(|w| line.strip_prefix(w)))
+        .filter_map(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_').next())
+        .collect();
+    assert!(items.len() >= 17, "{items:?}");
+    for item in items {
+        assert!(page.contains(&format!("\n| `{item}` |")), "docs/porting.md lacks {item}");
+    }
+}
+
+/// The emulated board that is neither an MPS2 nor a NUCLEO, and its boot record. Its time is counted in instructions, 64 ns each,
+/// so that a busy host makes no gaps.
+fn skeleton(image: &Path) -> Option<(Console, Boot)> {
+    let mut command = Command::new(had(qemu())?);
+    command.args(["-machine", "lm3s6965evb", "-icount", "shift=6,align=off,sleep=on"]);
+    command.args(["-nodefaults", "-nographic", "-net", "none", "-kernel"]).arg(image);
+    command.args(["-chardev", "stdio,id=uart0,signal=off", "-serial", "chardev:uart0"]);
+    let mut board = Console::start(command).unwrap();
+    let first = boot(&mut board);
+    Some((board, first))
+}
+
+fn boot(board: &mut Console) -> Boot {
+    let boot = board.expect(|said| match said {
+        Said::Boot(boot) => Some(boot),
+        _ => None,
+    });
+    boot.unwrap()
+}
+
+/// Ten records in a row, of every `step`th block, each of them the skeleton's tone.
+fn assert_ten_records(board: &mut Console, rate_hz: f64, step: u32) {
+    // The pointer turns by twice the arc sine of a quarter from sample to sample.
+    let expected = 2.0 * 0.25f64.asin() / std::f64::consts::TAU;
+    let mut sequences = Vec::new();
+    for _ in 0..10 {
+        let record = board.expect(|said| match said {
+            Said::Telemetry(record) => Some(record),
+            _ => None,
+        });
+        let record = record.unwrap();
+        let tone = record.measurement.tone;
+        let (frequency, sigma) = (tone.frequency.bins(256) / 256.0, f64::from(tone.sigma));
+        let sigmas = (frequency - expected) / sigma;
+        println!("{:.4} Hz, {sigmas:+.2} sigma, {:.1} dB", frequency * rate_hz, tone.snr_db());
+        assert_eq!(tone.verdict, Verdict::Good, "{record:?}");
+        assert!(sigmas.abs() < 5.0, "{record:?}");
+        assert_eq!((record.health.lost, record.health.faults), (0, 0));
+        sequences.push(record.measurement.stamp.sequence);
+    }
+    let from = sequences[0];
+    assert!(sequences.iter().zip(0..).all(|(&s, n)| s == from + n * step), "{sequences:?}");
+}
+
+fn settings_of(board: &mut Console, order: Order) -> Settings {
+    let body = board.request(order).unwrap().unwrap();
+    let (settings, n) = Settings::of_bytes(body[..].try_into().unwrap()).unwrap();
+    assert_eq!(n, 256);
+    settings
+}
+
+#[test]
+fn the_skeleton_board_measures_and_follows_commands() {
+    let Some(image) = had(SKELETON.build(&[])) else { return };
+    let Footprint { flash, ram } = Footprint::of(&image).unwrap();
+    let phrase = "The image takes # B of flash and # B of RAM without the stack";
+    Document::porting().assert_states(phrase, &[flash as f64, ram as f64]);
+    let Some((mut board, first)) = skeleton(&image) else { return };
+    assert_eq!((first.board.as_str(), first.clock), ("skeleton", Clock::External));
+    assert_eq!((first.n, first.core_hz), (256, 12_500_000));
+    assert!(first.measuring && !first.stored && !first.unfit);
+    // The default rate is far above what it can: it takes its fastest.
+    assert_ten_records(&mut board, 5000.0, 1);
+    // Settings come back as the board rounds them, and outlive the reset.
+    let base = Settings::default();
+    let wanted =
+        Settings { report_every: 2, config: Config { rate_hz: 3000.0, ..base.config }, ..base };
+    let answered = settings_of(&mut board, Order::SetSettings(wanted, 256));
+    let rate_hz = 12.5e6 / 4167.0;
+    let config = Config { rate_hz, ..wanted.config };
+    assert_eq!(answered, Settings { config, ..wanted });
+    let second = boot(&mut board);
+    assert!(second.measuring && second.settings != first.settings);
+    assert_eq!(settings_of(&mut board, Order::GetSettings), answered);
+    assert_ten_records(&mut board, rate_hz, 2);
+    // I/Q samples, whose band lies on one side of 0 Hz.
+    let config = Config { band_hz: Some((100.0, 1400.0)), ..wanted.config };
+    settings_of(&mut board, Order::SetSettings(Settings { iq: true, config, ..wanted }, 256));
+    boot(&mut board);
+    assert_ten_records(&mut board, rate_hz, 2);
+    // What it does not have, it refuses.
+    assert_eq!(board.request(Order::Save).unwrap(), Err(Refusal::Flash));
+    let driven = Settings { drive: Drive::Dac { low: 0, high: 4095 }, ..base };
+    let refused = board.request(Order::SetSettings(driven, 256)).unwrap();
+    assert_eq!(refused, Err(Refusal::Settings([8, 0])));
+    // Stopped, it answers and measures nothing.
+    board.request(Order::Stop).unwrap().unwrap();
+    assert!(!boot(&mut board).measuring);
+    let heard = std::iter::from_fn(|| board.hear(Duration::from_secs(1)).unwrap());
+    let heard: Vec<Said> = heard.take(3).collect();
+    assert!(heard.iter().all(|said| matches!(said, Said::Status(_))), "{heard:?}");
+    assert_eq!(board.request(Order::Capture(1)).unwrap(), Err(Refusal::Stopped));
+    board.request(Order::Start).unwrap().unwrap();
+    assert!(boot(&mut board).measuring);
+    assert_ten_records(&mut board, rate_hz, 2);
+    board.request(Order::Reboot).unwrap().unwrap();
+    assert_eq!(boot(&mut board), first, "the default settings after a restart as from power-on");
+    assert_eq!(board.listener().bad, 0);
 }
 
 /// The STM32F4's image, apart from where the linker may write again.

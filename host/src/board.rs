@@ -4,19 +4,16 @@
 //! the program. Played, in a piece of memory, are the registers of DMA2 and the converters: QEMU has none. Neither there nor here
 //! are the clock's multiplier, the watchdog and the flash controller.
 
-use crate::device::{Listener, Said};
+use crate::console::Console;
 use crate::emulator::RunError;
 use crate::toolchain::{self, Firmware, Profile, Target, io_error};
 use picket_firmware::nucleo_f446re::words::sampling::{
     ADC_SR_OVR, STREAM_0_COMPLETE, STREAM_CT, STREAM_EN,
 };
-use picket_wire::command::{Command, Refusal, Request};
-use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
+use std::ops::{Deref, DerefMut};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -52,15 +49,8 @@ const ADC_IRQ: u32 = 18;
 
 /// The emulated board.
 pub struct Board {
-    child: Child,
-    to_board: ChildStdin,
-    from_board: Receiver<Vec<u8>>,
+    console: Console,
     qtest: BufReader<UnixStream>,
-    listener: Listener,
-    said: VecDeque<Said>,
-    tag: u8,
-    /// Every byte the board has sent, if they are kept.
-    pub recorded: Option<Vec<u8>>,
     _directory: TempDir,
 }
 
@@ -87,40 +77,18 @@ impl Board {
         command.args(["-chardev", "stdio,id=usart2,signal=off", "-serial", "chardev:usart2"]);
         command.arg("-qtest").arg(format!("unix:{},server=on,wait=off", socket.display()));
         command.args(["-qtest-log", "none"]).args(options);
-        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
-        let gone = || RunError::Emulator("it did not start".into());
-        let to_board = child.stdin.take().ok_or_else(gone)?;
-        let from_board = crate::emulator::reader(child.stdout.take());
+        let console = Console::start(command)?;
         let end = Instant::now() + Duration::from_secs(20);
         let stream = loop {
             match UnixStream::connect(&socket) {
                 Ok(stream) => break stream,
-                Err(error) if Instant::now() > end => {
-                    let _ = child.kill();
-                    return Err(io_error("qtest")(error).into());
-                }
+                Err(error) if Instant::now() > end => return Err(io_error("qtest")(error).into()),
                 Err(_) => std::thread::sleep(Duration::from_millis(5)),
             }
         };
         let limit = Some(Duration::from_secs(20));
         stream.set_read_timeout(limit).map_err(io_error("qtest"))?;
-        Ok(Self {
-            child,
-            to_board,
-            from_board,
-            qtest: BufReader::new(stream),
-            listener: Listener::default(),
-            said: VecDeque::new(),
-            tag: 0,
-            recorded: None,
-            _directory: directory,
-        })
-    }
-
-    /// What was said and counted so far.
-    pub fn listener(&self) -> &Listener {
-        &self.listener
+        Ok(Self { console, qtest: BufReader::new(stream), _directory: directory })
     }
 
     fn ask(&mut self, line: &str) -> Result<u32, RunError> {
@@ -227,65 +195,20 @@ impl Board {
         }
         Ok(words)
     }
+}
 
-    /// Sends bytes to the board's serial port as they are.
-    pub fn send(&mut self, bytes: &[u8]) -> Result<(), RunError> {
-        self.to_board.write_all(bytes).map_err(io_error("the serial port"))?;
-        self.to_board.flush().map_err(io_error("the serial port"))?;
-        Ok(())
-    }
+/// What is said to it and by it.
+impl Deref for Board {
+    type Target = Console;
 
-    /// The next thing the board says; `None` after `limit` without one.
-    pub fn hear(&mut self, limit: Duration) -> Result<Option<Said>, RunError> {
-        let end = Instant::now() + limit;
-        loop {
-            if let Some(said) = self.said.pop_front() {
-                return Ok(Some(said));
-            }
-            match self.from_board.recv_timeout(end.saturating_duration_since(Instant::now())) {
-                Ok(bytes) => {
-                    self.said.extend(self.listener.read(&bytes));
-                    if let Some(recorded) = &mut self.recorded {
-                        recorded.extend(bytes);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => return Ok(None),
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(RunError::Emulator("it ended".into()));
-                }
-            }
-        }
-    }
-
-    /// The next thing for which `wanted` gives something; what comes before is passed over.
-    pub fn expect<T>(&mut self, mut wanted: impl FnMut(Said) -> Option<T>) -> Result<T, RunError> {
-        const LIMIT: Duration = Duration::from_secs(20);
-        let end = Instant::now() + LIMIT;
-        while let Some(said) = self.hear(end.saturating_duration_since(Instant::now()))? {
-            if let Some(wanted) = wanted(said) {
-                return Ok(wanted);
-            }
-        }
-        Err(RunError::Timeout(LIMIT))
-    }
-
-    /// Asks a question and gives the answer to it.
-    pub fn request(&mut self, command: Command) -> Result<Result<Vec<u8>, Refusal>, RunError> {
-        self.tag = self.tag.wrapping_add(1);
-        let request = Request { tag: self.tag, command };
-        self.send(&request.to_frame())?;
-        self.expect(|said| match said {
-            Said::Answer(answer, body) if answer == request.answer() => Some(body),
-            _ => None,
-        })
+    fn deref(&self) -> &Console {
+        &self.console
     }
 }
 
-impl Drop for Board {
-    fn drop(&mut self) {
-        // Both fail only for a process that has ended and been waited for.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+impl DerefMut for Board {
+    fn deref_mut(&mut self) -> &mut Console {
+        &mut self.console
     }
 }
 

@@ -15,6 +15,7 @@ pub mod bench;
 pub mod board;
 pub mod campaign;
 pub mod cli;
+pub mod console;
 pub mod demo;
 pub mod device;
 pub mod emulator;

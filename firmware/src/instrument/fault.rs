@@ -14,6 +14,20 @@ pub extern "C" fn unexpected() {
     end(LastEnd { kind: 2, pc: 0, more: [number, 0] })
 }
 
+/// The vector table of a device with so many interrupts, of which the image uses none: each restarts
+/// the board, which then reports it.
+#[macro_export]
+macro_rules! no_interrupts {
+    ($lines:expr) => {
+        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
+        // the vector table, whose type is an array of handlers.
+        #[unsafe(link_section = ".vector_table.interrupts")]
+        #[unsafe(no_mangle)]
+        static __INTERRUPTS: [extern "C" fn(); $lines] =
+            [$crate::instrument::fault::unexpected; $lines];
+    };
+}
+
 fn end(last: LastEnd) -> ! {
     Legacy { last, settings: None }.leave()
 }

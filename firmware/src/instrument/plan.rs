@@ -58,6 +58,17 @@ impl<const N: usize> Plan<N> {
         let settings = Settings { config, report_every, ..*settings };
         Ok(Plan { settings, plan, length, timing })
     }
+
+    /// The same for a board that cannot make a chirp, nor follow one.
+    ///
+    /// # Errors
+    /// As [`Plan::new`], or the settings have a drive.
+    pub fn undriven(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
+        match settings.drive {
+            Drive::Off => Self::new(settings, rate_hz),
+            _ => Err(SettingsError::Drive),
+        }
+    }
 }
 
 /// The configuration with the board's rate, the converter's codes and the ramp's true duration.

@@ -84,7 +84,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
     pub fn start(meters: Option<Meters<N>>) -> Option<Self> {
         let Legacy { last, settings: left } = Legacy::take();
         let causes = B::causes();
-        let kept = storage::load::<WORDS, _>(&B::storage()).map(|(_, _, words)| words);
+        let kept = storage::load::<WORDS, _>(&B::Storage::default()).map(|(_, _, words)| words);
         let stored = left.is_none() && kept.is_some();
         let wanted = left.or(kept).and_then(|words| of_words::<N>(&words)).unwrap_or_default();
         let mut board = B::start(&wanted)?;
@@ -278,7 +278,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             Command::Reboot => self.reboot(answer),
             Command::Save => {
                 let words = words::<N>(&self.plan.settings);
-                storage::save(&mut B::storage(), &words).map_err(|_| Refusal::Flash)?;
+                storage::save(&mut B::Storage::default(), &words).map_err(|_| Refusal::Flash)?;
                 self.board.feed();
                 self.send(&answer.reply(&[]));
             }

@@ -28,10 +28,6 @@ impl Board<N, SLOT> for Nucleo {
         start::causes()
     }
 
-    fn storage() -> Flash {
-        Flash
-    }
-
     fn start(settings: &Settings) -> Option<Self> {
         let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
         start::peripherals();

@@ -13,10 +13,10 @@ use super::words::sampling::{
 };
 use super::{N, SLOT};
 use crate::instrument::plan::Plan;
-use core::cell::RefCell;
-use cortex_m::interrupt::{Mutex, free};
+use crate::shared::Shared;
+use cortex_m::interrupt::free;
 use cortex_m::peripheral::NVIC;
-use picket::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status, Timing};
+use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
 use static_cell::ConstStaticCell;
 use stm32f4::stm32f446 as pac;
 
@@ -155,20 +155,16 @@ impl Dma for Chain {
     }
 }
 
-static FILLER: Mutex<RefCell<Option<Filler<'static, Chain>>>> = Mutex::new(RefCell::new(None));
-
-fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, Chain>) -> T) -> Option<T> {
-    free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
-}
+static FILLER: Shared<Chain> = Shared::new();
 
 /// Handles the interrupt at the end of a block, and every fault interrupt.
 pub extern "C" fn filled() {
-    with_filler(Filler::interrupt);
+    FILLER.interrupt();
 }
 
 /// The front end's counters so far.
 pub fn counters() -> Counters {
-    with_filler(|filler| *filler.counters()).unwrap_or_default()
+    FILLER.counters()
 }
 
 /// Sets up converters and stream, and starts them. Returns the main loop's end; `None` at the
@@ -195,11 +191,7 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
     chirp::set_up(plan, words);
     filler.dma().stop();
     filler.dma().start();
-    free(|token| {
-        if let Ok(mut place) = FILLER.borrow(token).try_borrow_mut() {
-            *place = Some(filler);
-        }
-    });
+    FILLER.set(filler);
     enable(pac::Interrupt::DMA2_STREAM0);
     enable(pac::Interrupt::ADC);
     Some(blocks)

@@ -11,7 +11,7 @@ const PAGES: [(usize, u32); 2] = [(0x0804_0000, 6), (0x0806_0000, 7)];
 const WORDS: usize = 256;
 
 /// The flash controller.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Flash;
 
 /// The controller did not finish, or reported an error; the word is FLASH_SR.
