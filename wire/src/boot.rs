@@ -47,7 +47,7 @@ impl Clock {
     /// The source in words, for a user.
     pub const fn message(self) -> &'static str {
         match self {
-            Clock::External => "crystal",
+            Clock::External => "the crystal",
             Clock::Internal => {
                 "internal oscillator (1 %): the external clock did not come, see the board's page in docs/"
             }

@@ -107,8 +107,17 @@ pub(super) fn first_pass<const M: usize>(
 /// The centre of the first point of each group of the first pass. That point sums all codes of the
 /// group and their centres; the other points are differences, without a centre.
 pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i16 {
-    let up = if shift > 0 { shift } else { 0 };
-    (((codes.middle() as i32) * first_radix(M) as i32) << up) as i16
+    let middle = codes.middle() as i32;
+    // As `scaled` shifts the codes.
+    let middle = match shift {
+        0.. => middle << shift,
+        _ => {
+            let down = if shift < -15 { 15 } else { -shift };
+            (middle + (1 << (down - 1))) >> down
+        }
+    };
+    // Sums wrap around, and so does the centre: what is left between them does not.
+    (middle * first_radix(M) as i32) as i16
 }
 
 /// Whether there is a pass over sub-transforms of `length` points.
