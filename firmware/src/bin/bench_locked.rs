@@ -134,5 +134,5 @@ fn follow(tracker: &mut Tracker<Real, N>, plan: &Plan<Real, N>, stamp: Stamp, sa
     let way = if tracker.is_locked(Segment::Continuous) { "locked" } else { "searched" };
     figure(Uart::ONE, way, ticks.into());
     send(measurement, plan.options.method, Health::default());
-    Uart::ZERO.send(&Follow::of(&tracker, &stamp).to_frame());
+    Uart::ZERO.send(&Follow::of(tracker, &stamp).to_frame());
 }
