@@ -12,10 +12,12 @@
 #[cfg(feature = "microfft")]
 use super::fft::float;
 use super::fft::{self, integer, q15, twiddle::splits};
+use super::peak::SKIRT;
 use super::q15_bins;
 use super::scan::{self, Scan};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
+use crate::math::products::power;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use integer::{Pair, Point};
@@ -103,10 +105,14 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     }
 }
 
-/// Whether these bins are the whole spectrum of a real record without DC and Nyquist.
+/// Whether these bins are the whole spectrum of a real record without DC and Nyquist, and long
+/// enough to leave a floor beside a skirt and its mirror.
 fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
-    *bins.start() == 1 && *bins.end() == N / 2 - 1
+    N >= 256 && *bins.start() == 1 && *bins.end() == N / 2 - 1
 }
+
+/// Bins on each side of a peak that are no floor.
+const REACH: usize = SKIRT as usize;
 
 /// The default: `i32`, see [`integer`].
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +163,23 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, core::convert::identity));
         }
-        is_whole::<N>(&bins).then(|| by_length!(R, N, fft::scan, (points, const { splits(N) })))
+        is_whole::<N>(&bins).then(|| {
+            let scan = by_length!(R, N, fft::scan, (points, const { splits(N) }));
+            scan.beside(REACH, points, power)
+        })
+    }
+
+    fn search_portably<R: Record, const N: usize>(
+        points: &[Point],
+        bins: RangeInclusive<usize>,
+    ) -> Option<Scan> {
+        if R::IQ {
+            return Self::search::<R, N>(points, bins);
+        }
+        is_whole::<N>(&bins).then(|| {
+            let scan = by_length!(R, N, scan::real, (points, const { splits(N) }));
+            scan.beside(REACH, points, power)
+        })
     }
 
     fn bend(points: &[Point], stride: usize) -> u64 {
@@ -211,8 +233,8 @@ impl Engine for Q15 {
     ) -> Option<Scan> {
         #[cfg(dsp)]
         if !R::IQ && is_whole::<N>(&bins) {
-            let table = const { splits(N) };
-            return Some(by_length!(R, N, fft::kernel_q15::scan, (points, table)));
+            let scan = by_length!(R, N, fft::kernel_q15::scan, (points, const { splits(N) }));
+            return Some(scan.beside(REACH, points, q15_bins::wide_power));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -225,8 +247,10 @@ impl Engine for Q15 {
             let first = *bins.start();
             return Some(q15_bins::over(points.get(bins)?, first));
         }
-        is_whole::<N>(&bins)
-            .then(|| by_length!(R, N, q15_bins::scan, (points, const { splits(N) })))
+        is_whole::<N>(&bins).then(|| {
+            let scan = by_length!(R, N, q15_bins::scan, (points, const { splits(N) }));
+            scan.beside(REACH, points, q15_bins::wide_power)
+        })
     }
 
     fn bend(points: &[Pair], stride: usize) -> u64 {

@@ -4,13 +4,16 @@
 use super::fft::integer::{Pair, Point, split_pair};
 use super::fft::q15::FRACTION;
 use super::fft::twiddle::Packed;
-use super::scan::Scan;
+use super::scan::{SPARSE, Scan};
 
 /// A power in units of bins is the power of stored points shifted up by this many bits.
 const SQUARES: u32 = 2 * FRACTION;
 
-/// The stride of the first look, in pairs of points.
-pub(super) const SPARSE: usize = 8;
+/// The power of a stored point in units of bins.
+#[inline(always)]
+pub(super) fn wide_power(point: Pair) -> u64 {
+    u64::from(power(point) as u32) << SQUARES
+}
 
 /// A stored point in units of bins.
 #[inline(always)]
@@ -98,7 +101,11 @@ fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
 
 /// A scan of the powers of stored points, converted to units of bins.
 pub(super) const fn scanned(bin: usize, best: i32, total: u64) -> Scan {
-    Scan { bin: bin as i32, power: (best as u64) << SQUARES, total: total << SQUARES }
+    Scan {
+        power: (best as u64) << SQUARES,
+        total: total << SQUARES,
+        ..Scan::from(bin)
+    }
 }
 
 /// `((B - A) sin + 2 D cos) / 2`, with the factor packed as `-cos | -sin << 16`.

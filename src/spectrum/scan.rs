@@ -1,6 +1,26 @@
-//! The search over the whole spectrum of a real record. It splits each bin from the transform,
-//! compares and sums its power, and drops it. The spectrum is never stored, which saves its memory
-//! and the stores.
+//! The search over the whole spectrum of a real record, from the points of its transform. It splits
+//! only those bins that may be the strongest, and stores none of them.
+//!
+//! # The bound
+//!
+//! Bins X = X[k] and Y = X[M-k] are split from points p = Z[k] and q = Z[M-k]. The split is a
+//! rotation, so the powers of the bins have the same sum as those of the points, and that sum takes
+//! no factor:
+//!
+//! ```text
+//! |X|^2 + |Y|^2 = |p|^2 + |q|^2 = S
+//! ```
+//!
+//! If S is less than the strongest power so far, neither bin can be stronger. A computed bin differs
+//! from X: its factor is wrong by at most 1.2 2^-15, which turns a difference of at most sqrt(2 S),
+//! halved; its four roundings add at most 2.5 to each part, 3.6 in all. So its power is below
+//!
+//! ```text
+//! (sqrt S (1 + 1.2 2^-15.5) + 3.6)^2 <= S (1 + 0.95 2^-13) + 2^18
+//! ```
+//!
+//! and a pair with `S < best - best 2^-13 - 2^21` ([`worth`]) cannot hold a computed bin of power
+//! `best`. In the same way the stronger computed bin of a pair has at least `worth(S / 2)`.
 
 use super::fft::integer::{Point, split_pair};
 use super::fft::twiddle::Packed;
@@ -15,12 +35,24 @@ pub struct Scan {
     pub power: u64,
     /// The sum of the powers of all bins.
     pub total: u64,
+    /// The part of `total` about the strongest bin, where the sum is over points and not over bins.
+    pub skirt: Option<Skirt>,
+}
+
+/// The points that hold a peak's skirt. Each pair of points holds two bins, so the mirror of the
+/// skirt is left out of the noise floor with it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Skirt {
+    /// The sum of their powers.
+    pub power: u64,
+    /// How many they are.
+    pub points: u32,
 }
 
 impl Scan {
     /// A scan of bins from `bin` on that has seen none yet.
     pub(super) const fn from(bin: usize) -> Self {
-        Self { bin: bin as i32, power: 0, total: 0 }
+        Self { bin: bin as i32, power: 0, total: 0, skirt: None }
     }
 
     /// Takes the next bin in ascending order.
@@ -62,6 +94,27 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
     Scan { total, ..scan }
 }
 
+/// The stride of the first look, in pairs of points.
+pub(super) const SPARSE: usize = 8;
+
+/// The least sum of a pair's powers at which one of its bins may have the power `best`.
+#[inline(always)]
+pub(super) const fn worth(best: u64) -> u64 {
+    best.saturating_sub((best >> 13) + (1 << 21))
+}
+
+/// A power that the strongest bin exceeds, not far below it: some bin of the strongest pair has at
+/// least half its power. This looks at every [`SPARSE`]-th pair.
+#[cfg_attr(short_products, allow(dead_code))]
+#[inline]
+pub(super) fn sure(points: &[Point]) -> u64 {
+    let (lower, upper) = points.split_at(points.len() / 2);
+    let lower = lower.iter().skip(SPARSE).step_by(SPARSE);
+    let upper = upper.iter().rev().skip(SPARSE - 1).step_by(SPARSE);
+    let sums = lower.zip(upper).map(|(&p, &q)| power(p).wrapping_add(power(q)));
+    worth(sums.fold(0, u64::max) >> 1)
+}
+
 /// Scans bins 1..M of a real record from the M points of its transform; `table` is
 /// [`super::fft::twiddle::splits`].
 ///
@@ -69,32 +122,72 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 /// bin is then below all bins so far and wins a tie; an upper bin is above all bins so far and must
 /// be stronger. The powers of one record sum to less than 2^63 (Parseval's theorem with the FFT's
 /// growth bound).
-#[cfg_attr(dsp, allow(dead_code))]
+#[cfg_attr(any(dsp, short_products), allow(dead_code))]
 #[inline(never)] // its loop needs all registers
 pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
-    let mut scan = Scan { bin: middle as i32, power: 0, total: 0 };
+    let mut scan = Scan::from(middle);
     // The compiler knows an array's length, so it checks no index below.
     let (Ok(points), Some(table)) = (<&[Point; M]>::try_from(points), table.get(..middle)) else {
         return scan;
     };
-    scan.power = points.get(middle).map_or(0, |&x| power(x));
-    let mut total = scan.power;
+    let mut total = points.get(middle).map_or(0, |&x| power(x));
+    scan.power = total.max(sure(points));
+    let mut least = worth(scan.power);
     for away in 1..middle {
-        let pair = points.get(middle - away).zip(points.get(middle + away));
-        let Some(((&p, &q), &w)) = pair.zip(table.get(middle - away)) else {
+        let (lower, upper) = (middle - away, middle + away);
+        let pair = points.get(lower).zip(points.get(upper));
+        let Some(((&p, &q), &w)) = pair.zip(table.get(lower)) else {
             return scan;
         };
-        let [x, y] = split_pair(p, q, w).map(power);
-        total = total.wrapping_add(x).wrapping_add(y);
-        if x >= scan.power {
-            scan.rise(x, middle - away);
-        }
-        if y > scan.power {
-            scan.rise(y, middle + away);
+        let sum = power(p).wrapping_add(power(q));
+        total = total.wrapping_add(sum);
+        if sum >= least {
+            scan.split(lower, upper, split_pair(p, q, w));
+            least = worth(scan.power);
         }
     }
     Scan { total, ..scan }
+}
+
+impl Scan {
+    /// Takes the bins `lower` and `upper` of a pair of points.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn split(&mut self, lower: usize, upper: usize, bins: [Point; 2]) {
+        let [x, y] = bins.map(power);
+        if x >= self.power {
+            (self.power, self.bin) = (x, lower as i32);
+        }
+        if y > self.power {
+            (self.power, self.bin) = (y, upper as i32);
+        }
+    }
+
+    /// Leaves out of the floor what shares points with the peak's skirt: `reach` bins on each side.
+    pub(super) fn beside<P: Copy>(
+        self,
+        reach: usize,
+        points: &[P],
+        power: impl Fn(P) -> u64,
+    ) -> Self {
+        let (length, bin) = (points.len(), self.bin as usize);
+        let low = bin.saturating_sub(reach).max(1);
+        let high = bin.saturating_add(reach).min(length.wrapping_sub(1));
+        let (below, above) = (length.wrapping_sub(high), length.wrapping_sub(low));
+        let spans = if low <= above && below <= high {
+            [low.min(below)..high.max(above).wrapping_add(1), 0..0]
+        } else {
+            [low..high.wrapping_add(1), below..above.wrapping_add(1)]
+        };
+        let mut skirt = Skirt { power: 0, points: 0 };
+        for span in spans {
+            let span = points.get(span).unwrap_or_default();
+            skirt.points = skirt.points.wrapping_add(span.len() as u32);
+            skirt.power = span.iter().fold(skirt.power, |sum, &x| sum.wrapping_add(power(x)));
+        }
+        Self { skirt: Some(skirt), ..self }
+    }
 }
 
 #[cfg(test)]
@@ -102,35 +195,92 @@ mod tests {
     use super::super::fft::twiddle;
     use super::*;
     use crate::spectrum::peak::{Band, Search};
+    use std::println;
+    use std::vec::Vec;
+
+    /// The strongest bin of all, each split.
+    fn by_bins<const M: usize>(points: &[Point]) -> Option<(i32, u64)> {
+        let mut search = Search::new(Band::real(2 * M));
+        for k in 1..M {
+            let bin = super::super::fft::integer::split(points, twiddle::splits(2 * M), k);
+            search.push(power(bin));
+        }
+        search.finish().map(|peak| (peak.bin, peak.power[1]))
+    }
+
+    fn compare<const M: usize>(points: &[Point]) {
+        let scan = real::<M>(points, twiddle::splits(2 * M));
+        let total = points[1..].iter().map(|&x| power(x)).sum::<u64>();
+        assert_eq!(scan.total, total);
+        match by_bins::<M>(points) {
+            Some((bin, power)) => assert_eq!((scan.bin, scan.power), (bin, power)),
+            None => assert_eq!(scan.power, 0),
+        }
+    }
+
+    struct Random(u32);
+
+    impl Random {
+        fn draw(&mut self) -> u32 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            self.0 >> 8
+        }
+
+        fn within(&mut self, size: u32) -> i32 {
+            (self.draw() % (2 * size + 1)) as i32 - size as i32
+        }
+    }
 
     #[test]
     fn a_scan_finds_what_the_streaming_search_finds() {
-        let mut state = 1u32;
-        for size in [1u32, 2, 3, 1 << 10, 1 << 27] {
+        println!("seed 1");
+        let mut random = Random(1);
+        // Small values make many equal powers.
+        for size in [0, 1, 2, 3, 40, 1 << 10, 1 << 20, 1 << 23] {
             for _ in 0..200 {
-                // Small values make many equal powers.
-                let points: std::vec::Vec<Point> = (0..64)
-                    .map(|_| {
-                        [0; 2].map(|_: i32| {
-                            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                            ((state >> 1) % (2 * size + 1)) as i32 - size as i32
-                        })
-                    })
-                    .collect();
-                let table = twiddle::splits(128);
-                let scanned = real::<64>(&points, table);
-                let mut search = Search::new(Band::real(128));
-                let mut total = 0;
-                for k in 1..64 {
-                    let power = power(super::super::fft::integer::split(&points, table, k));
-                    search.push(power);
-                    total += power;
-                }
-                let peak = search.finish();
-                assert_eq!(scanned.total, total);
-                assert_eq!(peak.map_or(0, |p| p.power[1]), scanned.power);
-                assert!(peak.is_none_or(|p| p.bin == scanned.bin), "{peak:?} {scanned:?}");
+                let points: Vec<Point> =
+                    (0..128).map(|_| [random.within(size), random.within(size)]).collect();
+                compare::<128>(&points);
             }
+        }
+    }
+
+    /// All power of a pair is in one bin, where the bound is tightest, and several bins are nearly
+    /// as strong as each other.
+    #[test]
+    fn no_rounding_hides_the_strongest_bin() {
+        println!("seed 2");
+        let mut random = Random(2);
+        for size in [3.0, 100.0, 1e4, 1e6, 1e8, 1.2e9] {
+            for _ in 0..2000 {
+                let mut points = [[0i32; 2]; 512];
+                for _ in 0..6 {
+                    let k = 1 + random.draw() as usize % 511;
+                    let near = 1.0 + f64::from(random.within(1000)) * 1e-8;
+                    let turn = f64::from(random.draw()) * core::f64::consts::TAU / 16_777_216.0;
+                    let (re, im) = (size * near * turn.cos(), size * near * turn.sin());
+                    // X = (s - j d w)/2 with s = p + q*, d = p - q*, and no bin at M - k, gives
+                    // p = X (1 + j w*)/2 and q = X* (1 - j w)*/2.
+                    let angle = core::f64::consts::PI * k as f64 / 512.0;
+                    let (sin, cos) = angle.sin_cos();
+                    let half = |x: f64, y: f64| [(x / 2.0).round() as i32, (y / 2.0).round() as i32];
+                    points[k] = half(re * (1.0 - sin) - im * cos, re * cos + im * (1.0 - sin));
+                    points[512 - k] =
+                        half(re * (1.0 + sin) + im * cos, re * cos - im * (1.0 + sin));
+                }
+                compare::<512>(&points);
+            }
+        }
+    }
+
+    #[test]
+    fn a_skirt_and_its_mirror_hold_each_point_once() {
+        let points = [[1i32, 0]; 128];
+        for bin in 1..128i32 {
+            let scan = Scan { bin, ..Scan::from(0) }.beside(8, &points, power);
+            let near = |k: i32| k.abs_diff(bin) <= 8 || (128 - k).abs_diff(bin) <= 8;
+            let count = (1..128).filter(|&k| near(k)).count() as u64;
+            assert_eq!(scan.skirt, Some(Skirt { power: count, points: count as u32 }), "{bin}");
         }
     }
 }

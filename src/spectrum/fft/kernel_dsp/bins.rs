@@ -11,9 +11,9 @@ pub(super) struct Seen {
     pub at: *const Point,
 }
 
-/// Splits the pairs of points beside the middle, outwards to the first and the last. Adds their
-/// powers to `seen` and keeps the strongest, of equals the lowest (see
-/// [`crate::spectrum::scan::real`]).
+/// Adds the powers of the pairs of points beside the middle to `seen`, outwards to the first and the
+/// last. Splits those that may hold the strongest bin and keeps that, of equals the lowest (see
+/// [`crate::spectrum::scan`] for the bound).
 ///
 /// # Safety
 /// `points` must be `2 middle` bytes of points. `factors` must be the factor of the pair nearest
@@ -27,18 +27,41 @@ pub(super) unsafe extern "C" fn pairs_outwards(
 ) {
     kernel!(
         "push {{r4-r11, lr}}",
-        "sub sp, sp, #8",
-        "str r0, [sp]",
-        "ldm r0, {{r8, r9, r10, r11, r12}}", // best, total, at
-        "str r12, [sp, #4]",
-        // r1: the end; r0: towards it; r2: away from it.
+        "sub sp, sp, #24",
+        "ldm r0, {{r4, r5, r10, r11, r12}}", // best, total, at
+        "strd r0, r12, [sp]",
+        "strd r4, r5, [sp, #8]",
+        // r1: the end; r0: towards it; r2: away from it; r3 and half of r0: a factor.
         "add r2, r1, r2",
         "sub r0, r2, #8",
         "add r2, r2, #8",
+        "sub r3, r3, r0, lsr #1",
+        "b 8f",
         "2:",
         "ldrd r4, r5, [r0], #-8",
         "ldrd r6, r7, [r2], #8",
-        "ldr lr, [r3], #-4",
+        "smull r12, lr, r4, r4",
+        "smlal r12, lr, r5, r5",
+        "smlal r12, lr, r6, r6",
+        "smlal r12, lr, r7, r7",
+        "adds r10, r10, r12",
+        "adc r11, r11, lr",
+        "cmp r12, r8",
+        "sbcs r12, lr, r9",
+        "bhs 4f",
+        "3:",
+        "cmp r0, r1",
+        "bhi 2b",
+        "ldrd r0, r12, [sp]",
+        "ldrd r8, r9, [sp, #8]",
+        "stm r0, {{r8, r9, r10, r11, r12}}",
+        "add sp, sp, #24",
+        "pop {{r4-r11, pc}}",
+        // A pair that may hold the strongest bin is split out of line.
+        "4:",
+        "add r12, r3, r0, lsr #1",
+        "ldr lr, [r12, #4]",
+        "ldrd r8, r9, [sp, #8]",
         "add r12, r4, r6",
         "sub r4, r4, r6",
         "sub r6, r5, r7",
@@ -55,40 +78,47 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         // The power of the lower bin, which wins a tie against any bin above it.
         "smull r6, lr, r5, r5",
         "smlal r6, lr, r12, r12",
-        "adds r10, r10, r6",
-        "adc r11, r11, lr",
         "cmp r6, r8",
         "sbcs r5, lr, r9",
-        "bhs 4f",
-        "3:",
+        "bhs 6f",
         // The power of the upper bin, which wins only if it is stronger than all below it.
         "smull r5, r6, r7, r7",
         "smlal r5, r6, r4, r4",
-        "adds r10, r10, r5",
-        "adc r11, r11, r6",
         "cmp r8, r5",
         "sbcs r7, r9, r6",
-        "blo 6f",
-        "5:",
-        "cmp r0, r1",
-        "bhi 2b",
-        "ldrd r0, r12, [sp]",
-        "stm r0, {{r8, r9, r10, r11, r12}}",
-        "add sp, sp, #8",
-        "pop {{r4-r11, pc}}",
-        // A rise of the maximum is out of line, and jumps back.
-        "4:",
-        "mov r8, r6",
-        "mov r9, lr",
-        "add r5, r0, #8",
-        "str r5, [sp, #4]",
+        "blo 7f",
+        "ldrd r8, r9, [sp, #16]",
         "b 3b",
         "6:",
-        "mov r8, r5",
-        "mov r9, r6",
+        "mov r8, r6",
+        "mov r9, lr",
+        "strd r8, r9, [sp, #8]",
+        "add r5, r0, #8",
+        "str r5, [sp, #4]",
+        "smull r5, r6, r7, r7",
+        "smlal r5, r6, r4, r4",
+        "cmp r8, r5",
+        "sbcs r7, r9, r6",
+        "bhs 8f",
+        "7:",
+        "strd r5, r6, [sp, #8]",
         "sub r5, r2, #8",
         "str r5, [sp, #4]",
-        "b 5b",
+        // From the strongest bin, `scan::worth`.
+        "8:",
+        "ldrd r8, r9, [sp, #8]",
+        "lsr r5, r9, #13",
+        "lsr r4, r8, #13",
+        "orr r4, r4, r9, lsl #19",
+        "adds r4, r4, #0x200000",
+        "adc r5, r5, #0",
+        "subs r8, r8, r4",
+        "sbcs r9, r9, r5",
+        "itt lo",
+        "movlo r8, #0",
+        "movlo r9, #0",
+        "strd r8, r9, [sp, #16]",
+        "b 3b",
     )
 }
 

@@ -2,7 +2,7 @@
 //! radix-4 butterfly needs all fourteen registers and the compiler gives inline assembly twelve.
 //! Each kernel equals its portable definition in [`super::integer`] and [`crate::spectrum::scan`]
 //! bit for bit, on every input; the tests on emulated cores drive both. Only the search branches on
-//! data: when the maximum rises.
+//! data: when a pair may hold the maximum.
 //!
 //! The functions are naked: they change only the registers and memory that their instructions name.
 //! All save `r4` to `r11` and return by `pop`.
@@ -19,7 +19,7 @@ mod rails;
 use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::scan::Scan;
+use crate::spectrum::scan::{Scan, sure};
 use bins::{Seen, bends, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
@@ -125,14 +125,14 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
     }
 }
 
-/// As [`crate::spectrum::scan::real`], for the transform of at least 32 pairs.
+/// As [`crate::spectrum::scan::real`].
 pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
-    let middle = points.len() / 2;
-    let centre = points.get(middle).map_or(0, |&x| power(x));
-    let mut seen = Seen { best: centre, total: centre, at: points.as_ptr() };
-    if table.len() < middle || middle < 2 {
-        return Scan { bin: middle as i32, power: centre, total: centre };
+    let middle = M / 2;
+    if points.len() != M || table.len() < middle || middle < 2 {
+        return Scan::from(middle);
     }
+    let centre = points.get(middle).map_or(0, |&x| power(x));
+    let mut seen = Seen { best: centre.max(sure(points)), total: centre, at: points.as_ptr() };
     // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last lie inside `points`, their
     // factors inside `table`.
     unsafe {
@@ -141,7 +141,7 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
         pairs_outwards(&mut seen, points.as_ptr(), middle * size_of::<Point>(), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(points.as_ptr() as usize) / size_of::<Point>();
-    Scan { bin: bin as i32, power: seen.best, total: seen.total }
+    Scan { power: seen.best, total: seen.total, ..Scan::from(bin) }
 }
 
 /// As [`integer::window`].

@@ -3,8 +3,8 @@
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
 use crate::spectrum::fft::assembly::kernel;
-use crate::spectrum::q15_bins::{self, SPARSE};
-use crate::spectrum::scan::Scan;
+use crate::spectrum::q15_bins;
+use crate::spectrum::scan::{SPARSE, Scan};
 
 /// As [`q15_bins::scan`].
 pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {

@@ -1,20 +1,17 @@
 //! The loops that read a real record's points: the search and the noise.
 
-use super::passes::turn;
-use super::{Packed, Point};
+use super::Point;
 use crate::spectrum::fft::assembly::kernel;
 
 /// The state of [`pairs_outwards`].
 #[repr(C)]
 pub(super) struct Outwards {
-    /// Half the sum of the powers of both bins, over all pairs so far.
+    /// The sum of the powers of both points, over all pairs so far.
     pub total: u64,
     /// The kernel stops after a pair that adds this much or more.
     pub least: u64,
     /// The upper point of the next pair.
     upper: *const Point,
-    /// The factor of the next pair.
-    factor: *const Packed,
     /// The address of a lower point plus the address just after its upper point: constant.
     sum: usize,
     /// The address after the last upper point.
@@ -22,14 +19,12 @@ pub(super) struct Outwards {
 }
 
 impl Outwards {
-    /// A scan from the middle of these points outwards. `table` must hold a factor for each point
-    /// before the middle.
-    pub fn new<const M: usize>(points: &[Point; M], table: &[Packed]) -> Self {
+    /// A scan from the middle of these points outwards.
+    pub fn new<const M: usize>(points: &[Point; M]) -> Self {
         let range = points.as_ptr_range();
         let upper = range.start.wrapping_add(M / 2 + 1);
-        let factor = table.as_ptr().wrapping_add(M / 2 - 1);
         let sum = (upper.addr()).wrapping_mul(2).wrapping_sub(size_of::<Point>());
-        Self { total: 0, least: 0, upper, factor, sum, end: range.end }
+        Self { total: 0, least: 0, upper, sum, end: range.end }
     }
 
     /// The indices of the last pair.
@@ -119,11 +114,11 @@ macro_rules! cross {
     };
 }
 
-/// Splits pairs of points outwards from the place in `state`, and adds up half the powers of their
-/// bins. Returns true if it stopped after a pair that has `least` or more.
+/// Adds up the powers of pairs of points outwards from the place in `state`. Returns true if it
+/// stopped after a pair that has `least` or more.
 ///
-/// The sums of a lower half's product and an upper half's fit in pairs: the parts of a pair's half
-/// sum, and of its turned half difference, are each a bin of a record of half the length.
+/// The products of a point's lower and upper halves fit in a sum of two: the parts of a point add
+/// up to 2^31 at most.
 ///
 /// # Safety
 /// `state` must come from [`Outwards::new`] and this function, with at most `least` changed.
@@ -135,67 +130,51 @@ pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
         "push {{r0, r4-r7}}",
         "ldm r0!, {{r1, r2, r3, r4}}", // total, least
         "push {{r1, r2, r3, r4}}",
-        "ldm r0!, {{r1, r2, r3, r4}}",
+        "ldm r0!, {{r1, r2, r3}}",
         "movs r7, r1",
-        "mov r9, r2",
-        "mov r8, r3",
-        "mov r12, r4",
+        "mov r8, r2",
+        "mov r12, r3",
         "movs r0, #0",
         "cmp r7, r12",
         "beq 4f",
         "2:",
-        "ldm r7!, {{r2, r3}}",
+        "ldm r7!, {{r1, r2}}",
         "mov r6, r8",
         "subs r6, r6, r7",
-        "ldm r6!, {{r0, r1}}",
-        "adds r4, r0, r2",
-        "subs r0, r0, r2",
-        "subs r2, r1, r3",
-        "adds r1, r1, r3",
-        "asrs r4, r4, #1",
-        "asrs r2, r2, #1",
+        "ldm r6!, {{r3, r4}}",
         "mov r10, r4",
-        "mov r11, r2",
-        "mov r6, r9",
-        "ldr r3, [r6]",
-        "subs r6, r6, #4",
-        "mov r9, r6",
-        "asrs r2, r3, #16",
-        "sxth r3, r3",
-        turn!(),
-        // The turned half difference.
-        "asrs r0, r4, #16",
-        "uxth r4, r4",
-        "movs r1, r0",
+        // The power of the upper point in r0 : r1.
+        "asrs r6, r1, #16",
+        "uxth r1, r1",
+        "movs r0, r6",
         "muls r0, r0, r0",
-        "muls r1, r4, r1",
-        "muls r4, r4, r4",
-        "asrs r2, r5, #16",
-        "uxth r5, r5",
-        square!("r4", "r2", "r5", "r3"),
-        "adds r1, r1, r2",
-        // The half sum.
+        "muls r6, r1, r6",
+        "muls r1, r1, r1",
+        "asrs r4, r2, #16",
+        "uxth r2, r2",
+        square!("r1", "r4", "r2", "r5"),
+        "adds r6, r6, r4",
+        cross!("r1", "r6", "r5"),
+        // The power of the lower point.
+        "asrs r4, r3, #16",
+        "uxth r3, r3",
+        square!("r1", "r4", "r3", "r5"),
         "mov r2, r10",
-        "asrs r5, r2, #16",
+        "asrs r6, r2, #16",
         "uxth r2, r2",
-        square!("r4", "r5", "r2", "r3"),
-        "adds r1, r1, r5",
-        "mov r2, r11",
-        "asrs r5, r2, #16",
-        "uxth r2, r2",
-        square!("r4", "r5", "r2", "r3"),
-        "adds r1, r1, r5",
-        cross!("r4", "r1", "r3"),
-        "ldr r1, [sp]",
-        "ldr r2, [sp, #4]",
-        "adds r1, r1, r4",
-        "adcs r2, r0",
-        "str r1, [sp]",
-        "str r2, [sp, #4]",
-        "ldr r1, [sp, #8]",
-        "ldr r2, [sp, #12]",
-        "subs r4, r4, r1",
-        "sbcs r0, r2",
+        square!("r1", "r6", "r2", "r5"),
+        "adds r4, r4, r6",
+        cross!("r1", "r4", "r5"),
+        "ldr r2, [sp]",
+        "ldr r3, [sp, #4]",
+        "adds r2, r2, r1",
+        "adcs r3, r0",
+        "str r2, [sp]",
+        "str r3, [sp, #4]",
+        "ldr r2, [sp, #8]",
+        "ldr r3, [sp, #12]",
+        "subs r1, r1, r2",
+        "sbcs r0, r3",
         "bhs 3f",
         "cmp r7, r12",
         "bne 2b",
@@ -206,9 +185,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(state: &mut Outwards) -> bool {
         "4:",
         "pop {{r1, r2, r3, r4, r5}}", // total, least, state
         "stm r5!, {{r1, r2}}",
-        "mov r2, r9",
         "str r7, [r5, #8]",
-        "str r2, [r5, #12]",
         "pop {{r4-r7}}",
         low_to_high!(),
         "pop {{r4-r7, pc}}",

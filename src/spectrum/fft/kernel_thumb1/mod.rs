@@ -32,8 +32,7 @@ mod passes;
 use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
 use super::twiddle::{Packed, Triple};
 use crate::math::products::power;
-use crate::spectrum::q15_bins::SPARSE;
-use crate::spectrum::scan::Scan;
+use crate::spectrum::scan::{SPARSE, Scan, worth};
 use bins::{Outwards, bends, pairs_outwards};
 use first::eights;
 use passes::pass;
@@ -101,8 +100,7 @@ const fn shifts(m: usize, shift: u32) -> bool {
 
 /// As [`crate::spectrum::scan::real`].
 ///
-/// For the bins X and Y of a pair the kernel adds up `(|X|^2 + |Y|^2) / 2`, a sum of four squares.
-/// It stops where a bin could be as strong as the strongest known one.
+/// The kernel adds up the powers of pairs. It stops after a pair that may hold the strongest bin.
 pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let middle = M / 2;
     let mut scan = Scan::from(middle);
@@ -111,33 +109,25 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     };
     scan.see(middle, points.get(middle).map_or(0, |&x| power(x)));
     let sure = sure(points);
-    let mut state = Outwards::new(points, table);
+    let mut state = Outwards::new(points);
     loop {
-        state.least = scan.power.max(sure).div_ceil(2);
-        // SAFETY: the state holds M points and a factor for each point before their middle.
+        state.least = worth(scan.power.max(sure));
+        // SAFETY: the state holds M points.
         let found = unsafe { pairs_outwards(&mut state) };
         let Some((lower, upper)) = found.then(|| state.last(points)) else {
             break;
         };
         let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
         if let Some(((&p, &q), &w)) = pair {
-            let [x, y] = split_pair(p, q, w).map(power);
-            if x >= scan.power {
-                (scan.power, scan.bin) = (x, lower as i32);
-            }
-            if y > scan.power {
-                (scan.power, scan.bin) = (y, upper as i32);
-            }
+            scan.split(lower, upper, split_pair(p, q, w));
         }
     }
-    Scan { total: scan.total.wrapping_add(state.total << 1), ..scan }
+    Scan { total: scan.total.wrapping_add(state.total), ..scan }
 }
 
-/// A lower bound of the strongest bin's power, from the largest part of some of the pairs of
-/// points.
-///
-/// The mean power of a pair's bins is that of its points: at least half the square of a part, less
-/// the rounding of factors and products.
+/// As `scan::sure`, from the largest part of some of the pairs of points, because a power is slow
+/// here. The strongest bin has at least half the square of a part, less the rounding of factors and
+/// products.
 fn sure<const M: usize>(points: &[Point; M]) -> u64 {
     let size = |part: i32| (part ^ (part >> 31)) as u32;
     let mut most = 0;
@@ -148,7 +138,7 @@ fn sure<const M: usize>(points: &[Point; M]) -> u64 {
             }
         }
     }
-    let part = (most - (most >> 12)).saturating_sub(4);
+    let part = (most - (most >> 12)).saturating_sub(6);
     power([part as i32, 0]) >> 1
 }
 
