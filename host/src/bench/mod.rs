@@ -4,6 +4,7 @@
 //! emulator knows no pipeline, no wait states and no cache. [`cycles`] gives a modelled range.
 
 pub mod command;
+pub mod corpus;
 pub mod cycles;
 pub mod locked;
 pub mod plot;
@@ -22,8 +23,6 @@ use picket::spectrum::fft::twiddle;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -123,8 +122,14 @@ pub struct Row {
     pub n: usize,
     /// What was counted.
     pub stage: String,
-    /// Executed instructions, the most of all blocks.
+    /// Executed instructions: the median.
     pub instructions: u64,
+    /// The same, beside the next two.
+    pub median: u64,
+    /// The most over all records without a sample at a rail.
+    pub worst: Option<u64>,
+    /// The most over the records with samples at a rail.
+    pub worst_clipped: Option<u64>,
     /// Work memory with the record, in bytes; for a measurement the whole pipeline with two records.
     pub ram_bytes: Option<u64>,
     /// Tables, in bytes.
@@ -141,10 +146,10 @@ pub struct Row {
     pub source: &'static str,
 }
 
-/// The blocks that are measured.
-const BLOCKS: usize = 3;
-/// One with which the tone in noise takes a second step at every length.
-const SEED: u64 = 2;
+/// The seed of the records that are counted.
+pub const SEED: u64 = 2;
+/// Records whose spectra are compared with exact ones, before those that are counted.
+const EXACT: usize = 2;
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// What an image counts.
@@ -175,6 +180,8 @@ pub struct Count {
     engine: Engine,
     n: usize,
     figures: Figures,
+    /// Whether each record of the corpus has a sample at a rail.
+    clipped: Vec<bool>,
     /// Ours and the rivals', full scale and 40 dB below.
     snr_db: HashMap<String, [f64; 2]>,
 }
@@ -190,12 +197,15 @@ pub fn count(
 ) -> Result<Count, RunError> {
     let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
     let config = Config { reach, arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
-    let header =
-        Header { period_us: random, ..Header::of::<Real>(config, n as u32, BLOCKS as u32) };
-    let blocks = blocks(n);
+    let corpus = corpus::corpus(n, SEED);
+    let clipped = corpus.iter().map(|entry| entry.clipped).collect();
+    let mut blocks = Vec::from(exact(n));
+    blocks.extend(corpus.into_iter().map(|entry| entry.samples));
+    let count = blocks.len() as u32;
+    let header = Header { period_us: random, ..Header::of::<Real>(config, n as u32, count) };
     let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
-    Ok(Count { core: *core, engine: *engine, n, figures, snr_db })
+    Ok(Count { core: *core, engine: *engine, n, figures, clipped, snr_db })
 }
 
 /// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.
@@ -208,9 +218,10 @@ pub fn search<R: Record>(
     // At this rate a bin is a hertz.
     let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
     let config = Config { rate_hz: n as f64, band_hz, ..Config::new(1.0, Codes::signed::<12>()) };
-    let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, BLOCKS as u32) };
     let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
-    let (figures, _) = run::<R>(core, image, &header, &blocks(n).map(pairs))?;
+    let blocks = exact(n).map(pairs);
+    let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, blocks.len() as u32) };
+    let (figures, _) = run::<R>(core, image, &header, &blocks)?;
     let most = figures.get("peak").and_then(|ticks| ticks.iter().max());
     Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)
 }
@@ -253,23 +264,13 @@ fn equality(figures: &Figures) -> (u64, u64) {
     (figure("compared"), figure("unequal"))
 }
 
-/// A full-scale tone, which just does not touch a rail, one 40 dB below, and one in noise: the first two are without noise but for
-/// their rounding, so that an estimate is found at once; the third is near the threshold, and takes a second step at any length.
-fn blocks(n: usize) -> [Vec<i16>; BLOCKS] {
-    const NOISE: f64 = 800.0;
-    [(2046.4, 0.0), (20.464, 0.0), (7.0 * NOISE / (n as f64).sqrt(), NOISE)]
-        .map(|(amplitude, noise)| block(n, amplitude, noise))
-}
-
-fn block(n: usize, amplitude: f64, noise: f64) -> Vec<i16> {
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED ^ n as u64);
-    (0..n)
-        .map(|index| {
-            let turns = (0.0983 * n as f64 + 0.3) * index as f64 / n as f64;
-            let value = amplitude * (TAU * turns + 0.3).cos() + noise * rng.random_range(-1.0..1.0);
-            value.round() as i16
-        })
-        .collect()
+/// A full-scale tone, which just does not touch a rail, and one 40 dB below, without noise but for
+/// their rounding.
+fn exact(n: usize) -> [Vec<i16>; EXACT] {
+    [2046.4, 20.464].map(|amplitude| {
+        let turns = |index: usize| (0.0983 * n as f64 + 0.3) * index as f64 / n as f64;
+        (0..n).map(|i| (amplitude * (TAU * turns(i) + 0.3).cos()).round() as i16).collect()
+    })
 }
 
 /// Signal-to-error ratios of every transform that was run, over the bins between DC and Nyquist. Each engine scales
@@ -311,16 +312,27 @@ fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
 }
 
 impl Count {
-    /// The most instructions that a stage took, of all blocks.
-    pub fn instructions(&self, stage: &str) -> Option<u64> {
-        self.each(stage).max()
+    /// The instructions of a stage: the median over the records that are not clipped.
+    pub fn median(&self, stage: &str) -> Option<u64> {
+        let mut counts: Vec<u64> = self.each(stage, false).collect();
+        let middle = counts.len() / 2;
+        (!counts.is_empty()).then(|| *counts.select_nth_unstable(middle).1)
     }
 
-    /// The instructions that a stage took of a full-scale tone, of a weak one, and of one in noise.
-    pub fn each(&self, stage: &str) -> impl Iterator<Item = u64> {
+    /// The most instructions that a stage took, of the records that are clipped or of the others.
+    pub fn worst(&self, stage: &str, clipped: bool) -> Option<u64> {
+        self.each(stage, clipped).max()
+    }
+
+    /// The instructions of a stage, record by record of the corpus. A rival's are those of the two
+    /// records before it, because no transform depends on its data.
+    pub fn each(&self, stage: &str, clipped: bool) -> impl Iterator<Item = u64> {
         let rate = self.core.machine.instructions_per_tick();
-        let ticks = self.figures.get(stage).into_iter().flatten();
-        ticks.map(move |&ticks| (ticks as f64 * rate).round() as u64)
+        let counts = self.figures.get(stage).map_or(&[][..], Vec::as_slice);
+        let skipped = if counts.len() > EXACT { EXACT } else { 0 };
+        let kinds = self.clipped.iter().copied().chain(std::iter::repeat(false));
+        let chosen = counts[skipped..].iter().zip(kinds).filter(move |&(_, kind)| kind == clipped);
+        chosen.map(move |(&ticks, _)| (ticks as f64 * rate).round() as u64)
     }
 
     /// The ratio of a full-scale tone to the error of our transform, and of one 40 dB below, in dB.
@@ -345,7 +357,7 @@ impl Count {
         let spectrum = self.figures.get("spectrum_bytes").and_then(|f| f.last().copied());
         let row = |engine: &str, stage: &str, name: &str| {
             let ours = engine == self.engine.name;
-            let instructions = self.instructions(name)?;
+            let instructions = self.median(name)?;
             let transform = stage.starts_with("fft");
             Some(Row {
                 core: self.core.name,
@@ -353,6 +365,9 @@ impl Count {
                 n: self.n,
                 stage: stage.into(),
                 instructions,
+                median: instructions,
+                worst: self.worst(name, false).filter(|_| ours),
+                worst_clipped: self.worst(name, true).filter(|_| ours),
                 ram_bytes: match (ours, stage) {
                     (true, "measurement") => self.pipeline_bytes(),
                     (true, _) => spectrum.map(|bytes| bytes + 2 * self.n as u64),
