@@ -101,11 +101,7 @@ fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
 
 /// A scan of the powers of stored points, converted to units of bins.
 pub(super) const fn scanned(bin: usize, best: i32, total: u64) -> Scan {
-    Scan {
-        power: (best as u64) << SQUARES,
-        total: total << SQUARES,
-        ..Scan::from(bin)
-    }
+    Scan { power: (best as u64) << SQUARES, total: total << SQUARES, ..Scan::from(bin) }
 }
 
 /// `((B - A) sin + 2 D cos) / 2`, with the factor packed as `-cos | -sin << 16`.

@@ -3,8 +3,8 @@
 //!
 //! # The bound
 //!
-//! Bins X = X[k] and Y = X[M-k] are split from points p = Z[k] and q = Z[M-k]. The split is a
-//! rotation, so the powers of the bins have the same sum as those of the points, and that sum takes
+//! Bins `X = X[k]` and `Y = X[M-k]` are split from points `p = Z[k]` and `q = Z[M-k]`. The split is
+//! a rotation, so the powers of the bins have the same sum as those of the points, and that sum takes
 //! no factor:
 //!
 //! ```text
@@ -19,7 +19,7 @@
 //! (sqrt S (1 + 1.2 2^-15.5) + 3.6)^2 <= S (1 + 0.95 2^-13) + 2^18
 //! ```
 //!
-//! and a pair with `S < best - best 2^-13 - 2^21` ([`worth`]) cannot hold a computed bin of power
+//! and a pair with `S < best - best 2^-13 - 2^21` (`worth`) cannot hold a computed bin of power
 //! `best`. In the same way the stronger computed bin of a pair has at least `worth(S / 2)`.
 
 use super::fft::integer::{Point, split_pair};
@@ -263,7 +263,8 @@ mod tests {
                     // p = X (1 + j w*)/2 and q = X* (1 - j w)*/2.
                     let angle = core::f64::consts::PI * k as f64 / 512.0;
                     let (sin, cos) = angle.sin_cos();
-                    let half = |x: f64, y: f64| [(x / 2.0).round() as i32, (y / 2.0).round() as i32];
+                    let half =
+                        |x: f64, y: f64| [(x / 2.0).round() as i32, (y / 2.0).round() as i32];
                     points[k] = half(re * (1.0 - sin) - im * cos, re * cos + im * (1.0 - sin));
                     points[512 - k] =
                         half(re * (1.0 + sin) + im * cos, re * cos - im * (1.0 + sin));
