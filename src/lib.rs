@@ -28,9 +28,10 @@
 //! # The way of the data
 //!
 //! ```text
-//! words ── Assembler ─┐
-//!                     ├─▶ record ─▶ integer FFT ─▶ peak + floor ─▶ a few bins ─▶ Tone ─▶ solver ─▶ Velocity, Target
-//! slots ── FrontEnd ──┘   [`acquire`]        [`spectrum`]         [`estimate`]        [`solve`]
+//! words ─ Assembler ┐
+//!                   ├▶ record ─▶ bins ─▶ peak, floor ─▶ Tone ─▶ Velocity, Target
+//! slots ─ FrontEnd ─┘   FFT      search      fit          solver
+//!     acquire               spectrum        estimate      solve
 //! ```
 //!
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
@@ -68,22 +69,40 @@ pub mod solve;
 pub mod spectrum;
 pub mod tracker;
 
+#[doc(inline)]
 pub use acquire::assembler::Assembler;
+#[doc(inline)]
 pub use acquire::codes::Codes;
+#[doc(inline)]
 pub use acquire::format::Format;
+#[doc(inline)]
 pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
+#[doc(inline)]
 pub use config::{Config, ConfigError, Following, Scene};
+#[doc(inline)]
 pub use estimate::frequency::Frequency;
+#[doc(inline)]
 pub use estimate::least_squares::Reach;
+#[doc(inline)]
 pub use estimate::measure::Arithmetic;
+#[doc(inline)]
 pub use estimate::method::{Method, UnknownMethod};
+#[doc(inline)]
 pub use estimate::tone::{Tone, Verdict};
+#[doc(inline)]
 pub use pipeline::{LengthError, Measurement, Outcome, Pipeline};
+#[doc(inline)]
 pub use plan::Plan;
+#[doc(inline)]
 pub use solve::chirp::{Ambiguity, Shape, Target};
+#[doc(inline)]
 pub use solve::doppler::Velocity;
+#[doc(inline)]
 pub use solve::track::Track;
 #[cfg(feature = "microfft")]
+#[doc(inline)]
 pub use spectrum::engine::F32;
+#[doc(inline)]
 pub use spectrum::engine::{I32, Q15};
+#[doc(inline)]
 pub use tracker::Tracker;
