@@ -15,24 +15,30 @@
 //! Noise decides about samples near a rail: those that it leaves between the rails lean away from them. So a sample counts
 //! only if the one a [`Return`] on, whose noise is another, is further from the rails than noise goes.
 //!
-//! The loop runs in integers, for cores without an FPU: phases turn in Q30, residuals are in sixteenths of a code. In each of 32 blocks
-//! w is constant as a weight, which costs nothing but a thousandth of the information.
+//! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's phase starts anew in
+//! each, so one table of cosines and sines serves them all, and a block's sums are turned by its first phase. Where no
+//! sample is left out, the sums of the tone alone are those of the table. In each block w is constant as a weight, which
+//! costs nothing but a thousandth of the information.
 
 use super::frequency::Frequency;
 use super::least_squares::Fit;
-use super::least_squares::fixed::{product, quantised};
+use super::least_squares::fixed::quantised;
 use super::noise_fixed::{Turn, turned};
-use super::returns::{Part, Return};
+use super::returns::{Between, Part, Return};
 use super::within;
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
-use core::ops::Range;
 use num_complex::Complex;
 
-/// Blocks of a record. The blocks of very long ones are shorter, for a phase loses bits as it turns.
+/// Blocks of a record, at most.
 const BLOCKS: usize = 32;
-const LONGEST: usize = 1024;
+
+/// Samples of a block, at least, for shorter ones take longer.
+const SHORTEST: usize = 8;
+
+/// Samples of a block, at most: those of a record of 4096.
+const LONGEST: usize = 128;
 
 /// How many standard deviations noise goes.
 const DEVIATIONS: f32 = 4.0;
@@ -138,42 +144,41 @@ struct Search {
 }
 
 impl Search {
-    #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
     #[inline(never)]
     fn part(&self, part: Part, tone: Complex<f32>) -> Found {
         let amplitude = tone.norm_sqr().root().max(1.0);
-        let length = (part.length / BLOCKS).min(LONGEST).max(1);
+        let length = (part.length / BLOCKS).clamp(SHORTEST, LONGEST);
         let step = self.frequency.0.to_bits();
-        let model = Model {
-            forward: turn_of(step),
-            amplitude: quantised(amplitude, 6),
-            rails: self.codes.rails(),
-            margin: self.margin(),
-        };
+        let table = Table::of(turn_of(step), length);
         let forward = turn_of(step.wrapping_mul(length as i32));
+        let rails = self.rails();
         let mut turn = q30(tone / amplitude);
         let mut equations = Equations::default();
-        let (mut start, per) = (0, 1.0 / part.length.max(1) as f32);
-        while start < part.length {
+        let per = 1.0 / part.length.max(1) as f32;
+        for start in (0..part.length).step_by(length) {
             let end = (start + length).min(part.length);
             // A return on, or before at the end of the record.
             let before = end + self.lag > part.length;
-            let away = if before { self.lag.wrapping_neg() } else { self.lag };
-            let sums = model.sums(part, start..end, away, turn);
-            equations.add(&sums, (start + end) as f32 * per - 1.0);
+            let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
+            let sums = table.sums(part.from(start), part.from(other), &rails);
+            let start_turn = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
+            equations.add(&sums.turned(start_turn), amplitude, (start + end) as f32 * per - 1.0);
             turn = turned(turn, forward);
-            start = end;
         }
         equations.solved(amplitude)
     }
 
-    /// How far noise goes, in codes; not so far that nothing is left.
-    fn margin(&self) -> i16 {
+    /// The codes between the rails, and those that noise does not take to a rail; if it takes all, some are left.
+    fn rails(&self) -> [Between; 2] {
         let (low, high) = self.codes.rails();
         let most = (i32::from(high) - i32::from(low)) >> 3;
-        ((DEVIATIONS * self.noise.root()) as i32).min(most) as i16
+        let margin = ((DEVIATIONS * self.noise.root()) as i32).min(most) as i16;
+        [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))].map(Between::of)
     }
 }
+
+/// 1 in Q30.
+const ONE: f32 = 1_073_741_824.0;
 
 fn turn_of(steps: i32) -> Turn {
     q30(f32::unit(steps as f32 * (1.0 / 4_294_967_296.0)))
@@ -183,62 +188,106 @@ fn q30(z: Complex<f32>) -> Turn {
     [quantised(z.re, 30), quantised(z.im, 30)]
 }
 
-/// What a loop over samples needs to know.
-struct Model {
-    /// The tone's turn from sample to sample.
-    forward: Turn,
-    /// In sixty-fourths of a code.
-    amplitude: i32,
-    rails: (i16, i16),
-    margin: i16,
+/// Cosine and sine of a tone in a block that it enters with phase 0, in Q15, and their sums.
+struct Table {
+    turns: [[i16; 2]; LONGEST],
+    sums: Sums,
 }
 
-/// Sums over the samples of a block that count, with c = cos p and s = sin p in Q15 and the residual r in sixteenths.
-#[derive(Default)]
+impl Table {
+    fn of(forward: Turn, length: usize) -> Self {
+        let mut table = Self { turns: [[0; 2]; LONGEST], sums: Sums::default() };
+        let mut turn = [1 << 30, 0];
+        for place in table.turns.iter_mut().take(length) {
+            *place = turn.map(|x| ((x + (1 << 14)) >> 15).min(32767) as i16);
+            table.sums.take(*place, 1);
+            turn = turned(turn, forward);
+        }
+        table
+    }
+
+    /// The sums over the samples of a block that count, those whose other has one, too.
+    #[inline(always)]
+    fn sums<'a>(
+        &self,
+        samples: impl Iterator<Item = &'a i16>,
+        others: impl Iterator<Item = &'a i16>,
+        [inside, far_inside]: &[Between; 2],
+    ) -> Sums {
+        let length = self.sums.count as usize;
+        let mut sums = self.sums;
+        let turns = self.turns.get(..length).unwrap_or_default();
+        for (turn, (&y, &other)) in turns.iter().zip(samples.zip(others)) {
+            if inside.holds(y) && far_inside.holds(other) {
+                let (y, [c, s]) = (i32::from(y), turn.map(i32::from));
+                sums.y = sums.y.wrapping_add(y);
+                sums.yc = sums.yc.wrapping_add(i64::from(y.wrapping_mul(c)));
+                sums.ys = sums.ys.wrapping_add(i64::from(y.wrapping_mul(s)));
+            } else {
+                sums.take(*turn, -1);
+            }
+        }
+        sums
+    }
+}
+
+/// Sums over the samples y of a block, with c and s the cosine and sine of the tone's phase in Q15.
+#[derive(Clone, Copy, Default)]
 struct Sums {
     count: i32,
     c: i32,
     s: i32,
     cc: i64,
     cs: i64,
-    r: i32,
-    rc: i64,
-    rs: i64,
-}
-
-impl Model {
-    #[inline(always)]
-    fn sums(&self, part: Part, block: Range<usize>, away: usize, start: Turn) -> Sums {
-        let (low, high) = self.rails;
-        let (lowest, highest) = (low.saturating_add(self.margin), high.saturating_sub(self.margin));
-        let mut sums = Sums::default();
-        let mut turn = start;
-        for n in block {
-            let (Some(y), Some(other)) = (part.at(n), part.at(n.wrapping_add(away))) else { break };
-            if low < y && y < high && lowest < other && other < highest {
-                // Sixty-fourths times Q30, less 32 bits.
-                let model = (product(self.amplitude, turn[0]) >> 32) as i32;
-                sums.add((i32::from(y) << 4).wrapping_sub(model), turn.map(|x| x >> 15));
-            }
-            turn = turned(turn, self.forward);
-        }
-        sums
-    }
+    y: i32,
+    yc: i64,
+    ys: i64,
 }
 
 impl Sums {
-    // Blocks are so short that nothing overflows: at most 1024 samples of 22 bits.
+    /// Adds the tone at a sample, or takes it away.
     #[inline(always)]
-    fn add(&mut self, r: i32, [c, s]: [i32; 2]) {
-        self.count = self.count.wrapping_add(1);
-        self.c = self.c.wrapping_add(c);
-        self.s = self.s.wrapping_add(s);
-        self.cc = self.cc.wrapping_add(product(c, c));
-        self.cs = self.cs.wrapping_add(product(c, s));
-        self.r = self.r.wrapping_add(r);
-        self.rc = self.rc.wrapping_add(product(r, c));
-        self.rs = self.rs.wrapping_add(product(r, s));
+    fn take(&mut self, [c, s]: [i16; 2], sign: i32) {
+        let [c, s] = [c, s].map(i32::from);
+        self.count = self.count.wrapping_add(sign);
+        self.c = self.c.wrapping_add(sign.wrapping_mul(c));
+        self.s = self.s.wrapping_add(sign.wrapping_mul(s));
+        self.cc = self.cc.wrapping_add(i64::from(sign.wrapping_mul(c.wrapping_mul(c))));
+        self.cs = self.cs.wrapping_add(i64::from(sign.wrapping_mul(c.wrapping_mul(s))));
     }
+
+    /// The sums for a tone that enters the block with this phase.
+    fn turned(&self, phase: Complex<f32>) -> Turned {
+        const UNIT: f32 = 1.0 / 32768.0;
+        let square = |sum: i64| (sum >> 15) as i32 as f32 * UNIT;
+        let half = 0.5 * self.count as f32;
+        let first = Complex::new(self.c as f32, self.s as f32) * UNIT * phase;
+        let second = Complex::new(square(self.cc) - half, square(self.cs)) * phase * phase;
+        let mixed = |sum: i64| (sum >> 4) as i32 as f32 * (1.0 / 2048.0);
+        let y = Complex::new(mixed(self.yc), mixed(self.ys)) * phase;
+        Turned {
+            count: self.count as f32,
+            c: first.re,
+            s: first.im,
+            cc: half + second.re,
+            cs: second.im,
+            y: self.y as f32,
+            yc: y.re,
+            ys: y.im,
+        }
+    }
+}
+
+/// [`Sums`] for the tone's own phase.
+struct Turned {
+    count: f32,
+    c: f32,
+    s: f32,
+    cc: f32,
+    cs: f32,
+    y: f32,
+    yc: f32,
+    ys: f32,
 }
 
 /// The normal equations for m, a, b and -pi A d: of their symmetric matrix what begins on the diagonal, and then the right side.
@@ -249,14 +298,9 @@ struct Equations {
 
 impl Equations {
     /// Adds a block whose middle is at `w`.
-    fn add(&mut self, sums: &Sums, w: f32) {
-        const UNIT: f32 = 1.0 / 32768.0;
-        const CODE: f32 = 1.0 / 16.0;
-        let n = sums.count as f32;
-        let [c, s] = [sums.c, sums.s].map(|sum| sum as f32 * UNIT);
-        let [cc, cs] = [sums.cc, sums.cs].map(|sum| (sum >> 15) as i32 as f32 * UNIT);
-        let r = sums.r as f32 * CODE;
-        let [rc, rs] = [sums.rc, sums.rs].map(|sum| (sum >> 15) as i32 as f32 * CODE);
+    fn add(&mut self, sums: &Turned, amplitude: f32, w: f32) {
+        let &Turned { count: n, c, s, cc, cs, y, yc, ys } = sums;
+        let (r, rc, rs) = (y - amplitude * c, yc - amplitude * cc, ys - amplitude * cs);
         let ss = n - cc;
         let block = [
             [n, c, s, w * s, r],
