@@ -68,7 +68,8 @@ impl Return {
         let apart = (part.length.saturating_sub(2 * self.lag) / GROUPS).max(GROUP);
         let (mut sum, mut power, mut count) = (0i32, 0u64, 0i32);
         for n in (0..GROUPS).map(|group| group * apart) {
-            let [first, second, third] = [0, 1, 2].map(|lags| part.from(n + lags * self.lag));
+            let [first, second, third] =
+                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).iter().step_by(part.stride()));
             for ((&a, &b), &c) in first.zip(second).zip(third).take(GROUP) {
                 if inside.holds(a) && inside.holds(b) && inside.holds(c) {
                     let [a, b, c] = [a, b, c].map(i32::from);
@@ -134,11 +135,16 @@ impl<'a> Part<'a> {
         (self.parts > 1).then_some(Self { which: 1, ..self })
     }
 
-    /// The samples from `n` on.
+    /// The numbers from sample `n` on, with those of other parts between them.
     #[inline(always)]
-    pub fn from(&self, n: usize) -> impl Iterator<Item = &'a i16> {
+    pub fn from(&self, n: usize) -> &'a [i16] {
         let first = n.wrapping_mul(self.parts).wrapping_add(self.which);
-        self.numbers.get(first..).unwrap_or_default().iter().step_by(self.parts)
+        self.numbers.get(first..).unwrap_or_default()
+    }
+
+    /// How many numbers there are from one sample to the next: 1 or 2.
+    pub const fn stride(&self) -> usize {
+        self.parts
     }
 }
 

@@ -23,7 +23,7 @@
 use super::frequency::Frequency;
 use super::least_squares::Fit;
 use super::least_squares::fixed::quantised;
-use super::noise_fixed::{Turn, turned};
+use super::noise_fixed::Turn;
 use super::returns::{Between, Part, Return};
 use super::within;
 use crate::acquire::codes::Codes;
@@ -160,10 +160,15 @@ impl Search {
             // A return on, or before at the end of the record.
             let before = end + self.lag > part.length;
             let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
-            let sums = table.sums(part.from(start), part.from(other), &rails);
+            let (samples, others) = (part.from(start), part.from(other));
+            let sums = if part.stride() == 1 {
+                table.sums::<1>(samples, others, &rails)
+            } else {
+                table.sums::<2>(samples, others, &rails)
+            };
             let start_turn = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
             equations.add(&sums.turned(start_turn), amplitude, (start + end) as f32 * per - 1.0);
-            turn = turned(turn, forward);
+            turn = advanced(turn, forward);
         }
         equations.solved(amplitude)
     }
@@ -188,6 +193,13 @@ fn q30(z: Complex<f32>) -> Turn {
     [quantised(z.re, 30), quantised(z.im, 30)]
 }
 
+/// A turn by another; the last two bits are lost.
+#[inline(always)]
+fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
+    let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
+    [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
+}
+
 /// Cosine and sine of a tone in a block that it enters with phase 0, in Q15, and their sums.
 struct Table {
     turns: [[i16; 2]; LONGEST],
@@ -200,36 +212,55 @@ impl Table {
         let mut turn = [1 << 30, 0];
         for place in table.turns.iter_mut().take(length) {
             *place = turn.map(|x| ((x + (1 << 14)) >> 15).min(32767) as i16);
-            table.sums.take(*place, 1);
-            turn = turned(turn, forward);
+            table.sums.take(*place);
+            turn = advanced(turn, forward);
         }
         table
     }
 
-    /// The sums over the samples of a block that count, those whose other has one, too.
-    #[inline(always)]
-    fn sums<'a>(
+    /// The sums over the samples of a block that count, those whose other has one, too. They are
+    /// `STRIDE` numbers apart.
+    #[inline(never)] // its loop needs all registers
+    fn sums<const STRIDE: usize>(
         &self,
-        samples: impl Iterator<Item = &'a i16>,
-        others: impl Iterator<Item = &'a i16>,
+        samples: &[i16],
+        others: &[i16],
         [inside, far_inside]: &[Between; 2],
     ) -> Sums {
-        let length = self.sums.count as usize;
-        let mut sums = self.sums;
-        let turns = self.turns.get(..length).unwrap_or_default();
-        for (turn, (&y, &other)) in turns.iter().zip(samples.zip(others)) {
-            if inside.holds(y) && far_inside.holds(other) {
-                let (y, [c, s]) = (i32::from(y), turn.map(i32::from));
-                sums.y = sums.y.wrapping_add(y);
-                sums.yc = sums.yc.wrapping_add(i64::from(y.wrapping_mul(c)));
-                sums.ys = sums.ys.wrapping_add(i64::from(y.wrapping_mul(s)));
+        let Sums { mut count, mut c, mut s, mut cc, mut cs, mut y, mut yc, mut ys } = self.sums;
+        let turns = self.turns.get(..count as usize).unwrap_or_default();
+        let pairs = samples.chunks(STRIDE).zip(others.chunks(STRIDE));
+        for (&[cosine, sine], (sample, other)) in turns.iter().zip(pairs) {
+            let (Some(&sample), Some(&other)) = (sample.first(), other.first()) else { break };
+            let (cosine, sine) = (i32::from(cosine), i32::from(sine));
+            if inside.holds(sample) && far_inside.holds(other) {
+                let sample = i32::from(sample);
+                y = y.wrapping_add(sample);
+                yc = yc.wrapping_add(rounded(sample.wrapping_mul(cosine)));
+                ys = ys.wrapping_add(rounded(sample.wrapping_mul(sine)));
             } else {
-                sums.take(*turn, -1);
+                count = count.wrapping_sub(1);
+                c = c.wrapping_sub(cosine);
+                s = s.wrapping_sub(sine);
+                cc = cc.wrapping_sub(rounded(cosine.wrapping_mul(cosine)));
+                cs = cs.wrapping_sub(rounded(cosine.wrapping_mul(sine)));
             }
         }
-        sums
+        Sums { count, c, s, cc, cs, y, yc, ys }
     }
 }
+
+/// A product without its lowest bits, so that those of a block add up in 32.
+#[inline(always)]
+fn rounded(product: i32) -> i32 {
+    product.wrapping_add(1 << (DROPPED - 1)) >> DROPPED
+}
+
+const DROPPED: u32 = LONGEST.trailing_zeros();
+
+/// A product that was rounded is in units of this, with a factor in Q15 or with two.
+const UNIT: f32 = 1.0 / 32768.0;
+const PRODUCT: f32 = LONGEST as f32 * UNIT;
 
 /// Sums over the samples y of a block, with c and s the cosine and sine of the tone's phase in Q15.
 #[derive(Clone, Copy, Default)]
@@ -237,43 +268,40 @@ struct Sums {
     count: i32,
     c: i32,
     s: i32,
-    cc: i64,
-    cs: i64,
+    cc: i32,
+    cs: i32,
     y: i32,
-    yc: i64,
-    ys: i64,
+    yc: i32,
+    ys: i32,
 }
 
 impl Sums {
-    /// Adds the tone at a sample, or takes it away.
-    #[inline(always)]
-    fn take(&mut self, [c, s]: [i16; 2], sign: i32) {
+    /// Adds the tone at a sample.
+    fn take(&mut self, [c, s]: [i16; 2]) {
         let [c, s] = [c, s].map(i32::from);
-        self.count = self.count.wrapping_add(sign);
-        self.c = self.c.wrapping_add(sign.wrapping_mul(c));
-        self.s = self.s.wrapping_add(sign.wrapping_mul(s));
-        self.cc = self.cc.wrapping_add(i64::from(sign.wrapping_mul(c.wrapping_mul(c))));
-        self.cs = self.cs.wrapping_add(i64::from(sign.wrapping_mul(c.wrapping_mul(s))));
+        self.count = self.count.wrapping_add(1);
+        self.c = self.c.wrapping_add(c);
+        self.s = self.s.wrapping_add(s);
+        self.cc = self.cc.wrapping_add(rounded(c.wrapping_mul(c)));
+        self.cs = self.cs.wrapping_add(rounded(c.wrapping_mul(s)));
     }
 
     /// The sums for a tone that enters the block with this phase.
     fn turned(&self, phase: Complex<f32>) -> Turned {
-        const UNIT: f32 = 1.0 / 32768.0;
-        let square = |sum: i64| (sum >> 15) as i32 as f32 * UNIT;
         let half = 0.5 * self.count as f32;
-        let first = Complex::new(self.c as f32, self.s as f32) * UNIT * phase;
-        let second = Complex::new(square(self.cc) - half, square(self.cs)) * phase * phase;
-        let mixed = |sum: i64| (sum >> 4) as i32 as f32 * (1.0 / 2048.0);
-        let y = Complex::new(mixed(self.yc), mixed(self.ys)) * phase;
+        let first = Complex::new(self.c as f32, self.s as f32) * phase;
+        let [cc, cs] = [self.cc, self.cs].map(|sum| sum as f32 * (PRODUCT * UNIT));
+        let second = Complex::new(cc - half, cs) * (phase * phase);
+        let y = Complex::new(self.yc as f32, self.ys as f32) * phase;
         Turned {
             count: self.count as f32,
-            c: first.re,
-            s: first.im,
+            c: first.re * UNIT,
+            s: first.im * UNIT,
             cc: half + second.re,
             cs: second.im,
             y: self.y as f32,
-            yc: y.re,
-            ys: y.im,
+            yc: y.re * PRODUCT,
+            ys: y.im * PRODUCT,
         }
     }
 }
