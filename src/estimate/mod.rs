@@ -3,6 +3,9 @@
 //! An estimator answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record),
 //! positive towards higher frequency, usually in -0.5..=0.5.
 
+mod carrier;
+#[cfg(dsp)]
+mod carrier_dsp;
 pub mod detection;
 pub mod frequency;
 pub mod least_squares;

@@ -105,6 +105,13 @@ impl Between {
         Self { first, count: (i32::from(high) - first).max(0) as u32 }
     }
 
+    /// The first and the last of them.
+    #[cfg(dsp)]
+    pub const fn ends(self) -> [i16; 2] {
+        let last = self.first.wrapping_add(self.count as i32).wrapping_sub(1);
+        [self.first as i16, last as i16]
+    }
+
     #[inline(always)]
     pub fn holds(self, x: i16) -> bool {
         (i32::from(x).wrapping_sub(self.first) as u32) < self.count

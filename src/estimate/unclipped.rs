@@ -20,6 +20,7 @@
 //! sample is left out, the sums of the tone alone are those of the table. In each block w is constant as a weight, which
 //! costs nothing but a thousandth of the information.
 
+use super::carrier::{Carrier, LONGEST, Turned, advanced};
 use super::frequency::Frequency;
 use super::least_squares::Fit;
 use super::least_squares::fixed::quantised;
@@ -36,9 +37,6 @@ const BLOCKS: usize = 32;
 
 /// Samples of a block, at least, for shorter ones take longer.
 const SHORTEST: usize = 8;
-
-/// Samples of a block, at most: those of a record of 4096.
-const LONGEST: usize = 128;
 
 /// How many standard deviations noise goes.
 const DEVIATIONS: f32 = 4.0;
@@ -69,14 +67,30 @@ impl Unclipped {
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::of_parts(Part::first::<R>(samples), codes, frequency, tone)
+        Self::of_parts(Part::first::<R>(samples), codes, frequency, tone, false)
+    }
+
+    /// [`Unclipped::of`] by its definition in portable code. Tests compare kernels with it.
+    pub fn of_portably<R: Record>(
+        samples: &[R::Sample],
+        codes: Codes,
+        frequency: Frequency,
+        tone: Complex<f32>,
+    ) -> Option<Self> {
+        Self::of_parts(Part::first::<R>(samples), codes, frequency, tone, true)
     }
 
     /// The same about a fit, once for all kinds and lengths of records.
     #[inline(never)]
     pub(super) fn of_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let frequency = Frequency::of_bins(peak, fit.offset, part.length)?;
-        Self::of_parts(part, codes, frequency, fit.tone_of(part.second().is_some(), part.length))
+        Self::of_parts(
+            part,
+            codes,
+            frequency,
+            fit.tone_of(part.second().is_some(), part.length),
+            false,
+        )
     }
 
     fn of_parts(
@@ -84,10 +98,11 @@ impl Unclipped {
         codes: Codes,
         frequency: Frequency,
         tone: Complex<f32>,
+        portably: bool,
     ) -> Option<Self> {
         let again = Return::of(frequency, part.length);
         let mut noise = again.noise(part, codes)?;
-        let search = Search { codes, lag: again.lag, frequency, noise };
+        let search = Search { codes, lag: again.lag, frequency, noise, portably };
         let mut found = search.part(part, tone);
         if let Some(other) = part.second() {
             found = found.and(search.part(other, Complex::new(tone.im, -tone.re)));
@@ -141,6 +156,8 @@ struct Search {
     frequency: Frequency,
     /// Noise power of a part.
     noise: f32,
+    /// Whether the loop is that of the definition.
+    portably: bool,
 }
 
 impl Search {
@@ -149,7 +166,7 @@ impl Search {
         let amplitude = tone.norm_sqr().root().max(1.0);
         let length = (part.length / BLOCKS).clamp(SHORTEST, LONGEST);
         let step = self.frequency.0.to_bits();
-        let table = Table::of(turn_of(step), length);
+        let carrier = Carrier::of(turn_of(step), length);
         let forward = turn_of(step.wrapping_mul(length as i32));
         let rails = self.rails();
         let mut turn = q30(tone / amplitude);
@@ -161,13 +178,14 @@ impl Search {
             let before = end + self.lag > part.length;
             let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
             let (samples, others) = (part.from(start), part.from(other));
-            let sums = if part.stride() == 1 {
-                table.sums::<1>(samples, others, &rails)
-            } else {
-                table.sums::<2>(samples, others, &rails)
+            let sums = match (part.stride(), self.portably) {
+                (1, false) => carrier.sums(samples, others, &rails),
+                (1, true) => carrier.sums_portably::<1>(samples, others, &rails),
+                _ => carrier.sums_portably::<2>(samples, others, &rails),
             };
-            let start_turn = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
-            equations.add(&sums.turned(start_turn), amplitude, (start + end) as f32 * per - 1.0);
+            let phase = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
+            let sums = sums.turned(phase);
+            equations.add(&sums, amplitude, (start + end) as f32 * per - 1.0);
             turn = advanced(turn, forward);
         }
         equations.solved(amplitude)
@@ -191,131 +209,6 @@ fn turn_of(steps: i32) -> Turn {
 
 fn q30(z: Complex<f32>) -> Turn {
     [quantised(z.re, 30), quantised(z.im, 30)]
-}
-
-/// A turn by another; the last two bits are lost.
-#[inline(always)]
-fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
-    let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
-    [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
-}
-
-/// Cosine and sine of a tone in a block that it enters with phase 0, in Q15, and their sums.
-struct Table {
-    turns: [[i16; 2]; LONGEST],
-    sums: Sums,
-}
-
-impl Table {
-    fn of(forward: Turn, length: usize) -> Self {
-        let mut table = Self { turns: [[0; 2]; LONGEST], sums: Sums::default() };
-        let mut turn = [1 << 30, 0];
-        for place in table.turns.iter_mut().take(length) {
-            *place = turn.map(|x| ((x + (1 << 14)) >> 15).min(32767) as i16);
-            table.sums.take(*place);
-            turn = advanced(turn, forward);
-        }
-        table
-    }
-
-    /// The sums over the samples of a block that count, those whose other has one, too. They are
-    /// `STRIDE` numbers apart.
-    #[inline(never)] // its loop needs all registers
-    fn sums<const STRIDE: usize>(
-        &self,
-        samples: &[i16],
-        others: &[i16],
-        [inside, far_inside]: &[Between; 2],
-    ) -> Sums {
-        let Sums { mut count, mut c, mut s, mut cc, mut cs, mut y, mut yc, mut ys } = self.sums;
-        let turns = self.turns.get(..count as usize).unwrap_or_default();
-        let pairs = samples.chunks(STRIDE).zip(others.chunks(STRIDE));
-        for (&[cosine, sine], (sample, other)) in turns.iter().zip(pairs) {
-            let (Some(&sample), Some(&other)) = (sample.first(), other.first()) else { break };
-            let (cosine, sine) = (i32::from(cosine), i32::from(sine));
-            if inside.holds(sample) && far_inside.holds(other) {
-                let sample = i32::from(sample);
-                y = y.wrapping_add(sample);
-                yc = yc.wrapping_add(rounded(sample.wrapping_mul(cosine)));
-                ys = ys.wrapping_add(rounded(sample.wrapping_mul(sine)));
-            } else {
-                count = count.wrapping_sub(1);
-                c = c.wrapping_sub(cosine);
-                s = s.wrapping_sub(sine);
-                cc = cc.wrapping_sub(rounded(cosine.wrapping_mul(cosine)));
-                cs = cs.wrapping_sub(rounded(cosine.wrapping_mul(sine)));
-            }
-        }
-        Sums { count, c, s, cc, cs, y, yc, ys }
-    }
-}
-
-/// A product without its lowest bits, so that those of a block add up in 32.
-#[inline(always)]
-fn rounded(product: i32) -> i32 {
-    product.wrapping_add(1 << (DROPPED - 1)) >> DROPPED
-}
-
-const DROPPED: u32 = LONGEST.trailing_zeros();
-
-/// A product that was rounded is in units of this, with a factor in Q15 or with two.
-const UNIT: f32 = 1.0 / 32768.0;
-const PRODUCT: f32 = LONGEST as f32 * UNIT;
-
-/// Sums over the samples y of a block, with c and s the cosine and sine of the tone's phase in Q15.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    count: i32,
-    c: i32,
-    s: i32,
-    cc: i32,
-    cs: i32,
-    y: i32,
-    yc: i32,
-    ys: i32,
-}
-
-impl Sums {
-    /// Adds the tone at a sample.
-    fn take(&mut self, [c, s]: [i16; 2]) {
-        let [c, s] = [c, s].map(i32::from);
-        self.count = self.count.wrapping_add(1);
-        self.c = self.c.wrapping_add(c);
-        self.s = self.s.wrapping_add(s);
-        self.cc = self.cc.wrapping_add(rounded(c.wrapping_mul(c)));
-        self.cs = self.cs.wrapping_add(rounded(c.wrapping_mul(s)));
-    }
-
-    /// The sums for a tone that enters the block with this phase.
-    fn turned(&self, phase: Complex<f32>) -> Turned {
-        let half = 0.5 * self.count as f32;
-        let first = Complex::new(self.c as f32, self.s as f32) * phase;
-        let [cc, cs] = [self.cc, self.cs].map(|sum| sum as f32 * (PRODUCT * UNIT));
-        let second = Complex::new(cc - half, cs) * (phase * phase);
-        let y = Complex::new(self.yc as f32, self.ys as f32) * phase;
-        Turned {
-            count: self.count as f32,
-            c: first.re * UNIT,
-            s: first.im * UNIT,
-            cc: half + second.re,
-            cs: second.im,
-            y: self.y as f32,
-            yc: y.re * PRODUCT,
-            ys: y.im * PRODUCT,
-        }
-    }
-}
-
-/// [`Sums`] for the tone's own phase.
-struct Turned {
-    count: f32,
-    c: f32,
-    s: f32,
-    cc: f32,
-    cs: f32,
-    y: f32,
-    yc: f32,
-    ys: f32,
 }
 
 /// The normal equations for m, a, b and -pi A d: of their symmetric matrix what begins on the diagonal, and then the right side.

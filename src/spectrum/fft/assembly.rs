@@ -14,4 +14,4 @@ macro_rules! kernel {
     ($($line:tt)*) => { core::arch::naked_asm!(".cpu cortex-m33", $($line)*) };
 }
 
-pub(in crate::spectrum) use kernel;
+pub(crate) use kernel;

@@ -4,7 +4,7 @@
 //! feature `microfft`, calls another crate.
 
 #[cfg(any(dsp, short_products))]
-pub(super) mod assembly;
+pub(crate) mod assembly;
 #[cfg(feature = "microfft")]
 pub mod float;
 pub mod integer;

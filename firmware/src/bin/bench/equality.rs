@@ -1,7 +1,11 @@
 //! Compares kernels with their definition.
 
+use fixed::types::I0F32;
+use num_complex::Complex;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Record;
+use picket::estimate::frequency::Frequency;
+use picket::estimate::unclipped::Unclipped;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::Engine;
 use picket::spectrum::peak::{Band, find, find_portably};
@@ -37,9 +41,22 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let bends = |stride: usize| {
             E::bend(self.kernel.points(), stride) == E::bend_portably(self.kernel.points(), stride)
         };
-        if !same || !found(band) || !found(part) || !(1..4).all(bends) {
+        let free = self.same_between_the_rails(samples, codes);
+        if !same || !free || !found(band) || !found(part) || !(1..4).all(bends) {
             self.unequal = self.unequal.wrapping_add(1);
         }
+    }
+
+    /// Whether kernel and definition find the same between the rails, of another tone at each block.
+    fn same_between_the_rails(&self, samples: &[R::Sample; N], codes: Codes) -> bool {
+        let steps = self.compared.wrapping_mul(0x9E37_79B9) >> if R::IQ { 0 } else { 1 };
+        let frequency = Frequency(I0F32::from_bits(steps as i32));
+        let tone = Complex::new(700.0, -300.0);
+        let same = |f: fn(&[R::Sample], Codes, Frequency, Complex<f32>) -> Option<Unclipped>| {
+            let free = f(samples, codes, frequency, tone);
+            free.map(|free| [free.noise, free.offset, free.information].map(f32::to_bits))
+        };
+        same(Unclipped::of::<R>) == same(Unclipped::of_portably::<R>)
     }
 
     /// Some part of a band, another one at each block.

@@ -1,0 +1,177 @@
+//! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
+
+use super::noise_fixed::Turn;
+use super::returns::Between;
+use num_complex::Complex;
+
+/// Samples of a block, at most: a 32nd of a record of 4096.
+pub(super) const LONGEST: usize = 128;
+
+/// A turn by another; the last two bits are lost.
+#[inline(always)]
+pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
+    let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
+    [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
+}
+
+/// Cosine and sine of a tone in a block that it enters with phase 0, in Q15.
+#[repr(C)]
+pub(super) struct Carrier {
+    cosines: [i16; LONGEST],
+    sines: [i16; LONGEST],
+    length: usize,
+    /// The sums of all.
+    whole: Tone,
+}
+
+/// Sums of a tone's cosine c and sine s over some samples; products are in Q30.
+#[derive(Clone, Copy, Default)]
+#[repr(C)]
+pub(super) struct Tone {
+    pub count: i32,
+    pub c: i32,
+    pub s: i32,
+    pub cc: i64,
+    pub cs: i64,
+}
+
+impl Tone {
+    #[inline(always)]
+    fn add(&mut self, c: i32, s: i32) {
+        self.count = self.count.wrapping_add(1);
+        self.c = self.c.wrapping_add(c);
+        self.s = self.s.wrapping_add(s);
+        self.cc = self.cc.wrapping_add(i64::from(c.wrapping_mul(c)));
+        self.cs = self.cs.wrapping_add(i64::from(c.wrapping_mul(s)));
+    }
+
+    fn less(&self, other: &Self) -> Self {
+        Self {
+            count: self.count.wrapping_sub(other.count),
+            c: self.c.wrapping_sub(other.c),
+            s: self.s.wrapping_sub(other.s),
+            cc: self.cc.wrapping_sub(other.cc),
+            cs: self.cs.wrapping_sub(other.cs),
+        }
+    }
+}
+
+/// What a loop over a block adds up: the samples that count with the tone, and the tone where none
+/// counts.
+#[derive(Clone, Copy, Default)]
+#[repr(C)]
+pub(super) struct Loop {
+    pub out: Tone,
+    pub yc: i64,
+    pub ys: i64,
+    pub y: i32,
+}
+
+/// The sums over a block's samples that count.
+pub(super) struct Sums {
+    tone: Tone,
+    y: i32,
+    yc: i64,
+    ys: i64,
+}
+
+impl Carrier {
+    /// The tone that turns by `forward` from sample to sample, over `length` samples, at most
+    /// [`LONGEST`].
+    pub fn of(forward: Turn, length: usize) -> Self {
+        let (cosines, sines) = ([0; LONGEST], [0; LONGEST]);
+        let length = length.min(LONGEST);
+        let mut carrier = Self { cosines, sines, length, whole: Tone::default() };
+        let mut turn = [1 << 30, 0];
+        let places = carrier.cosines.iter_mut().zip(&mut carrier.sines);
+        for (cosine, sine) in places.take(length) {
+            [*cosine, *sine] = turn.map(|x: i32| ((x + (1 << 14)) >> 15).min(32767) as i16);
+            carrier.whole.add((*cosine).into(), (*sine).into());
+            turn = advanced(turn, forward);
+        }
+        carrier
+    }
+
+    /// The sums over the samples of a block that count: those inside the first bounds whose other is
+    /// inside the second.
+    #[inline(always)]
+    pub fn sums(&self, samples: &[i16], others: &[i16], bounds: &[Between; 2]) -> Sums {
+        #[cfg(dsp)]
+        if let Some(sums) = super::carrier_dsp::sums(self.parts(), samples, others, bounds) {
+            return self.ended(&sums);
+        }
+        self.sums_portably::<1>(samples, others, bounds)
+    }
+
+    /// The cosines and sines of a block.
+    #[cfg(dsp)]
+    fn parts(&self) -> [&[i16]; 2] {
+        [&self.cosines, &self.sines].map(|part| part.get(..self.length).unwrap_or_default())
+    }
+
+    /// [`Carrier::sums`] by its definition, for samples that are `STRIDE` numbers apart.
+    #[inline(never)] // its loop needs all registers
+    pub fn sums_portably<const STRIDE: usize>(
+        &self,
+        samples: &[i16],
+        others: &[i16],
+        [inside, far_inside]: &[Between; 2],
+    ) -> Sums {
+        let mut sums = Loop::default();
+        let turns = self.cosines.iter().zip(&self.sines).take(self.length);
+        let pairs = samples.chunks(STRIDE).zip(others.chunks(STRIDE));
+        for ((&c, &s), (sample, other)) in turns.zip(pairs) {
+            let (Some(&y), Some(&other)) = (sample.first(), other.first()) else { break };
+            let (c, s) = (i32::from(c), i32::from(s));
+            if inside.holds(y) && far_inside.holds(other) {
+                let y = i32::from(y);
+                sums.y = sums.y.wrapping_add(y);
+                sums.yc = sums.yc.wrapping_add(i64::from(y.wrapping_mul(c)));
+                sums.ys = sums.ys.wrapping_add(i64::from(y.wrapping_mul(s)));
+            } else {
+                sums.out.add(c, s);
+            }
+        }
+        self.ended(&sums)
+    }
+
+    fn ended(&self, &Loop { ref out, yc, ys, y }: &Loop) -> Sums {
+        Sums { tone: self.whole.less(out), y, yc, ys }
+    }
+}
+
+impl Sums {
+    /// The sums for a tone that enters the block with this phase.
+    pub fn turned(&self, phase: Complex<f32>) -> Turned {
+        const UNIT: f32 = 1.0 / 32768.0;
+        // A sum of products in Q30, less the bits that a float does not hold.
+        let product = |sum: i64| (sum >> 7) as i32 as f32 * (128.0 * UNIT);
+        let Tone { count, c, s, cc, cs } = self.tone;
+        let half = 0.5 * count as f32;
+        let first = Complex::new(c as f32, s as f32) * phase;
+        let second = Complex::new(product(cc) * UNIT - half, product(cs) * UNIT) * (phase * phase);
+        let y = Complex::new(product(self.yc), product(self.ys)) * phase;
+        Turned {
+            count: count as f32,
+            c: first.re * UNIT,
+            s: first.im * UNIT,
+            cc: half + second.re,
+            cs: second.im,
+            y: self.y as f32,
+            yc: y.re,
+            ys: y.im,
+        }
+    }
+}
+
+/// [`Sums`] for the tone's own phase.
+pub(super) struct Turned {
+    pub count: f32,
+    pub c: f32,
+    pub s: f32,
+    pub cc: f32,
+    pub cs: f32,
+    pub y: f32,
+    pub yc: f32,
+    pub ys: f32,
+}

@@ -1,0 +1,144 @@
+//! The loop of [`super::carrier`] on cores with the DSP extension, two samples at a time. It equals
+//! the portable definition bit for bit, on every input; the tests on emulated cores drive both.
+
+use super::carrier::Loop;
+use super::returns::Between;
+use crate::spectrum::fft::assembly::kernel;
+
+/// What the loop reads besides the samples.
+#[repr(C)]
+struct Constants {
+    /// The first and the last number of both bounds, each in both halves of a word: of the other
+    /// samples, then of the samples.
+    bounds: [u32; 4],
+    cosines: *const i16,
+    /// From a cosine to its sine, bytes.
+    apart: usize,
+    end: *const i16,
+}
+
+/// As `Carrier::sums_portably`, for a block of an even number of samples; `None` for another.
+pub(super) fn sums(
+    [cosines, sines]: [&[i16]; 2],
+    samples: &[i16],
+    others: &[i16],
+    [inside, far_inside]: &[Between; 2],
+) -> Option<Loop> {
+    let length = cosines.len();
+    if length == 0 || length % 2 != 0 || samples.len() < length || others.len() < length {
+        return None;
+    }
+    let both = |code: i16| u32::from(code as u16) * 0x1_0001;
+    let [low, high] = inside.ends().map(both);
+    let [far_low, far_high] = far_inside.ends().map(both);
+    let range = cosines.as_ptr_range();
+    let constants = Constants {
+        bounds: [far_low, far_high, low, high],
+        cosines: range.start,
+        apart: sines.as_ptr().addr().wrapping_sub(range.start.addr()),
+        end: range.end,
+    };
+    let mut sums = Loop::default();
+    // SAFETY: all four slices hold `length` numbers, an even number above 0.
+    unsafe { pairs(&mut sums, samples.as_ptr(), others.as_ptr(), &constants) };
+    Some(sums)
+}
+
+/// Adds up pairs of samples to `sums`, which must be zeros.
+///
+/// # Safety
+/// As many samples, others and sines as there are cosines must be readable, an even number above 0.
+#[unsafe(naked)]
+unsafe extern "C" fn pairs(
+    sums: &mut Loop,
+    samples: *const i16,
+    others: *const i16,
+    constants: &Constants,
+) {
+    kernel!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #36",
+        "ldm r3, {{r4, r5, r8, r9, r10, r11, r12}}",
+        "strd r4, r5, [sp]",    // bounds of the others
+        "strd r12, r0, [sp, #8]", // the end, the sums
+        "strd r8, r9, [sp, #16]", // bounds of the samples
+        "str r11, [sp, #32]",
+        "mov r3, r10",
+        "mov r0, #0",
+        "mov r10, #0",
+        "mov r11, #0",
+        "mov r12, #0",
+        "mov lr, #0",
+        // r0: y; r10, r11: y c; r12, lr: y s.
+        "2:",
+        "ldr r4, [r1], #4",
+        "ldr r5, [r2], #4",
+        "ldrd r6, r7, [sp]",
+        // A sign bit shows a half that is out of bounds.
+        "qsub16 r6, r5, r6",
+        "qsub16 r7, r7, r5",
+        "orr r6, r6, r7",
+        "qsub16 r7, r4, r8",
+        "qsub16 r5, r9, r4",
+        "orr r6, r6, r7",
+        "orr r5, r5, r6",
+        "ldr r7, [sp, #32]",
+        "ldr r7, [r3, r7]",
+        "ldr r6, [r3], #4",
+        "tst r5, #0x80008000",
+        "bne 4f",
+        "3:",
+        "smlald r10, r11, r4, r6",
+        "smlald r12, lr, r4, r7",
+        "sxtah r0, r0, r4",
+        "add r0, r0, r4, asr #16",
+        "ldr r5, [sp, #8]",
+        "cmp r3, r5",
+        "blo 2b",
+        "ldr r1, [sp, #12]",
+        "strd r10, r11, [r1, #{yc}]",
+        "strd r12, lr, [r1, #{ys}]",
+        "str r0, [r1, #{y}]",
+        "add sp, sp, #36",
+        "pop {{r4-r11, pc}}",
+        // A pair of which at most one half counts: the other becomes 0, and its tone is added up.
+        "4:",
+        "and r5, r5, #0x80008000",
+        "lsr r8, r5, #15",
+        "rsb r5, r8, r8, lsl #16",
+        "bic r4, r4, r5",
+        "strd r6, r7, [sp, #24]",
+        "and r9, r7, r5",
+        "and r5, r6, r5",
+        "ldr r6, [sp, #12]",
+        "ldr r7, [r6, #{count}]",
+        "uxtah r7, r7, r8",
+        "add r7, r7, r8, lsr #16",
+        "str r7, [r6, #{count}]",
+        "ldr r7, [r6, #{c}]",
+        "sxtah r7, r7, r5",
+        "add r7, r7, r5, asr #16",
+        "str r7, [r6, #{c}]",
+        "ldr r7, [r6, #{s}]",
+        "sxtah r7, r7, r9",
+        "add r7, r7, r9, asr #16",
+        "str r7, [r6, #{s}]",
+        "ldrd r7, r8, [r6, #{cc}]",
+        "smlald r7, r8, r5, r5",
+        "strd r7, r8, [r6, #{cc}]",
+        "ldrd r7, r8, [r6, #{cs}]",
+        "smlald r7, r8, r5, r9",
+        "strd r7, r8, [r6, #{cs}]",
+        "ldrd r6, r7, [sp, #24]",
+        "ldrd r8, r9, [sp, #16]",
+        "b 3b",
+        count = const core::mem::offset_of!(Loop, out.count),
+        c = const core::mem::offset_of!(Loop, out.c),
+        s = const core::mem::offset_of!(Loop, out.s),
+        cc = const core::mem::offset_of!(Loop, out.cc),
+        cs = const core::mem::offset_of!(Loop, out.cs),
+        yc = const core::mem::offset_of!(Loop, yc),
+        ys = const core::mem::offset_of!(Loop, ys),
+        y = const core::mem::offset_of!(Loop, y),
+    )
+}
