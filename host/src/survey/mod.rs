@@ -220,7 +220,7 @@ impl Survey {
         let Values { low, high, step, clipped, .. } = self.values;
         if step.is_some() && low >= 0.0 && high <= 4095.0 {
             words += " --bits 12 --unsigned";
-        } else if self.scale == 1.0 && clipped > CLIPPED && high.max(-low) < 32000.0 {
+        } else if self.scale == 1.0 && clipped > 0.0 && high.max(-low) < 32000.0 {
             words += &format!(" --scale {:.4}", 32767.0 / high.min(-low).max(1e-12));
         }
         Some(words)
@@ -265,7 +265,7 @@ impl Survey {
             }
             None => "\n".into(),
         };
-        text += &match clipped > CLIPPED {
+        text += &match clipped > 0.0 {
             true => format!(
                 "clipped   {:.2} % of the samples lie at either end: lower the gain\n",
                 100.0 * clipped
@@ -327,9 +327,6 @@ impl Survey {
         chart.save(picture)
     }
 }
-
-/// Above this share of the samples at either end they are clipped.
-const CLIPPED: f64 = 0.002;
 
 /// Four digits and more.
 fn digits(value: f64) -> String {
