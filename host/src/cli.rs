@@ -2,7 +2,7 @@
 
 use crate::{analyze, bench, demo, end, firmware, flash, report, shell, sweep, watch};
 use clap::error::ErrorKind as Asked;
-use clap::{Parser, Subcommand};
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
@@ -57,7 +57,7 @@ fn told(error: impl Display) -> String {
 /// Parses the arguments and runs the command. A wrong option or an error is one line on stderr and exit code 2.
 pub fn main() -> ExitCode {
     end::listen();
-    match Picket::try_parse() {
+    match parsed() {
         Ok(picket) => picket.command.run().unwrap_or_else(fail),
         Err(error) => {
             match error.kind() {
@@ -76,6 +76,15 @@ pub fn main() -> ExitCode {
             }
         }
     }
+}
+
+/// What was typed. A number below zero is a value and no option: what is wrong with it is told by who reads it.
+fn parsed() -> Result<Picket, clap::Error> {
+    let takes = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
+    let command = Picket::command().mut_subcommands(|command| {
+        command.mut_args(|arg| if takes(&arg) { arg.allow_negative_numbers(true) } else { arg })
+    });
+    Picket::from_arg_matches(&command.try_get_matches()?)
 }
 
 /// Why a command ended early: one line, and the exit code.
@@ -108,6 +117,15 @@ fn fail(failure: impl Into<Failure>) -> ExitCode {
     ExitCode::from(code)
 }
 
+/// What Rust says of a text that is no number, and what a person is told to do.
+const PLAIN: [(&str, &str); 5] = [
+    ("invalid digit found in string", "give a whole number from 0 on"),
+    ("cannot parse integer from empty string", "give a whole number from 0 on"),
+    ("number too large to fit in target type", "give a smaller number"),
+    ("invalid float literal", "give a number"),
+    ("cannot parse float from empty string", "give a number"),
+];
+
 /// clap's message without its usage lines.
 fn one_line(message: &str) -> String {
     let told = message.trim_start_matches("error: ").split("\n\nUsage").next().unwrap_or(message);
@@ -115,7 +133,11 @@ fn one_line(message: &str) -> String {
     // Of a value that is wrong it says how to pass it on as a file's name.
     let told = told.split("tip: to pass").next().unwrap_or(told);
     let words: Vec<&str> = told.split_whitespace().collect();
-    words.join(" ") + " (--help lists all)"
+    let mut line = words.join(" ");
+    for (theirs, plain) in PLAIN {
+        line = line.replace(theirs, plain);
+    }
+    line + " (--help lists all)"
 }
 
 /// A number of the command line.

@@ -2,17 +2,18 @@
 
 use crate::device::{Listener, Said};
 use crate::emulator::{RunError, reader};
+use crate::end::Owned;
 use crate::toolchain::io_error;
 use picket_wire::command::{Command, Refusal, Request};
 use std::collections::VecDeque;
 use std::io::Write;
-use std::process::{Child, ChildStdin, Stdio};
+use std::process::{ChildStdin, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// The host's end of the serial port. The emulator ends with it.
+/// The host's end of the serial port. The emulator ends with it, and with the thread that started it: see [`Owned::start`].
 pub struct Console {
-    child: Child,
+    _emulator: Owned,
     to_board: ChildStdin,
     from_board: Receiver<Vec<u8>>,
     listener: Listener,
@@ -29,12 +30,20 @@ impl Console {
     /// It does not start.
     pub fn start(mut command: std::process::Command) -> Result<Self, RunError> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
+        let emulator = Owned::start(command).map_err(io_error("qemu-system-arm"))?;
         let gone = || RunError::Emulator("it did not start".into());
-        let to_board = child.stdin.take().ok_or_else(gone)?;
-        let from_board = reader(child.stdout.take());
+        let to_board = emulator.stdin().ok_or_else(gone)?;
+        let from_board = reader(emulator.stdout());
         let (listener, said) = (Listener::default(), VecDeque::new());
-        Ok(Self { child, to_board, from_board, listener, said, tag: 0, recorded: None })
+        Ok(Self {
+            _emulator: emulator,
+            to_board,
+            from_board,
+            listener,
+            said,
+            tag: 0,
+            recorded: None,
+        })
     }
 
     /// What was said and counted so far.
@@ -92,13 +101,5 @@ impl Console {
             Said::Answer(answer, body) if answer == request.answer() => Some(body),
             _ => None,
         })
-    }
-}
-
-impl Drop for Console {
-    fn drop(&mut self) {
-        // Both fail only for a process that has ended and been waited for.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }

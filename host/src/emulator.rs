@@ -210,10 +210,9 @@ fn run(
     command.stdin(Stdio::null()).stdout(Stdio::piped());
     let errors = directory.join("errors");
     command.stderr(File::create(&errors).map_err(io_error(errors.display()))?);
-    let mut child = command.spawn().map_err(io_error("qemu-system-arm"))?;
+    let board = Owned::start(command).map_err(io_error("qemu-system-arm"))?;
     let end = Instant::now() + limit;
-    let pieces = reader(child.stdout.take());
-    let board = Owned::new(child);
+    let pieces = reader(board.stdout());
     loop {
         match pieces.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok(piece) => telemetry(&piece),

@@ -1,7 +1,8 @@
 //! The program's end, however it comes: its children end with it, and what it wrote beside them goes.
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ExitStatus};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -70,20 +71,40 @@ pub fn takes_along(folder: &Path) {
 pub struct Owned(Arc<Mutex<Child>>);
 
 impl Owned {
-    /// Takes a program that has just been started.
-    pub fn new(child: Child) -> Self {
-        let child = Arc::new(Mutex::new(child));
+    /// Starts a program. On Linux the kernel ends it with the thread that calls this, however that ends (SIGKILL): the thread
+    /// has to stay until the program has ended. Elsewhere, who is killed leaves his children behind.
+    ///
+    /// # Errors
+    /// It does not start.
+    pub fn start(mut command: Command) -> io::Result<Self> {
+        tie(&mut command);
+        let child = Arc::new(Mutex::new(command.spawn()?));
         locked(&CHILDREN).push(child.clone());
-        Owned(child)
+        Ok(Owned(child))
+    }
+
+    /// Its input, if that is a pipe and not yet taken.
+    pub fn stdin(&self) -> Option<ChildStdin> {
+        locked(&self.0).stdin.take()
+    }
+
+    /// Its output, likewise.
+    pub fn stdout(&self) -> Option<ChildStdout> {
+        locked(&self.0).stdout.take()
+    }
+
+    /// Its errors, likewise.
+    pub fn stderr(&self) -> Option<ChildStderr> {
+        locked(&self.0).stderr.take()
     }
 
     /// How it ended, if it did.
-    pub fn try_wait(&self) -> std::io::Result<Option<ExitStatus>> {
+    pub fn try_wait(&self) -> io::Result<Option<ExitStatus>> {
         locked(&self.0).try_wait()
     }
 
     /// Waits for its end.
-    pub fn wait(&self) -> std::io::Result<ExitStatus> {
+    pub fn wait(&self) -> io::Result<ExitStatus> {
         loop {
             match self.try_wait()? {
                 Some(status) => return Ok(status),
@@ -102,3 +123,23 @@ impl Drop for Owned {
         let _ = child.wait();
     }
 }
+
+#[cfg(target_os = "linux")]
+fn tie(command: &mut Command) {
+    use rustix::process::{Signal, getpid, getppid, set_parent_process_death_signal};
+    use std::os::unix::process::CommandExt;
+    let parent = getpid();
+    let tied = move || {
+        set_parent_process_death_signal(Some(Signal::KILL))?;
+        // The parent may have ended before.
+        match getppid() == Some(parent) {
+            true => Ok(()),
+            false => Err(io::ErrorKind::NotFound.into()),
+        }
+    };
+    // SAFETY: between fork and exec it makes two calls of the system; it neither allocates nor takes a lock.
+    unsafe { command.pre_exec(tied) };
+}
+
+#[cfg(not(target_os = "linux"))]
+fn tie(_: &mut Command) {}

@@ -36,4 +36,5 @@ pub mod spectrogram;
 pub mod survey;
 pub mod sweep;
 pub mod toolchain;
+pub mod trials;
 pub mod watch;

@@ -36,6 +36,14 @@ pub enum Width {
 }
 
 impl Width {
+    /// The codes it delivers; of a float converter those of 16 bits, which hold what it delivers.
+    pub const fn codes(self) -> Codes {
+        match self {
+            Width::Codes(codes) => codes,
+            Width::Float => Codes::signed::<16>(),
+        }
+    }
+
     /// The sample delivered for a value in codes.
     pub fn convert(self, value: f64) -> f64 {
         match self {

@@ -5,6 +5,8 @@ mod campaign;
 mod cli;
 mod demo;
 mod device;
+mod end;
+mod formats;
 mod impair;
 mod readme;
 mod report;

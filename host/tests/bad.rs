@@ -105,6 +105,11 @@ const WHOLE: &[&str] = &[
     "demo --scenario drive --versus rife",
     "demo --scenario drive --method rife",
     "demo --scenario turntable --seeds 3",
+    "demo --scenario board",
+    "demo --scenario board --record /nowhere/x.bin",
+    "demo --scenario board --record x.bin --snr-db 3",
+    "demo --scenario board --record x.bin --json",
+    "demo --record x.bin",
     "demo x",
     "watch /nowhere/port",
     "watch /dev/null",
@@ -216,6 +221,11 @@ fn wrong_invocations_are_told_in_a_line() {
         let one_line = message.lines().count() == 1 && message.starts_with("error: ");
         // `picket watch` lists the machine's ports above its line.
         let told = one_line && message.trim_end().len() > 20 && !message.contains("panicked");
+        let plain = ["invalid digit", "literal", "empty string", "target type"];
+        let told = told && !plain.iter().any(|jargon| message.contains(jargon));
+        // A number below zero is a value, and what is wrong with it is told.
+        let number = |rest: &str| rest.starts_with(|letter: char| letter.is_ascii_digit());
+        let told = told && !message.split_once("argument '-").is_some_and(|(_, rest)| number(rest));
         if slow || output.status.code() != Some(2) || !told || !output.stdout.is_empty() {
             wrong
                 .push(format!("{arguments:?}: {:?}, slow {slow}: {message}", output.status.code()));

@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 
 const PICKET: &str = env!("CARGO_BIN_EXE_picket");
 
-fn path(name: &str) -> PathBuf {
+pub fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
@@ -47,7 +47,7 @@ fn record(sequence: u32) -> Vec<u8> {
 }
 
 /// What a device says: its start, its settings, measurements 0 to 9 without 4 and 5, damage, a status.
-fn session() -> Vec<u8> {
+pub fn session() -> Vec<u8> {
     let boot = Boot { n: 1024, core_hz: 180_000_000, measuring: true, ..Boot::default() };
     let answer = Answer { tag: 1, command: 4 }.reply(&Settings::default().to_bytes(1024));
     let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
@@ -73,7 +73,7 @@ fn run(arguments: &[&str], input: &[u8]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-fn text(bytes: &[u8]) -> String {
+pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
@@ -139,7 +139,7 @@ fn what_is_wrong_is_told_in_a_line() {
 }
 
 /// A serial port of which the test has the other end, under a name that outlives it.
-fn plug(name: &Path) -> (TTYPort, TTYPort) {
+pub fn plug(name: &Path) -> (TTYPort, TTYPort) {
     let (mut ours, theirs) = TTYPort::pair().unwrap();
     ours.set_timeout(Duration::from_secs(10)).unwrap();
     // The program must not inherit our end, or the port never goes away.
@@ -151,7 +151,7 @@ fn plug(name: &Path) -> (TTYPort, TTYPort) {
     (ours, theirs)
 }
 
-struct Running(Child);
+pub struct Running(pub Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
@@ -215,14 +215,14 @@ fn flash_builds_within_the_budget_and_stops_before_the_probe() {
     assert_eq!(word(4) & 0xFFF0_0001, 0x0800_0001);
 }
 
-fn start(arguments: &[&str]) -> Running {
+pub fn start(arguments: &[&str]) -> Running {
     let mut command = Command::new(PICKET);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     Running(command.spawn().unwrap())
 }
 
 /// What a program has printed, and how it ended; it must end within 15 s.
-fn ended(mut running: Running) -> Output {
+pub fn ended(mut running: Running) -> Output {
     let begun = Instant::now();
     while running.0.try_wait().unwrap().is_none() {
         assert!(begun.elapsed() < Duration::from_secs(15), "it does not end");
@@ -234,38 +234,8 @@ fn ended(mut running: Running) -> Output {
     Output { status: running.0.wait().unwrap(), stdout, stderr }
 }
 
-fn signal(running: &Running, signal: Signal) {
+pub fn signal(running: &Running, signal: Signal) {
     kill(Pid::from_raw(running.0.id() as i32), signal).unwrap();
-}
-
-#[test]
-fn what_was_recorded_is_kept_however_it_ends() {
-    for (number, sent) in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGKILL].into_iter().enumerate()
-    {
-        let (name, kept) =
-            (path(&format!("port-kept-{number}")), path(&format!("kept-{number}.bin")));
-        let _ = fs::remove_file(&kept);
-        let (mut ours, _theirs) = plug(&name);
-        let running = start(&["watch", name.to_str().unwrap(), "--record", kept.to_str().unwrap()]);
-        ours.read_exact(&mut [0; 8]).unwrap();
-        ours.write_all(&session()).unwrap();
-        let begun = Instant::now();
-        let length = || fs::metadata(&kept).map_or(0, |data| data.len());
-        while length() < session().len() as u64 && begun.elapsed() < Duration::from_secs(10) {
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        signal(&running, sent);
-        let output = ended(running);
-        assert_eq!(fs::read(&kept).unwrap(), session(), "{sent}");
-        if sent != Signal::SIGKILL {
-            assert!(output.status.success(), "{sent}: {}", text(&output.stderr));
-            assert!(
-                text(&output.stdout).contains("8 records, 2 blocks"),
-                "{}",
-                text(&output.stdout)
-            );
-        }
-    }
 }
 
 #[test]
@@ -423,34 +393,4 @@ fn without_a_port_the_ports_are_listed() {
         last.contains("name the port: picket watch ") || last.contains("there is no serial port"),
         "{message}"
     );
-}
-
-/// The emulator ends with the demo.
-#[test]
-fn a_signal_leaves_no_emulator_behind() {
-    let running = start(&["demo", "--seeds", "200", "--json"]);
-    let id = running.0.id();
-    let children =
-        || fs::read_to_string(format!("/proc/{id}/task/{id}/children")).unwrap_or_default();
-    let name = |child: &str| fs::read_to_string(format!("/proc/{child}/comm")).unwrap_or_default();
-    let begun = Instant::now();
-    // The image may have to be built before.
-    let emulator = loop {
-        assert!(begun.elapsed() < Duration::from_secs(300), "no emulator was started");
-        match children().split(' ').find(|child| name(child).starts_with("qemu")) {
-            Some(child) => break child.to_owned(),
-            None => std::thread::sleep(Duration::from_millis(5)),
-        }
-    };
-    signal(&running, Signal::SIGTERM);
-    let output = ended(running);
-    assert_eq!(output.status.code(), Some(128 + 15), "{}", text(&output.stderr));
-    // The toolchain says what it chose; nothing else.
-    let said = text(&output.stderr);
-    assert!(said.lines().all(|line| line.starts_with("toolchain:")), "{said}");
-    let begun = Instant::now();
-    while name(&emulator).starts_with("qemu") && begun.elapsed() < Duration::from_secs(5) {
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    assert!(!name(&emulator).starts_with("qemu"), "the emulator goes on");
 }

@@ -5,6 +5,7 @@ use crate::sweep::OUTLIER_BINS;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
 
 /// Verdicts that say: use it within sigma.
 const USABLE: [&str; 1] = ["good"];
@@ -55,6 +56,21 @@ impl Sums {
     }
 }
 
+impl AddAssign<&Tally> for Tally {
+    fn add_assign(&mut self, other: &Self) {
+        for (verdict, count) in &other.verdicts {
+            *self.verdicts.entry(verdict).or_default() += count;
+        }
+        self.right += other.right;
+        self.flagged += other.flagged;
+        self.lie += other.lie;
+        self.wolf += other.wolf;
+        self.near.add(&other.near);
+        self.flagged_near.add(&other.flagged_near);
+        self.good.add(&other.good);
+    }
+}
+
 impl Tally {
     pub(super) fn push(&mut self, verdict: &'static str, error: f64, sigma: f64, bound: f64) {
         *self.verdicts.entry(verdict).or_default() += 1;
@@ -76,19 +92,6 @@ impl Tally {
                 self.flagged_near.push(error, sigma, bound);
             }
         }
-    }
-
-    pub(super) fn add(&mut self, other: &Self) {
-        for (verdict, count) in &other.verdicts {
-            *self.verdicts.entry(verdict).or_default() += count;
-        }
-        self.right += other.right;
-        self.flagged += other.flagged;
-        self.lie += other.lie;
-        self.wolf += other.wolf;
-        self.near.add(&other.near);
-        self.flagged_near.add(&other.flagged_near);
-        self.good.add(&other.good);
     }
 
     /// The figures; what they are of stands empty.

@@ -11,13 +11,12 @@ use crate::arithmetic::{Arithmetic, Engine, engine, whole};
 use crate::estimator::Estimator;
 use crate::impair::{Impaired, Impairment, Setup};
 use crate::simulate::{Kind, Width, generator};
+use crate::trials::Trials;
 use crate::with_kind;
 use cell::Tally;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
-use picket::acquire::codes::Codes;
 use picket::estimate::uncertainty::bound_bins;
-use rayon::prelude::*;
 
 /// An answer that says it may be used and is off by more than so many of its sigma is a lie.
 pub const LIE_SIGMAS: f64 = 5.0;
@@ -87,36 +86,19 @@ impl Campaign {
         snr_db: f64,
         bar: &ProgressBar,
     ) -> Result<Vec<Cell>, String> {
-        let codes = match self.width {
-            Width::Codes(codes) => codes,
-            Width::Float => Codes::signed::<16>(),
-        };
-        let plan = whole::<R>(self.n, codes)?;
+        let plan = whole::<R>(self.n, self.width.codes())?;
         let make = || engine::<R>(self.arithmetic, self.n, plan);
-        make()?;
         let snr_db = if impairment.noisy() { snr_db } else { f64::INFINITY };
         let mut setup = Setup::new(self.n, snr_db);
         (setup.width, setup.amplitude, setup.bins) = (self.width, self.amplitude, self.bins);
-        let chunks: Vec<usize> = (0..self.trials).step_by(CHUNK).collect();
-        let tallies: Vec<Vec<Tally>> = chunks
-            .into_par_iter()
-            .map_init(make, |engine, first| {
-                let mut tallies = vec![Tally::default(); self.estimators.len()];
-                let last = self.trials.min(first + CHUNK);
-                if let Ok(engine) = engine {
-                    for trial in first..last {
-                        let mut rng = generator(self.seed, trial as u64);
-                        let record = impairment.record::<R>(&setup, &mut rng);
-                        self.judge::<R>(engine.as_mut(), &record, &mut tallies);
-                    }
-                }
-                bar.inc((last - first) as u64);
-                tallies
-            })
-            .collect();
-        let cells = self.estimators.iter().enumerate().map(|(index, estimator)| {
-            let mut total = Tally::default();
-            tallies.iter().filter_map(|all| all.get(index)).for_each(|tally| total.add(tally));
+        let trials = Trials { count: self.trials, chunk: CHUNK, bar };
+        let methods = self.estimators.len();
+        let tallies = trials.sums(methods, make, |engine, number, tallies: &mut [Tally]| {
+            let mut rng = generator(self.seed, number as u64);
+            let record = impairment.record::<R>(&setup, &mut rng);
+            self.judge::<R>(engine, &record, tallies);
+        })?;
+        let cells = self.estimators.iter().zip(tallies).map(|(estimator, total)| {
             let severities = impairment.severities().map(|(key, value)| (key.json(), value.into()));
             Cell {
                 impair: impairment.name(),

@@ -5,10 +5,11 @@ pub mod measure;
 pub mod options;
 pub mod replay;
 pub mod seeds;
+mod session;
 pub mod table;
 
 use crate::scenario;
-use options::{Options, Scenario};
+use options::{Options, SNR_DB, Scenario};
 use std::fmt::Display;
 use std::process::ExitCode;
 
@@ -42,6 +43,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         Scenario::Table3 => measure::lidar(options)?,
         Scenario::Turntable => measure::turntable(options)?,
         Scenario::Drive => return drive::run(options),
+        Scenario::Board => return session::run(options),
     };
     if options.json {
         out!("{}", summary.json().map_err(said)?);
@@ -62,6 +64,16 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
 /// Options that this run would not heed are told, not passed over.
 fn fits(options: &Options) -> Result<(), DemoError> {
     let drive = options.scenario == Scenario::Drive;
+    let board = options.scenario == Scenario::Board;
+    let own = options.method.is_some() || options.snr_db != SNR_DB;
+    if board && (own || options.log || options.json) {
+        return Err(said(
+            "the board's session has its own method and noise, and no log or JSON: picket watch --jsonl prints it",
+        ));
+    }
+    if options.record.is_some() && !board {
+        return Err(said("--record keeps a board's session: add --scenario board"));
+    }
     if options.plot.is_some() && !drive {
         return Err(said("--plot draws the drive: add --scenario drive"));
     }
@@ -88,7 +100,7 @@ fn heading(options: &Options) -> String {
             "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",
             measure::N
         ),
-        Scenario::Drive | Scenario::Turntable => format!(
+        _ => format!(
             "Velocimeter of Yang et al. 2011: 1550 nm, rim of {} mm, I/Q at 10 MS/s, N = {}, {snr} dB, seed {seed}",
             scenario::TURNTABLE_RADIUS_M * 1e3,
             measure::N

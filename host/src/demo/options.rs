@@ -5,6 +5,9 @@ use clap::{Parser, ValueEnum};
 use picket::estimate::method::Method;
 use std::path::PathBuf;
 
+/// The signal-to-noise ratio unless told otherwise, dB.
+pub const SNR_DB: f64 = -5.0;
+
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
 pub struct Options {
@@ -13,7 +16,7 @@ pub struct Options {
     pub scenario: Scenario,
 
     /// Signal-to-noise ratio per sample, dB
-    #[arg(long, default_value_t = -5.0, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
+    #[arg(long, default_value_t = SNR_DB, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
     pub snr_db: f64,
 
     /// Seed of the noise
@@ -60,6 +63,10 @@ pub struct Options {
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
+    /// Keep the board's session in this file
+    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    pub record: Option<PathBuf>,
+
     /// Show the firmware's log on stderr
     #[arg(long)]
     pub log: bool,
@@ -78,6 +85,8 @@ pub enum Scenario {
     Turntable,
     /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
     Drive,
+    /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
+    Board,
 }
 
 /// Beyond, the converter's codes hold nothing but the signal, or nothing of it.

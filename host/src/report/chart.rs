@@ -1,89 +1,11 @@
 //! A chart: lines over two axes.
 
+pub use super::axis::Axis;
 use super::field::Field;
 use super::picture::{self, COLOURS, FONT, GRID, INK};
 use plotters::coord::Shift;
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-/// A quantity along one side of a chart.
-#[derive(Clone, Debug)]
-pub struct Axis {
-    /// What it is, and its unit.
-    pub label: &'static str,
-    /// The ends.
-    pub range: (f64, f64),
-    /// Whether equal steps are equal ratios.
-    pub log: bool,
-}
-
-impl Axis {
-    /// An axis with equal differences at equal distances.
-    pub const fn linear(label: &'static str, from: f64, to: f64) -> Self {
-        Axis { label, range: (from, to), log: false }
-    }
-
-    /// An axis with equal ratios at equal distances.
-    pub const fn log(label: &'static str, from: f64, to: f64) -> Self {
-        Axis { label, range: (from, to), log: true }
-    }
-
-    /// Where a value lies.
-    fn place(&self, value: f64) -> f64 {
-        if self.log { value.log10() } else { value }
-    }
-
-    /// Whether a value lies on it. Another, or none, is not drawn.
-    fn holds(&self, value: f64) -> bool {
-        (self.range.0..=self.range.1).contains(&value)
-    }
-
-    /// Values worth a label: eight or so.
-    fn ticks(&self) -> Vec<f64> {
-        let (low, high) = self.range;
-        if self.log {
-            let (from, to) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-            let every = ((to - from) / 7).max(1);
-            let steps: &[f64] = if to - from <= 3 { &[1.0, 2.0, 5.0] } else { &[1.0] };
-            let decades = (from..=to).filter(|decade| decade % every == 0);
-            let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10f64.powi(d)));
-            return all.filter(|x| *x >= low * 0.999 && *x <= high * 1.001).collect();
-        }
-        let rough = (high - low) / 8.0;
-        let unit = 10f64.powf(rough.log10().floor());
-        let step = unit
-            * [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().find(|s| s * unit >= rough).unwrap_or(10.0);
-        let (from, to) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
-        (from..=to).map(|k| k as f64 * step).collect()
-    }
-}
-
-/// Plotters asks where values lie, in places from `Axis::place`, and for the ticks.
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, place: &f64, pixels: (i32, i32)) -> i32 {
-        let (low, high) = (self.place(self.range.0), self.place(self.range.1));
-        let share = (place - low) / (high - low);
-        pixels.0 + (share * f64::from(pixels.1 - pixels.0)).round() as i32
-    }
-
-    fn key_points<H: KeyPointHint>(&self, _: H) -> Vec<f64> {
-        self.ticks().into_iter().map(|value| self.place(value)).collect()
-    }
-
-    fn range(&self) -> std::ops::Range<f64> {
-        self.place(self.range.0)..self.place(self.range.1)
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, place: &f64) -> String {
-        label(*place, self)
-    }
-}
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +31,8 @@ pub struct Series {
     pub colour: usize,
     /// x and y.
     pub points: Vec<(f64, f64)>,
+    /// The standard error of each y; empty where nothing is random.
+    pub errors: Vec<f64>,
 }
 
 impl Series {
@@ -119,7 +43,24 @@ impl Series {
         colour: usize,
         points: impl IntoIterator<Item = (f64, f64)>,
     ) -> Self {
-        Series { label: label.into(), style, colour, points: points.into_iter().collect() }
+        let points = points.into_iter().collect();
+        Series { label: label.into(), style, colour, points, errors: Vec::new() }
+    }
+
+    /// The same, with the standard error of each point.
+    pub fn with_errors(self, errors: impl IntoIterator<Item = f64>) -> Self {
+        Series { errors: errors.into_iter().collect(), ..self }
+    }
+
+    /// What the legend beside a text shows of it.
+    fn key(&self) -> String {
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        let line = match self.style {
+            Style::Points => None,
+            Style::Dashed => Some(true),
+            _ => Some(false),
+        };
+        picture::key(colour, line, matches!(self.style, Style::Marked | Style::Points), &self.label)
     }
 }
 
@@ -141,10 +82,36 @@ pub struct Chart {
 /// Width and height in pixels.
 pub const SIZE: (u32, u32) = (960, 520);
 
+/// How a chart lies on its ground; lengths in pixels.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    size: (u32, u32),
+    /// With its title above and its legend beside. A page has them as text.
+    alone: bool,
+    /// The size of an axis' name, and of its labels.
+    name: f64,
+    label: f64,
+    /// What the labels of both axes take.
+    below: f64,
+    left: f64,
+    /// Labels of each axis, or so.
+    ticks: usize,
+}
+
+const ALONE: Layout =
+    Layout { size: SIZE, alone: true, name: 15.0, label: 13.0, below: 50.0, left: 78.0, ticks: 8 };
+const WIDE: Layout = Layout { size: (960, 440), alone: false, name: 16.0, label: 14.5, ..ALONE };
+/// For a telephone.
+const NARROW: Layout = Layout { size: picture::NARROW, left: 66.0, below: 46.0, ticks: 5, ..WIDE };
+
 impl Chart {
-    /// The chart as SVG without a background, its ink the colour of the text around it.
-    pub fn inline_svg(&self) -> Result<String, String> {
-        Ok(picture::inline(&self.svg_in(None, None)?))
+    /// The chart as a figure of a page, for wide and for narrow screens: title and legend are text, and its ink is the colour of the
+    /// text around it.
+    pub fn figure(&self) -> Result<String, String> {
+        let keys: String = self.series.iter().map(Series::key).collect();
+        let caption = format!("{}<br>{keys}", picture::escape(&self.title));
+        let [wide, narrow] = [&WIDE, &NARROW].map(|layout| self.svg_in(None, None, layout));
+        Ok(picture::figure(&caption, &wide?, &narrow?))
     }
 
     /// The chart as an SVG file of its own, on white, with the points' values as JSON in its metadata.
@@ -155,11 +122,16 @@ impl Chart {
     fn svg_over(&self, field: Option<&Field>) -> Result<String, String> {
         let points = self.series.iter().map(|s| (s.label.clone(), serde_json::json!(s.points)));
         let values = serde_json::Value::Object(points.collect()).to_string();
-        Ok(picture::on_paper(&self.svg_in(Some(WHITE), field)?, &values))
+        Ok(picture::on_paper(&self.svg_in(Some(WHITE), field, &ALONE)?, &values))
     }
 
-    fn svg_in(&self, ground: Option<RGBColor>, field: Option<&Field>) -> Result<String, String> {
-        picture::svg(SIZE, &self.title, |root| self.draw(root, ground, field, 1.0))
+    fn svg_in(
+        &self,
+        ground: Option<RGBColor>,
+        field: Option<&Field>,
+        layout: &Layout,
+    ) -> Result<String, String> {
+        picture::svg(layout.size, &self.title, |root| self.draw(root, ground, field, layout, 1.0))
     }
 
     /// The chart as a PNG file, with twice the points a side.
@@ -168,7 +140,7 @@ impl Chart {
     }
 
     fn png_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
-        picture::png(SIZE, file, |root| self.draw(root, Some(WHITE), field, 2.0))
+        picture::png(SIZE, file, |root| self.draw(root, Some(WHITE), field, &ALONE, 2.0))
     }
 
     /// The chart as a file: SVG or PNG, by its name.
@@ -191,38 +163,56 @@ impl Chart {
         root: DrawingArea<DB, Shift>,
         ground: Option<RGBColor>,
         field: Option<&Field>,
+        layout: &Layout,
         scale: f64,
     ) -> Result<(), String> {
-        self.plot(&root, ground, field, scale)
-            .map_err(|error| format!("{}: {error}", self.name))?;
-        root.present().map_err(|error| format!("{}: {error}", self.name))
+        let told = |error: DrawingAreaErrorKind<DB::ErrorType>| format!("{}: {error}", self.name);
+        if let Some(ground) = ground {
+            root.fill(&ground).map_err(told)?;
+        }
+        let pen = Pen { scale };
+        match layout.alone {
+            true => self.with_words(&root, field, layout, &pen),
+            false => self.plot(&root, field, layout, &pen),
+        }
+        .map_err(told)?;
+        root.present().map_err(told)
+    }
+
+    /// With the title above and the legend beside.
+    fn with_words<DB: DrawingBackend>(
+        &self,
+        root: &DrawingArea<DB, Shift>,
+        field: Option<&Field>,
+        layout: &Layout,
+        pen: &Pen,
+    ) -> Drawn<(), DB> {
+        let (head, body) = root.split_vertically(pen.pixels(44.0));
+        let title = pen.font(19.0).pos(Pos::new(HPos::Left, VPos::Center));
+        head.draw(&Text::new(self.title.as_str(), (pen.pixels(16.0), pen.pixels(26.0)), title))?;
+        let longest = self.series.iter().map(|s| s.label.chars().count()).max().unwrap_or(0);
+        let legend = pen.pixels(60.0 + 7.6 * longest as f64);
+        let width = body.dim_in_pixel().0 as i32;
+        let (area, side) = body.split_horizontally(width - legend);
+        self.plot(&area, field, layout, pen)?;
+        let explain = |(row, series): (i32, &Series)| {
+            series.explain(&side, pen.pixels(24.0 + 22.0 * f64::from(row)), pen)
+        };
+        (0..).zip(&self.series).try_for_each(explain)
     }
 
     fn plot<DB: DrawingBackend>(
         &self,
-        root: &DrawingArea<DB, Shift>,
-        ground: Option<RGBColor>,
+        area: &DrawingArea<DB, Shift>,
         field: Option<&Field>,
-        scale: f64,
-    ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
-        if let Some(ground) = ground {
-            root.fill(&ground)?;
-        }
-        let pixels = |size: f64| (size * scale).round() as i32;
-        let font = |size: f64| TextStyle::from((FONT, size * scale)).color(&INK);
-        let (head, body) = root.split_vertically(pixels(44.0));
-        let title = font(19.0).pos(Pos::new(HPos::Left, VPos::Center));
-        head.draw(&Text::new(self.title.as_str(), (pixels(16.0), pixels(26.0)), title))?;
-        let longest = self.series.iter().map(|s| s.label.chars().count()).max().unwrap_or(0);
-        let legend = pixels(60.0 + 7.6 * longest as f64);
-        let width = body.dim_in_pixel().0 as i32;
-        let (area, side) = body.split_horizontally(width - legend);
-
-        let mut chart = ChartBuilder::on(&area)
-            .margin(pixels(10.0))
-            .margin_right(pixels(18.0))
-            .x_label_area_size(pixels(50.0))
-            .y_label_area_size(pixels(78.0))
+        layout: &Layout,
+        pen: &Pen,
+    ) -> Drawn<(), DB> {
+        let mut chart = ChartBuilder::on(area)
+            .margin(pen.pixels(10.0))
+            .margin_right(pen.pixels(18.0))
+            .x_label_area_size(pen.pixels(layout.below))
+            .y_label_area_size(pen.pixels(layout.left))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         let patches = field.map(Field::patches).unwrap_or_default();
         chart.draw_series(
@@ -230,112 +220,110 @@ impl Chart {
         )?;
         chart
             .configure_mesh()
+            .x_labels(layout.ticks)
+            .y_labels(layout.ticks)
             .x_desc(self.x.label)
             .y_desc(self.y.label)
-            .axis_desc_style(font(15.0))
-            .label_style(font(13.0))
-            .axis_style(INK.stroke_width(pixels(1.0) as u32))
+            .axis_desc_style(pen.font(layout.name))
+            .label_style(pen.font(layout.label))
+            .axis_style(INK.stroke_width(pen.pixels(1.0) as u32))
             .bold_line_style(GRID.mix(0.35))
             .light_line_style(TRANSPARENT)
             .draw()?;
         for series in &self.series {
-            let colour = COLOURS[series.colour % COLOURS.len()];
-            let inside = series.points.iter().filter(|(x, y)| self.x.holds(*x) && self.y.holds(*y));
-            let points: Vec<(f64, f64)> =
-                inside.map(|&(x, y)| (self.x.place(x), self.y.place(y))).collect();
-            let stroke = colour.stroke_width(pixels(2.0) as u32);
-            match series.style {
-                Style::Dashed => {
-                    chart.draw_series(DashedLineSeries::new(
-                        points,
-                        pixels(7.0),
-                        pixels(5.0),
-                        stroke,
-                    ))?;
-                }
-                Style::Points => {
-                    chart.draw_series(
-                        points.iter().map(|&at| Circle::new(at, pixels(4.0), colour.filled())),
-                    )?;
-                }
-                _ => {
-                    chart.draw_series(LineSeries::new(points.iter().copied(), stroke))?;
-                    if series.style == Style::Marked {
-                        let dot = |&at: &(f64, f64)| Circle::new(at, pixels(3.0), colour.filled());
-                        chart.draw_series(points.iter().map(dot))?;
-                    }
-                }
-            }
-        }
-        for (row, series) in (0..).zip(&self.series) {
-            let colour = COLOURS[series.colour % COLOURS.len()];
-            let y = pixels(24.0 + 22.0 * f64::from(row));
-            let (left, right) = (pixels(4.0), pixels(34.0));
-            let stroke = colour.stroke_width(pixels(2.0) as u32);
-            match series.style {
-                Style::Points => {}
-                Style::Dashed => {
-                    for from in [left, left + pixels(12.0), left + pixels(24.0)] {
-                        side.draw(&PathElement::new(
-                            vec![(from, y), (from + pixels(7.0), y)],
-                            stroke,
-                        ))?;
-                    }
-                }
-                _ => side.draw(&PathElement::new(vec![(left, y), (right, y)], stroke))?,
-            }
-            if matches!(series.style, Style::Marked | Style::Points) {
-                side.draw(&Circle::new(((left + right) / 2, y), pixels(3.5), colour.filled()))?;
-            }
-            let style = font(13.0).pos(Pos::new(HPos::Left, VPos::Center));
-            side.draw(&Text::new(series.label.as_str(), (pixels(42.0), y), style))?;
+            self.line(&mut chart, series, pen)?;
         }
         Ok(())
     }
-}
 
-/// A tick's label, from its place on the axis.
-fn label(place: f64, axis: &Axis) -> String {
-    let value = if axis.log { 10f64.powf(place) } else { place };
-    let size = value.abs();
-    if !axis.log && size < 1e-12 {
-        "0".into()
-    } else if (1e-3..1e5).contains(&size) {
-        let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').into()
-        } else {
-            text
+    fn line<DB: DrawingBackend>(
+        &self,
+        chart: &mut Plot<'_, DB>,
+        series: &Series,
+        pen: &Pen,
+    ) -> Drawn<(), DB> {
+        let colour = COLOURS[series.colour % COLOURS.len()];
+        let inside = |&&(x, y): &&(f64, f64)| self.x.holds(x) && self.y.holds(y);
+        let place = |&(x, y): &(f64, f64)| (self.x.place(x), self.y.place(y));
+        let points: Vec<(f64, f64)> = series.points.iter().filter(inside).map(place).collect();
+        let stroke = colour.stroke_width(pen.pixels(2.0) as u32);
+        match series.style {
+            Style::Dashed => {
+                let (dash, space) = (pen.pixels(7.0), pen.pixels(5.0));
+                chart.draw_series(DashedLineSeries::new(points, dash, space, stroke))?;
+            }
+            Style::Points => {
+                let dot = |&at: &(f64, f64)| Circle::new(at, pen.pixels(4.0), colour.filled());
+                chart.draw_series(points.iter().map(dot))?;
+            }
+            _ => {
+                chart.draw_series(LineSeries::new(points.iter().copied(), stroke))?;
+                if series.style == Style::Marked {
+                    let dot = |&at: &(f64, f64)| Circle::new(at, pen.pixels(3.0), colour.filled());
+                    chart.draw_series(points.iter().map(dot))?;
+                }
+            }
         }
-    } else {
-        format!("{value:.0e}")
+        // An error that its marker hides is not drawn.
+        let height = f64::from(chart.plotting_area().dim_in_pixel().1);
+        let (low, high) = (self.y.place(self.y.range.0), self.y.place(self.y.range.1));
+        let hidden = f64::from(pen.pixels(4.0)) / height * (high - low);
+        let bars = series.points.iter().zip(&series.errors).filter(|(point, _)| inside(point));
+        let bars = bars.filter_map(|(&(x, y), error)| {
+            let end = |y: f64| self.y.place(y.clamp(self.y.range.0, self.y.range.1));
+            let (below, above) = (end(y - error), end(y + error));
+            let seen = above - self.y.place(y) > hidden;
+            let ends = vec![(self.x.place(x), below), (self.x.place(x), above)];
+            seen.then(|| PathElement::new(ends, colour.stroke_width(pen.pixels(1.0) as u32)))
+        });
+        chart.draw_series(bars).map(drop)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Series {
+    /// Draws its line of the legend.
+    fn explain<DB: DrawingBackend>(
+        &self,
+        side: &DrawingArea<DB, Shift>,
+        y: i32,
+        pen: &Pen,
+    ) -> Drawn<(), DB> {
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        let (left, right) = (pen.pixels(4.0), pen.pixels(34.0));
+        let stroke = colour.stroke_width(pen.pixels(2.0) as u32);
+        match self.style {
+            Style::Points => {}
+            Style::Dashed => {
+                for from in [left, left + pen.pixels(12.0), left + pen.pixels(24.0)] {
+                    let ends = vec![(from, y), (from + pen.pixels(7.0), y)];
+                    side.draw(&PathElement::new(ends, stroke))?;
+                }
+            }
+            _ => side.draw(&PathElement::new(vec![(left, y), (right, y)], stroke))?,
+        }
+        if matches!(self.style, Style::Marked | Style::Points) {
+            let dot = ((left + right) / 2, y);
+            side.draw(&Circle::new(dot, pen.pixels(3.5), colour.filled()))?;
+        }
+        let style = pen.font(13.0).pos(Pos::new(HPos::Left, VPos::Center));
+        side.draw(&Text::new(self.label.as_str(), (pen.pixels(42.0), y), style))
+    }
+}
 
-    #[test]
-    fn ticks_are_round_and_inside() {
-        assert_eq!(
-            Axis::linear("", -10.0, 60.0).ticks(),
-            [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]
-        );
-        assert_eq!(Axis::linear("", -0.5, 0.5).ticks().len(), 5);
-        assert_eq!(Axis::log("", 0.9, 30.0).ticks(), [1.0, 2.0, 5.0, 10.0, 20.0]);
-        let decades = Axis::log("", 1e-6, 1.0).ticks();
-        assert_eq!(decades.len(), 7);
-        assert!(decades.iter().all(|x| (1e-6..=1.001).contains(x)));
+type Drawn<T, DB> = Result<T, DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Plot<'a, DB> = ChartContext<'a, DB, Cartesian2d<Axis, Axis>>;
+
+/// What sizes are in the points of a picture.
+struct Pen {
+    scale: f64,
+}
+
+impl Pen {
+    fn pixels(&self, size: f64) -> i32 {
+        (size * self.scale).round() as i32
     }
 
-    #[test]
-    fn labels_are_short() {
-        let (linear, log) = (Axis::linear("", 0.0, 1.0), Axis::log("", 0.1, 1.0));
-        assert_eq!(label(0.25, &linear), "0.25");
-        assert_eq!(label(-20.0, &linear), "-20");
-        assert_eq!(label(-6.0, &log), "1e-6");
-        assert_eq!(label(3.0, &log), "1000");
+    fn font(&self, size: f64) -> TextStyle<'static> {
+        TextStyle::from((FONT, size * self.scale)).color(&INK)
     }
 }

@@ -23,7 +23,7 @@ pub fn direction(lab: &Lab) -> Result<Section, String> {
     let mut series = Vec::new();
     let mut checks = Vec::new();
     for (index, snr_db) in LEVELS_DB.into_iter().enumerate() {
-        let mut measured = Vec::new();
+        let (mut measured, mut errors) = (Vec::new(), Vec::new());
         for delta in OFFSETS {
             let seed = lab.seed + 5000 + index as u64;
             let wrong = wrong_directions(&methods, snr_db, delta, trials, seed)?;
@@ -32,6 +32,7 @@ pub fn direction(lab: &Lab) -> Result<Section, String> {
             let error = (expected * (1.0 - expected) / trials as f64).sqrt();
             lab.bar.inc(1);
             measured.push((delta, share));
+            errors.push(error);
             if expected * trials as f64 >= 5.0 {
                 table.row([
                     snr_db.to_string(),
@@ -51,10 +52,8 @@ pub fn direction(lab: &Lab) -> Result<Section, String> {
         let formula =
             (0..=64).map(|i| f64::from(i) * 0.005).map(|d| (d, wrong_probability(snr_db, d)));
         series.push(Series::new(format!("{snr_db} dB, formula"), Style::Line, index, formula));
-        series.push(Series::new(format!("{snr_db} dB, measured"), Style::Points, index, measured));
-    }
-    for series in &mut series {
-        series.points.retain(|&(_, p)| p >= 1e-4);
+        let points = Series::new(format!("{snr_db} dB, measured"), Style::Points, index, measured);
+        series.push(points.with_errors(errors));
     }
     Ok(Section {
         title: "How often Z-Rife takes the wrong neighbour",

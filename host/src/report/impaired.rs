@@ -89,6 +89,11 @@ pub fn impaired(lab: &Lab) -> Result<Section, String> {
                  called anything else. Lie: called good or moving, and off by more.",
                 lab.trials(600, 24)
             ),
+            format!(
+                "A share of {} records has a standard error of at most {:.1} %.",
+                lab.trials(600, 24),
+                50.0 / (lab.trials(600, 24) as f64).sqrt()
+            ),
             "The others have only the bound for a sigma, and nothing that looks at what their model leaves.".into(),
         ],
         outcomes: Some(Outcomes {

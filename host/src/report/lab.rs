@@ -148,6 +148,13 @@ pub fn digits(value: f64) -> String {
     }
 }
 
+/// A share in per cent with its standard error, which all or none of a few have as well: by one more of each kind.
+pub fn share(count: usize, of: usize) -> String {
+    let near = (count + 1) as f64 / (of + 2) as f64;
+    let error = (near * (1.0 - near) / of as f64).sqrt();
+    plus_minus(100.0 * count as f64 / of as f64, 100.0 * error)
+}
+
 /// A number and its standard error.
 pub fn plus_minus(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {

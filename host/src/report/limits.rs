@@ -68,7 +68,7 @@ pub fn ratios(lab: &Lab) -> Result<Section, String> {
         let mut cells = vec![(*name).to_owned()];
         for (level, column) in columns.iter().enumerate() {
             let row = &column[index];
-            let (ratio, error) = (row.ratio.unwrap_or(f64::NAN), row.ratio_se.unwrap_or(f64::NAN));
+            let (ratio, error) = row.over_bound();
             let figure = stated.map_or(0.0, |row| row.1[level]);
             let (snr_db, measured) = (LEVELS_DB[level], plus_minus(ratio, error));
             if figure > 0.0 {
@@ -113,8 +113,8 @@ const THRESHOLDS: [(usize, [f64; 3]); 5] = [
 pub const OUTLIERS: u64 = 5 + 1;
 
 /// The probability that the largest bin is not the tone's or next to it, complex, offset uniform. The bins about the tone
-/// are drawn; that one of the many others exceeds them has a formula.
-fn outlier_probability(n: usize, snr_db: f64, trials: usize, seed: u64) -> f64 {
+/// are drawn; that one of the many others exceeds them has a formula. With its standard error.
+fn outlier_probability(n: usize, snr_db: f64, trials: usize, seed: u64) -> (f64, f64) {
     const AROUND: i32 = 8;
     let power = n as f64 * 10f64.powf(snr_db / 10.0);
     let others = n as f64 - f64::from(2 * AROUND + 1);
@@ -136,7 +136,9 @@ fn outlier_probability(n: usize, snr_db: f64, trials: usize, seed: u64) -> f64 {
         }
         if far > near { 1.0 } else { -(others * (-(-near).exp()).ln_1p()).exp_m1() }
     };
-    (0..trials).into_par_iter().map(one).sum::<f64>() / trials as f64
+    let drawn: Vec<f64> = (0..trials).into_par_iter().map(one).collect();
+    let mean = |power: i32| drawn.iter().map(|p| p.powi(power)).sum::<f64>() / trials as f64;
+    (mean(1), ((mean(2) - mean(1) * mean(1)).max(0.0) / trials as f64).sqrt())
 }
 
 /// From which signal-to-noise ratio on the peak is the tone.
@@ -148,22 +150,23 @@ pub fn outliers(lab: &Lab) -> Result<Section, String> {
     let mut checks = Vec::new();
     for (index, (n, stated)) in THRESHOLDS.into_iter().enumerate() {
         let from = stated[0] - 4.0;
-        let curve: Vec<(f64, f64)> = (0..=18)
+        let curve: Vec<(f64, (f64, f64))> = (0..=18)
             .map(|step| from + 0.5 * f64::from(step))
             .map(|db| (db, outlier_probability(n, db, trials, lab.seed)))
             .collect();
         lab.bar.inc(1);
         let mut cells = vec![n.to_string()];
         for (share, stated) in [1e-2, 1e-3, 1e-4].into_iter().zip(stated) {
-            let found = where_it_falls_below(&curve, share);
-            cells.push(format!("{found:.1} ({stated})"));
+            let (found, error) = where_it_falls_below(&curve, share);
+            cells.push(format!("{} ({stated})", plus_minus(found, error)));
             let figure = format!("outliers, N = {n}, {share:e}: at dB");
-            let error = if lab.quick { 0.05 } else { 0.02 };
             checks.push(Check::between(figure, found, error, stated - 0.2, stated + 0.2));
         }
         table.row(cells);
-        let points = curve.into_iter().filter(|point| point.1 >= 1e-5);
-        series.push(Series::new(format!("N = {n}"), Style::Line, index, points));
+        let points = curve.iter().map(|&(db, (share, _))| (db, share));
+        let errors = curve.iter().map(|&(_, (_, error))| error);
+        let line = Series::new(format!("N = {n}"), Style::Line, index, points);
+        series.push(line.with_errors(errors));
     }
     // The whole way, from samples, at one point.
     let sweep = lab.sweep("least-squares", lab.trials(40_000, 2000))?;
@@ -177,7 +180,8 @@ pub fn outliers(lab: &Lab) -> Result<Section, String> {
         0.01,
         0.15,
     ));
-    series.push(Series::new("whole records", Style::Points, 0, [(-10.2, share)]));
+    let whole = Series::new("whole records", Style::Points, 0, [(-10.2, share)]);
+    series.push(whole.with_errors([error]));
     Ok(Section {
         title: "Outliers: where the largest bin is not the tone",
         text: vec![
@@ -199,12 +203,15 @@ pub fn outliers(lab: &Lab) -> Result<Section, String> {
     })
 }
 
-/// Where a falling curve passes a level, by straight lines between the points' logarithms.
-fn where_it_falls_below(curve: &[(f64, f64)], level: f64) -> f64 {
-    let step = curve.windows(2).find(|w| w[0].1 >= level && w[1].1 < level);
-    step.map_or(f64::NAN, |w| {
-        let share = (level / w[0].1).ln() / (w[1].1 / w[0].1).ln();
-        w[0].0 + share * (w[1].0 - w[0].0)
+/// Where a falling curve of values with standard errors passes a level, by straight lines between the points' logarithms; with its
+/// standard error.
+fn where_it_falls_below(curve: &[(f64, (f64, f64))], level: f64) -> (f64, f64) {
+    let step = curve.windows(2).find(|w| w[0].1.0 >= level && w[1].1.0 < level);
+    step.map_or((f64::NAN, f64::NAN), |w| {
+        let [(from, (high, high_error)), (to, (low, low_error))] = [w[0], w[1]];
+        let slope = (low / high).ln() / (to - from);
+        let error = (high_error / high).max(low_error / low) / slope.abs();
+        (from + (level / high).ln() / slope, error)
     })
 }
 
@@ -248,12 +255,14 @@ pub fn image_floors(lab: &Lab) -> Result<Section, String> {
         let floors = [&clean[1][index], &clean[7][index]];
         let floors = floors.map(|row: &Row| (row.rmse_bins, row.rmse_se_bins));
         let noisy = [0, 1, 2].map(|i: usize| &noisy[i][index]);
-        let ratios =
-            noisy.map(|row| (row.ratio.unwrap_or(f64::NAN), row.ratio_se.unwrap_or(f64::NAN)));
+        let ratios = noisy.map(Row::over_bound);
         let measured: Vec<(f64, f64)> = floors.into_iter().chain(ratios).collect();
         let stated = FLOORS.iter().find(|row| row.0 == name);
         let cell = |(place, &(value, error)): (usize, &(f64, f64))| {
-            let value = if place < 2 { format!("{value:.1e}") } else { plus_minus(value, error) };
+            let value = match place {
+                0 | 1 => format!("{value:.1e} ± {error:.0e}"),
+                _ => plus_minus(value, error),
+            };
             stated.map_or(value.clone(), |row| format!("{value} ({})", row.1[place]))
         };
         table.row([name.to_owned()].into_iter().chain(measured.iter().enumerate().map(cell)));
@@ -274,7 +283,8 @@ pub fn image_floors(lab: &Lab) -> Result<Section, String> {
         }
         let points =
             FLOOR_BINS.into_iter().zip(&clean).map(|(bin, rows)| (bin, rows[index].rmse_bins));
-        series.push(Series::new(name, Style::Marked, index, points));
+        let errors = clean.iter().map(|rows| rows[index].rmse_se_bins);
+        series.push(Series::new(name, Style::Marked, index, points).with_errors(errors));
     }
     Ok(Section {
         title: "Real samples: the floor of the mirror image",

@@ -1,6 +1,7 @@
 //! `picket report`: the figures and tables of both papers and our own, computed anew: one page, and every picture
 //! as a file.
 
+mod axis;
 pub mod chart;
 pub mod command;
 pub mod count;
@@ -13,7 +14,7 @@ pub mod limits;
 mod operations;
 mod outcomes;
 pub mod over_snr;
-mod page;
+pub mod page;
 mod picture;
 mod targets;
 mod velocimeter;

@@ -1,7 +1,7 @@
 //! The README's picture: ours and the others over the signal-to-noise ratio on real samples.
 
 use super::chart::{Axis, Chart, Series, Style};
-use super::lab::{Check, Lab, Section, Table, digits};
+use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::arithmetic::Arithmetic;
 use crate::simulate::Width;
 use crate::sweep::{Row, Sweep};
@@ -37,15 +37,13 @@ pub fn over_snr(lab: &Lab) -> Result<Section, String> {
     let mut series: Vec<Series> = (0..4)
         .map(|index| {
             let points = over(&real, &|rows| rows[index].rmse_bins);
-            Series::new(name[index], Style::Marked, index, points)
+            let errors = real.iter().map(|rows| rows[index].rmse_se_bins);
+            Series::new(name[index], Style::Marked, index, points).with_errors(errors)
         })
         .collect();
-    series.push(Series::new(
-        "FESA, on I/Q",
-        Style::Marked,
-        4,
-        over(&iq, &|rows| rows[0].rmse_bins),
-    ));
+    let fesa = over(&iq, &|rows| rows[0].rmse_bins);
+    let errors = iq.iter().map(|rows| rows[0].rmse_se_bins);
+    series.push(Series::new("FESA, on I/Q", Style::Marked, 4, fesa).with_errors(errors));
     series.push(Series::new(
         "bound, real",
         Style::Dashed,
@@ -60,10 +58,12 @@ pub fn over_snr(lab: &Lab) -> Result<Section, String> {
         }));
     let mut checks = Vec::new();
     for ((snr_db, real), iq) in SNR_DB.into_iter().zip(&real).zip(&iq) {
-        let cells = real.iter().chain(iq).map(|row| digits(row.ratio.unwrap_or(f64::NAN)));
+        let cells = real.iter().chain(iq).map(|row| {
+            let (ratio, error) = row.over_bound();
+            plus_minus(ratio, error)
+        });
         table.row([snr_db.to_string()].into_iter().chain(cells));
-        let (ratio, error) =
-            (real[0].ratio.unwrap_or(f64::NAN), real[0].ratio_se.unwrap_or(f64::NAN));
+        let (ratio, error) = real[0].over_bound();
         if snr_db >= -8.0 {
             let figure = format!("ours on real samples at bin 5, {snr_db} dB, RMSE / bound");
             checks.push(Check::between(figure, ratio, error, 0.97, 1.06));

@@ -1,7 +1,7 @@
 //! The page: everything in one file, for paper and for a dark screen.
 
 use super::lab::{Check, Lab, Section, Table, digits};
-use super::picture::escape;
+pub use super::picture::escape;
 
 const HEAD: &str = r#"<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -13,12 +13,16 @@ const HEAD: &str = r#"<!doctype html>
 }
 body { color: var(--ink); background: var(--ground); font: 16px/1.5 "DejaVu Sans", Verdana, sans-serif; max-width: 66rem;
   margin: 2rem auto; padding: 0 1rem; }
-svg { width: 100%; height: auto; color: var(--ink); break-inside: avoid; display: block; }
-/* Below this width a picture's text would fall under 11 px: it scrolls instead. */
-.picture svg { min-width: 64rem; }
+figure { margin: 1rem 0; break-inside: avoid; }
+figcaption { font-size: 0.9rem; } figcaption span { display: inline-block; margin-right: 0.9rem; }
+svg { color: var(--ink); display: block; width: 100%; height: auto; }
+svg.key { display: inline; width: auto; height: 0.75rem; }
+/* Each picture is there twice: the narrow one never shrinks below its own size, where its text would fall under 11 px. */
+.narrow { display: none; min-width: 344px; max-width: 30rem; }
+@media screen and (max-width: 66rem) { .narrow { display: block; } .wide { display: none; } }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after: avoid; }
 /* What scrolls sideways has a shadow at the side where there is more. */
-.picture, .table { overflow-x: auto; margin: 1rem 0; background: linear-gradient(to right, var(--ground) 40%, transparent) left,
+.picture, .table { overflow-x: auto; margin: 0.5rem 0 1rem; background: linear-gradient(to right, var(--ground) 40%, transparent) left,
   linear-gradient(to left, var(--ground) 40%, transparent) right, linear-gradient(to right, var(--more), transparent) left,
   linear-gradient(to left, var(--more), transparent) right; background-size: 3rem 100%, 3rem 100%, 1.2rem 100%, 1.2rem 100%;
   background-repeat: no-repeat; background-attachment: local, local, scroll, scroll; }
@@ -26,13 +30,14 @@ h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after:
 @media screen and (max-width: 66rem) { .hint { display: block; } }
 table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.25rem 0.7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; }
+/* What a row is of stays in sight. */
+th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: var(--ground); }
 th { vertical-align: bottom; white-space: normal; min-width: 4.5rem; }
 tr { break-inside: avoid; }
 details, .faint { color: var(--faint); font-size: 0.9rem; }
 .bad { color: var(--bad); font-weight: bold; }
 nav li { margin: 0.1rem 0; }
-@media print { .picture svg { min-width: 0; } body { margin: 0; max-width: none; font-size: 11pt; } nav { display: none; } }
+@media print { body { margin: 0; max-width: none; font-size: 11pt; } nav { display: none; } }
 </style></head><body>
 "#;
 
@@ -53,7 +58,7 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
         env!("CARGO_PKG_VERSION"),
         checks.len()
     );
-    page += "<p class=\"hint faint\">On a narrow screen pictures and tables scroll sideways; a shadow says where there is more.</p>\n";
+    page += "<p class=\"hint faint\">On a narrow screen tables scroll sideways; a shadow says where there is more.</p>\n";
     page += "<nav><ol>\n";
     for (number, section) in (1..).zip(sections) {
         page += &format!("<li><a href=\"#part{number}\">{}</a></li>\n", escape(section.title));
@@ -62,20 +67,29 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
     for (number, section) in (1..).zip(sections) {
         page += &format!("<h2 id=\"part{number}\">{number}. {}</h2>\n", escape(section.title));
         for paragraph in &section.text {
-            page += &format!("<p>{}</p>\n", escape(paragraph));
+            page += &format!("<p>{}</p>\n", with_code(paragraph));
         }
         for chart in &section.charts {
-            page +=
-                &format!("<div class=\"picture\" tabindex=\"0\">{}</div>\n", chart.inline_svg()?);
+            page += &chart.figure()?;
         }
         if let Some(outcomes) = &section.outcomes {
-            page += &outcomes.inline_svg()?;
+            page += &outcomes.figure()?;
         }
         section.tables.iter().for_each(|table| page += &html(table));
         page += &checked(&section.checks);
     }
     page += "</body></html>\n";
     Ok(page)
+}
+
+/// Text whose parts between backticks are to be typed.
+fn with_code(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    let part = |(index, part): (usize, &str)| match index % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    };
+    parts.map(part).collect()
 }
 
 fn html(table: &Table) -> String {

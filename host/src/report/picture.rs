@@ -37,7 +37,7 @@ fn fonts() {
     });
 }
 
-/// A drawing of this size in pixels as SVG, its ink not yet chosen: see [`inline`] and [`on_paper`].
+/// A drawing of this size in pixels as SVG, its ink not yet chosen: see [`figure`] and [`on_paper`].
 pub(super) fn svg(
     size: (u32, u32),
     title: &str,
@@ -55,9 +55,42 @@ pub(super) fn svg(
     ))
 }
 
-/// An SVG with the colour of the text around it as its ink.
-pub(super) fn inline(svg: &str) -> String {
-    svg.replace(INK_TEXT, "currentColor")
+/// Width and height of a picture on a narrow screen.
+pub(super) const NARROW: (u32, u32) = (344, 320);
+
+/// A figure of a page: the picture for wide screens and for narrow ones, its ink the colour of the text around it.
+pub(super) fn figure(caption: &str, wide: &str, narrow: &str) -> String {
+    let inline = |svg: &str, class: &str| {
+        let svg = svg.replace(INK_TEXT, "currentColor");
+        svg.replacen("<svg ", &format!("<svg class=\"{class}\" "), 1)
+    };
+    format!(
+        "<figure><figcaption>{caption}</figcaption><div class=\"picture\" tabindex=\"0\">{}{}</div></figure>\n",
+        inline(wide, "wide"),
+        inline(narrow, "narrow")
+    )
+}
+
+/// A line of a figure's legend: a line, broken or not, a dot, and what they stand for.
+pub(super) fn key(colour: RGBColor, broken: Option<bool>, dot: bool, label: &str) -> String {
+    let RGBColor(r, g, b) = colour;
+    let dashes = if broken == Some(true) { " stroke-dasharray=\"7 5\"" } else { "" };
+    let line =
+        format!("<path d=\"M0 6H32\" stroke=\"rgb({r},{g},{b})\" stroke-width=\"2\"{dashes}/>");
+    let mut sign = broken.map_or_else(String::new, |_| line);
+    if dot {
+        sign += &format!("<circle cx=\"16\" cy=\"6\" r=\"3.5\" fill=\"rgb({r},{g},{b})\"/>");
+    }
+    let svg = format!("<svg class=\"key\" viewBox=\"0 0 32 12\" aria-hidden=\"true\">{sign}</svg>");
+    format!("<span>{svg} {}</span> ", escape(label))
+}
+
+/// The same for an area of a colour.
+pub(super) fn patch(colour: RGBColor, label: &str) -> String {
+    let RGBColor(r, g, b) = colour;
+    let sign = format!("<rect width=\"16\" height=\"12\" fill=\"rgb({r},{g},{b})\"/>");
+    let svg = format!("<svg class=\"key\" viewBox=\"0 0 16 12\" aria-hidden=\"true\">{sign}</svg>");
+    format!("<span>{svg} {}</span> ", escape(label))
 }
 
 /// An SVG as a file of its own, with its values as JSON in its metadata.

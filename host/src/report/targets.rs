@@ -1,6 +1,6 @@
 //! The lidar paper's Table 3: range and velocity.
 
-use super::lab::{Check, Lab, Section, Table};
+use super::lab::{Check, Lab, Section, Table, plus_minus, share};
 use super::lidar::N;
 use crate::demo::seeds::{Spread, on_host};
 use crate::scenario::{LIDAR_BARS, table3};
@@ -28,13 +28,16 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
         for method in [Method::ZRife, Method::LeastSquaresReal] {
             let summary = on_host(method, snr_db, lab.seed, seeds).map_err(|e| e.to_string())?;
             let spread = Spread::of(&summary, summary.results.len());
+            // The square of a normal number scatters by √2 of its mean.
+            let counted = (spread.targets - spread.gross) as f64;
+            let rms = |value: f64| plus_minus(value, value / (2.0 * counted).sqrt());
             let inside = summary.inside() as f64 / summary.results.len() as f64;
             table.row([
                 format!("{snr_db}, {}", method.name()),
                 spread.targets.to_string(),
-                format!("{:.1}", inside * 100.0),
-                format!("{:.2}", spread.rms_range_m * 100.0),
-                format!("{:.3}", spread.rms_velocity_mps * 3.6),
+                share(summary.inside(), summary.results.len()),
+                rms(spread.rms_range_m * 100.0),
+                rms(spread.rms_velocity_mps * 3.6),
                 spread.gross.to_string(),
             ]);
             lab.bar.inc(1);

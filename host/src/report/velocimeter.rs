@@ -1,7 +1,7 @@
 //! The Doppler paper: Yang et al. 2011, doi:10.3724/SP.J.1146.2010.01373.
 
 use super::chart::{Axis, Chart, Series, Style};
-use super::lab::{Check, Lab, Section, Table, digits, plus_minus};
+use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::scenario::{TURNTABLE_BARS, TURNTABLE_RADIUS_M, turntable_rows};
 use crate::simulate::Width;
 use crate::sweep::{Offsets, Row, Sweep};
@@ -65,12 +65,13 @@ const CROSSING_DB: [f64; 8] = [-5.0, -2.0, 0.0, 2.5, 5.0, 10.0, 15.0, 20.0];
 /// Figure 1: where the autocorrelation becomes better than Quinn's estimator.
 pub fn crossings(lab: &Lab) -> Result<Section, String> {
     let sweep = lab.sweep("improved-autocorrelation", lab.trials(6000, 300))?;
-    let mut measured = Vec::new();
+    let (mut measured, mut errors) = (Vec::new(), Vec::new());
     let mut checks = Vec::new();
     for snr_db in CROSSING_DB {
         let row = lab.run::<Iq>(&sweep, snr_db)?.remove(0);
-        let (ratio, error) = (row.ratio.unwrap_or(f64::NAN), row.ratio_se.unwrap_or(f64::NAN));
+        let (ratio, error) = row.over_bound();
         measured.push((snr_db, ratio));
+        errors.push(error);
         if snr_db >= 0.0 {
             let formula = best_variance(ratio_of(snr_db)).sqrt();
             let figure =
@@ -83,7 +84,7 @@ pub fn crossings(lab: &Lab) -> Result<Section, String> {
     let right = decibels().map(|db| (db, lag_variance(2.0 / 3.0, ratio_of(db)).sqrt()));
     let mut series = vec![
         Series::new("improved autocorrelation (eq 7, 9)", Style::Line, 0, theory),
-        Series::new("the same, measured", Style::Points, 0, measured),
+        Series::new("the same, measured", Style::Points, 0, measured).with_errors(errors),
         Series::new("lag 2N/3", Style::Line, 2, right),
     ];
     let mut table = Table::new([
@@ -187,11 +188,11 @@ pub fn three_ratios(lab: &Lab) -> Result<Section, String> {
             lab.run::<Iq>(&Sweep { offsets: Offsets::Fixed(delta), ..plan }, snr_db)
         };
         let rows: Vec<Vec<Row>> = offsets.iter().map(at).collect::<Result<_, _>>()?;
-        let ratio = |row: &Row| row.ratio.unwrap_or(f64::NAN);
         let series = METHODS.split(',').enumerate().map(|(index, method)| {
-            let points =
-                offsets.iter().zip(&rows).map(|(&delta, rows)| (delta, ratio(&rows[index])));
-            Series::new(method, Style::Marked, index, points)
+            let over = || rows.iter().map(|rows| rows[index].over_bound());
+            let points = offsets.iter().zip(over()).map(|(&delta, (ratio, _))| (delta, ratio));
+            let errors = over().map(|(_, error)| error);
+            Series::new(method, Style::Marked, index, points).with_errors(errors)
         });
         // A mean square over the inner points and half of either end: the offset is uniform.
         let mut cells = vec![snr_db.to_string()];
@@ -200,7 +201,7 @@ pub fn three_ratios(lab: &Lab) -> Result<Section, String> {
             let weighted = |f: fn(&Row) -> f64| {
                 rows.iter().enumerate().map(|(p, rows)| weight(p) * f(&rows[index])).sum::<f64>()
             };
-            let mean = weighted(|row| row.ratio.unwrap_or(f64::NAN).powi(2)).sqrt();
+            let mean = weighted(|row| row.over_bound().0.powi(2)).sqrt();
             let error = rows[5][index].ratio_se.unwrap_or(0.0) / 10f64.sqrt();
             cells.push(plus_minus(mean, error));
             if index == 4 {
@@ -272,14 +273,16 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
             let count = rows.len() as f64;
             let rms = (rows.iter().map(|row| of(row).powi(2)).sum::<f64>() / count).sqrt();
             let se = rows.iter().map(|row| error(row).powi(2)).sum::<f64>().sqrt() / count;
-            let worst = rows.iter().map(of).fold(0.0, f64::max);
+            let worst = rows.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
+            let (worst, worst_error) =
+                worst.map_or((f64::NAN, f64::NAN), |row| (of(row), error(row)));
             let outliers: u64 = rows.iter().map(|row| row[index].outliers).sum();
             table.row([
                 snr_db.to_string(),
                 method.into(),
                 "below 2".into(),
                 plus_minus(rms, se),
-                digits(worst),
+                plus_minus(worst, worst_error),
                 outliers.to_string(),
             ]);
             if method == "fesa" {
@@ -294,13 +297,15 @@ pub fn turntable(lab: &Lab) -> Result<Section, String> {
             checks.push(Check::between(
                 format!("turntable, {method}, {snr_db} dB, worst speed's RMSE, mm/s"),
                 worst,
-                0.0,
+                worst_error,
                 0.0,
                 TURNTABLE_BARS.velocity_mps * 1e3,
             ));
             let points = speeds.iter().zip(&rows).map(|(speed, row)| (*speed, of(row)));
             let label = format!("{method}, {snr_db} dB");
-            series.push(Series::new(label, Style::Marked, 2 * level + index, points));
+            let errors = rows.iter().map(error);
+            let points = Series::new(label, Style::Marked, 2 * level + index, points);
+            series.push(points.with_errors(errors));
         }
     }
     Ok(Section {

@@ -8,13 +8,13 @@ pub mod command;
 use crate::arithmetic::{Arithmetic, Engine, engine, whole};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, Line, Signal, Width, generator};
+use crate::trials::Trials;
 use crate::with_kind;
 use indicatif::ProgressBar;
-use picket::acquire::codes::Codes;
 use picket::estimate::uncertainty::bound_bins;
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::Serialize;
+use std::ops::AddAssign;
 
 /// An error beyond this, in bins, is an outlier: the peak was not the tone.
 pub const OUTLIER_BINS: f64 = 1.5;
@@ -99,8 +99,10 @@ impl Sums {
         self.square += error * error;
         self.fourth += error.powi(4);
     }
+}
 
-    fn add(&mut self, other: &Self) {
+impl AddAssign<&Sums> for Sums {
+    fn add_assign(&mut self, other: &Self) {
         self.count += other.count;
         self.outliers += other.outliers;
         self.error += other.error;
@@ -147,6 +149,13 @@ pub struct Row {
     pub ratio_se: Option<f64>,
 }
 
+impl Row {
+    /// RMSE over the bound, and its standard error; both NaN without noise.
+    pub fn over_bound(&self) -> (f64, f64) {
+        (self.ratio.unwrap_or(f64::NAN), self.ratio_se.unwrap_or(f64::NAN))
+    }
+}
+
 /// Trials that one task takes, and sums in order.
 const CHUNK: usize = 200;
 
@@ -163,36 +172,19 @@ impl Sweep {
     }
 
     fn run_all<R: Kind>(&self, snr_db: f64, bar: &ProgressBar) -> Result<Vec<Row>, String> {
-        let codes = match self.width {
-            Width::Codes(codes) => codes,
-            Width::Float => Codes::signed::<16>(),
-        };
-        let plan = whole::<R>(self.n, codes)?;
+        let plan = whole::<R>(self.n, self.width.codes())?;
         let make = || engine::<R>(self.arithmetic, self.n, plan);
-        make()?;
-        let trials = self.trials * self.offsets.points();
-        let chunks: Vec<usize> = (0..trials).step_by(CHUNK).collect();
-        let sums: Vec<Vec<Sums>> = chunks
-            .into_par_iter()
-            .map_init(make, |engine, first| {
-                let mut sums = vec![Sums::default(); self.estimators.len()];
-                let last = trials.min(first + CHUNK);
-                if let Ok(engine) = engine {
-                    for trial in first..last {
-                        let errors = self.trial::<R>(engine.as_mut(), snr_db, trial);
-                        sums.iter_mut().zip(errors).for_each(|(sums, error)| sums.push(error));
-                    }
-                }
-                bar.inc((last - first) as u64);
-                sums
-            })
-            .collect();
-        let rows = self.estimators.iter().enumerate().map(|(index, estimator)| {
-            let mut total = Sums::default();
-            sums.iter().filter_map(|sums| sums.get(index)).for_each(|sums| total.add(sums));
-            self.row::<R>(estimator.name(), snr_db, trials, &total)
-        });
-        Ok(rows.collect())
+        let trials = Trials { count: self.trials * self.offsets.points(), chunk: CHUNK, bar };
+        let methods = self.estimators.len();
+        let sums = trials.sums(methods, make, |engine, number, sums: &mut [Sums]| {
+            let errors = self.trial::<R>(engine, snr_db, number);
+            sums.iter_mut().zip(errors).for_each(|(sums, error)| sums.push(error));
+        })?;
+        let rows = self.estimators.iter().zip(&sums);
+        let row = |(estimator, sums): (&Estimator, &Sums)| {
+            self.row::<R>(estimator.name(), snr_db, trials.count, sums)
+        };
+        Ok(rows.map(row).collect())
     }
 
     fn trial<R: Kind>(&self, engine: &mut dyn Engine, snr_db: f64, trial: usize) -> Vec<f64> {

@@ -1,11 +1,10 @@
 //! Builds programs outside the workspace, as a stranger's that depends on the library by path.
 
 use super::error::{ToolError, io_error};
-use super::process::{capture, cargo, locked};
+use super::process::{Show, capture, cargo, locked};
 use super::route::{Route, route};
 use super::{dependents, workspace};
 use std::fs;
-use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 /// A program in `dependents/`.
@@ -24,8 +23,10 @@ impl Dependent {
     /// # Errors
     /// A tool is missing, or the program does not build.
     pub fn build(&self, arguments: &[&str]) -> Result<PathBuf, ToolError> {
-        let echo = arguments.is_empty() && io::stderr().is_terminal();
-        self.cargo(&[&["rustc", "--locked", "--release", "--"], arguments].concat(), echo)?;
+        self.cargo(
+            &[&["rustc", "--locked", "--release", "--"], arguments].concat(),
+            arguments.is_empty(),
+        )?;
         let package = format!("picket-on-{}", self.name);
         let file = match self.triple.starts_with("wasm") {
             true => format!("{}.wasm", package.replace('-', "_")),
@@ -50,7 +51,7 @@ impl Dependent {
         Ok(target.join("dependents").join(route(self.triple)?.directory()))
     }
 
-    fn cargo(&self, arguments: &[&str], echo: bool) -> Result<(), ToolError> {
+    fn cargo(&self, arguments: &[&str], seen: bool) -> Result<(), ToolError> {
         let route = route(self.triple)?;
         let directory = self.directory()?;
         fs::create_dir_all(&directory).map_err(io_error(directory.display()))?;
@@ -66,8 +67,10 @@ impl Dependent {
             command.arg("-Zbuild-std=core");
         }
         command.args(after);
-        let (ok, output) = capture(command, echo)?;
         let bin = if self.name.is_empty() { self.triple } else { self.name };
+        let what = format!("building {bin}");
+        let show = if seen { Show::Steps(&what) } else { Show::Nothing };
+        let (ok, output) = capture(command, show)?;
         if ok { Ok(()) } else { Err(ToolError::Build { bin: bin.into(), output }) }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::path::PathBuf;
 
 /// Why a tool could not be had or did not do its work.
 #[derive(Debug)]
@@ -16,6 +17,8 @@ pub enum ToolError {
         /// What went wrong when it was tried, if it was.
         reason: Option<String>,
     },
+    /// The sources that this program was built from are gone: firmware is built from them.
+    Sources(PathBuf),
     /// The compiler or linker failed.
     Build {
         /// The image.
@@ -39,6 +42,11 @@ impl fmt::Display for ToolError {
                 write!(f, "{what} is missing: type `{command}`")?;
                 reason.iter().try_for_each(|reason| write!(f, " ({reason})"))
             }
+            ToolError::Sources(place) => write!(
+                f,
+                "firmware is built from the sources, and {} has none any more: clone the repository again and type `cargo install --path host` in it",
+                place.display()
+            ),
             ToolError::Build { bin, output } => {
                 let first = output.lines().find(|line| line.starts_with("error"));
                 write!(f, "the image {bin} does not build: {}", first.unwrap_or(output.trim()))

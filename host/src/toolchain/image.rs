@@ -2,7 +2,7 @@
 
 use super::apt;
 use super::error::{ToolError, io_error};
-use super::process::{capture, cargo, locked};
+use super::process::{Show, capture, cargo, locked};
 use super::route::{Route, route};
 use super::{Profile, Target, firmware_dir};
 use std::fs;
@@ -24,25 +24,24 @@ pub struct Firmware<'a> {
 }
 
 impl Firmware<'_> {
-    /// Builds the image; what is missing is installed first when that is allowed. Cargo's output
-    /// goes to stderr when that is a terminal. Returns the ELF file, which no other combination
-    /// of features overwrites.
+    /// Builds the image; what is missing is installed first when that is allowed. Stderr has a bar of cargo's steps where it is
+    /// a terminal, else a line where it will take long. Returns the ELF file, which no other combination of features overwrites.
     pub fn build(&self) -> Result<PathBuf, ToolError> {
-        self.run(io::stderr().is_terminal(), &[])
+        self.run(true, &[])
     }
 
     /// As [`Firmware::build`], with images beside it that differ in nothing but their name: cargo links them on all
     /// of the host's cores at once, and finds them ready when they are asked for.
     pub fn build_beside(&self, others: &[&str]) -> Result<PathBuf, ToolError> {
-        self.run(io::stderr().is_terminal(), others)
+        self.run(true, others)
     }
 
-    /// As [`Firmware::build`], but prints nothing of cargo's: for images meant to fail.
+    /// As [`Firmware::build`], but without a bar: for images meant to fail.
     pub fn build_quietly(&self) -> Result<PathBuf, ToolError> {
         self.run(false, &[])
     }
 
-    fn run(&self, echo: bool, others: &[&str]) -> Result<PathBuf, ToolError> {
+    fn run(&self, seen: bool, others: &[&str]) -> Result<PathBuf, ToolError> {
         let route = route(self.target.triple())?;
         let directory = firmware_dir().join(route.directory());
         let images = directory.join("images");
@@ -51,8 +50,9 @@ impl Firmware<'_> {
         // build, so both happen under one lock.
         let _lock = locked(&directory.join("build.lock"))?;
         let image = images.join(self.image_name());
-        if !echo && !image.exists() {
-            let core = self.target.triple();
+        let core = self.target.triple();
+        let bar = seen && io::stderr().is_terminal();
+        if !bar && !image.exists() {
             eprintln!(
                 "toolchain: building {} for {core}: the first image of a core takes a minute",
                 self.bin
@@ -71,7 +71,9 @@ impl Firmware<'_> {
         if self.features.contains(&"log") {
             command.env("DEFMT_LOG", "info");
         }
-        let (ok, output) = capture(command, echo)?;
+        let what = format!("building {}", self.bin);
+        let show = if seen { Show::Steps(&what) } else { Show::Nothing };
+        let (ok, output) = capture(command, show)?;
         if !ok {
             return Err(ToolError::Build { bin: self.bin.into(), output });
         }
@@ -104,7 +106,7 @@ pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
     // By way of an image, since what only an image takes is compiled for its linker alone: the smallest.
     let mut command = build(&directory, targets)?;
     command.args(["--bin", "single", "--features", &features.join(",")]);
-    let (ok, output) = capture(command, io::stderr().is_terminal())?;
+    let (ok, output) = capture(command, Show::Steps("building what images share"))?;
     if ok { Ok(()) } else { Err(ToolError::Build { bin: "single".into(), output }) }
 }
 
@@ -150,7 +152,7 @@ pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), To
     if route == Route::Installed {
         command.args(["--", "-D", "warnings"]);
     }
-    let (ok, output) = capture(command, true)?;
+    let (ok, output) = capture(command, Show::Lines)?;
     let bin = format!("{} ({})", target.triple(), features.join(", "));
     if ok { Ok(()) } else { Err(ToolError::Build { bin, output }) }
 }

@@ -76,7 +76,7 @@ impl Emulator {
         for package in &packages {
             let mut command = Command::new("dpkg-deb");
             command.arg("--extract").arg(package).arg(root);
-            let (ok, output) = process::capture(command, false)?;
+            let (ok, output) = process::capture(command, process::Show::Nothing)?;
             if !ok {
                 return Err(apt::missing(
                     self.program,

@@ -2,7 +2,7 @@
 
 use super::apt;
 use super::error::ToolError;
-use super::process::{ask, capture, on_path};
+use super::process::{Show, ask, capture, on_path};
 use super::workspace;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -44,6 +44,9 @@ pub(super) fn route(triple: &'static str) -> Result<Route, ToolError> {
     let chosen = chosen.get_or_insert_default();
     if let Some(route) = chosen.get(triple) {
         return Ok(route.clone());
+    }
+    if !workspace().join("firmware/Cargo.toml").is_file() {
+        return Err(ToolError::Sources(workspace().into()));
     }
     let route = choose(triple)?;
     if !chosen.values().any(|other| *other == route) {
@@ -107,7 +110,7 @@ fn rustup_add(triple: &str) -> bool {
     eprintln!("toolchain: rustup target add {triple}");
     let mut command = Command::new(rustup);
     command.args(["--quiet", "target", "add", triple]).current_dir(workspace());
-    capture(command, false).is_ok_and(|(ok, _)| ok)
+    capture(command, Show::Nothing).is_ok_and(|(ok, _)| ok)
 }
 
 /// A compiler new enough that has the source of its library: the usual one, or the system's.

@@ -1,5 +1,8 @@
 //! What an unknown recording holds, and the command that measures it.
 
+mod spectrum;
+mod values;
+
 use crate::arithmetic::{Arithmetic, Estimate, engine};
 use crate::estimator::Estimator;
 use crate::recording::{Options, Recording, RecordingError};
@@ -8,17 +11,16 @@ use crate::with_kind;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
-use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
-use std::f64::consts::TAU;
+use spectrum::{floored, powers};
 use std::path::Path;
+use values::{Values, values};
 
 /// What is looked at of a recording, in samples.
 const MOST: usize = 1 << 20;
-/// The longest and the shortest record that it is cut into, and how many of them.
+/// The longest and the shortest record that it is cut into.
 const LONGEST: usize = 1 << 15;
 const SHORTEST: usize = 64;
-const RECORDS: usize = 32;
 /// The longest record that is proposed unless lines are near each other.
 const USUAL: usize = 4096;
 /// Lines that are told, and how far above the floor they stand, in dB.
@@ -53,19 +55,6 @@ pub struct Survey {
     pub hum_hz: Option<f64>,
     /// The line that the command is for.
     pub tone: Option<usize>,
-}
-
-/// The samples' values.
-#[derive(Clone, Copy, Debug)]
-struct Values {
-    low: f64,
-    high: f64,
-    mean: f64,
-    rms: f64,
-    /// The step between codes, where all are whole numbers.
-    step: Option<f64>,
-    /// The share that lies at either end.
-    clipped: f64,
 }
 
 /// A line of the spectrum.
@@ -231,7 +220,7 @@ impl Survey {
         let Values { low, high, step, clipped, .. } = self.values;
         if step.is_some() && low >= 0.0 && high <= 4095.0 {
             words += " --bits 12 --unsigned";
-        } else if self.scale == 1.0 && clipped > CLIPPED && high.max(-low) < 32000.0 {
+        } else if self.scale == 1.0 && clipped > 0.0 && high.max(-low) < 32000.0 {
             words += &format!(" --scale {:.4}", 32767.0 / high.min(-low).max(1e-12));
         }
         Some(words)
@@ -276,7 +265,7 @@ impl Survey {
             }
             None => "\n".into(),
         };
-        text += &match clipped > CLIPPED {
+        text += &match clipped > 0.0 {
             true => format!(
                 "clipped   {:.2} % of the samples lie at either end: lower the gain\n",
                 100.0 * clipped
@@ -339,80 +328,8 @@ impl Survey {
     }
 }
 
-/// Above this share of the samples at either end they are clipped.
-const CLIPPED: f64 = 0.002;
-
 /// Four digits and more.
 fn digits(value: f64) -> String {
     let before = value.abs().max(1e-9).log10().floor();
     format!("{value:.*}", (3.0 - before).clamp(0.0, 12.0) as usize)
-}
-
-fn values(samples: &[Complex<f64>]) -> Values {
-    let parts = || samples.iter().flat_map(|sample| [sample.re, sample.im]);
-    let iq = samples.iter().any(|sample| sample.im != 0.0);
-    let used = || parts().step_by(if iq { 1 } else { 2 });
-    let count = used().count() as f64;
-    let low = used().fold(f64::INFINITY, f64::min);
-    let high = used().fold(f64::NEG_INFINITY, f64::max);
-    let mean = used().sum::<f64>() / count;
-    let rms = (used().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count).sqrt();
-    let whole = used().all(|x| x.fract() == 0.0 && x.abs() < 1e9);
-    let divisor = |a: u64, b: u64| {
-        let (mut a, mut b) = (a, b);
-        while b != 0 {
-            (a, b) = (b, a % b);
-        }
-        a
-    };
-    let step =
-        whole.then(|| used().fold(0, |step, x| divisor(step, (x - low) as u64)).max(1) as f64);
-    // A sine is at its ends for a while: what clips stays there for two samples and more.
-    let mut last = f64::NAN;
-    let held = used().filter(|&x| (x == low || x == high) && std::mem::replace(&mut last, x) == x);
-    let clipped = if high > low { held.count() as f64 / count } else { 0.0 };
-    Values { low, high, mean, rms, step, clipped }
-}
-
-/// The mean power of each bin through Hann's window, in dB of a sine from -32768 to 32767.
-fn powers(samples: &[Complex<f64>], n: usize) -> Vec<f64> {
-    let window = |k: usize| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos();
-    let transform = f64::forward(n);
-    let mut sum = vec![0.0; n];
-    let hop = ((samples.len() - n) / RECORDS).max(n / 2);
-    for record in samples.windows(n).step_by(hop) {
-        let mean = record.iter().sum::<Complex<f64>>() / n as f64;
-        let mut spectrum: Vec<Complex<f64>> =
-            record.iter().enumerate().map(|(k, x)| (x - mean) * window(k)).collect();
-        transform.process(&mut spectrum);
-        sum.iter_mut().zip(&spectrum).for_each(|(sum, x)| *sum += x.norm_sqr());
-    }
-    let records = samples.windows(n).step_by(hop).count() as f64;
-    let full = (n as f64 / 4.0 * 32768.0).powi(2);
-    sum.iter().map(|power| 10.0 * (power / records / full + 1e-30).log10()).collect()
-}
-
-/// Frequency, power and floor of each bin, in the order of the frequencies. The floor is the median of some bins around.
-fn floored(powers: &[f64], rate_hz: f64, iq: bool) -> Vec<(f64, f64, f64)> {
-    let n = powers.len();
-    let order: Vec<i64> = match iq {
-        true => (-(n as i64) / 2..n as i64 / 2).collect(),
-        false => (0..=n as i64 / 2).collect(),
-    };
-    let at = |k: i64| powers[k.rem_euclid(n as i64) as usize];
-    let around = (order.len() / 64).clamp(8, 100);
-    // A floor for a few bins together: a median of each would be the same.
-    let block = around / 4;
-    let floor = |index: usize| {
-        let middle = index / block * block;
-        let from = middle.saturating_sub(around);
-        let to = (middle + around).min(order.len());
-        let mut near: Vec<f64> = order[from..to].iter().map(|&k| at(k)).collect();
-        near.sort_by(f64::total_cmp);
-        near[near.len() / 2]
-    };
-    let floors: Vec<f64> = (0..order.len()).step_by(block).map(floor).collect();
-    let point =
-        |(index, &k): (usize, &i64)| (k as f64 * rate_hz / n as f64, at(k), floors[index / block]);
-    order.iter().enumerate().map(point).collect()
 }

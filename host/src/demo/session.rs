@@ -1,0 +1,98 @@
+//! A session as the board would send it: its measurements are by the firmware's pipeline on this machine.
+
+use super::options::Options;
+use super::{DemoError, said};
+use crate::simulate::{Signal, Width, generator};
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Iq;
+use picket::config::{Config, Scene};
+use picket::pipeline::Pipeline;
+use picket::plan::Plan;
+use picket::solve::chirp::Shape;
+use picket_firmware::instrument;
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_wire::boot::{Boot, Causes, Clock, Name};
+use picket_wire::command::Answer;
+use picket_wire::settings::{Drive, Settings};
+use picket_wire::status::Status;
+use picket_wire::telemetry::{Health, Telemetry};
+use std::process::ExitCode;
+
+/// Samples in a block, as the image has them.
+const N: usize = 1024;
+/// Segments, three a chirp.
+const SEGMENTS: u64 = 30;
+const SNR_DB: f64 = 30.0;
+
+/// Writes the session.
+pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    let Some(file) = &options.record else {
+        return Err(said(
+            "a session is bytes: add --record FILE, which picket watch --replay FILE shows",
+        ));
+    };
+    let bytes = session(options.seed).map_err(said)?;
+    std::fs::write(file, bytes).map_err(|error| said(format!("{}: {error}", file.display())))?;
+    let name = file.display();
+    outln!(
+        "{name}: {SEGMENTS} records in the board's frames: picket watch --replay {name} shows them"
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Start, settings, ten chirps of three segments, a status: a target that comes nearer, [`SNR_DB`] above the noise.
+fn session(seed: u64) -> Result<Vec<u8>, String> {
+    let scene = Scene::Chirp {
+        shape: Shape::Trapezoid,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 0.0,
+    };
+    let codes = Codes::unsigned::<12>();
+    let config = Config {
+        rate_hz: 250e3,
+        scene,
+        codes,
+        band_hz: Some((2e3, 120e3)),
+        ..Config::new(1.0, Codes::signed::<12>())
+    };
+    let drive = Drive::Dac { low: 400, high: 3600 };
+    let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
+    let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+    let refused =
+        |error: &dyn std::fmt::Debug| format!("the board refuses the settings: {error:?}");
+    let (instrument, _): (instrument::plan::Plan<N>, _) =
+        Words::plan(&settings, &tree).map_err(|error| refused(&error))?;
+    let boot = Boot {
+        n: N as u32,
+        core_hz: 180_000_000,
+        measuring: true,
+        causes: Causes(1),
+        board: Name::new("nucleo-f446re"),
+        clock: Clock::External,
+        ..Boot::default()
+    };
+    let answer = Answer { tag: 1, command: 4 }.reply(&instrument.settings.to_bytes(N));
+    let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
+    let plan = Plan::of_terms(*instrument.plan).map_err(|error| refused(&error))?;
+    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
+    for number in 0..SEGMENTS {
+        let (range, doppler) = (120.0, 45.5);
+        let bins = [range - doppler, doppler, range + doppler][number as usize % 3];
+        let signal = Signal {
+            dc: [2048.0; 2],
+            width: Width::Codes(codes),
+            ..Signal::tone(bins, 900.0, SNR_DB)
+        };
+        let samples = signal.codes::<Iq>(N, &mut generator(seed, number));
+        let stamp = instrument.timing.stamp(number, false);
+        let Some(samples) = samples.as_array() else { return Err("a block is not whole".into()) };
+        let measurement = pipeline.block(stamp, samples);
+        let method = instrument.plan.options.method;
+        let record = Telemetry { measurement, method, health: Health::default() };
+        bytes.extend(record.to_frame());
+    }
+    bytes.extend(Status { load: 310, ..Status::default() }.to_frame());
+    Ok(bytes)
+}
