@@ -11,6 +11,7 @@ use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Scale, Scales, Shape};
 use crate::solve::track::Tracking;
 use crate::spectrum::peak::Band;
+use core::ops::RangeInclusive;
 
 /// The speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
@@ -59,7 +60,7 @@ impl Scene {
 /// What a user sets. [`Config::plan`] checks it and makes a [`Plan`] of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// Sample rate, Hz. Positive.
+    /// Sample rate, 1e-6 to 1e12 Hz.
     pub rate_hz: f64,
     /// The converter's codes.
     pub codes: Codes,
@@ -84,14 +85,14 @@ pub struct Config {
 /// How tones are followed from block to block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
-    /// Sigma of a target's acceleration over sigma of a measurement, per block squared. Positive:
-    /// 0.03 for steady targets, 0.1 for agile ones.
+    /// Sigma of a target's acceleration over sigma of a measurement, per block squared: 1e-6 to
+    /// 1e3. Usual values are 0.03 for steady targets, 0.1 for agile ones.
     pub agility: f32,
-    /// The least sigma of the acceleration, bins per block squared; 0 or more. It holds however
+    /// The least sigma of the acceleration, bins per block squared, 0 to 4096. It holds however
     /// well a target is measured. A strong target has a small sigma, and without this floor its
     /// gate is so narrow that the track loses it first.
     pub acceleration_bins: f32,
-    /// Sigma of a new target's rate, bins per block. Positive.
+    /// Sigma of a new target's rate, bins per block, 1e-6 to 4096.
     pub rate_bins: f32,
     /// The most tones followed at once: 0 to 4; 0 follows none.
     pub most: u8,
@@ -129,7 +130,7 @@ impl Config {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// The sample rate is not a positive, finite number.
+    /// The sample rate is not 1e-6 to 1e12 Hz.
     Rate,
     /// The band holds no bin between 0 and half the rate (I/Q: between minus and plus half the
     /// rate), or its low end is above its high end.
@@ -149,8 +150,7 @@ pub enum ConfigError {
     Records,
     /// The probability of a false alarm is 0 or less, or above 0.5.
     FalseAlarm,
-    /// Agility or rate is not finite and positive, the acceleration is negative, or more than 4
-    /// tones are to be followed.
+    /// Agility, acceleration or rate is outside its range, or more than 4 tones are to be followed.
     Following,
 }
 
@@ -158,7 +158,7 @@ impl ConfigError {
     /// One line that says what to do.
     pub const fn message(self) -> &'static str {
         match self {
-            ConfigError::Rate => "the sample rate must be a positive number of hertz",
+            ConfigError::Rate => "the sample rate must lie between 1e-6 and 1e12 Hz",
             ConfigError::Band => {
                 "the band must lie between 0 and half the sample rate, low end first"
             }
@@ -169,7 +169,7 @@ impl ConfigError {
             ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Following => {
-                "follow at most 4 tones, agility and rate above 0, acceleration not below 0"
+                "follow at most 4 tones, agility 1e-6 to 1e3, rate 1e-6 to 4096, acceleration 0 to 4096 bins"
             }
             ConfigError::Method => "the method does not work on this kind of record",
             ConfigError::Length => "a record must have 64, 128, ... 4096 samples",
@@ -204,7 +204,7 @@ impl Config {
         if !(1..=1 << 22).contains(&n) {
             return Err(ConfigError::Length);
         }
-        if !positive(self.rate_hz) {
+        if !RATES_HZ.contains(&self.rate_hz) {
             return Err(ConfigError::Rate);
         }
         let method = self.method.of_kind::<R>();
@@ -230,11 +230,10 @@ impl Config {
 
     fn tracking(&self, n: usize) -> Result<Tracking, ConfigError> {
         let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
-        let above = |x: f32| positive(x.into());
-        let right = above(agility)
-            && above(rate_bins)
-            && acceleration_bins >= 0.0
-            && acceleration_bins.is_finite()
+        // Their squares are variances, which must neither overflow nor vanish.
+        let right = (1e-6..=1e3).contains(&agility)
+            && (1e-6..=4096.0).contains(&rate_bins)
+            && (0.0..=4096.0).contains(&acceleration_bins)
             && usize::from(most) <= MOST;
         if !right {
             return Err(ConfigError::Following);
@@ -304,6 +303,55 @@ impl Config {
     }
 }
 
+/// Rates that no scale of frequencies, ranges or velocities overflows for.
+const RATES_HZ: RangeInclusive<f64> = 1e-6..=1e12;
+
 fn positive(x: f64) -> bool {
     x > 0.0 && x.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::sample::{Iq, Real};
+
+    /// Bands of rates near the ends of a float once overflowed, and gave more bins than there are.
+    #[test]
+    fn a_band_never_holds_more_than_the_spectrum() {
+        for rate_hz in [1e-300, 1e-291, 1e-6, 1.0, 1e12, 1e300, f64::MAX, f64::NAN, -1.0] {
+            let half = rate_hz / 2.0;
+            for band_hz in [None, Some((-half, half)), Some((0.0, half)), Some((0.3 * half, half))]
+            {
+                let config = Config { band_hz, ..Config::new(rate_hz, Codes::signed::<12>()) };
+                if let Ok(terms) = config.terms::<Iq>(1024) {
+                    assert!((1..=1025).contains(&terms.band.width()), "{rate_hz} {band_hz:?}");
+                }
+                if let Ok(terms) = config.terms::<Real>(1024) {
+                    assert!((1..=511).contains(&terms.band.width()), "{rate_hz} {band_hz:?}");
+                }
+            }
+        }
+        let slow = Config::new(1e-291, Codes::signed::<12>());
+        assert_eq!(slow.terms::<Iq>(1024), Err(ConfigError::Rate));
+    }
+
+    #[test]
+    fn following_is_refused_where_a_variance_would_overflow() {
+        let config = Config::new(1e3, Codes::signed::<12>());
+        let with = |agility, acceleration_bins, rate_bins| {
+            let following =
+                Following { agility, acceleration_bins, rate_bins, most: 1, refresh: 0 };
+            Config { following, ..config }.terms::<Real>(1024).map(|_| ())
+        };
+        assert_eq!(with(0.05, 0.0, 2.0), Ok(()));
+        for (agility, acceleration, rate) in [
+            (1e30, 0.0, 2.0),
+            (0.05, 1e30, 2.0),
+            (0.05, 0.0, 1e30),
+            (1e-30, 0.0, 2.0),
+            (f32::NAN, 0.0, 2.0),
+        ] {
+            assert_eq!(with(agility, acceleration, rate), Err(ConfigError::Following));
+        }
+    }
 }
