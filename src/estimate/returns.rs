@@ -64,23 +64,11 @@ impl Return {
     /// Some tenths of a dB too low at most, for noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
         let inside = Between::of(codes.rails());
-        let bend = (self.bend * (1u32 << 18) as f32) as i32;
-        let apart = (part.length.saturating_sub(2 * self.lag) / GROUPS).max(GROUP);
-        let (mut sum, mut power, mut count) = (0i32, 0u64, 0i32);
-        for n in (0..GROUPS).map(|group| group * apart) {
-            let [first, second, third] =
-                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).iter().step_by(part.stride()));
-            for ((&a, &b), &c) in first.zip(second).zip(third).take(GROUP) {
-                if inside.holds(a) && inside.holds(b) && inside.holds(c) {
-                    let [a, b, c] = [a, b, c].map(i32::from);
-                    // In sixteenths of a code: less than 22 bits.
-                    let term = 16 * (a - 2 * b + c) + (b.wrapping_mul(bend) >> 14);
-                    sum = sum.wrapping_add(term);
-                    power = power.wrapping_add(product(term, term) as u64);
-                    count += 1;
-                }
-            }
-        }
+        let Terms { sum, power, count } = if part.stride() == 1 {
+            self.terms::<1>(part, inside)
+        } else {
+            self.terms::<2>(part, inside)
+        };
         if count < FEWEST {
             return None;
         }
@@ -90,6 +78,39 @@ impl Return {
         let middle = 2.0 - self.bend;
         Some((power / (2.0 + middle * middle)).max(ROUNDING as f32))
     }
+
+    /// The sums over the terms of samples that are inside, `STRIDE` numbers apart.
+    #[inline(always)]
+    fn terms<const STRIDE: usize>(self, part: Part, inside: Between) -> Terms {
+        let bend = (self.bend * (1u32 << 18) as f32) as i32;
+        let apart = (part.length.saturating_sub(2 * self.lag) / GROUPS).max(GROUP);
+        let mut terms = Terms { sum: 0, power: 0, count: 0 };
+        for n in (0..GROUPS).map(|group| group * apart) {
+            let [first, second, third] =
+                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).chunks(STRIDE));
+            for ((a, b), c) in first.zip(second).zip(third).take(GROUP) {
+                let (Some(&a), Some(&b), Some(&c)) = (a.first(), b.first(), c.first()) else {
+                    break;
+                };
+                if inside.holds(a) && inside.holds(b) && inside.holds(c) {
+                    let [a, b, c] = [a, b, c].map(i32::from);
+                    // In sixteenths of a code: less than 22 bits.
+                    let term = 16 * (a - 2 * b + c) + (b.wrapping_mul(bend) >> 14);
+                    terms.sum = terms.sum.wrapping_add(term);
+                    terms.power = terms.power.wrapping_add(product(term, term) as u64);
+                    terms.count += 1;
+                }
+            }
+        }
+        terms
+    }
+}
+
+/// Sums over the terms that count.
+struct Terms {
+    sum: i32,
+    power: u64,
+    count: i32,
 }
 
 /// Numbers between two others, without them.
