@@ -97,10 +97,12 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 /// The stride of the first look, in pairs of points.
 pub(super) const SPARSE: usize = 8;
 
-/// The least sum of a pair's powers at which one of its bins may have the power `best`.
+/// The least sum of a pair's powers at which one of its bins may have the power `best`; 1 if any may,
+/// so that silence is not split.
 #[inline(always)]
 pub(super) const fn worth(best: u64) -> u64 {
-    best.saturating_sub((best >> 13) + (1 << 21))
+    let least = best.saturating_sub((best >> 13) + (1 << 21));
+    if least == 0 { 1 } else { least }
 }
 
 /// A power that the strongest bin exceeds, not far below it: some bin of the strongest pair has at
@@ -112,7 +114,7 @@ pub(super) fn sure(points: &[Point]) -> u64 {
     let lower = lower.iter().skip(SPARSE).step_by(SPARSE);
     let upper = upper.iter().rev().skip(SPARSE - 1).step_by(SPARSE);
     let sums = lower.zip(upper).map(|(&p, &q)| power(p).wrapping_add(power(q)));
-    worth(sums.fold(0, u64::max) >> 1)
+    worth(sums.fold(0, u64::max) >> 1).wrapping_sub(1)
 }
 
 /// Scans bins 1..M of a real record from the M points of its transform; `table` is

@@ -115,7 +115,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "subs r8, r8, r4",
         "sbcs r9, r9, r5",
         "itt lo",
-        "movlo r8, #0",
+        "movlo r8, #1",
         "movlo r9, #0",
         "strd r8, r9, [sp, #16]",
         "b 3b",
