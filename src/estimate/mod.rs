@@ -5,6 +5,7 @@
 
 pub mod detection;
 pub mod frequency;
+pub mod judge;
 pub mod least_squares;
 pub mod lock;
 pub mod locked;
@@ -12,7 +13,6 @@ pub mod measure;
 pub mod method;
 pub mod methods;
 pub mod noise;
-pub mod noise_fixed;
 pub mod returns;
 pub mod samples;
 pub mod several;

@@ -21,7 +21,7 @@
 use super::frequency::Frequency;
 use super::least_squares::Fit;
 use super::least_squares::fixed::{product, quantised};
-use super::noise_fixed::{Turn, turned};
+use super::noise::whole_fixed::{Turn, turned};
 use super::returns::{Part, Return};
 use super::within;
 use crate::acquire::codes::Codes;

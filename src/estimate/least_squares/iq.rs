@@ -15,6 +15,7 @@
 //!
 //! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
+use super::rest::{self, NEAR, Rest};
 use super::{
     Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
 };
@@ -46,8 +47,8 @@ pub(super) struct Sums<T> {
 pub(super) trait Sides<T> {
     /// The sums at p.
     fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model c leaves.
-    fn residual(&self, p: T, c: Complex<T>) -> T;
+    /// The power that the model c leaves at the offset d, and where, with `centre` in the peak's own bin.
+    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>);
     /// How many bins there are.
     fn count(&self) -> usize;
 }
@@ -68,9 +69,9 @@ struct Step<T> {
     /// How far to move, in units of p.
     forward: T,
     information: T,
-    /// c at this p, and after the move.
+    /// c at this p, and by how much it changes for each unit that p moves.
     here: Complex<T>,
-    there: Complex<T>,
+    slope: Complex<T>,
 }
 
 pub(super) fn fit<T: Scalar, R: Record>(
@@ -110,8 +111,9 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             let moved = next - d;
             information = step.information * speed * speed;
             d = next;
+            let before = p;
             (p, speed) = problem.tangent(d);
-            c = step.there;
+            c = step.here + step.slope * (p - before);
             if moved.abs() <= settled {
                 break;
             }
@@ -162,7 +164,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             forward: (above * below.conj()).re / below.norm_sqr(),
             information: here.norm_sqr() * (dd - bb * bb / aa),
             here,
-            there: below / (aa * dd - bb * bb),
+            slope: here * -(bb / aa),
         }
     }
 
@@ -171,14 +173,18 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
         let two = T::of(2.0);
+        let line = c * (sinc(x * x) / line_shape(d));
+        let centre = self.centre - c;
+        let (residual, rest) = self.sides.residual(d, p, c, centre);
         Fit {
             offset: d,
-            line: c * (sinc(x * x) / line_shape(d)),
+            line,
             information,
             peak: c,
             lever: Complex::new(two * sin * sin, -(two * sin * cos)),
-            residual: (self.centre - c).norm_sqr() + self.sides.residual(p, c),
+            residual: centre.norm_sqr() + residual,
             freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
+            rest,
         }
     }
 }
@@ -220,15 +226,33 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 
     /// `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
-    fn residual(&self, p: T, c: Complex<T>) -> T {
+    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let left = |side: &Side<T>| {
             let h = p / (p - side.u);
-            (side.y - c * (h * side.m)).norm_sqr() / side.m
+            side.y - c * (h * side.m)
         };
-        self.0.iter().fold(T::zero(), |sum, side| sum + left(side))
+        let far = |sides: &[Side<T>], sum| {
+            sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr() / side.m)
+        };
+        if !cfg!(feature = "methods") {
+            return (far(&self.0, T::zero()), Rest::none());
+        }
+        let (near, rest) = self.0.split_at_checked(2 * NEAR).unwrap_or((&self.0, &[]));
+        let (mut sum, mut sums) = (T::zero(), rest::Sums::new(d, centre));
+        for (index, side) in near.iter().enumerate() {
+            // So near, m is 1.
+            sum = sum + sums.add(place(index), left(side)) / side.m;
+        }
+        (far(rest, sum), sums.rest())
     }
 
     fn count(&self) -> usize {
         self.0.len()
     }
+}
+
+/// The places of the bins beside the peak: -1, 1, -2, 2 and so on.
+pub(super) const fn place(index: usize) -> i32 {
+    let away = (index >> 1) as i32 + 1;
+    if index & 1 == 0 { -away } else { away }
 }

@@ -17,8 +17,10 @@ pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;
+mod rest;
 
 pub(crate) use model::Model;
+pub use rest::Rest;
 
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::math::scalar::Scalar;
@@ -73,6 +75,8 @@ pub struct Fit<T> {
     /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
     /// times the noise power of a bin.
     pub freedom: u32,
+    /// What the model leaves near the line.
+    pub rest: Rest<T>,
 }
 
 impl<T: Scalar> Fit<T> {
@@ -80,6 +84,27 @@ impl<T: Scalar> Fit<T> {
     /// `A cos(2 pi f n / N + phase)`, or `A exp(j (2 pi f n / N + phase))` for I/Q.
     pub fn tone<R: Record>(&self, n: usize) -> Complex<T> {
         self.tone_of(R::IQ, n)
+    }
+
+    /// The same in single precision.
+    pub fn single(&self) -> Fit<f32> {
+        let one = |x: T| x.wide() as f32;
+        let pair = |z: Complex<T>| Complex::new(one(z.re), one(z.im));
+        let Rest { within, along, cosine_squared } = self.rest;
+        Fit {
+            offset: one(self.offset),
+            line: pair(self.line),
+            information: one(self.information),
+            peak: pair(self.peak),
+            lever: pair(self.lever),
+            residual: one(self.residual),
+            freedom: self.freedom,
+            rest: Rest {
+                within: within.map(one),
+                along: along.map(pair),
+                cosine_squared: one(cosine_squared),
+            },
+        }
     }
 
     pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {

@@ -26,6 +26,7 @@
 //!
 //! Only bins 1..=N/2-1 enter, so a DC offset has no effect.
 
+use super::rest::{self, NEAR, Rest};
 use super::{
     Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances,
     limit,
@@ -39,6 +40,8 @@ use num_complex::Complex;
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
 struct Side<T> {
+    /// How many bins from the peak.
+    i: i32,
     u: T,
     s: T,
     x: Complex<T>,
@@ -202,14 +205,17 @@ impl<T: Scalar> Problem<T> {
         let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).root();
         let ratio = if d == T::zero() { T::one() } else { p / d };
         let line = Complex::new((a - bent * b) / s, b) * (ratio / line_shape(d));
+        let centre = self.centre - step.line;
+        let (residual, rest) = self.residual(d, p, step.line, centre);
         Fit {
             offset: d,
             line,
             information: step.information,
             peak: step.line,
             lever: Complex::new(p, T::zero()),
-            residual: (self.centre - step.line).norm_sqr() + self.residual(p, step.line),
+            residual,
             freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+            rest,
         }
     }
 
@@ -232,7 +238,7 @@ impl<T: Scalar> Problem<T> {
                 let s = T::one() - versine + sign * c * near;
                 let x = bin(k);
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.push(Side { u, s, x, v: s * x.im - e * u * x.re });
+                let _ = self.sides.push(Side { i: k, u, s, x, v: s * x.im - e * u * x.re });
             }
         }
     }
@@ -257,12 +263,25 @@ impl<T: Scalar> Problem<T> {
         sums
     }
 
-    fn residual(&self, p: T, line: Complex<T>) -> T {
+    /// The power that the model leaves, of which the peak's own bin has `centre`, and where.
+    fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let left = |side: &Side<T>| {
             let h = p / (p - side.u);
             let model = Complex::new(line.re - line.im * self.e * side.u, line.im * side.s);
-            (side.x - model * h).norm_sqr()
+            side.x - model * h
         };
-        self.sides.iter().fold(T::zero(), |sum, side| sum + left(side))
+        let far = |sides: &[Side<T>], sum| {
+            sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr())
+        };
+        let own = centre.norm_sqr();
+        if !cfg!(feature = "methods") {
+            return (far(&self.sides, own), Rest::none());
+        }
+        let (mut sum, mut sums, mut count) = (own, rest::Sums::new(d, centre), 0);
+        for side in self.sides.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
+            sum = sum + sums.add(side.i, left(side));
+            count += 1;
+        }
+        (far(self.sides.get(count..).unwrap_or(&[]), sum), sums.rest())
     }
 }

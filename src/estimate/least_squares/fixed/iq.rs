@@ -1,6 +1,8 @@
 //! The fit of [`super::super::iq`] with the sums in integers.
 
+use super::near::Near;
 use super::{ROOM, around, held, nearest, product, quantised, shape};
+use crate::estimate::least_squares::rest::{NEAR, Rest};
 use crate::estimate::least_squares::{Course, Fit, first_two, iq};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
@@ -62,7 +64,8 @@ pub(super) fn fit(
     }
     let scale = f32::two_to(exponent + ROOM as i32);
     let e = core::f32::consts::PI / n as f32;
-    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new() });
+    let unit = exponent + ROOM as i32;
+    let (near, sides) = (Vec::new(), Sides { scale, unit, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
@@ -86,6 +89,8 @@ struct Side {
 
 struct Sides {
     scale: f32,
+    /// The power of two that `scale` is.
+    unit: i32,
     sides: Vec<Side, { 2 * REACH }>,
 }
 
@@ -139,20 +144,33 @@ impl iq::Sides<f32> for Sides {
         }
     }
 
-    fn residual(&self, p: f32, c: Complex<f32>) -> f32 {
-        let p = quantised(p, 23);
+    fn residual(&self, d: f32, p: f32, c: Complex<f32>, centre: Complex<f32>) -> (f32, Rest<f32>) {
+        let (p, d) = (quantised(p, 23), quantised(d, 30));
         let c = [(c.re / self.scale) as i32, (c.im / self.scale) as i32];
-        let mut sum = 0i64;
-        for side in &self.sides {
+        let left = |side: &Side| {
             let (h, _) = shape(p, side.u);
             let mh = held(product(side.m, h) >> 29);
-            for (y, c) in side.y.into_iter().zip(c) {
-                let left = held(i64::from(y) - (product(c, mh) >> 26));
-                let share = held(product(left, side.inverse_m) >> 26);
-                sum = sum.saturating_add(product(left, share));
+            let [re, im] = [0, 1].map(|part: usize| {
+                let [y, c] = if part == 0 { [side.y[0], c[0]] } else { [side.y[1], c[1]] };
+                held(i64::from(y) - (product(c, mh) >> 26))
+            });
+            [re, im]
+        };
+        let centre = [(centre.re / self.scale) as i32, (centre.im / self.scale) as i32];
+        let mut near = Near::new(centre);
+        let mut sum = 0i64;
+        for (index, side) in self.sides.iter().enumerate() {
+            let left = left(side);
+            if index < 2 * NEAR {
+                near.take(iq::place(index), left);
+            }
+            for part in left {
+                let share = held(product(part, side.inverse_m) >> 26);
+                sum = sum.saturating_add(product(part, share));
             }
         }
-        sum as f32 * self.scale * self.scale
+        let rest = if cfg!(feature = "methods") { near.rest(d, self.unit) } else { Rest::none() };
+        (sum as f32 * self.scale * self.scale, rest)
     }
 
     fn count(&self) -> usize {

@@ -8,8 +8,10 @@
 mod equations;
 mod inverse;
 mod iq;
+mod near;
 mod real;
 mod scaled;
+mod tail;
 
 use super::{Course, Fit, Reach};
 use crate::acquire::sample::Record;
@@ -19,6 +21,7 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 use scaled::Scaled;
+pub(crate) use tail::tail;
 
 /// The bits by which the FFT's bins are shifted down.
 pub(crate) const ROOM: u32 = 2;

@@ -1,0 +1,225 @@
+//! Sigma and verdict on records with something wrong, from the generator of `picket sweep --impair`, in the target's arithmetic.
+//!
+//! A lie is a tone that is called good and is off by more than five sigma; a false cry of wolf is one that is right and not called
+//! good. The variable `PICKET_FIELD` says how many times as many records are drawn, and `PICKET_FIELD_SEED` another seed.
+
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record, Stamp};
+use picket::config::Config;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::Pipeline;
+use picket_host::impair::{Impairment, Setup};
+use picket_host::simulate::{Kind, codes, generator};
+use rayon::prelude::*;
+
+fn variable(name: &str) -> Option<u64> {
+    std::env::var(name).ok().map(|text| text.parse().unwrap())
+}
+
+fn seed() -> u64 {
+    variable("PICKET_FIELD_SEED").unwrap_or(20)
+}
+
+/// What a record showed: how far the tone is off, from the mean over the block and from its other sign, in bins.
+struct Seen {
+    tone: Tone,
+    error: f64,
+    mirrored: f64,
+    sigma: f64,
+}
+
+impl Seen {
+    fn is(&self, verdict: Verdict) -> bool {
+        self.tone.verdict == verdict
+    }
+
+    fn beyond(&self, sigmas: f64) -> bool {
+        self.error.abs() > sigmas * self.sigma
+    }
+}
+
+/// Records of one impairment, measured.
+struct Field(String, Vec<Seen>);
+
+/// So many records of `text`, an impairment as the command line takes it, within `bins`.
+fn field<R: Kind + Record, const N: usize>(
+    text: &str,
+    snr_db: f64,
+    bins: Option<(f64, f64)>,
+    count: u64,
+) -> Field {
+    let impairments = Impairment::parse(text).unwrap();
+    let [impairment] = impairments.as_slice() else { panic!("{text}") };
+    let mut setup = Setup::new(N, snr_db);
+    setup.bins = bins;
+    let plan = Config::new(N as f64, Codes::signed::<12>()).plan::<R, N>().unwrap();
+    let seed = seed();
+    let count = count * variable("PICKET_FIELD").unwrap_or(1);
+    let trial = |pipeline: &mut Pipeline<R, N>, index| {
+        let record = impairment.record::<R>(&setup, &mut generator(seed, index));
+        let samples = codes::<R>(&record.samples);
+        let samples: &[R::Sample; N] = samples.as_slice().try_into().unwrap();
+        let tone = pipeline.block(Stamp::default(), samples).tone;
+        let (n, bins) = (N as f64, tone.frequency.bins(N));
+        let around = |x: f64| if R::IQ { (x + n / 2.0).rem_euclid(n) - n / 2.0 } else { x };
+        Seen {
+            tone,
+            error: around(bins - record.bins),
+            mirrored: around(bins + record.bins),
+            sigma: f64::from(tone.sigma) * n,
+        }
+    };
+    let seen = (0..count).into_par_iter().map_init(|| Pipeline::new(plan), trial).collect();
+    let kind = if R::IQ { "I/Q" } else { "real" };
+    Field(format!("{text}, {kind}, N {N}, {snr_db} dB, {count} records of seed {seed}"), seen)
+}
+
+impl Field {
+    /// In percent.
+    fn share(&self, is: impl Fn(&Seen) -> bool) -> f64 {
+        100.0 * self.1.iter().filter(|seen| is(seen)).count() as f64 / self.1.len() as f64
+    }
+
+    fn good(&self) -> f64 {
+        self.share(|seen| seen.is(Verdict::Good))
+    }
+
+    fn lies(&self) -> f64 {
+        self.share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0))
+    }
+
+    /// The mean of (error / sigma)^2.
+    fn square(&self) -> f64 {
+        self.1.iter().map(|seen| (seen.error / seen.sigma).powi(2)).sum::<f64>()
+            / self.1.len() as f64
+    }
+
+    fn print(&self) {
+        println!(
+            "{}: good {:.1} %, moving {:.1} %, unresolved {:.1} %, image {:.1} %, weak {:.1} %, lies {:.2} %, within 3 sigma \
+             {:.1} %, (error/sigma)^2 {:.2}",
+            self.0,
+            self.good(),
+            self.share(|seen| seen.is(Verdict::Moving)),
+            self.share(|seen| seen.is(Verdict::Unresolved)),
+            self.share(|seen| seen.is(Verdict::Image)),
+            self.share(|seen| seen.is(Verdict::Weak)),
+            self.lies(),
+            self.share(|seen| !seen.beyond(3.0)),
+            self.square()
+        );
+    }
+}
+
+/// Fails with all that is wrong at once.
+fn check(wrong: Vec<String>) {
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn few_lies() {
+    let mut wrong = Vec::new();
+    let mut lies = |field: Field, most: f64| {
+        field.print();
+        if field.lies() > most {
+            wrong.push(format!("{}: {:.2} % lies", field.0, field.lies()));
+        }
+    };
+    for (text, snr_db, most) in [
+        ("phase-jump:0.3", 10.0, 20.0),
+        ("phase-walk:0.03", 30.0, 20.0),
+        ("second-tone:0.5,level-db=-20", 10.0, 15.0),
+        ("second-tone:0.5,level-db=-40", 30.0, 15.0),
+        ("second-tone:0.75,level-db=-20", 10.0, 3.0),
+        ("second-tone:0.75,level-db=-40", 30.0, 3.0),
+        ("second-tone:1,level-db=-40", 30.0, 3.0),
+        ("second-tone:2,level-db=-30", 30.0, 1.0),
+        ("lost:1", 20.0, 1.0),
+        ("frequency-step:10", 20.0, 1.0),
+        ("tone-burst:0.2", 20.0, 1.0),
+        ("hum:0.3,fs=0.05", 30.0, 1.0),
+        ("drift:0.05,order=1", 30.0, 1.0),
+        ("decay:0.5", 30.0, 1.0),
+        ("noise-flicker:1", 30.0, 1.0),
+    ] {
+        lies(field::<Real, 1024>(text, snr_db, None, 400), most);
+        lies(field::<Iq, 1024>(text, snr_db, None, 400), most);
+    }
+    check(wrong);
+}
+
+#[test]
+fn a_mirrored_tone_is_an_image() {
+    let mut wrong = Vec::new();
+    for (text, snr_db) in
+        [("iq-dead:1", 10.0), ("iq-dead:0", 30.0), ("iq-delay:1", 10.0), ("iq-delay:1", 30.0)]
+    {
+        for field in
+            [field::<Iq, 256>(text, snr_db, None, 400), field::<Iq, 1024>(text, snr_db, None, 400)]
+        {
+            field.print();
+            let silent = field.share(|seen| {
+                seen.is(Verdict::Good) && seen.mirrored.abs() < 5.0 * seen.sigma && seen.beyond(5.0)
+            });
+            if silent > 0.5 {
+                wrong.push(format!("{}: {silent} % of the wrong sign", field.0));
+            }
+        }
+    }
+    check(wrong);
+}
+
+#[test]
+fn coloured_noise_is_no_wolf() {
+    let mut wrong = Vec::new();
+    for text in [
+        "none",
+        "noise-rc:0.6",
+        "noise-rc:0.25",
+        "noise-low-pass:0.5",
+        "noise-low-pass:0.25",
+        "noise-slope:20",
+        "noise-band-pass:0.5,width=0.5",
+    ] {
+        for field in [
+            field::<Real, 256>(text, 30.0, None, 300),
+            field::<Real, 1024>(text, 30.0, None, 300),
+            field::<Real, 4096>(text, 30.0, None, 100),
+        ] {
+            field.print();
+            let short = field.0.contains("N 256");
+            if field.good() < 97.0 && !short {
+                wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
+            }
+        }
+    }
+    check(wrong);
+}
+
+#[test]
+fn what_moves_is_moving() {
+    let mut wrong = Vec::new();
+    for text in [
+        "chirp:0.05",
+        "chirp:0.1",
+        "chirp:0.3",
+        "chirp:0.5",
+        "am:0.1,cycles=0.3",
+        "am:0.5,cycles=0.5",
+    ] {
+        for field in
+            [field::<Real, 1024>(text, 30.0, None, 400), field::<Iq, 1024>(text, 30.0, None, 400)]
+        {
+            field.print();
+            let moving = field.share(|seen| seen.is(Verdict::Moving));
+            let within = field.share(|seen| !seen.beyond(3.0));
+            if moving < 90.0 || within < 98.0 {
+                wrong.push(format!(
+                    "{}: {moving:.1} % moving, {within:.1} % within 3 sigma",
+                    field.0
+                ));
+            }
+        }
+    }
+    check(wrong);
+}
