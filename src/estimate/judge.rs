@@ -9,7 +9,7 @@
 
 use super::least_squares::Fit;
 use super::noise::ring::Beside;
-use super::tone::Rate;
+use super::tone::Rise;
 use crate::math::scalar::Scalar as _;
 
 /// What a line is, by its rest.
@@ -30,8 +30,11 @@ pub struct Judgement {
     pub line: Line,
     /// By how many times the variance is more than the noise beside the tone makes it.
     pub widening: f32,
-    /// How fast the frequency changes; not known where nothing is suspicious.
-    pub rate: Rate,
+}
+
+impl Judgement {
+    /// Nothing is suspicious.
+    pub const STEADY: Self = Self { line: Line::Steady, widening: 1.0 };
 }
 
 /// The share of a line that the integer transform leaves itself.
@@ -86,7 +89,7 @@ pub fn judge(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
         && four * unit < 50.0
         && fit.residual * unit < 2.0 * free
     {
-        return Judgement { line: Line::Steady, widening: 1.0, rate: Rate::default() };
+        return Judgement::STEADY;
     }
     judge_closely(fit, n, beside)
 }
@@ -94,8 +97,7 @@ pub fn judge(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
 #[inline(never)]
 fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
     let Beside { noise, loud } = beside;
-    let bin = noise.power * n as f32;
-    let unit = 2.0 / bin;
+    let unit = 2.0 / (noise.power * n as f32);
     let size = fit.line.norm_sqr();
     let transform = TRANSFORM * size;
     let rest = |power: f32| (power - transform).max(0.0) * unit;
@@ -103,8 +105,8 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
     let all = rest(fit.residual);
     let free = fit.freedom.max(1) as f32;
     let [free2, free4, free8] = SCALES;
-    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, rate } =
-        Changes::of(fit, bin);
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
+        Changes::of(fit);
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
@@ -116,7 +118,7 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
         || fires.beyond(four, free4)
         || fires.beyond(all * (noise.power / loud), free))
     {
-        return Judgement { line: Line::Steady, widening: soft, rate };
+        return Judgement { line: Line::Steady, widening: soft };
     }
     let (clean, left) = (tail(CLEAN), free - DIRECTIONS);
     let explained = moved + fourth * unit;
@@ -126,14 +128,14 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
         || clean.beyond(all - explained - outside, left);
     if strange && beyond > SHARE * moved {
         let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
-        return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most, rate };
+        return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
     }
     // Two lines have changes of the amplitude of order 2 and of the phase of order 3 along with a wrong frequency; but not the one
     // without the other, as a tone of a changing level has.
     let odd = (a2 + p3 - 2.0).max(0.0);
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
     let odd = odd.min(PAIRED * (p2 + p3 - 4.0).max(0.0));
-    Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd, rate }
+    Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd }
 }
 
 /// What is left of a line along the ways in which a tone changes, as powers.
@@ -146,14 +148,26 @@ struct Changes {
     outside: f32,
     /// What a phase of order 2 has in amplitudes of order 4, see [`Changes::of`].
     fourth: f32,
-    rate: Rate,
+    /// The phase of order 2, in radians, and the power of one radian.
+    bent: f32,
+    second: f32,
+}
+
+impl Rise {
+    /// Of a fit to a record of `n` samples in noise of this power per sample.
+    pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
+        let Changes { bent, second, .. } = Changes::of(fit);
+        // A rise of r bins is a phase of pi/6 r of order 2.
+        let cycles = 6.0 / core::f32::consts::PI / n as f32;
+        Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
+    }
 }
 
 impl Changes {
     /// A phase that is not small has a square: of b times Legendre's second polynomial, P2, that is, as
     /// `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`, an amplitude of -b^2/7 of order 2, which is no change of the tone's, and -9/35 b^2 of
     /// order 4.
-    fn of(fit: &Fit<f32>, bin: f32) -> Self {
+    fn of(fit: &Fit<f32>) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
         let [narrow, wide] = BEYOND;
@@ -172,13 +186,13 @@ impl Changes {
         let level = bent * (1.0 / 7.0) - w2.re;
         let [s1, s2, s3] = [n1, n2, n3].map(|n| n * size);
         let odd = w1.im * w1.im + w3.norm_sqr();
-        const RATE: f32 = 6.0 / core::f32::consts::PI;
         Self {
             amplitude: [w1.im * w1.im * s1, level * level * s2, w3.im * w3.im * s3],
             phase: [bent * s2, w3.re * w3.re * s3],
             outside: OUTSIDE * beyond * size * (odd * cosine2 + (bent + level * level) * sine2),
             fourth: bent * bent * size * (81.0 / 1225.0 / 9.0),
-            rate: Rate { bins: -w2.im * RATE, sigma: RATE * (0.5 * bin / s2).root() },
+            bent: -w2.im,
+            second: s2,
         }
     }
 }

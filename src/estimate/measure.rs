@@ -10,7 +10,7 @@ use super::noise::ring::{self, Beside};
 use super::noise::whole::{self, NOISE_BINS};
 use super::noise::{Noise, ratio};
 use super::returns::Part;
-use super::tone::{Tone, Verdict};
+use super::tone::{Rise, Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
@@ -103,8 +103,9 @@ pub fn measure<R: Record, const N: usize>(
     let beside = ring::beside(spectrum, peak.bin, &fit, arithmetic);
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
-    let (line, excess) = if own { judged(&fit, N, &beside, clipped) } else { (Line::Steady, 1.0) };
-    let mut near = noise * excess;
+    let judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
+    let Judgement { line, widening } = judgement;
+    let mut near = noise * widening;
     let mut free = None;
     // The smallest programs do without: their sigma has the coarse allowance.
     if cfg!(feature = "methods") && clipped > CLIPPED {
@@ -136,16 +137,29 @@ pub fn measure<R: Record, const N: usize>(
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
 }
 
+/// By how much the frequency of the tone at bin `peak` rises within the record; `None` where least squares finds no tone.
+///
+/// Cost: as [`measure`], once more.
+pub fn rise<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    options: &Options,
+) -> Option<Rise> {
+    let fit = least_squares::fit_at(spectrum, peak, options.reach, Course::Usual)?;
+    let beside = ring::beside(spectrum, peak, &fit, Arithmetic::Float);
+    Some(Rise::of(&fit, N, beside.noise.power))
+}
+
 /// What a line is, and by how many times its variance is more than the noise makes it.
 ///
 /// The smallest programs ask only whether the rest is too much. So do records that clip, whose harmonics are no movement.
-fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> (Line, f32) {
+fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement {
     if cfg!(feature = "methods") && clipped <= CLIPPED {
-        let Judgement { line, widening, .. } = judge(fit, n, beside);
-        return (line, widening);
+        return judge(fit, n, beside);
     }
-    let excess = excess_over(fit, n, beside.noise);
-    (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
+    let widening = excess_over(fit, n, beside.noise);
+    let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
+    Judgement { line, widening }
 }
 
 /// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.

@@ -189,12 +189,12 @@ impl Tone {
     }
 }
 
-/// How fast a tone's frequency changes.
+/// By how much a tone's frequency rises within a record, from its beginning to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Rate {
-    /// By how many bins it rises over the record: within 1 % up to half a bin, too little beyond.
-    pub bins: f32,
+pub struct Rise {
+    /// In cycles per sample: within 1 % up to half a bin, too little beyond.
+    pub cycles: f32,
     /// One standard deviation of that.
     pub sigma: f32,
 }
