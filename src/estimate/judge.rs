@@ -59,6 +59,10 @@ const HIDDEN: f32 = 5.0;
 /// How many times the power along changes of the phase two lines may have along those of the amplitude, at most.
 const PAIRED: f32 = 12.0;
 
+/// So much power in two directions has one block of noise in a hundred, and one in four hundred.
+const ODD: f32 = 9.0;
+const LIKELY: f32 = 12.0;
+
 /// The numbers free in the bins up to 2, 4 and 8 from the peak, and directions of change.
 const SCALES: [f32; 3] = [7.0, 15.0, 31.0];
 const DIRECTIONS: f32 = 5.0;
@@ -132,9 +136,9 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
     }
     // Two lines have changes of the amplitude of order 2 and of the phase of order 3 along with a wrong frequency; but not the one
     // without the other, as a tone of a changing level has.
-    let odd = (a2 + p3 - 2.0).max(0.0);
+    let odd = (a2 + p3 - ODD).max(0.0);
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
-    let odd = odd.min(PAIRED * (p2 + p3 - 4.0).max(0.0));
+    let odd = odd.min(PAIRED * (p2 + p3 - LIKELY).max(0.0));
     Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd }
 }
 

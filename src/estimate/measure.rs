@@ -64,6 +64,9 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
+/// Steps that a fit takes besides the usual ones where the line is no steady tone.
+const FURTHER: u32 = 2;
+
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
@@ -84,26 +87,34 @@ pub fn measure<R: Record, const N: usize>(
 ) -> Tone {
     let arithmetic =
         if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
-    let fit = |reach, course| match arithmetic {
+    let fitted = |reach, course| match arithmetic {
         Arithmetic::Float => least_squares::fit_at(spectrum, peak.bin, reach, course),
         Arithmetic::Fixed => least_squares::fixed::fit(spectrum, peak.bin, reach, course),
     };
     let method = options.method;
     let own = method.is_least_squares() || !cfg!(feature = "methods");
     let fit = if own {
-        fit(options.reach, Course::Usual)
+        fitted(options.reach, Course::Usual)
     } else {
         // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
         let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
-        fit(Reach::Four, Course::From(offset.to_num(), 0))
+        fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
-    let Some(fit) = fit else {
+    let Some(mut fit) = fit else {
         return Tone::default();
     };
     let beside = ring::beside(spectrum, peak.bin, &fit, arithmetic);
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
-    let judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
+    let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
+    // What is no steady tone takes more steps to the fit's end.
+    if cfg!(feature = "methods")
+        && judgement.line != Line::Steady
+        && let Some(more) = fitted(options.reach, Course::From(fit.offset, FURTHER))
+    {
+        fit = more;
+        judgement = judged(&fit, N, &beside, clipped);
+    }
     let Judgement { line, widening } = judgement;
     let mut near = noise * widening;
     let mut free = None;
@@ -128,7 +139,7 @@ pub fn measure<R: Record, const N: usize>(
         clipped,
         image: cfg!(feature = "methods")
             && R::IQ
-            && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise, options.threshold),
+            && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise),
         gap: stamp.gap,
         weak: !(options.threshold.detects(peak)
             && stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic)),
@@ -197,16 +208,18 @@ fn spread(fit: &Fit<f32>) -> f32 {
     near.max(middle).min(far.max(near.min(middle)))
 }
 
-/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB.
+/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
+/// is really there has at `peak` if Q is a sample late. That is the cotangent of half the angle from sample to sample, and so
+/// the less the nearer the tone is to half the rate.
 fn mirrored<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
     noise: &Noise,
-    threshold: Threshold,
 ) -> bool {
     /// Half-way between two bins a line loses 3.9 dB.
-    const SHARE: f32 = 0.01 * 0.4;
+    const SCALLOPED: f32 = 0.4;
+    const SHARE: f32 = 0.01;
     /// Nearer to DC the leakage of both is in the way.
     const NEAREST: i32 = 2;
     /// Leakage this far from DC is a tenth of that share.
@@ -218,9 +231,12 @@ fn mirrored<R: Record, const N: usize>(
     if near <= NEAREST {
         return false;
     }
+    // Near half the rate the cotangent is the angle that is left.
+    let angle = core::f32::consts::PI / N as f32 * (half - from_dc) as f32;
+    let late = 0.5 * angle * angle;
     let unit = f32::two_to(spectrum.exponent());
     let places = [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak));
-    let line = fit.line.norm_sqr() * SHARE;
+    let line = fit.line.norm_sqr() * SHARE.min(late) * SCALLOPED;
     let most = places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
     if near > FAR && (most as f32) * (unit * unit) < 0.5 * line {
         return false;
@@ -231,9 +247,14 @@ fn mirrored<R: Record, const N: usize>(
         (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
     };
     let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
-    // A noise bin does so in less than a block of a million.
+    // Three bins of noise do so in a block of a million, or in one of a thousand where few tones are.
+    let chance = if late < SHARE {
+        const { Threshold::new(3, 1e-3) }
+    } else {
+        const { Threshold::new(3, 1e-6) }
+    };
     other > line
-        && threshold.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
+        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
 }
 
 // Both once for all kinds and lengths of records.

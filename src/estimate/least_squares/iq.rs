@@ -13,7 +13,7 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
+//! and p moves by `x / (D - B^2/A - x B/A)` with `c = P/A` and `x = Re{(Q - c B) / c}`: no sine depends on the unknown.
 
 use super::rest::{self, NEAR, Rest};
 use super::{
@@ -158,13 +158,16 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, pp) = (aa + T::one(), pp + self.centre);
-        let (above, below) = (qq * aa - pp * bb, pp * dd - qq * bb);
         let here = pp / aa;
+        let lean = bb / aa;
+        let (size, rest) = (here.norm_sqr(), dd - bb * lean);
+        // Along the line alone: what lies across it is a change of the amplitude.
+        let along = ((qq - here * bb) * here.conj()).re / size;
         Step {
-            forward: (above * below.conj()).re / below.norm_sqr(),
-            information: here.norm_sqr() * (dd - bb * bb / aa),
+            forward: along / (rest - lean * along),
+            information: size * rest,
             here,
-            slope: here * -(bb / aa),
+            slope: here * -lean,
         }
     }
 

@@ -15,7 +15,8 @@ pub(crate) fn tail(x: i32) -> i32 {
     let up = zeros(cube | 1).wrapping_sub(1) & 31;
     // 2^61 / (cube 2^up).
     let inverse = inverse::of(cube << up);
-    let tail = (inverse >> ((12 + up.wrapping_neg()).wrapping_sub(3 * room) & 31)) as i32;
+    let down = 12u32.wrapping_sub(up).wrapping_sub(3 * room) & 31;
+    let tail = (inverse >> down) as i32;
     if x < 0 { -tail } else { tail }
 }
 
