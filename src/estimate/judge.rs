@@ -13,7 +13,7 @@ use super::tone::Rise;
 use crate::math::scalar::Scalar as _;
 
 /// What a line is, by its rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Line {
     /// One tone, as far as can be seen.
     Steady,

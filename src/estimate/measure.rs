@@ -114,6 +114,15 @@ pub fn measure<R: Record, const N: usize>(
     {
         fit = more;
         judgement = judged(&fit, N, &beside, clipped);
+        // A steady one beside a drift is steady.
+        if judgement.line != Line::Steady
+            && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
+        {
+            let beside_slow = judged(&other, N, &beside, clipped);
+            if beside_slow.line < judgement.line {
+                (fit, judgement) = (other, beside_slow);
+            }
+        }
     }
     let Judgement { line, widening } = judgement;
     let mut near = noise * widening;

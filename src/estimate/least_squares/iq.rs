@@ -13,7 +13,7 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! and p moves by `x / (D - B^2/A - x B/A)` with `c = P/A` and `x = Re{(Q - c B) / c}`: no sine depends on the unknown.
+//! (bin 0, which holds a constant offset, is left out) and p moves by `x / (D - B^2/A - x B/A)` with `c = P/A` and `x = Re{(Q - c B) / c}`: no sine depends on the unknown.
 
 use super::rest::{self, NEAR, Rest};
 use super::{
@@ -29,6 +29,8 @@ use num_complex::Complex;
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
 pub(super) struct Side<T> {
+    /// How many bins from the peak.
+    pub i: i32,
     pub u: T,
     pub m: T,
     pub y: Complex<T>,
@@ -200,10 +202,13 @@ impl<T: Scalar> Problem<T, Floats<T>> {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
+                if holds_constant(bins.peak().wrapping_add(k), n, k) {
+                    continue;
+                }
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+                let _ = self.sides.0.push(Side { i: k, u: lean / e, m: T::one() + lean * lean, y });
             }
         }
         self.near = first_two(self.sides.0.iter().copied());
@@ -240,12 +245,13 @@ impl<T: Scalar> Sides<T> for Floats<T> {
         if !cfg!(feature = "methods") {
             return (far(&self.0, T::zero()), Rest::none());
         }
-        let (near, rest) = self.0.split_at_checked(2 * NEAR).unwrap_or((&self.0, &[]));
-        let (mut sum, mut sums) = (T::zero(), rest::Sums::new(d, centre));
-        for (index, side) in near.iter().enumerate() {
+        let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
+        for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
             // So near, m is 1.
-            sum = sum + sums.add(place(index), left(side)) / side.m;
+            sum = sum + sums.add(side.i, left(side)) / side.m;
+            count += 1;
         }
+        let rest = self.0.get(count..).unwrap_or(&[]);
         (far(rest, sum), sums.rest())
     }
 
@@ -254,8 +260,8 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 }
 
-/// The places of the bins beside the peak: -1, 1, -2, 2 and so on.
-pub(super) const fn place(index: usize) -> i32 {
-    let away = (index >> 1) as i32 + 1;
-    if index & 1 == 0 { -away } else { away }
+/// Whether bin `k`, so far `away` from the peak, is that of a constant offset, which is left out. A tone beside it needs all three
+/// bins.
+pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
+    away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
 }

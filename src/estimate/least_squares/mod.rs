@@ -18,6 +18,7 @@ pub mod iq;
 mod model;
 pub mod real;
 mod rest;
+mod slow;
 
 pub(crate) use model::Model;
 pub use rest::Rest;
@@ -183,6 +184,23 @@ pub fn fit_at<R: Record, const N: usize>(
         Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
         Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
     }
+}
+
+/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` where they do not matter, or cannot be told from
+/// the tone, and for I/Q.
+///
+/// Cost: seven times that of a fit.
+pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    reach: Reach,
+) -> Option<Fit<f32>> {
+    if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+        return None;
+    }
+    let bins = Bins::<f32, R, _>::of(spectrum, peak);
+    let distance = |i| Distance::new(i, N as i32);
+    real::fit_beside_slow(N as i32, peak, |k| bins.at(k), reach.bins(), distance)
 }
 
 /// What the fit of a real tone needs to know of a bin i bins from the peak, with `e = 2 pi / N`.

@@ -2,7 +2,7 @@
 
 use super::near::Near;
 use super::{ROOM, around, held, nearest, product, quantised, shape};
-use crate::estimate::least_squares::rest::{NEAR, Rest};
+use crate::estimate::least_squares::rest::Rest;
 use crate::estimate::least_squares::{Course, Fit, first_two, iq};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
@@ -51,6 +51,7 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 /// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
+    peak: i32,
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
@@ -69,9 +70,10 @@ pub(super) fn fit(
     let mut problem = iq::Problem { e, centre, near, sides };
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
-            if let Some(x) = around(bins, sign * i) {
+            let constant = iq::holds_constant(peak.wrapping_add(sign * i), n, i);
+            if let Some(x) = around(bins, sign * i).filter(|_| !constant) {
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.sides.push(Side::new(x, distance, sign));
+                let _ = problem.sides.sides.push(Side::new(x, distance, sign, i));
             }
         }
     }
@@ -81,6 +83,8 @@ pub(super) fn fit(
 
 /// One bin of an I/Q record.
 struct Side {
+    /// How many bins from the peak.
+    i: i32,
     u: i32,
     m: i32,
     inverse_m: i32,
@@ -95,7 +99,7 @@ struct Sides {
 }
 
 impl Side {
-    fn new(x: [i32; 2], distance: &Distance, sign: i32) -> Self {
+    fn new(x: [i32; 2], distance: &Distance, sign: i32, i: i32) -> Self {
         let lean = sign * distance.tangent;
         let y = [
             held(i64::from(x[0]) + (product(lean, x[1]) >> 29)),
@@ -103,11 +107,12 @@ impl Side {
         ];
         // 1/m = 1/(1 + tan^2) = cos^2.
         let m = (1i32 << 29) + distance.square;
-        Self { u: sign * distance.u, m, inverse_m: distance.inverse_m, y }
+        Self { i: sign * i, u: sign * distance.u, m, inverse_m: distance.inverse_m, y }
     }
 
     fn float(&self, scale: f32) -> iq::Side<f32> {
         iq::Side {
+            i: self.i,
             u: self.u as f32 * (SINGLE * 8.0),
             m: self.m as f32 * (SINGLE / 8.0),
             y: Complex::new(self.y[0] as f32, self.y[1] as f32) * scale,
@@ -159,11 +164,9 @@ impl iq::Sides<f32> for Sides {
         let centre = [(centre.re / self.scale) as i32, (centre.im / self.scale) as i32];
         let mut near = Near::new(centre);
         let mut sum = 0i64;
-        for (index, side) in self.sides.iter().enumerate() {
+        for side in &self.sides {
             let left = left(side);
-            if index < 2 * NEAR {
-                near.take(iq::place(index), left);
-            }
+            near.take(side.i, left);
             for part in left {
                 let share = held(product(part, side.inverse_m) >> 26);
                 sum = sum.saturating_add(product(part, share));

@@ -40,7 +40,7 @@ pub fn fit<R: Record, const N: usize>(
     let exponent = spectrum.exponent();
     let fit = |bins: &[Point]| {
         if R::IQ {
-            iq::fit(N as i32, bins, const { &iq::distances::<N>() }, exponent, course)
+            iq::fit(N as i32, peak, bins, const { &iq::distances::<N>() }, exponent, course)
         } else {
             real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
         }
