@@ -100,7 +100,7 @@ pub fn judge(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
 
 #[inline(never)]
 fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
-    let Beside { noise, loud } = beside;
+    let Beside { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
     let size = fit.line.norm_sqr();
     let transform = TRANSFORM * size;

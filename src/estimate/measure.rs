@@ -103,7 +103,10 @@ pub fn measure<R: Record, const N: usize>(
     let Some(mut fit) = fit else {
         return Tone::default();
     };
-    let beside = ring::beside(spectrum, peak.bin, &fit, arithmetic);
+    let mut beside = ring::beside(spectrum, peak.bin, &fit, arithmetic);
+    if cfg!(feature = "methods") && own {
+        beside = with_rest(beside, &fit, N);
+    }
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
     let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
@@ -182,6 +185,20 @@ fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement 
     Judgement { line, widening }
 }
 
+/// The noise with what a fit leaves from five bins off, see [`Beside::on_an_edge`].
+fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
+    /// The real numbers of the bins five to eight off, and of those beyond in a fit that reaches so far.
+    const MIDDLE: f32 = 16.0;
+    const FAR: f32 = 32.0;
+    if fit.freedom < 31 {
+        return beside;
+    }
+    let [_, four, eight] = fit.rest.within;
+    let (middle, far) = ((eight - four) / MIDDLE, (fit.residual - eight) / FAR);
+    // The edge may be among them: the louder ones are on the tone's side.
+    beside.on_an_edge(middle.max(far) * (2.0 / n as f32), MIDDLE)
+}
+
 /// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.
 fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -196,7 +213,7 @@ fn stands_out<R: Record, const N: usize>(
     if threshold.is_far_above(power / rest.max(beside.loud * N as f32)) {
         return true;
     }
-    let wide = ring::loud(spectrum, peak.bin, fit, arithmetic).unwrap_or(*beside);
+    let wide = ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside);
     let less = if Threshold::has_floor(peak) { Less::Some } else { Less::Nothing };
     let detects = |beside: &Beside, less| {
         threshold.detects_beside(

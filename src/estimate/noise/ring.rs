@@ -27,6 +27,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
+use core::ops::Range;
 use num_complex::Complex;
 
 /// The noise beside a tone.
@@ -36,6 +37,10 @@ pub struct Beside {
     pub noise: Noise,
     /// The power on the louder side: what a peak must stand out from.
     pub loud: f32,
+    /// The powers between which the noise is: of the quieter side and the louder one. Of one side alone that of its quieter
+    /// stretches and the loudest one.
+    range: [f32; 2],
+    sides: [Side; 2],
 }
 
 /// Bins from the tone to the middle of the first difference.
@@ -73,7 +78,6 @@ type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
 /// Stretches on each side of the wide ring, by which it is decided whether a weak peak is one.
 const WIDE: usize = 8;
-type WideWindow = [MaybeUninit<Point>; STEP * WIDE + 1];
 
 /// The noise beside the tone that `fit` found at bin `peak`. Records of fewer than 256 samples (I/Q: 128) have no room for a ring:
 /// theirs is the noise of all bins, see [`whole::power`].
@@ -91,25 +95,15 @@ pub fn beside<R: Record, const N: usize>(
             Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
         };
         let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
-        return Beside { noise: Noise { power, freedom }, loud: power };
+        let noise = Noise { power, freedom };
+        return Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] };
     }
-    let room = room(N as i32, R::IQ, peak);
-    let places = shared(room);
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
-    let side = |first: i32, count: usize| {
-        let mut window: Window = [MaybeUninit::uninit(); _];
-        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        own.side(spectrum.fill(first, window), first, arithmetic, count / 3)
-    };
-    let [left, right] = places;
-    let sides = [
-        (side(peak - FIRST + 1 - (STEP * left) as i32, left), left),
-        (side(peak + FIRST - 1, right), right),
-    ];
+    let [left, right] = shared(room(N as i32, R::IQ, peak));
+    let side = |outward: i32, count: usize| own.read(spectrum, outward, 0..count, arithmetic);
     // A stretch sums the halves of four differences; a bin's power is N times a sample's.
     let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
-    let least = rounding::<R>();
-    of_sides(sides, f32::two_to(bits) / 6.0, least)
+    of_sides([side(-1, left), side(1, right)], f32::two_to(bits) / 6.0, rounding::<R>())
 }
 
 /// The same from any bins of which the tone has been taken away: `rest(k)` is the square of the size of
@@ -117,49 +111,66 @@ pub fn beside<R: Record, const N: usize>(
 pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
     let [left, right] = shared(room(n as i32, iq, peak));
     let side = |towards: i32, count: usize| {
-        let mut stretches = [0.0f32; MOST];
-        for (index, stretch) in stretches.iter_mut().take(count).enumerate() {
+        let mut side = Side::default();
+        for index in 0..count {
             let first = FIRST + (STEP * index) as i32;
-            *stretch = (0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum();
+            side.add((0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum());
         }
-        stretches.sort_unstable_by(f32::total_cmp);
-        let empty = MOST.saturating_sub(count);
-        let kept = count.saturating_sub(count / 3);
-        let sum: f32 = stretches.iter().skip(empty).take(kept).sum();
-        (sum / kept.max(1) as f32, count)
+        side
     };
     of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
-/// The noise in a ring twice as wide. A peak that is hardly stronger asks for more than a quiet ring beside it.
+/// The noise in a ring twice as wide as the one that is `beside` a tone. A peak that is hardly stronger asks for more than a quiet
+/// ring beside it.
 ///
-/// Cost: up to 130 bins read, 64 differences.
+/// Cost: up to 66 bins read, 32 differences.
 #[inline(never)]
 pub fn loud<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
+    beside: &Beside,
     arithmetic: Arithmetic,
 ) -> Option<Beside> {
     if N < if R::IQ { 128 } else { 256 } {
         return None;
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
-    let [left, right] = room(N as i32, R::IQ, peak).map(|room| room.min(WIDE));
-    let side = |first: i32, count: usize| {
-        let mut window: WideWindow = [MaybeUninit::uninit(); _];
-        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        let mean = own.side(spectrum.fill(first, window), first, arithmetic, count / 3);
-        let &(share, variance) = KEPT.get(count).unwrap_or(&KEPT[0]);
-        if count == 0 { (0.0, 0.0) } else { (mean / share, 2.0 / variance) }
+    let [left, right] = room(N as i32, R::IQ, peak);
+    let [near_left, near_right] = beside.sides;
+    let side = |outward: i32, near: Side, room: usize| {
+        let places = near.count..room.min(WIDE).max(near.count);
+        let all = near.and(own.read(spectrum, outward, places, arithmetic));
+        let (share, variance) = all.kept();
+        if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
     };
-    let left = side(peak - FIRST + 1 - (STEP * left) as i32, left);
-    let right = side(peak + FIRST - 1, right);
+    let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
     let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
-    let least = rounding::<R>();
-    let power = (left.0.max(right.0) * f32::two_to(bits) / 6.0).max(least);
+    let power = (left.0.max(right.0) * f32::two_to(bits) / 6.0).max(rounding::<R>());
     let freedom = left.1 + right.1;
-    (freedom > 0.0).then_some(Beside { noise: Noise { power, freedom }, loud: power })
+    (freedom > 0.0).then_some(Beside {
+        noise: Noise { power, freedom },
+        loud: power,
+        range: [power; 2],
+        sides: beside.sides,
+    })
+}
+
+/// Where one side is so many times as loud as the other there is an edge of the noise among them: a slope is not as steep.
+const EDGE: f32 = 8.0;
+
+impl Beside {
+    /// Where the noise has an edge near the tone, neither side tells on which the tone is. Then what a fit leaves from five bins
+    /// off does, as far as it is between both: this power, an average of so many real numbers.
+    #[inline]
+    pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
+        let [quiet, loud] = self.range;
+        if loud <= EDGE * quiet {
+            return self;
+        }
+        Self { noise: Noise { power: power.max(quiet).min(loud), freedom }, ..self }
+    }
 }
 
 /// How many stretches there are on each side of a tone.
@@ -180,24 +191,70 @@ fn shared([left, right]: [usize; 2]) -> [usize; 2] {
     [left.min(WANTED + lent(right)), right.min(WANTED + lent(left))]
 }
 
-/// Both sides together, each with the mean of its quieter stretches and their number.
-fn of_sides(sides: [(f32, usize); 2], scale: f32, least: f32) -> Beside {
-    let [left, right] = sides.map(|(mean, count)| {
-        let &(share, variance) = KEPT.get(count).unwrap_or(&KEPT[0]);
-        (mean * scale / share, variance)
+/// Both sides together.
+fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    let [left, right] = sides.map(|side| {
+        let (share, variance) = side.kept();
+        (side.quiet() * scale / share, variance)
     });
-    let [none, nothing] = sides.map(|(_, count)| count == 0);
-    let (power, variance, loud) = if none || nothing {
-        let (power, variance) = if none { right } else { left };
-        (power, variance, power)
+    let [none, nothing] = sides.map(|side| side.count == 0);
+    let (power, variance, loud, range) = if none || nothing {
+        let ((power, variance), side) = if none { (right, 1) } else { (left, 0) };
+        let loudest = sides.get(side).map_or(0.0, |side: &Side| side.loudest * scale);
+        (power, variance, power, [power, loudest])
     } else {
         let variance = (left.1 + right.1) * 0.25;
         // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
         let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
-        (middle, variance, left.0.max(right.0))
+        let loud = left.0.max(right.0);
+        (middle, variance, loud, [left.0.min(right.0), loud])
     };
     let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
-    Beside { noise, loud: loud.max(least) }
+    Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
+}
+
+/// The powers of the stretches on one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Side {
+    sum: f32,
+    loudest: f32,
+    second: f32,
+    count: usize,
+}
+
+impl Side {
+    #[inline(always)]
+    fn add(&mut self, power: f32) {
+        self.count += 1;
+        self.sum += power;
+        self.second = self.second.max(power.min(self.loudest));
+        self.loudest = self.loudest.max(power);
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            loudest: self.loudest.max(other.loudest),
+            second: self.second.max(other.second).max(self.loudest.min(other.loudest)),
+            count: self.count + other.count,
+        }
+    }
+
+    /// What is left of white noise in the mean of the quieter stretches, and its relative variance.
+    fn kept(&self) -> (f32, f32) {
+        KEPT.get(self.count).copied().unwrap_or((1.0, 1.0))
+    }
+
+    /// The mean without the loudest third, at most two.
+    fn quiet(&self) -> f32 {
+        let without = self.count / 3;
+        let loud = match without {
+            0 => 0.0,
+            1 => self.loudest,
+            _ => self.loudest + self.second,
+        };
+        (self.sum - loud) / self.count.saturating_sub(without).max(1) as f32
+    }
 }
 
 /// What the tone itself has in second differences.
@@ -232,14 +289,31 @@ impl Own {
         Self { value, image, peak, offset: d, turn, mirror }
     }
 
-    /// The mean of a side's stretches but for the loudest ones, none to two; its bins start at `first`.
+    /// Reads stretches on one side, outward from the tone by -1 or 1, numbered from the nearest one.
+    fn read<R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        arithmetic: Arithmetic,
+    ) -> Side {
+        let count = stretches.len().min(MOST);
+        let near = FIRST - 1 + (STEP * stretches.start) as i32;
+        let first =
+            if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
+        self.side(spectrum.fill(first, window), first, arithmetic)
+    }
+
+    /// The stretches of bins that start at `first`.
     #[inline(never)]
-    fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic, without: usize) -> f32 {
+    fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
         match arithmetic {
-            Arithmetic::Float => quiet(bins, first, without, |bins, k| self.power(bins, k)),
+            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k)),
             Arithmetic::Fixed => {
                 let own = Whole::of(self);
-                quiet(bins, first, without, |bins, k| own.power(bins, k))
+                powers(bins, first, |bins, k| own.power(bins, k))
             }
         }
     }
@@ -335,31 +409,15 @@ impl Whole {
     }
 }
 
-/// The mean of the powers of a side's stretches but for the loudest ones, none to two.
 #[inline(always)]
-fn quiet(
-    bins: &[Point],
-    first: i32,
-    without: usize,
-    power: impl Fn(&[Point; STEP + 1], i32) -> f32,
-) -> f32 {
-    let (mut sum, mut loudest, mut second) = (0.0f32, 0.0f32, 0.0f32);
-    let (mut count, mut rest, mut centre) = (0, bins, first + 1);
+fn powers(bins: &[Point], first: i32, power: impl Fn(&[Point; STEP + 1], i32) -> f32) -> Side {
+    let (mut side, mut rest, mut centre) = (Side::default(), bins, first + 1);
     while let Some(bins) = rest.first_chunk() {
-        let power = power(bins, centre);
+        side.add(power(bins, centre));
         rest = rest.get(STEP..).unwrap_or(&[]);
         centre += STEP as i32;
-        count += 1;
-        sum += power;
-        second = second.max(power.min(loudest));
-        loudest = loudest.max(power);
     }
-    let loud = match without {
-        0 => 0.0,
-        1 => loudest,
-        _ => loudest + second,
-    };
-    (sum - loud) / (count - without as i32).max(1) as f32
+    side
 }
 
 /// The second differences in a stretch, halved.
