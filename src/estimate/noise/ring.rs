@@ -169,7 +169,8 @@ impl Beside {
         if loud <= EDGE * quiet {
             return self;
         }
-        Self { noise: Noise { power: power.max(quiet).min(loud), freedom }, ..self }
+        let power = power.max(quiet).min(loud);
+        Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
     }
 }
 
