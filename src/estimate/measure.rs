@@ -180,7 +180,8 @@ fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement 
     if cfg!(feature = "methods") && clipped <= CLIPPED {
         return judge(fit, n, beside);
     }
-    let widening = excess_over(fit, n, beside.noise);
+    // Harmonics of a clipped tone may be on the louder side.
+    let widening = excess_over(fit, n, Noise { power: beside.loud, ..beside.noise });
     let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
     Judgement { line, widening }
 }
@@ -225,13 +226,13 @@ fn stands_out<R: Record, const N: usize>(
     detects(&wide, less) && detects(beside, Less::Most)
 }
 
-/// The power of a bin that the fit leaves from 3 to 4, 5 to 8 and 9 to 16 bins away: not where that is most, for there may be
-/// another line.
+/// The power of a bin that the fit leaves from 3 to 4, 5 to 8 and 9 to 16 bins away, where that is least: there may be another
+/// line.
 fn spread(fit: &Fit<f32>) -> f32 {
     let [two, four, eight] = fit.rest.within;
     let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
     let far = (fit.residual - eight) * 0.0625;
-    near.max(middle).min(far.max(near.min(middle)))
+    near.min(middle).min(far)
 }
 
 /// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
