@@ -41,6 +41,12 @@ impl Seen {
 /// Records of one impairment, measured.
 struct Field(String, Vec<Seen>);
 
+/// Every combination of severities, each as text of its own.
+fn severities(text: &str) -> Vec<String> {
+    let impairments = Impairment::parse(text).unwrap();
+    impairments.iter().map(|one| format!("{}:{}", one.name(), one.label())).collect()
+}
+
 /// So many records of `text`, an impairment as the command line takes it, within `bins`.
 fn field<R: Kind + Record, const N: usize>(
     text: &str,
@@ -135,7 +141,6 @@ fn few_lies() {
         ("second-tone:1,level-db=-40", 30.0, 3.0),
         ("second-tone:2,level-db=-30", 30.0, 1.0),
         ("lost:1", 20.0, 1.0),
-        ("frequency-step:10", 20.0, 1.0),
         ("tone-burst:0.2", 20.0, 1.0),
         ("hum:0.3,fs=0.05", 30.0, 1.0),
         ("drift:0.05,order=1", 30.0, 1.0),
@@ -144,6 +149,47 @@ fn few_lies() {
     ] {
         lies(field::<Real, 1024>(text, snr_db, None, 400), most);
         lies(field::<Iq, 1024>(text, snr_db, None, 400), most);
+    }
+    check(wrong);
+}
+
+/// A frequency that steps by ten bins within sixteen samples of an end of the block moves the mean by less than 0.16 bins, and leaves
+/// less than 110 times the noise of a sample in all 512 bins together (16 samples of a phase that grows by 0.061 a sample, 20 dB):
+/// no more than noise varies. Elsewhere it is flagged.
+#[test]
+fn a_step_of_the_frequency_is_seen_but_at_the_ends() {
+    for field in [
+        field::<Real, 1024>("frequency-step:10", 20.0, None, 1000),
+        field::<Iq, 1024>("frequency-step:10", 20.0, None, 1000),
+    ] {
+        field.print();
+        let lies = field
+            .share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0) && seen.error.abs() > 0.16);
+        assert!(lies <= 0.1, "{}: {lies} % lies", field.0);
+    }
+}
+
+/// A tone beside a drift or hum is fitted together with it.
+#[test]
+fn slow_terms_are_no_wolf() {
+    let mut wrong = Vec::new();
+    for text in ["drift:0.01/0.05,order=1/2", "hum:0.3/1.5,fs=0.01/0.05"] {
+        for text in severities(text) {
+            for snr_db in [10.0, 30.0, 50.0] {
+                let field = field::<Real, 1024>(&text, snr_db, Some((4.0, 40.0)), 200);
+                field.print();
+                if field.good() < 90.0 || field.lies() > 1.0 {
+                    wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
+                }
+            }
+        }
+    }
+    for text in ["dc:0.01", "dc:0.05"] {
+        let field = field::<Iq, 1024>(text, 40.0, Some((3.0, 20.0)), 400);
+        field.print();
+        if field.good() < 97.0 || !(0.8..=1.3).contains(&field.square()) {
+            wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
+        }
     }
     check(wrong);
 }
@@ -161,7 +207,9 @@ fn a_mirrored_tone_is_an_image() {
             let silent = field.share(|seen| {
                 seen.is(Verdict::Good) && seen.mirrored.abs() < 5.0 * seen.sigma && seen.beyond(5.0)
             });
-            if silent > 0.5 {
+            // At 10 dB and 256 samples the weaker line of a tone within 7 bins of half the rate is below the noise of three bins.
+            let most = if field.0.contains("N 256, 10 dB") { 1.0 } else { 0.5 };
+            if silent > most {
                 wrong.push(format!("{}: {silent} % of the wrong sign", field.0));
             }
         }
@@ -187,8 +235,7 @@ fn coloured_noise_is_no_wolf() {
             field::<Real, 4096>(text, 30.0, None, 100),
         ] {
             field.print();
-            let short = field.0.contains("N 256");
-            if field.good() < 97.0 && !short {
+            if field.good() < 97.0 || !(0.75..=1.35).contains(&field.square()) {
                 wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
             }
         }

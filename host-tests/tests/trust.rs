@@ -205,8 +205,7 @@ fn noise_alone_is_weak() {
     });
     let alarms = seen.iter().filter(|&&v| v < Verdict::Weak).count() as f64 / 2000.0;
     println!("seed 10: {alarms:.3} of nominal");
-    // Two conditions have to be met.
-    assert!((0.3..=1.07).contains(&alarms));
+    assert!((0.93..=1.07).contains(&alarms));
 }
 
 /// How a record clips.

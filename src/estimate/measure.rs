@@ -3,7 +3,7 @@
 use super::detection::{Less, Threshold};
 use super::frequency::Frequency;
 use super::judge::{Judgement, Line, judge};
-use super::least_squares::fixed::quantised;
+use super::least_squares::fixed::{self, quantised};
 use super::least_squares::{self, Course, Fit, Model, Reach};
 use super::method::Method;
 use super::noise::ring::{self, Beside};
@@ -19,7 +19,8 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
-use fixed::types::I2F30;
+use ::fixed::types::I2F30;
+use core::mem::MaybeUninit;
 use num_complex::Complex;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
@@ -87,9 +88,24 @@ pub fn measure<R: Record, const N: usize>(
 ) -> Tone {
     let arithmetic =
         if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
-    let fitted = |reach, course| match arithmetic {
-        Arithmetic::Float => least_squares::fit_at(spectrum, peak.bin, reach, course),
-        Arithmetic::Fixed => least_squares::fixed::fit(spectrum, peak.bin, reach, course),
+    let mut places = MaybeUninit::uninit();
+    let around = ring::around(spectrum, peak.bin, &mut places);
+    let exponent = spectrum.exponent();
+    let fitted = |reach: Reach, course| {
+        let middle = around.and_then(|around| {
+            let (middle, reach) = (around.len() / 2, reach.bins());
+            around.get(middle - reach..=middle + reach)
+        });
+        match (arithmetic, middle) {
+            (Arithmetic::Float, Some(bins)) => {
+                least_squares::fit_points::<N>(bins, peak.bin, exponent, course)
+            }
+            (Arithmetic::Float, None) => least_squares::fit_at(spectrum, peak.bin, reach, course),
+            (Arithmetic::Fixed, Some(bins)) => {
+                fixed::fit_points::<R, N>(bins, peak.bin, exponent, course)
+            }
+            (Arithmetic::Fixed, None) => fixed::fit(spectrum, peak.bin, reach, course),
+        }
     };
     let method = options.method;
     let own = method.is_least_squares() || !cfg!(feature = "methods");
@@ -103,7 +119,7 @@ pub fn measure<R: Record, const N: usize>(
     let Some(mut fit) = fit else {
         return Tone::default();
     };
-    let mut beside = ring::beside(spectrum, peak.bin, &fit, arithmetic);
+    let mut beside = ring::beside_within(spectrum, around, peak.bin, &fit, arithmetic);
     if cfg!(feature = "methods") && own {
         beside = with_rest(beside, &fit, N);
     }
@@ -232,7 +248,8 @@ fn spread(fit: &Fit<f32>) -> f32 {
     let [two, four, eight] = fit.rest.within;
     let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
     let far = (fit.residual - eight) * 0.0625;
-    near.min(middle).min(far)
+    // A fit of eight bins has none beyond.
+    if far > 0.0 { near.min(middle).min(far) } else { near.min(middle) }
 }
 
 /// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
@@ -335,7 +352,7 @@ impl Seen {
         let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
         let power = fit.amplitude_squared::<R>(N);
         Some(Tone {
-            frequency: Frequency::of_fixed(peak, fixed(fit.offset)?, N),
+            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, N),
             sigma: self.sigma / N as f32,
             snr: ratio::<f32, R>(N, power, self.noise),
             amplitude: power.root(),
@@ -346,7 +363,7 @@ impl Seen {
 }
 
 /// An offset in fixed point; `None` where it is not a number. A fit's is below 1.
-fn fixed(offset: f32) -> Option<I2F30> {
+fn in_fixed_point(offset: f32) -> Option<I2F30> {
     (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 

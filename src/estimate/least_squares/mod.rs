@@ -167,23 +167,32 @@ pub fn fit_at<R: Record, const N: usize>(
         return iq::fit(&Bins::<f32, R, _>::of(spectrum, peak), reach.bins(), course);
     }
     let first = peak.wrapping_sub(reach.bins() as i32);
-    let fit = |points: &[Point]| {
-        let unit = f32::two_to(spectrum.exponent());
-        let bins = |k: i32| {
-            let place = usize::try_from(k.wrapping_add(reach.bins() as i32)).unwrap_or(usize::MAX);
-            let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
-            Complex::new(re as f32 * unit, im as f32 * unit)
-        };
-        let table = const { &singles::<N>() };
-        const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
-        let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
-        real::fit(N as i32, peak, bins, reach.bins(), course, distance)
-    };
+    let fit = |points: &[Point]| fit_points::<N>(points, peak, spectrum.exponent(), course);
     match reach {
         Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),
         Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
         Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
     }
+}
+
+/// [`fit_at`] for a real record of N samples, of which these are the bins within reach of `peak`, in units of `2^exponent` codes.
+pub(crate) fn fit_points<const N: usize>(
+    points: &[Point],
+    peak: i32,
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let unit = f32::two_to(exponent);
+    let reach = points.len() / 2;
+    let bins = |k: i32| {
+        let place = usize::try_from(k.wrapping_add(reach as i32)).unwrap_or(usize::MAX);
+        let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
+        Complex::new(re as f32 * unit, im as f32 * unit)
+    };
+    let table = const { &singles::<N>() };
+    const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
+    let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
+    real::fit(N as i32, peak, bins, reach, course, distance)
 }
 
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` where they do not matter, or cannot be told from

@@ -71,11 +71,12 @@ impl<T: Scalar> Sums<T> {
     pub fn add(&mut self, i: i32, left: Complex<T>) -> T {
         let power = left.norm_sqr();
         let [two, four, eight] = &mut self.within;
-        match i.abs() {
-            ..=2 => *two = *two + power,
-            3..=4 => *four = *four + power,
-            _ => *eight = *eight + power,
-        }
+        let scale = match i.unsigned_abs() {
+            ..3 => two,
+            ..5 => four,
+            _ => eight,
+        };
+        *scale = *scale + power;
         let y = T::one() / (self.x - T::of(PI) * T::of_i32(i));
         let zeroth = self.sine * y;
         let first = (zeroth - self.cosine) * y;

@@ -74,6 +74,26 @@ const KEPT: [(f32, f32); WIDE + 1] = [
     (0.7499, 0.0577),
 ];
 
+/// Bins from the tone to the last one of the ring where there is room on both sides.
+const FARTHEST: i32 = FIRST - 1 + (STEP * WANTED) as i32;
+
+/// All bins about a tone that a fit and its ring read.
+pub(crate) type Around = [Point; 2 * FARTHEST as usize + 1];
+
+/// The bins about the peak of a real record, in one read; `None` where an end of the spectrum is among them.
+pub(crate) fn around<'a, R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    places: &'a mut MaybeUninit<Around>,
+) -> Option<&'a Around> {
+    const LOWEST: i32 = FIRST + DRIFT - 2 + (STEP * WANTED) as i32;
+    let inside = (LOWEST..N as i32 / 2 - FARTHEST).contains(&peak);
+    if R::IQ || N < 256 || !inside {
+        return None;
+    }
+    spectrum.window(peak - FARTHEST, places).first_chunk()
+}
+
 /// The bins of a side.
 type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
@@ -90,6 +110,17 @@ pub fn beside<R: Record, const N: usize>(
     fit: &Fit<f32>,
     arithmetic: Arithmetic,
 ) -> Beside {
+    beside_within(spectrum, None, peak, fit, arithmetic)
+}
+
+/// The same with the bins that were read before.
+pub(crate) fn beside_within<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    around: Option<&Around>,
+    peak: i32,
+    fit: &Fit<f32>,
+    arithmetic: Arithmetic,
+) -> Beside {
     if N < if R::IQ { 128 } else { 256 } {
         let power = match arithmetic {
             Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
@@ -100,11 +131,27 @@ pub fn beside<R: Record, const N: usize>(
         return Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] };
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
-    let [left, right] = shared(room(N as i32, R::IQ, peak));
-    let side = |outward: i32, count: usize| own.read(spectrum, outward, 0..count, arithmetic);
+    let sides = match around {
+        Some(around) => {
+            const SIDE: usize = STEP * WANTED + 1;
+            let near: &[Point; SIDE] = around.first_chunk().unwrap_or(&[[0; 2]; SIDE]);
+            let far: &[Point; SIDE] = around.last_chunk().unwrap_or(&[[0; 2]; SIDE]);
+            [
+                own.side(near, peak - FARTHEST, arithmetic),
+                own.side(far, peak + FIRST - 1, arithmetic),
+            ]
+        }
+        None => {
+            let [left, right] = shared(room(N as i32, R::IQ, peak));
+            [
+                own.read(spectrum, -1, 0..left, arithmetic),
+                own.read(spectrum, 1, 0..right, arithmetic),
+            ]
+        }
+    };
     // A stretch sums the halves of four differences; a bin's power is N times a sample's.
     let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
-    of_sides([side(-1, left), side(1, right)], f32::two_to(bits) / 6.0, rounding::<R>())
+    of_sides(sides, f32::two_to(bits) / 6.0, rounding::<R>())
 }
 
 /// The same from any bins of which the tone has been taken away: `rest(k)` is the square of the size of
@@ -194,7 +241,11 @@ fn shared([left, right]: [usize; 2]) -> [usize; 2] {
 }
 
 /// Both sides together.
+#[inline]
 fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
+        return of_whole_sides(sides, scale, least);
+    }
     let [left, right] = sides.map(|side| {
         let (share, variance) = side.kept();
         (side.quiet() * scale / share, variance)
@@ -213,6 +264,19 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     };
     let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
     Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
+}
+
+/// The same, of four stretches each.
+#[inline]
+fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    const SHARE: f32 = KEPT[WANTED].0;
+    const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
+    let scale = scale * const { 1.0 / (SHARE * (WANTED - WANTED / 3) as f32) };
+    let [left, right] = sides.map(|side| (side.sum - side.loudest) * scale);
+    let (quiet, loud) = if left < right { (left, right) } else { (right, left) };
+    let power = (left * right).root() * const { 1.0 + 0.75 * VARIANCE };
+    let noise = Noise { power: power.max(least), freedom: const { 2.0 / VARIANCE } };
+    Beside { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
 }
 
 /// The powers of the stretches on one side.
