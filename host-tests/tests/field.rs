@@ -153,9 +153,9 @@ fn few_lies() {
     check(wrong);
 }
 
-/// A frequency that steps by ten bins within sixteen samples of an end of the block moves the mean by less than 0.16 bins, and leaves
-/// less than 110 times the noise of a sample in all 512 bins together (16 samples of a phase that grows by 0.061 a sample, 20 dB):
-/// no more than noise varies. Elsewhere it is flagged.
+/// A frequency that steps by ten bins within 30 samples of an end of the block moves the mean by less than 0.3 bins. Its phase runs
+/// away by 0.061 a sample: at 20 dB that leaves 3300 times the noise of a sample in 512 bins, 215 of it in the fit's 33, which have 63
+/// themselves, and one block of noise in a million has 260. So it cannot be seen. Elsewhere it is flagged.
 #[test]
 fn a_step_of_the_frequency_is_seen_but_at_the_ends() {
     for field in [
@@ -164,7 +164,7 @@ fn a_step_of_the_frequency_is_seen_but_at_the_ends() {
     ] {
         field.print();
         let lies = field
-            .share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0) && seen.error.abs() > 0.16);
+            .share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0) && seen.error.abs() > 0.3);
         assert!(lies <= 0.1, "{}: {lies} % lies", field.0);
     }
 }

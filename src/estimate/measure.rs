@@ -129,7 +129,7 @@ pub fn measure<R: Record, const N: usize>(
     // What is no steady tone takes more steps to the fit's end.
     if cfg!(feature = "methods")
         && judgement.line != Line::Steady
-        && let Some(more) = fitted(options.reach, Course::From(fit.offset, FURTHER))
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         fit = more;
         judgement = judged(&fit, N, &beside, clipped);
@@ -211,9 +211,10 @@ fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
         return beside;
     }
     let [_, four, eight] = fit.rest.within;
-    let (middle, far) = ((eight - four) / MIDDLE, (fit.residual - eight) / FAR);
-    // The edge may be among them: the louder ones are on the tone's side.
-    beside.on_an_edge(middle.max(far) * (2.0 / n as f32), MIDDLE)
+    let (middle, all) = ((eight - four) / MIDDLE, (fit.residual - four) / (MIDDLE + FAR));
+    // The edge may be among them: then the nearer ones are louder, or the tone is where it is quiet.
+    let power = if middle > 1.5 * all { middle } else { all };
+    beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
 }
 
 /// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.

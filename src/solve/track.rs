@@ -160,9 +160,11 @@ impl Learnt {
     const SPEED: f32 = 0.05;
     const SCATTER: f32 = 1.3;
     const UNREST: f32 = 0.3;
-    /// One innovation says no more than this, and all of them no more than that.
+    /// One innovation says no more than this, and all of them no more than that. What is less than the third has no effect: a track
+    /// without anything to learn comes there one time in ten.
     const MOST: f32 = 9.0;
     const HIGHEST: f32 = 9.0;
+    const EVIDENT: f32 = 0.3;
     /// The share of a block in the average of variances, and the times by which one block may be better than that.
     const RENEWAL: f32 = 1.0 / 8.0;
     const BETTER: f32 = 4.0;
@@ -173,7 +175,11 @@ impl Learnt {
 
     /// Takes the variance that a block says, and gives the one that counts.
     fn variance(&self, block: f32) -> f32 {
-        self.average(block).max(block / Self::BETTER) * libm::expf(self.scatter)
+        self.average(block).max(block / Self::BETTER) * Self::times(self.scatter)
+    }
+
+    fn times(log: f32) -> f32 {
+        if log > Self::EVIDENT { libm::expf(log) } else { 1.0 }
     }
 
     fn average(&self, block: f32) -> f32 {
@@ -193,7 +199,7 @@ impl Learnt {
     /// Sigma of the acceleration.
     fn acceleration(&self, tracking: &Tracking) -> f32 {
         let usual = (tracking.agility * self.variance.root()).max(tracking.acceleration);
-        usual * libm::expf(self.unrest)
+        usual * Self::times(self.unrest)
     }
 }
 

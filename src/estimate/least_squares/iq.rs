@@ -13,7 +13,8 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! (bin 0, which holds a constant offset, is left out) and p moves by `x / (D - B^2/A - x B/A)` with `c = P/A` and `x = Re{(Q - c B) / c}`: no sine depends on the unknown.
+//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown. Bin 0, which holds a constant offset, is left
+//! out.
 
 use super::rest::{self, NEAR, Rest};
 use super::{
@@ -98,15 +99,16 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let problem = self;
         let (start, steps, settled) = match course {
             Course::Usual => (problem.start(), 2, T::of(SETTLED)),
-            Course::From(start, steps) => (start, steps, T::zero()),
+            Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
         };
+        let further = matches!(course, Course::Further(..));
         let mut d = limit(start, START_LIMIT);
         let (mut p, mut speed) = problem.tangent(d);
-        let mut step = problem.step(p);
+        let mut step = problem.step(p, further);
         let (mut c, mut information) = (step.here, step.information * speed * speed);
         for taken in 0..steps {
             if taken > 0 {
-                step = problem.step(p);
+                step = problem.step(p, further);
             }
             let forward = limit(step.forward / speed, STEP_LIMIT);
             let next = limit(d + forward, OFFSET_LIMIT);
@@ -156,20 +158,25 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     }
 
     /// The sums at p, and what follows from them.
-    fn step(&self, p: T) -> Step<T> {
+    fn step(&self, p: T, further: bool) -> Step<T> {
         let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, pp) = (aa + T::one(), pp + self.centre);
         let here = pp / aa;
-        let lean = bb / aa;
-        let (size, rest) = (here.norm_sqr(), dd - bb * lean);
-        // Along the line alone: what lies across it is a change of the amplitude.
-        let along = ((qq - here * bb) * here.conj()).re / size;
+        let (size, determinant) = (here.norm_sqr(), aa * dd - bb * bb);
+        let above = qq * aa - pp * bb;
+        let below = if further {
+            // What lies across the line is a change of the amplitude: it moves nothing.
+            let along = (above * here.conj()).re / size;
+            here * (determinant - along * bb / aa)
+        } else {
+            pp * dd - qq * bb
+        };
         Step {
-            forward: along / (rest - lean * along),
-            information: size * rest,
+            forward: (above * below.conj()).re / below.norm_sqr(),
+            information: size * (dd - bb * bb / aa),
             here,
-            slope: here * -lean,
+            slope: here * -(bb / aa),
         }
     }
 

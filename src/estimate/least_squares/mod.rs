@@ -53,6 +53,9 @@ pub enum Course<T> {
     Usual,
     /// From a given offset, so many steps. No step: amplitude and information at that offset.
     From(T, u32),
+    /// The same, but with steps that lead to least squares where more than noise is left, as of a tone whose amplitude changes.
+    /// The usual steps to I/Q tones end a little beside it then.
+    Further(T, u32),
 }
 
 /// What a fit found.

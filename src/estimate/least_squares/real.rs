@@ -170,7 +170,7 @@ impl<T: Scalar> Problem<T> {
         let edge = peak < 3 || peak > last - 2;
         let (start, steps, settled) = match course {
             Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
-            Course::From(start, steps) => (start, steps, T::zero()),
+            Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
         };
         // The tone stays between DC and Nyquist.
         let low = (T::of(EDGE_LIMIT) - T::of_i32(peak)).max(T::of(-OFFSET_LIMIT));

@@ -41,7 +41,7 @@ pub struct Beside {
     /// The power on the louder side: what a peak must stand out from.
     pub loud: f32,
     /// The powers between which the noise is: of the quieter side and the louder one. Of one side alone that of its quieter
-    /// stretches and the loudest one.
+    /// stretches and the second loudest one.
     range: [f32; 2],
     sides: [Side; 2],
 }
@@ -253,8 +253,9 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     let [none, nothing] = sides.map(|side| side.count == 0);
     let (power, variance, loud, range) = if none || nothing {
         let ((power, variance), side) = if none { (right, 1) } else { (left, 0) };
-        let loudest = sides.get(side).map_or(0.0, |side: &Side| side.loudest * scale);
-        (power, variance, power, [power, loudest])
+        // The loudest one may be another line.
+        let second = sides.get(side).map_or(0.0, |side: &Side| side.second * scale);
+        (power, variance, power, [power, second])
     } else {
         let variance = (left.1 + right.1) * 0.25;
         // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
@@ -410,7 +411,8 @@ impl Own {
         for (j, [a, b, c]) in
             [(0.0, [a, b, c]), (2.0, [c, d, e]), (4.0, [e, f, g]), (6.0, [g, h, i])]
         {
-            let ([re, im], tail) = (left(a, b, c, x - j), tail((s + j).abs()));
+            let ([re, im], away) = (left(a, b, c, x - j), (s + j).abs());
+            let tail = if away < REACHED as f32 + self.offset { tail(away) } else { 0.0 };
             sum += square([re - image.re * tail, im - image.im * tail]);
         }
         sum

@@ -167,7 +167,9 @@ impl Peak {
         let (start, steps, settled) = match course {
             Course::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
             Course::Usual => (self.start(sides), 2, SETTLED),
-            Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
+            Course::From(start, steps) | Course::Further(start, steps) => {
+                (Scaled::of_float(start, 0).bits(30), steps, 0.0)
+            }
         };
         // The tone stays between DC and Nyquist.
         let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
