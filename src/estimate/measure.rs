@@ -206,11 +206,16 @@ fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement 
 fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
     /// The real numbers of the bins five to eight off, and of those beyond in a fit that reaches so far.
     const MIDDLE: f32 = 16.0;
+    const LINE: f32 = 8.0;
     const FAR: f32 = 32.0;
     if fit.freedom < 31 {
         return beside;
     }
-    let [_, four, eight] = fit.rest.within;
+    let [two, four, eight] = fit.rest.within;
+    // So much more five bins off than three is no noise but another line.
+    if eight - four > LINE * (four - two) {
+        return beside;
+    }
     let (middle, all) = ((eight - four) / MIDDLE, (fit.residual - four) / (MIDDLE + FAR));
     // The edge may be among them: then the nearer ones are louder, or the tone is where it is quiet.
     let power = if middle > 1.5 * all { middle } else { all };

@@ -41,7 +41,7 @@ pub struct Beside {
     /// The power on the louder side: what a peak must stand out from.
     pub loud: f32,
     /// The powers between which the noise is: of the quieter side and the louder one. Of one side alone that of its quieter
-    /// stretches and the second loudest one.
+    /// stretches and the loudest one.
     range: [f32; 2],
     sides: [Side; 2],
 }
@@ -253,9 +253,8 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     let [none, nothing] = sides.map(|side| side.count == 0);
     let (power, variance, loud, range) = if none || nothing {
         let ((power, variance), side) = if none { (right, 1) } else { (left, 0) };
-        // The loudest one may be another line.
-        let second = sides.get(side).map_or(0.0, |side: &Side| side.second * scale);
-        (power, variance, power, [power, second])
+        let loudest = sides.get(side).map_or(0.0, |side: &Side| side.loudest * scale);
+        (power, variance, power, [power, loudest])
     } else {
         let variance = (left.1 + right.1) * 0.25;
         // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
