@@ -230,13 +230,16 @@ fn coloured_noise_is_no_wolf() {
         "noise-band-pass:0.5,width=0.5",
     ] {
         for field in [
-            field::<Real, 256>(text, 30.0, None, 300),
-            field::<Real, 1024>(text, 30.0, None, 300),
-            field::<Real, 4096>(text, 30.0, None, 100),
+            field::<Real, 256>(text, 30.0, None, 1000),
+            field::<Real, 1024>(text, 30.0, None, 600),
+            field::<Real, 4096>(text, 30.0, None, 200),
         ] {
             field.print();
-            if field.good() < 97.0 || !(0.75..=1.35).contains(&field.square()) {
-                wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
+            // Two standard errors of a mean of squares.
+            let error = 2.0 * (2.0 / field.1.len() as f64).sqrt();
+            let square = field.square();
+            if field.good() < 97.0 || !(0.8 - error..=1.3 + error).contains(&square) {
+                wrong.push(format!("{}: {:.1} % good, {square:.2}", field.0, field.good()));
             }
         }
     }

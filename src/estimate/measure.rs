@@ -206,7 +206,7 @@ fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement 
 fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
     /// The real numbers of the bins five to eight off, and of those beyond in a fit that reaches so far.
     const MIDDLE: f32 = 16.0;
-    const LINE: f32 = 8.0;
+    const LINE: f32 = 11.0;
     const FAR: f32 = 32.0;
     if fit.freedom < 31 {
         return beside;

@@ -182,8 +182,9 @@ impl Learnt {
         if log > Self::EVIDENT { libm::expf(log) } else { 1.0 }
     }
 
+    /// The harmonic mean: a block of which something was suspicious says too much.
     fn average(&self, block: f32) -> f32 {
-        self.variance + Self::RENEWAL * (block - self.variance)
+        1.0 / ((1.0 - Self::RENEWAL) / self.variance + Self::RENEWAL / block)
     }
 
     /// Takes an innovation over its sigma, of a measurement with this variance.

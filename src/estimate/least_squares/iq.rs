@@ -13,8 +13,7 @@
 //! A = sum m h^2   B = sum m h h'   D = sum m h'^2   P = sum h Y   Q = sum h' Y
 //! ```
 //!
-//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown. Bin 0, which holds a constant offset, is left
-//! out.
+//! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
 use super::rest::{self, NEAR, Rest};
 use super::{
@@ -89,7 +88,7 @@ pub(super) fn fit<T: Scalar, R: Record>(
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
     // The bins are put in their place: a vector made elsewhere would be copied here.
     let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
-    problem.read(bins, reach);
+    problem.read(bins, reach, matches!(course, Course::Further(..)));
     Some(problem.fit(course))
 }
 
@@ -203,13 +202,13 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
 
 impl<T: Scalar> Problem<T, Floats<T>> {
     /// Takes the bins beside the peak, the nearest first.
-    fn read<R: Record>(&mut self, bins: &Bins<T, R, Rectangular>, reach: usize) {
+    fn read<R: Record>(&mut self, bins: &Bins<T, R, Rectangular>, reach: usize, further: bool) {
         let (e, n) = (self.e, bins.n() as i32);
         for i in distances(reach) {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
-                if holds_constant(bins.peak().wrapping_add(k), n, k) {
+                if further && holds_constant(bins.peak().wrapping_add(k), n, k) {
                     continue;
                 }
                 let x = bins.at(k);
@@ -267,8 +266,8 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 }
 
-/// Whether bin `k`, so far `away` from the peak, is that of a constant offset, which is left out. A tone beside it needs all three
-/// bins.
+/// Whether bin `k`, so far `away` from the peak, is that of a constant offset, which is left out where a tone alone
+/// does not explain all bins. A tone beside it needs all three bins.
 pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
     away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
 }

@@ -54,7 +54,7 @@ pub enum Course<T> {
     /// From a given offset, so many steps. No step: amplitude and information at that offset.
     From(T, u32),
     /// The same, but with steps that lead to least squares where more than noise is left, as of a tone whose amplitude changes.
-    /// The usual steps to I/Q tones end a little beside it then.
+    /// The usual steps to I/Q tones end a little beside it then. I/Q fits leave out bin 0, which holds a constant offset.
     Further(T, u32),
 }
 

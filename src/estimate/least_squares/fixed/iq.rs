@@ -68,9 +68,10 @@ pub(super) fn fit(
     let unit = exponent + ROOM as i32;
     let (near, sides) = (Vec::new(), Sides { scale, unit, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
+    let further = matches!(course, Course::Further(..));
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
-            let constant = iq::holds_constant(peak.wrapping_add(sign * i), n, i);
+            let constant = further && iq::holds_constant(peak.wrapping_add(sign * i), n, i);
             if let Some(x) = around(bins, sign * i).filter(|_| !constant) {
                 // The vector holds every distance up to the reach.
                 let _ = problem.sides.sides.push(Side::new(x, distance, sign, i));
