@@ -4,9 +4,9 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
-use crate::estimate::measure::{Options, measure};
+use crate::estimate::measure::{Options, measure, rise};
 use crate::estimate::several::{MOST, several};
-use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::tone::{Rise, Tone, Verdict};
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
@@ -108,6 +108,19 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// The spectrum of the last block.
     pub const fn spectrum(&self) -> &Spectrum<R, N, E> {
         &self.spectrum
+    }
+
+    /// By how much the frequency of the last block's tone rises within the record, of a tone that is
+    /// [`Verdict::Moving`]; `None` for any other. `measurement` is the last block's.
+    ///
+    /// Cost: the fit and the noise once more.
+    pub fn rise(&self, measurement: &Measurement) -> Option<Rise> {
+        let tone = &measurement.tone;
+        if tone.verdict != Verdict::Moving {
+            return None;
+        }
+        let peak = libm::rint(tone.frequency.bins(N)) as i32;
+        rise(&self.spectrum, peak, &self.plan.options)
     }
 
     /// The tone at another peak of the last block, tested against `threshold`.

@@ -6,6 +6,7 @@ mod emulated;
 mod estimators;
 mod f32;
 mod fft;
+mod field;
 mod figures;
 mod front_door;
 mod frontend;

@@ -24,7 +24,8 @@ fn the_documents_state_the_budget() {
             "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
             &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
         );
-        for (row, which) in [("the same, worst", 0), ("the same, worst with samples at a rail", 1)] {
+        for (row, which) in [("the same, worst", 0), ("the same, worst with samples at a rail", 1)]
+        {
             let worst = |n| figure(&format!("/engines/picket-i32/worst/{n}/measurement/{which}"));
             document.assert_states(
                 &format!("| {row} | # | # | # |"),

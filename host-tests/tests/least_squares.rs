@@ -8,8 +8,8 @@ use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::least_squares::{
     Course, Reach, fit, fixed, least_squares, least_squares_real,
 };
-use picket::estimate::noise::{self, NOISE_BINS};
-use picket::estimate::noise_fixed;
+use picket::estimate::measure::Arithmetic;
+use picket::estimate::noise::ring;
 use picket::estimate::uncertainty::sigma_bins;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
@@ -190,7 +190,7 @@ fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f6
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap();
     let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, Course::Usual).unwrap();
-    let noise = noise::power::<f32, R, N, NOISE_BINS>(&spectrum, peak.bin, &fit);
+    let noise = ring::beside(&spectrum, peak.bin, &fit, Arithmetic::Float).noise.power;
     let error = f64::from(peak.bin) + f64::from(fit.offset) - bins;
     let error =
         if R::IQ { (error + N as f64 / 2.0).rem_euclid(N as f64) - N as f64 / 2.0 } else { error };
@@ -304,8 +304,8 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         let fixed = fixed::fit(&spectrum, peak, reach, Course::Usual).unwrap();
         let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
-            noise::power::<f32, R, N, NOISE_BINS>(&spectrum, peak, &float),
-            noise_fixed::power::<R, N, NOISE_BINS>(&spectrum, peak, &fixed),
+            ring::beside(&spectrum, peak, &float, Arithmetic::Float).noise.power,
+            ring::beside(&spectrum, peak, &fixed, Arithmetic::Fixed).noise.power,
         ];
         let away = |a: f32, b: f32| f64::from(a / b - 1.0).abs();
         (

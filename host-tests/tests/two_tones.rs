@@ -29,7 +29,9 @@ fn two_tones_are_not_one() {
             let lines: Vec<_> = [line].into_iter().chain(other).collect();
             measure::<R, N>(&R::record::<N>(rng, &lines, sigma(amplitude, snr_db))).verdict
         });
-        mean(seen.iter().map(|&v| f64::from(v == Verdict::Unresolved)))
+        // Two lines within a bin look like one that moves, and near DC or Nyquist an I/Q tone's image is among them.
+        let more = |v| matches!(v, Verdict::Unresolved | Verdict::Moving | Verdict::Image);
+        mean(seen.iter().map(|&v| f64::from(more(v))))
     }
     for snr_db in [10.0, 30.0, 60.0] {
         let one = [

@@ -1,6 +1,6 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
 
-use super::noise_fixed::Turn;
+use super::noise::whole_fixed::Turn;
 use super::returns::Between;
 use num_complex::Complex;
 

@@ -1,12 +1,28 @@
 //! Is a peak a tone, or the largest of many bins of noise?
 
 use crate::spectrum::peak::Peak;
+use core::f32::consts::LN_2;
 
 /// The probability, for each block, that noise alone passes for a tone.
 pub const FALSE_ALARM: f64 = 1e-6;
 
 /// The same for a place where a tone is known to be: it is lost rather late than early.
 pub const HOLD: f64 = 1e-2;
+
+/// Fewer bins than these, away from the peak, are no floor: they are the tone's own leakage.
+const FLOOR: u32 = 47;
+
+/// How much less evidence is asked for, as a power of two: tests that stand beside others need less.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Less {
+    /// All of it.
+    Nothing = 0,
+    /// A 32nd.
+    Some = 5,
+    /// A 1024th.
+    Most = 10,
+}
 
 /// The detection threshold of a band.
 ///
@@ -41,10 +57,32 @@ impl Threshold {
         m * raised(self.log / m)
     }
 
+    /// True when a peak of so many times the noise near it is a tone by far: no exponential is needed to tell.
+    pub fn is_far_above(&self, ratio: f32) -> bool {
+        ratio > 4.0 * self.log
+    }
+
+    /// True when a peak of so many times the noise near it is a tone; that noise is known as well as an average of `freedom` real
+    /// numbers. It asks for as much `less` evidence.
+    pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Less) -> bool {
+        let m = freedom * 0.5;
+        ratio > m * raised((self.log - less as u32 as f32 * LN_2).max(0.0) / m)
+    }
+
+    /// Whether a band has enough bins away from its peak to tell noise from tones.
+    pub const fn has_floor(peak: &Peak) -> bool {
+        peak.floor_bins >= FLOOR
+    }
+
     /// True when the peak is a tone. A floor of zero, as of a signal without any noise, detects.
     ///
     /// The floor includes the leakage of a strong tone: right for this decision, not for sigma.
+    ///
+    /// A band too narrow for a floor leaves it to [`Threshold::detects_beside`].
     pub fn detects(&self, peak: &Peak) -> bool {
+        if !Self::has_floor(peak) {
+            return true;
+        }
         let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
         let power = peak.power[1] as f32 * bins;
         // m (exp(L/m) - 1) is below L + L^2/m where L is not above m: most tones need no exponential.

@@ -19,7 +19,7 @@
 //!
 //! This fit is this project's own.
 
-use super::noise;
+use super::noise::ROUNDING;
 use crate::acquire::sample::Record;
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::fft::twiddle::sin_cos;
@@ -382,7 +382,7 @@ fn near(d: f32) -> f32 {
 /// The noise power per sample that a fit leaves: a rough one, of some 23 numbers.
 pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     let parts = if R::IQ { 2.0 } else { 1.0 };
-    let floor = noise::ROUNDING as f32 * parts;
+    let floor = ROUNDING as f32 * parts;
     (2.0 * found.residual / (found.freedom.max(1) as f32 * n as f32)).max(floor)
 }
 

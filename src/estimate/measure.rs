@@ -1,14 +1,16 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
 
-use super::detection::Threshold;
+use super::detection::{Less, Threshold};
 use super::frequency::Frequency;
-use super::least_squares::fixed::quantised;
-use super::least_squares::{self, Course, Fit, Reach};
+use super::judge::{Judgement, Line, judge};
+use super::least_squares::fixed::{self, quantised};
+use super::least_squares::{self, Course, Fit, Model, Reach};
 use super::method::Method;
-use super::noise::{self, NOISE_BINS};
-use super::noise_fixed;
+use super::noise::ring::{self, Beside};
+use super::noise::whole::{self, NOISE_BINS};
+use super::noise::{Noise, ratio};
 use super::returns::Part;
-use super::tone::{Tone, Verdict};
+use super::tone::{Rise, Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
@@ -17,7 +19,9 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
-use fixed::types::I2F30;
+use ::fixed::types::I2F30;
+use core::mem::MaybeUninit;
+use num_complex::Complex;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +65,9 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
+/// Steps that a fit takes besides the usual ones where the line is no steady tone.
+const FURTHER: u32 = 2;
+
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
@@ -81,59 +88,223 @@ pub fn measure<R: Record, const N: usize>(
 ) -> Tone {
     let arithmetic =
         if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
-    let fit = |reach, course| match arithmetic {
-        Arithmetic::Float => least_squares::fit_at(spectrum, peak.bin, reach, course),
-        Arithmetic::Fixed => least_squares::fixed::fit(spectrum, peak.bin, reach, course),
+    let mut places = MaybeUninit::uninit();
+    let around = ring::around(spectrum, peak.bin, &mut places);
+    let exponent = spectrum.exponent();
+    let fitted = |reach: Reach, course| {
+        let middle = around.and_then(|around| {
+            let (middle, reach) = (around.len() / 2, reach.bins());
+            around.get(middle - reach..=middle + reach)
+        });
+        match (arithmetic, middle) {
+            (Arithmetic::Float, Some(bins)) => {
+                least_squares::fit_points::<N>(bins, peak.bin, exponent, course)
+            }
+            (Arithmetic::Float, None) => least_squares::fit_at(spectrum, peak.bin, reach, course),
+            (Arithmetic::Fixed, Some(bins)) => {
+                fixed::fit_points::<R, N>(bins, peak.bin, exponent, course)
+            }
+            (Arithmetic::Fixed, None) => fixed::fit(spectrum, peak.bin, reach, course),
+        }
     };
     let method = options.method;
     let own = method.is_least_squares() || !cfg!(feature = "methods");
     let fit = if own {
-        fit(options.reach, Course::Usual)
+        fitted(options.reach, Course::Usual)
     } else {
         // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
         let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
-        fit(Reach::Four, Course::From(offset.to_num(), 0))
+        fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
-    let Some(fit) = fit else {
+    let Some(mut fit) = fit else {
         return Tone::default();
     };
-    let noise = match arithmetic {
-        Arithmetic::Float => noise::power::<f32, R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
-        Arithmetic::Fixed => noise_fixed::power::<R, N, NOISE_BINS>(spectrum, peak.bin, &fit),
-    };
-    let excess = if own {
-        excess_over(&fit, N, noise, noise::freedom::<R, N, NOISE_BINS>() as usize / 2)
-    } else {
-        1.0
-    };
+    let mut beside = ring::beside_within(spectrum, around, peak.bin, &fit, arithmetic);
+    if cfg!(feature = "methods") && own {
+        beside = with_rest(beside, &fit, N);
+    }
+    let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
-    let mut near = noise * excess;
+    let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
+    // What is no steady tone takes more steps to the fit's end.
+    if cfg!(feature = "methods")
+        && judgement.line != Line::Steady
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
+    {
+        fit = more;
+        judgement = judged(&fit, N, &beside, clipped);
+        // A steady one beside a drift is steady.
+        if judgement.line != Line::Steady
+            && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
+        {
+            let beside_slow = judged(&other, N, &beside, clipped);
+            if beside_slow.line < judgement.line {
+                (fit, judgement) = (other, beside_slow);
+            }
+        }
+    }
+    let Judgement { line, widening } = judgement;
+    let mut near = noise * widening;
     let mut free = None;
     // The smallest programs do without: their sigma has the coarse allowance.
     if cfg!(feature = "methods") && clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
         // Where the line is not a single tone, what is left of it in its bins counts.
-        if excess == 1.0 {
+        if line == Line::Steady {
             near = near_of(&free, &fit, N, clipped, near);
         }
     }
     let sigma = if own {
         sigma_bins(&fit, N, near)
     } else {
-        let snr = noise::ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
+        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
         method.efficiency() * bound_bins::<R>(N, snr)
     };
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
-        excess,
+        line,
         clipped,
-        unresolved: false,
+        image: cfg!(feature = "methods")
+            && R::IQ
+            && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise),
         gap: stamp.gap,
-        weak: !options.threshold.detects(peak),
+        weak: !(options.threshold.detects(peak)
+            && stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic)),
         sigma,
     };
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
+}
+
+/// By how much the frequency of the tone at bin `peak` rises within the record; `None` where least squares finds no tone.
+///
+/// Cost: as [`measure`], once more.
+pub fn rise<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    options: &Options,
+) -> Option<Rise> {
+    let fit = least_squares::fit_at(spectrum, peak, options.reach, Course::Usual)?;
+    let beside = ring::beside(spectrum, peak, &fit, Arithmetic::Float);
+    Some(Rise::of(&fit, N, beside.noise.power))
+}
+
+/// What a line is, and by how many times its variance is more than the noise makes it.
+///
+/// The smallest programs ask only whether the rest is too much. So do records that clip, whose harmonics are no movement.
+fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement {
+    if cfg!(feature = "methods") && clipped <= CLIPPED {
+        return judge(fit, n, beside);
+    }
+    // Harmonics of a clipped tone may be on the louder side.
+    let widening = excess_over(fit, n, Noise { power: beside.loud, ..beside.noise });
+    let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
+    Judgement { line, widening }
+}
+
+/// The noise with what a fit leaves from five bins off, see [`Beside::on_an_edge`].
+fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
+    /// The real numbers of the bins five to eight off, and of those beyond in a fit that reaches so far.
+    const MIDDLE: f32 = 16.0;
+    const LINE: f32 = 11.0;
+    const FAR: f32 = 32.0;
+    if fit.freedom < 31 {
+        return beside;
+    }
+    let [two, four, eight] = fit.rest.within;
+    // So much more five bins off than three is no noise but another line.
+    if eight - four > LINE * (four - two) {
+        return beside;
+    }
+    let (middle, all) = ((eight - four) / MIDDLE, (fit.residual - four) / (MIDDLE + FAR));
+    // The edge may be among them: then the nearer ones are louder, or the tone is where it is quiet.
+    let power = if middle > 1.5 * all { middle } else { all };
+    beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
+}
+
+/// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.
+fn stands_out<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: &Peak,
+    fit: &Fit<f32>,
+    beside: &Beside,
+    threshold: Threshold,
+    arithmetic: Arithmetic,
+) -> bool {
+    let power = peak.power[1] as f32 * f32::two_to(2 * spectrum.exponent());
+    let rest = if cfg!(feature = "methods") { spread(fit) } else { 0.0 };
+    if threshold.is_far_above(power / rest.max(beside.loud * N as f32)) {
+        return true;
+    }
+    let wide = ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside);
+    let less = if Threshold::has_floor(peak) { Less::Some } else { Less::Nothing };
+    let detects = |beside: &Beside, less| {
+        threshold.detects_beside(
+            power / rest.max(beside.loud * N as f32),
+            beside.noise.freedom,
+            less,
+        )
+    };
+    detects(&wide, less) && detects(beside, Less::Most)
+}
+
+/// The power of a bin that the fit leaves from 3 to 4, 5 to 8 and 9 to 16 bins away, where that is least: there may be another
+/// line.
+fn spread(fit: &Fit<f32>) -> f32 {
+    let [two, four, eight] = fit.rest.within;
+    let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
+    let far = (fit.residual - eight) * 0.0625;
+    // A fit of eight bins has none beyond.
+    if far > 0.0 { near.min(middle).min(far) } else { near.min(middle) }
+}
+
+/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
+/// is really there has at `peak` if Q is a sample late. That is the cotangent of half the angle from sample to sample, and so
+/// the less the nearer the tone is to half the rate.
+fn mirrored<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+    noise: &Noise,
+) -> bool {
+    /// Half-way between two bins a line loses 3.9 dB.
+    const SCALLOPED: f32 = 0.4;
+    const SHARE: f32 = 0.01;
+    /// Nearer to DC the leakage of both is in the way.
+    const NEAREST: i32 = 2;
+    /// Leakage this far from DC is a tenth of that share.
+    const FAR: i32 = 16;
+    let n = N as i32;
+    let half = n / 2;
+    let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n).unwrap_or(0) - half).abs();
+    let near = from_dc.min(half - from_dc);
+    if near <= NEAREST {
+        return false;
+    }
+    // Near half the rate the cotangent is the angle that is left.
+    let angle = core::f32::consts::PI / N as f32 * (half - from_dc) as f32;
+    let late = 0.5 * angle * angle;
+    let unit = f32::two_to(spectrum.exponent());
+    let places = [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak));
+    let line = fit.line.norm_sqr() * SHARE.min(late) * SCALLOPED;
+    let most = places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
+    if near > FAR && (most as f32) * (unit * unit) < 0.5 * line {
+        return false;
+    }
+    let model = Model::new(fit, peak, n);
+    let power = |k: i32| {
+        let x = spectrum.bin(k);
+        (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+    };
+    let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
+    // Three bins of noise do so in a block of a million, or in one of a thousand where few tones are.
+    let chance = if late < SHARE {
+        const { Threshold::new(3, 1e-3) }
+    } else {
+        const { Threshold::new(3, 1e-6) }
+    };
+    other > line
+        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
 }
 
 // Both once for all kinds and lengths of records.
@@ -154,12 +325,12 @@ fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32
 pub(super) struct Seen {
     /// Noise power per sample.
     pub noise: f32,
-    /// See [`excess`].
-    pub excess: f32,
+    /// What the line is.
+    pub line: Line,
     /// The share of the samples that touch a rail.
     pub clipped: f32,
-    /// Another tone is too near.
-    pub unresolved: bool,
+    /// An I/Q record has as much at minus the frequency.
+    pub image: bool,
     /// Samples are missing.
     pub gap: bool,
     /// The peak is below the threshold.
@@ -178,16 +349,18 @@ impl Seen {
         let verdicts = [
             (!R::IQ && near_edge::<N>(peak, fit.offset), Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
-            (self.excess > 1.0 || self.unresolved, Verdict::Unresolved),
+            (self.line == Line::Moving, Verdict::Moving),
+            (self.line == Line::Unresolved, Verdict::Unresolved),
+            (self.image, Verdict::Image),
             (self.gap, Verdict::Gap),
             (self.weak, Verdict::Weak),
         ];
         let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
         let power = fit.amplitude_squared::<R>(N);
         Some(Tone {
-            frequency: Frequency::of_fixed(peak, fixed(fit.offset)?, N),
+            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, N),
             sigma: self.sigma / N as f32,
-            snr: noise::ratio::<f32, R>(N, power, self.noise),
+            snr: ratio::<f32, R>(N, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
             ..Tone::ZERO
@@ -196,7 +369,7 @@ impl Seen {
 }
 
 /// An offset in fixed point; `None` where it is not a number. A fit's is below 1.
-fn fixed(offset: f32) -> Option<I2F30> {
+fn in_fixed_point(offset: f32) -> Option<I2F30> {
     (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 
@@ -219,29 +392,28 @@ fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 
-/// How many times the noise power the fit leaves in its own bins, where that is more than one record
-/// in 10^6 shows by chance; else 1. Then the line is not a single tone: another is near, or its frequency
-/// moves.
-pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, noise: f32) -> f32 {
-    excess_over(fit, N, noise, noise::count::<R, N, NOISE_BINS>())
+/// How many times the noise power the fit leaves in its own bins, where that is more than one record in 10^6 shows by chance;
+/// else 1. Then the line is not a single tone: another is near, or its frequency moves.
+pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, power: f32) -> f32 {
+    let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
+    excess_over(fit, N, Noise { power, freedom })
 }
 
-/// The same for a record of `n` samples whose noise power per sample comes from `noise_bins` bins.
+/// The same for a record of `n` samples and a noise that is known from elsewhere.
 ///
 /// The ratio of two estimates of the noise follows Fisher's distribution; its cube root is nearly
 /// normal (Wilson and Hilferty 1931). The integer FFT leaves a share of the line itself.
-pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: T, noise_bins: usize) -> T {
+pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
-    let expected = noise * expected(fit, n);
+    let expected = T::of(noise.power.into()) * expected(fit, n);
     // No fit has the freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
     }
     let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
     let freedom = fit.freedom.max(1) as f32;
-    let others = 2.0 * noise_bins as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / others)).root();
+    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();
     let root = 1.0 + DEVIATIONS * deviation;
     let ratio = rest / expected;
     if ratio > T::of((root * root * root).into()) { ratio } else { T::one() }

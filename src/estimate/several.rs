@@ -10,9 +10,11 @@
 //! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
 //! but were not measured.
 
+use super::judge::Line;
 use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
 use super::measure::{Options, Seen, excess};
-use super::noise::{self, NOISE_BINS};
+use super::noise::rounding;
+use super::noise::whole::{self, NOISE_BINS};
 use super::tone::Tone;
 use super::uncertainty::{sigma_bins, widened};
 use crate::acquire::sample::{Record, Stamp};
@@ -198,11 +200,10 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
 
     /// The noise power per sample: what the models leave in bins all over the spectrum.
     fn noise(&self) -> f32 {
-        let count = noise::count::<R, N, NOISE_BINS>() as i32;
+        let count = whole::count::<R, N, NOISE_BINS>() as i32;
         let stride = (if R::IQ { N } else { N / 2 }) as i32 / (count + 1);
         let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k * stride, None).norm_sqr());
-        let parts = if R::IQ { 2.0 } else { 1.0 };
-        (sum / (count as f32 * N as f32)).max(noise::ROUNDING as f32 * parts)
+        (sum / (count as f32 * N as f32)).max(rounding::<R>())
     }
 
     fn tones(&self, clipped: u32, stamp: &Stamp, detected: bool) -> Vec<Tone, MOST> {
@@ -212,9 +213,13 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
             let clipped = clipped as f32 / N as f32;
             let seen = Seen {
                 noise,
-                excess,
+                line: if excess > 1.0 || self.crowded(found) {
+                    Line::Unresolved
+                } else {
+                    Line::Steady
+                },
                 clipped,
-                unresolved: self.crowded(found),
+                image: false,
                 gap: stamp.gap,
                 weak: !detected,
                 sigma: widened(sigma_bins(&found.fit, N, noise * excess), clipped),

@@ -2,15 +2,18 @@
 
 use super::frequency::Frequency;
 
-/// Whether a number may be used. A number is never given without one; of several that apply, the
-/// one highest in this order is given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+/// Whether a number may be used. A number is never given without one; of several that apply, the one highest in the order of
+/// severity is given, which is that of [`Verdict::ALL`] and of `<`. The numbers are those of a telemetry record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Verdict {
     /// Use it: the error is as sigma says.
     Good = 0,
+    /// One tone whose frequency or level changes within the record: use it within sigma, as the mean over the record. Two lines
+    /// less than a bin apart look the same.
+    Moving = 8,
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate.
     NearEdge = 1,
     /// More than 1 % of the samples touch a rail. Use it within sigma, which has in it how far the harmonics of clipping move this
@@ -18,6 +21,8 @@ pub enum Verdict {
     Clipped = 2,
     /// Two tones too close to be told apart, or beats that do not belong to one target.
     Unresolved = 3,
+    /// Both parts of an I/Q record do not belong together, as where one is dead or late: the tone may be at minus its frequency.
+    Image = 9,
     /// Samples were lost just before this block, or within this chirp.
     Gap = 4,
     /// The peak is below the detection threshold: it may be noise.
@@ -32,11 +37,13 @@ pub enum Verdict {
 
 impl Verdict {
     /// Every verdict, from best to worst.
-    pub const ALL: [Verdict; 8] = [
+    pub const ALL: [Verdict; 10] = [
         Verdict::Good,
+        Verdict::Moving,
         Verdict::NearEdge,
         Verdict::Clipped,
         Verdict::Unresolved,
+        Verdict::Image,
         Verdict::Gap,
         Verdict::Weak,
         Verdict::NoSignal,
@@ -52,9 +59,11 @@ impl Verdict {
     pub const fn name(self) -> &'static str {
         match self {
             Verdict::Good => "good",
+            Verdict::Moving => "moving",
             Verdict::NearEdge => "near-edge",
             Verdict::Clipped => "clipped",
             Verdict::Unresolved => "unresolved",
+            Verdict::Image => "image",
             Verdict::Gap => "gap",
             Verdict::Weak => "weak",
             Verdict::NoSignal => "no-signal",
@@ -66,11 +75,19 @@ impl Verdict {
     pub const fn reason(self) -> &'static str {
         match self {
             Verdict::Good => "One steady tone: the error is as sigma says.",
+            Verdict::Moving => {
+                "The tone's frequency or level changes within the block: the frequency is the mean over it."
+            }
             Verdict::NearEdge => {
                 "The tone is so near DC or Nyquist that its mirror image disturbs it."
             }
             Verdict::Clipped => "Samples touch the converter's rails: lower the gain.",
-            Verdict::Unresolved => "There is more than one tone in the line, or it moves.",
+            Verdict::Unresolved => {
+                "There is more than one tone in the line: sigma covers what is seen of it."
+            }
+            Verdict::Image => {
+                "The two channels do not belong together: the frequency may have the wrong sign."
+            }
             Verdict::Gap => "Samples were lost just before this block.",
             Verdict::Weak => "The line is too weak to be told from noise.",
             Verdict::NoSignal => "There is nothing in the band.",
@@ -78,6 +95,34 @@ impl Verdict {
                 "Samples lie beyond the rails that were stated: the converter's codes are others."
             }
         }
+    }
+
+    /// Its place in the order of severity.
+    const fn severity(self) -> u8 {
+        match self {
+            Verdict::Good => 0,
+            Verdict::Moving => 1,
+            Verdict::NearEdge => 2,
+            Verdict::Clipped => 3,
+            Verdict::Unresolved => 4,
+            Verdict::Image => 5,
+            Verdict::Gap => 6,
+            Verdict::Weak => 7,
+            Verdict::NoSignal => 8,
+            Verdict::WrongCodes => 9,
+        }
+    }
+}
+
+impl Ord for Verdict {
+    fn cmp(&self, other: &Self) -> core::cmp::Ordering {
+        self.severity().cmp(&other.severity())
+    }
+}
+
+impl PartialOrd for Verdict {
+    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
+        Some(self.cmp(other))
     }
 }
 
@@ -142,4 +187,14 @@ impl Tone {
     pub fn snr_db(&self) -> f32 {
         10.0 * libm::log10f(self.snr)
     }
+}
+
+/// By how much a tone's frequency rises within a record, from its beginning to its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Rise {
+    /// In cycles per sample: within 1 % up to half a bin, too little beyond.
+    pub cycles: f32,
+    /// One standard deviation of that.
+    pub sigma: f32,
 }

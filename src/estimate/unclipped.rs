@@ -24,7 +24,7 @@ use super::carrier::{Carrier, LONGEST, Turned, advanced};
 use super::frequency::Frequency;
 use super::least_squares::Fit;
 use super::least_squares::fixed::quantised;
-use super::noise_fixed::Turn;
+use super::noise::whole_fixed::Turn;
 use super::returns::{Between, Part, Return};
 use super::within;
 use crate::acquire::codes::Codes;

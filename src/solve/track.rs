@@ -135,8 +135,73 @@ pub struct Track {
     /// Blocks since the last measurement.
     pub misses: u8,
     motion: Motion,
-    /// Sigma of the last measurement.
-    measured: f32,
+    learnt: Learnt,
+}
+
+/// What a track learns from its measurements: how far they scatter, and how restless the target is.
+///
+/// A measurement's sigma says what noise does within one block. A target with many reflecting parts scatters more from block to
+/// block, and nobody knows beforehand how it moves. The innovations tell both. Over their own sigma they have a mean square of 1:
+/// where it is more, measurements scatter more. One does not depend on the one before: where two in a row lie on the same side,
+/// the target accelerates more than was expected.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Learnt {
+    /// The variance of a measurement as its blocks say, averaged.
+    variance: f32,
+    /// Logarithms of by how many times that variance is more, and sigma of the acceleration; not below 0.
+    scatter: f32,
+    unrest: f32,
+    /// The last innovation over its sigma.
+    last: f32,
+}
+
+impl Learnt {
+    /// How fast it learns, and what noise alone must not exceed: otherwise a steady target would seem restless by chance.
+    const SPEED: f32 = 0.05;
+    const SCATTER: f32 = 1.3;
+    const UNREST: f32 = 0.3;
+    /// One innovation says no more than this, and all of them no more than that. What is less than the third has no effect: a track
+    /// without anything to learn comes there one time in ten.
+    const MOST: f32 = 9.0;
+    const HIGHEST: f32 = 9.0;
+    const EVIDENT: f32 = 0.3;
+    /// The share of a block in the average of variances, and the times by which one block may be better than that.
+    const RENEWAL: f32 = 1.0 / 8.0;
+    const BETTER: f32 = 4.0;
+
+    fn start(variance: f32) -> Self {
+        Self { variance, ..Self::default() }
+    }
+
+    /// Takes the variance that a block says, and gives the one that counts.
+    fn variance(&self, block: f32) -> f32 {
+        self.average(block).max(block / Self::BETTER) * Self::times(self.scatter)
+    }
+
+    fn times(log: f32) -> f32 {
+        if log > Self::EVIDENT { libm::expf(log) } else { 1.0 }
+    }
+
+    /// The harmonic mean: a block of which something was suspicious says too much.
+    fn average(&self, block: f32) -> f32 {
+        1.0 / ((1.0 - Self::RENEWAL) / self.variance + Self::RENEWAL / block)
+    }
+
+    /// Takes an innovation over its sigma, of a measurement with this variance.
+    fn learn(&mut self, block: f32, innovation: f32) {
+        self.variance = self.average(block);
+        let within = |x: f32| x.max(-Self::MOST).min(Self::MOST);
+        let grown = |log: f32, by: f32| (log + Self::SPEED * by).max(0.0).min(Self::HIGHEST);
+        self.scatter = grown(self.scatter, within(innovation * innovation) - Self::SCATTER);
+        self.unrest = grown(self.unrest, within(innovation * self.last) - Self::UNREST);
+        self.last = innovation;
+    }
+
+    /// Sigma of the acceleration.
+    fn acceleration(&self, tracking: &Tracking) -> f32 {
+        let usual = (tracking.agility * self.variance.root()).max(tracking.acceleration);
+        usual * Self::times(self.unrest)
+    }
 }
 
 impl Track {
@@ -144,7 +209,7 @@ impl Track {
     pub fn start(number: u32, tone: &Tone, tracking: &Tracking) -> Self {
         let variance = square(tone.sigma);
         let motion = Motion { rate: 0.0, covariance: [variance, 0.0, square(tracking.rate)] };
-        Self { number, tone: *tone, motion, measured: tone.sigma, ..Self::default() }
+        Self { number, tone: *tone, motion, learnt: Learnt::start(variance), ..Self::default() }
     }
 
     /// The rate, cycles per sample per block.
@@ -165,8 +230,7 @@ impl Track {
             let [x, _, _] = self.motion.covariance;
             self.motion.covariance = [x, 0.0, square(tracking.rate)];
         }
-        let acceleration = (tracking.agility * self.measured).max(tracking.acceleration);
-        let moved = self.motion.predict(blocks as f32, acceleration);
+        let moved = self.motion.predict(blocks as f32, self.learnt.acceleration(tracking));
         self.shift(moved);
         self.age = self.age.saturating_add(blocks);
     }
@@ -174,12 +238,12 @@ impl Track {
     /// Half the gate for a measurement of this sigma, cycles per sample.
     pub fn gate(&self, sigma: f32) -> f32 {
         let [variance, _, _] = self.motion.covariance;
-        (GATE * (variance + square(sigma)).root()).min(WIDEST)
+        (GATE * (variance + self.learnt.variance(square(sigma))).root()).min(WIDEST)
     }
 
     /// Half the gate for a measurement with the sigma of the last one.
     pub fn expected_gate(&self) -> f32 {
-        self.gate(self.measured)
+        self.gate(self.learnt.variance.root())
     }
 
     /// The distance of a tone from the prediction, cycles per sample, signed. It wraps round the
@@ -196,9 +260,12 @@ impl Track {
 
     /// Updates the track with this block's measurement.
     pub fn update(&mut self, tone: &Tone) {
-        let moved = self.motion.update(self.innovation(tone), square(tone.sigma));
+        let (block, innovation) = (square(tone.sigma), self.innovation(tone));
+        let variance = self.learnt.variance(block);
+        let [place, _, _] = self.motion.covariance;
+        self.learnt.learn(block, innovation / (place + variance).root());
+        let moved = self.motion.update(innovation, variance);
         self.tone = Tone { frequency: self.tone.frequency, ..*tone };
-        self.measured = tone.sigma;
         self.shift(moved);
         self.misses = 0;
         // A tentative track lives so briefly that any second measurement confirms it.

@@ -112,12 +112,6 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         (low <= high && high < self.bins()).then_some(low..=high)
     }
 
-    /// The sum of the powers of half the second difference of a part of the points, around every `stride`-th one from
-    /// the second on.
-    pub(crate) fn bend(&self, part: &[[E::Part; 2]], stride: usize) -> u64 {
-        E::bend(part, stride)
-    }
-
     /// The number of bins: `N/2 + 1` for real records, `N` for I/Q.
     pub const fn bins(&self) -> usize {
         if R::IQ { N } else { N / 2 + 1 }
@@ -149,7 +143,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     }
 
     /// The bins from `first` on, as many as `places` holds.
-    fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
+    pub(crate) fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
         let end = first.saturating_add(places.len() as i32);
         if !R::IQ && first >= 1 && end <= N as i32 / 2 {
             return E::window::<R, N>(self.points(), first as usize, places);

@@ -5,10 +5,13 @@ use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
+use picket::estimate::detection::{Less, Threshold};
 use picket::estimate::frequency::Frequency;
+use picket::estimate::judge::{Judgement, Line, judge};
 use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::measure::{excess_over, residual};
 use picket::estimate::noise;
+use picket::estimate::noise::ring::{self, Beside};
 use picket::estimate::tone::Verdict;
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket::estimate::unclipped::Unclipped;
@@ -78,6 +81,14 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         search.finish().map(|peak| (peak, unit))
     }
 
+    /// The noise beside a tone that was taken out of the spectrum.
+    fn ring(&self, peak: i32) -> Beside {
+        ring::of_rest(self.n, R::IQ, peak, |k| {
+            let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
+            ((bin(k - 1) + bin(k + 1)) * T::of(0.5) - bin(k)).norm_sqr().wide() as f32
+        })
+    }
+
     fn bins(&self, peak: i32) -> Bins<T, R, Rectangular> {
         Bins::gather(self.n, peak, |k| self.spectrum[k])
     }
@@ -115,7 +126,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             let amplitude2 = peak.power[1] as f64 * unit / (share * share);
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
             let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise);
-            return Seen { snr, clipped, near: noise, fit: None, free: None };
+            return Seen { snr, clipped, near: noise, fit: None, free: None, ring: None };
         };
         let tone = fit.tone::<R>(self.n);
         let tone = Complex::new(tone.re.wide(), tone.im.wide());
@@ -128,15 +139,15 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             );
         }
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
-        let Band { low, high } = self.plan.band;
-        let dc_free = (low..=high).map(|k| k.rem_euclid(self.n as i32) as usize).filter(|&k| k > 0);
-        let (sum, count) = dc_free
-            .map(|k| self.spectrum[k].norm_sqr().wide())
-            .fold((0.0, 0.0), |(s, c), p| (s + p, c + 1.0));
-        // The fit took three parameters of two-part bins out of the noise.
-        let free = f64::max(count - 1.5, 1.0);
-        let noise = sum / free / n;
-        let excess = excess_over(&fit, self.n, T::of(noise), free as usize).wide();
+        let ring = self.ring(peak.bin);
+        let noise = f64::from(ring.noise.power);
+        let (line, widening) = if clipped > CLIPPED {
+            let excess = excess_over(&fit.single(), self.n, ring.noise);
+            (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
+        } else {
+            let Judgement { line, widening, .. } = judge(&fit.single(), self.n, &ring);
+            (line, widening)
+        };
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
@@ -148,10 +159,10 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let noise_here = free.map_or(noise, |(_, free)| free.noise.into());
         let rest = residual(&fit, self.n).wide() as f32;
         let near = free.map_or(noise, |(_, free)| free.near(rest, clipped).into());
-        let near = if excess > 1.0 { noise * excess } else { near };
+        let near = if widening > 1.0 { noise * f64::from(widening) } else { near };
         let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
         let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
-        Seen { snr, clipped, near, fit: Some((sigma, excess > 1.0)), free }
+        Seen { snr, clipped, near, fit: Some((sigma, line)), free, ring: Some(ring) }
     }
 }
 
@@ -163,8 +174,10 @@ struct Seen {
     clipped: f32,
     /// The noise power per sample near the tone.
     near: f64,
-    /// Of the least-squares fit: sigma in bins, and whether it leaves more than noise in its own bins.
-    fit: Option<(f64, bool)>,
+    /// Of the least-squares fit: sigma in bins, and what the line is by what it leaves in its own bins.
+    fit: Option<(f64, Line)>,
+    /// The noise beside the tone.
+    ring: Option<Beside>,
     /// Of a record that clips: where its other samples see the tone, in bins, and how well.
     free: Option<(f64, Unclipped)>,
 }
@@ -207,18 +220,24 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
             estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect();
         let seen = self.seen(record, &peak, unit);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
-        let weak = !self.plan.options.threshold.detects(&peak);
+        let threshold = self.plan.options.threshold;
+        let less = if Threshold::has_floor(&peak) { Less::Most } else { Less::Nothing };
+        let power = (peak.power[1] as f64 * unit / self.n as f64) as f32;
+        let beside =
+            |ring: Beside| threshold.detects_beside(power / ring.loud, ring.noise.freedom, less);
+        let weak = !(threshold.detects(&peak) && seen.ring.is_none_or(beside));
         let nyquist = self.n as f64 / 2.0;
         let estimate = |(estimator, bins): (&Estimator, f64)| {
             // As in the core, only least squares knows its own sigma and its residual.
-            let (sigma, unresolved) = seen
+            let (sigma, line) = seen
                 .fit
                 .filter(|_| estimator.least_squares())
-                .unwrap_or((f64::from(estimator.about().efficiency) * bound, false));
+                .unwrap_or((f64::from(estimator.about().efficiency) * bound, Line::Steady));
             let verdicts = [
                 (!R::IQ && !(1.5..=nyquist - 1.5).contains(&bins), Verdict::NearEdge),
                 (seen.clipped > CLIPPED, Verdict::Clipped),
-                (unresolved, Verdict::Unresolved),
+                (line == Line::Moving, Verdict::Moving),
+                (line == Line::Unresolved, Verdict::Unresolved),
                 (gap, Verdict::Gap),
                 (weak, Verdict::Weak),
             ];

@@ -52,8 +52,15 @@ const PLAIN: Example = Example {
 };
 
 /// One for each verdict, from best to worst, but for wrong codes, which no picture shows.
-pub const EXAMPLES: [Example; 7] = [
+pub const EXAMPLES: [Example; 9] = [
     PLAIN,
+    Example {
+        verdict: "moving",
+        picture: "trust-moving",
+        what: "a tone that rises by half a bin, 30 dB",
+        impair: "chirp:0.5",
+        ..PLAIN
+    },
     Example {
         verdict: "near-edge",
         picture: "trust-near-edge",
@@ -76,6 +83,15 @@ pub const EXAMPLES: [Example; 7] = [
         picture: "trust-unresolved",
         what: "a second tone 10 dB below, 1.5 bins beside, 30 dB",
         impair: "second-tone:offset=1.5,level-db=-10",
+        ..PLAIN
+    },
+    Example {
+        verdict: "image",
+        picture: "trust-image",
+        what: "I/Q, Q a sample late, 30 dB",
+        impair: "iq-delay:1",
+        iq: true,
+        shown: (-150, 150),
         ..PLAIN
     },
     Example {

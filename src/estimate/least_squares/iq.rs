@@ -15,6 +15,7 @@
 //!
 //! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
+use super::rest::{self, NEAR, Rest};
 use super::{
     Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
 };
@@ -28,6 +29,8 @@ use num_complex::Complex;
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
 pub(super) struct Side<T> {
+    /// How many bins from the peak.
+    pub i: i32,
     pub u: T,
     pub m: T,
     pub y: Complex<T>,
@@ -46,8 +49,8 @@ pub(super) struct Sums<T> {
 pub(super) trait Sides<T> {
     /// The sums at p.
     fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model c leaves.
-    fn residual(&self, p: T, c: Complex<T>) -> T;
+    /// The power that the model c leaves at the offset d, and where, with `centre` in the peak's own bin.
+    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>);
     /// How many bins there are.
     fn count(&self) -> usize;
 }
@@ -68,9 +71,9 @@ struct Step<T> {
     /// How far to move, in units of p.
     forward: T,
     information: T,
-    /// c at this p, and after the move.
+    /// c at this p, and by how much it changes for each unit that p moves.
     here: Complex<T>,
-    there: Complex<T>,
+    slope: Complex<T>,
 }
 
 pub(super) fn fit<T: Scalar, R: Record>(
@@ -85,7 +88,7 @@ pub(super) fn fit<T: Scalar, R: Record>(
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
     // The bins are put in their place: a vector made elsewhere would be copied here.
     let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
-    problem.read(bins, reach);
+    problem.read(bins, reach, matches!(course, Course::Further(..)));
     Some(problem.fit(course))
 }
 
@@ -95,23 +98,25 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let problem = self;
         let (start, steps, settled) = match course {
             Course::Usual => (problem.start(), 2, T::of(SETTLED)),
-            Course::From(start, steps) => (start, steps, T::zero()),
+            Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
         };
+        let further = matches!(course, Course::Further(..));
         let mut d = limit(start, START_LIMIT);
         let (mut p, mut speed) = problem.tangent(d);
-        let mut step = problem.step(p);
+        let mut step = problem.step(p, further);
         let (mut c, mut information) = (step.here, step.information * speed * speed);
         for taken in 0..steps {
             if taken > 0 {
-                step = problem.step(p);
+                step = problem.step(p, further);
             }
             let forward = limit(step.forward / speed, STEP_LIMIT);
             let next = limit(d + forward, OFFSET_LIMIT);
             let moved = next - d;
             information = step.information * speed * speed;
             d = next;
+            let before = p;
             (p, speed) = problem.tangent(d);
-            c = step.there;
+            c = step.here + step.slope * (p - before);
             if moved.abs() <= settled {
                 break;
             }
@@ -152,17 +157,25 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     }
 
     /// The sums at p, and what follows from them.
-    fn step(&self, p: T) -> Step<T> {
+    fn step(&self, p: T, further: bool) -> Step<T> {
         let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, pp) = (aa + T::one(), pp + self.centre);
-        let (above, below) = (qq * aa - pp * bb, pp * dd - qq * bb);
         let here = pp / aa;
+        let (size, determinant) = (here.norm_sqr(), aa * dd - bb * bb);
+        let above = qq * aa - pp * bb;
+        let below = if further {
+            // What lies across the line is a change of the amplitude: it moves nothing.
+            let along = (above * here.conj()).re / size;
+            here * (determinant - along * bb / aa)
+        } else {
+            pp * dd - qq * bb
+        };
         Step {
             forward: (above * below.conj()).re / below.norm_sqr(),
-            information: here.norm_sqr() * (dd - bb * bb / aa),
+            information: size * (dd - bb * bb / aa),
             here,
-            there: below / (aa * dd - bb * bb),
+            slope: here * -(bb / aa),
         }
     }
 
@@ -171,30 +184,37 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
         let two = T::of(2.0);
+        let line = c * (sinc(x * x) / line_shape(d));
+        let centre = self.centre - c;
+        let (residual, rest) = self.sides.residual(d, p, c, centre);
         Fit {
             offset: d,
-            line: c * (sinc(x * x) / line_shape(d)),
+            line,
             information,
             peak: c,
             lever: Complex::new(two * sin * sin, -(two * sin * cos)),
-            residual: (self.centre - c).norm_sqr() + self.sides.residual(p, c),
+            residual: centre.norm_sqr() + residual,
             freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
+            rest,
         }
     }
 }
 
 impl<T: Scalar> Problem<T, Floats<T>> {
     /// Takes the bins beside the peak, the nearest first.
-    fn read<R: Record>(&mut self, bins: &Bins<T, R, Rectangular>, reach: usize) {
+    fn read<R: Record>(&mut self, bins: &Bins<T, R, Rectangular>, reach: usize, further: bool) {
         let (e, n) = (self.e, bins.n() as i32);
         for i in distances(reach) {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
+                if further && holds_constant(bins.peak().wrapping_add(k), n, k) {
+                    continue;
+                }
                 let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
-                let _ = self.sides.0.push(Side { u: lean / e, m: T::one() + lean * lean, y });
+                let _ = self.sides.0.push(Side { i: k, u: lean / e, m: T::one() + lean * lean, y });
             }
         }
         self.near = first_two(self.sides.0.iter().copied());
@@ -220,15 +240,34 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 
     /// `|X - c h (1 + j e u)|^2 = |Y - c h m|^2 / m`.
-    fn residual(&self, p: T, c: Complex<T>) -> T {
+    fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let left = |side: &Side<T>| {
             let h = p / (p - side.u);
-            (side.y - c * (h * side.m)).norm_sqr() / side.m
+            side.y - c * (h * side.m)
         };
-        self.0.iter().fold(T::zero(), |sum, side| sum + left(side))
+        let far = |sides: &[Side<T>], sum| {
+            sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr() / side.m)
+        };
+        if !cfg!(feature = "methods") {
+            return (far(&self.0, T::zero()), Rest::none());
+        }
+        let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
+        for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
+            // So near, m is 1.
+            sum = sum + sums.add(side.i, left(side)) / side.m;
+            count += 1;
+        }
+        let rest = self.0.get(count..).unwrap_or(&[]);
+        (far(rest, sum), sums.rest())
     }
 
     fn count(&self) -> usize {
         self.0.len()
     }
+}
+
+/// Whether bin `k`, so far `away` from the peak, is that of a constant offset, which is left out where a tone alone
+/// does not explain all bins. A tone beside it needs all three bins.
+pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
+    away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
 }

@@ -17,8 +17,11 @@ pub mod fixed;
 pub mod iq;
 mod model;
 pub mod real;
+mod rest;
+mod slow;
 
 pub(crate) use model::Model;
+pub use rest::Rest;
 
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::math::scalar::Scalar;
@@ -50,6 +53,9 @@ pub enum Course<T> {
     Usual,
     /// From a given offset, so many steps. No step: amplitude and information at that offset.
     From(T, u32),
+    /// The same, but with steps that lead to least squares where more than noise is left, as of a tone whose amplitude changes.
+    /// The usual steps to I/Q tones end a little beside it then. I/Q fits leave out bin 0, which holds a constant offset.
+    Further(T, u32),
 }
 
 /// What a fit found.
@@ -73,6 +79,8 @@ pub struct Fit<T> {
     /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
     /// times the noise power of a bin.
     pub freedom: u32,
+    /// What the model leaves near the line.
+    pub rest: Rest<T>,
 }
 
 impl<T: Scalar> Fit<T> {
@@ -80,6 +88,27 @@ impl<T: Scalar> Fit<T> {
     /// `A cos(2 pi f n / N + phase)`, or `A exp(j (2 pi f n / N + phase))` for I/Q.
     pub fn tone<R: Record>(&self, n: usize) -> Complex<T> {
         self.tone_of(R::IQ, n)
+    }
+
+    /// The same in single precision.
+    pub fn single(&self) -> Fit<f32> {
+        let one = |x: T| x.wide() as f32;
+        let pair = |z: Complex<T>| Complex::new(one(z.re), one(z.im));
+        let Rest { within, along, cosine_squared } = self.rest;
+        Fit {
+            offset: one(self.offset),
+            line: pair(self.line),
+            information: one(self.information),
+            peak: pair(self.peak),
+            lever: pair(self.lever),
+            residual: one(self.residual),
+            freedom: self.freedom,
+            rest: Rest {
+                within: within.map(one),
+                along: along.map(pair),
+                cosine_squared: one(cosine_squared),
+            },
+        }
     }
 
     pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
@@ -141,23 +170,49 @@ pub fn fit_at<R: Record, const N: usize>(
         return iq::fit(&Bins::<f32, R, _>::of(spectrum, peak), reach.bins(), course);
     }
     let first = peak.wrapping_sub(reach.bins() as i32);
-    let fit = |points: &[Point]| {
-        let unit = f32::two_to(spectrum.exponent());
-        let bins = |k: i32| {
-            let place = usize::try_from(k.wrapping_add(reach.bins() as i32)).unwrap_or(usize::MAX);
-            let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
-            Complex::new(re as f32 * unit, im as f32 * unit)
-        };
-        let table = const { &singles::<N>() };
-        const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
-        let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
-        real::fit(N as i32, peak, bins, reach.bins(), course, distance)
-    };
+    let fit = |points: &[Point]| fit_points::<N>(points, peak, spectrum.exponent(), course);
     match reach {
         Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),
         Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
         Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
     }
+}
+
+/// [`fit_at`] for a real record of N samples, of which these are the bins within reach of `peak`, in units of `2^exponent` codes.
+pub(crate) fn fit_points<const N: usize>(
+    points: &[Point],
+    peak: i32,
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let unit = f32::two_to(exponent);
+    let reach = points.len() / 2;
+    let bins = |k: i32| {
+        let place = usize::try_from(k.wrapping_add(reach as i32)).unwrap_or(usize::MAX);
+        let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
+        Complex::new(re as f32 * unit, im as f32 * unit)
+    };
+    let table = const { &singles::<N>() };
+    const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
+    let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
+    real::fit(N as i32, peak, bins, reach, course, distance)
+}
+
+/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` where they do not matter, or cannot be told from
+/// the tone, and for I/Q.
+///
+/// Cost: seven times that of a fit.
+pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    reach: Reach,
+) -> Option<Fit<f32>> {
+    if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+        return None;
+    }
+    let bins = Bins::<f32, R, _>::of(spectrum, peak);
+    let distance = |i| Distance::new(i, N as i32);
+    real::fit_beside_slow(N as i32, peak, |k| bins.at(k), reach.bins(), distance)
 }
 
 /// What the fit of a real tone needs to know of a bin i bins from the peak, with `e = 2 pi / N`.

@@ -20,13 +20,19 @@ const SEEDS: [u8; 128] = {
 /// Newton's step is `r (2 - m r)`. What `m r` is off a power of two fits in 32 bits, so a product modulo 2^32 is all that it
 /// takes.
 pub(super) fn of(m: u32) -> u32 {
-    let seed = SEEDS.get((m >> 23 & 127) as usize).map_or(256, |&seed| u32::from(seed) + 256);
-    // r = 2^39 / m to 8 bits: 2^37 - (m/4) r is below 2^30.
-    let off = (m >> 2).wrapping_mul(seed).wrapping_neg() as i32;
-    let rough = (seed << 7).wrapping_add_signed((off >> 14).wrapping_mul(seed as i32) >> 16);
+    let rough = rough(m);
     // r = 2^46 / m to 14 bits: 2^45 - (m/2) r is below 2^31.
     let off = (m >> 1).wrapping_mul(rough).wrapping_neg() as i32;
     (rough << 15).wrapping_add_signed((off >> 16).wrapping_mul(rough as i32) >> 14)
+}
+
+/// `2^46 / m` to 14 bits, at most 2^16, for the same `m`.
+#[inline(always)]
+pub(super) fn rough(m: u32) -> u32 {
+    let seed = SEEDS.get((m >> 23 & 127) as usize).map_or(256, |&seed| u32::from(seed) + 256);
+    // r = 2^39 / m to 8 bits: 2^37 - (m/4) r is below 2^30.
+    let off = (m >> 2).wrapping_mul(seed).wrapping_neg() as i32;
+    (seed << 7).wrapping_add_signed((off >> 14).wrapping_mul(seed as i32) >> 16)
 }
 
 #[cfg(test)]

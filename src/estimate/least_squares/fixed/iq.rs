@@ -1,6 +1,8 @@
 //! The fit of [`super::super::iq`] with the sums in integers.
 
+use super::near::Near;
 use super::{ROOM, around, held, nearest, product, quantised, shape};
+use crate::estimate::least_squares::rest::Rest;
 use crate::estimate::least_squares::{Course, Fit, first_two, iq};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
@@ -49,6 +51,7 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 /// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
+    peak: i32,
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
@@ -62,13 +65,16 @@ pub(super) fn fit(
     }
     let scale = f32::two_to(exponent + ROOM as i32);
     let e = core::f32::consts::PI / n as f32;
-    let (near, sides) = (Vec::new(), Sides { scale, sides: Vec::new() });
+    let unit = exponent + ROOM as i32;
+    let (near, sides) = (Vec::new(), Sides { scale, unit, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
+    let further = matches!(course, Course::Further(..));
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
-            if let Some(x) = around(bins, sign * i) {
+            let constant = further && iq::holds_constant(peak.wrapping_add(sign * i), n, i);
+            if let Some(x) = around(bins, sign * i).filter(|_| !constant) {
                 // The vector holds every distance up to the reach.
-                let _ = problem.sides.sides.push(Side::new(x, distance, sign));
+                let _ = problem.sides.sides.push(Side::new(x, distance, sign, i));
             }
         }
     }
@@ -78,6 +84,8 @@ pub(super) fn fit(
 
 /// One bin of an I/Q record.
 struct Side {
+    /// How many bins from the peak.
+    i: i32,
     u: i32,
     m: i32,
     inverse_m: i32,
@@ -86,11 +94,13 @@ struct Side {
 
 struct Sides {
     scale: f32,
+    /// The power of two that `scale` is.
+    unit: i32,
     sides: Vec<Side, { 2 * REACH }>,
 }
 
 impl Side {
-    fn new(x: [i32; 2], distance: &Distance, sign: i32) -> Self {
+    fn new(x: [i32; 2], distance: &Distance, sign: i32, i: i32) -> Self {
         let lean = sign * distance.tangent;
         let y = [
             held(i64::from(x[0]) + (product(lean, x[1]) >> 29)),
@@ -98,11 +108,12 @@ impl Side {
         ];
         // 1/m = 1/(1 + tan^2) = cos^2.
         let m = (1i32 << 29) + distance.square;
-        Self { u: sign * distance.u, m, inverse_m: distance.inverse_m, y }
+        Self { i: sign * i, u: sign * distance.u, m, inverse_m: distance.inverse_m, y }
     }
 
     fn float(&self, scale: f32) -> iq::Side<f32> {
         iq::Side {
+            i: self.i,
             u: self.u as f32 * (SINGLE * 8.0),
             m: self.m as f32 * (SINGLE / 8.0),
             y: Complex::new(self.y[0] as f32, self.y[1] as f32) * scale,
@@ -139,20 +150,31 @@ impl iq::Sides<f32> for Sides {
         }
     }
 
-    fn residual(&self, p: f32, c: Complex<f32>) -> f32 {
-        let p = quantised(p, 23);
+    fn residual(&self, d: f32, p: f32, c: Complex<f32>, centre: Complex<f32>) -> (f32, Rest<f32>) {
+        let (p, d) = (quantised(p, 23), quantised(d, 30));
         let c = [(c.re / self.scale) as i32, (c.im / self.scale) as i32];
-        let mut sum = 0i64;
-        for side in &self.sides {
+        let left = |side: &Side| {
             let (h, _) = shape(p, side.u);
             let mh = held(product(side.m, h) >> 29);
-            for (y, c) in side.y.into_iter().zip(c) {
-                let left = held(i64::from(y) - (product(c, mh) >> 26));
-                let share = held(product(left, side.inverse_m) >> 26);
-                sum = sum.saturating_add(product(left, share));
+            let [re, im] = [0, 1].map(|part: usize| {
+                let [y, c] = if part == 0 { [side.y[0], c[0]] } else { [side.y[1], c[1]] };
+                held(i64::from(y) - (product(c, mh) >> 26))
+            });
+            [re, im]
+        };
+        let centre = [(centre.re / self.scale) as i32, (centre.im / self.scale) as i32];
+        let mut near = Near::new(centre);
+        let mut sum = 0i64;
+        for side in &self.sides {
+            let left = left(side);
+            near.take(side.i, left);
+            for part in left {
+                let share = held(product(part, side.inverse_m) >> 26);
+                sum = sum.saturating_add(product(part, share));
             }
         }
-        sum as f32 * self.scale * self.scale
+        let rest = if cfg!(feature = "methods") { near.rest(d, self.unit) } else { Rest::none() };
+        (sum as f32 * self.scale * self.scale, rest)
     }
 
     fn count(&self) -> usize {

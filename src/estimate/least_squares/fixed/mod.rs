@@ -8,8 +8,10 @@
 mod equations;
 mod inverse;
 mod iq;
+mod near;
 mod real;
 mod scaled;
+mod tail;
 
 use super::{Course, Fit, Reach};
 use crate::acquire::sample::Record;
@@ -19,6 +21,7 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 use scaled::Scaled;
+pub(crate) use tail::tail;
 
 /// The bits by which the FFT's bins are shifted down.
 pub(crate) const ROOM: u32 = 2;
@@ -35,17 +38,25 @@ pub fn fit<R: Record, const N: usize>(
 ) -> Option<Fit<f32>> {
     let first = peak.wrapping_sub(reach.bins() as i32);
     let exponent = spectrum.exponent();
-    let fit = |bins: &[Point]| {
-        if R::IQ {
-            iq::fit(N as i32, bins, const { &iq::distances::<N>() }, exponent, course)
-        } else {
-            real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
-        }
-    };
+    let fit = |bins: &[Point]| fit_points::<R, N>(bins, peak, exponent, course);
     match reach {
         Reach::Four => fit(spectrum.window::<9>(first, &mut MaybeUninit::uninit())),
         Reach::Eight => fit(spectrum.window::<17>(first, &mut MaybeUninit::uninit())),
         Reach::Sixteen => fit(spectrum.window::<33>(first, &mut MaybeUninit::uninit())),
+    }
+}
+
+/// The same from the bins within reach of `peak`, in units of `2^exponent` codes.
+pub(crate) fn fit_points<R: Record, const N: usize>(
+    bins: &[Point],
+    peak: i32,
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    if R::IQ {
+        iq::fit(N as i32, peak, bins, const { &iq::distances::<N>() }, exponent, course)
+    } else {
+        real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
     }
 }
 

@@ -1,8 +1,10 @@
 //! The fit of [`super::super::real`] for cores without an FPU.
 
 use super::equations::{Place, Step, Sums};
+use super::near::Near;
 use super::scaled::Scaled;
 use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
+use crate::estimate::least_squares::rest::Rest;
 use crate::estimate::least_squares::{
     Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
 };
@@ -46,6 +48,8 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 
 /// A bin beside the peak.
 struct Side {
+    /// How many bins from the peak.
+    i: i32,
     u: i32,
     s: i32,
     x: [i32; 2],
@@ -101,7 +105,7 @@ pub(super) fn fit(
             if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
                 // The vector holds every distance up to the reach.
                 let y = shifted::<26>(s, x[1]);
-                let _ = sides.push(Side { u: near + bend, s, x, y, h: 0, slope: 0 });
+                let _ = sides.push(Side { i: k, u: near + bend, s, x, y, h: 0, slope: 0 });
             }
         }
     }
@@ -141,12 +145,12 @@ const fn series(x: f64) -> i32 {
 }
 
 /// `cos x` of `z = x^2`, |x| <= pi/4.
-fn cosine(z: i32) -> i32 {
+pub(super) fn cosine(z: i32) -> i32 {
     horner!(z, 1.0, -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0)
 }
 
 /// `sin(x) / x` of `z = x^2`, |x| <= pi/4.
-fn sinc(z: i32) -> i32 {
+pub(super) fn sinc(z: i32) -> i32 {
     horner!(z, 1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0)
 }
 
@@ -163,7 +167,9 @@ impl Peak {
         let (start, steps, settled) = match course {
             Course::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
             Course::Usual => (self.start(sides), 2, SETTLED),
-            Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
+            Course::From(start, steps) | Course::Further(start, steps) => {
+                (Scaled::of_float(start, 0).bits(30), steps, 0.0)
+            }
         };
         // The tone stays between DC and Nyquist.
         let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
@@ -259,7 +265,8 @@ impl Peak {
         let turned = Complex::new((a - bent) * scale / self.root(at.p), b * scale);
         let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
         let line = [(a - bent).bits(0), bent.bits(0), b.bits(0)];
-        let left = self.residual(at.p, onward, line, sides);
+        let (left, near) = self.residual(at, onward, line, sides);
+        let rest = if cfg!(feature = "methods") { near.rest(at.d, unit) } else { Rest::none() };
         Fit {
             offset: Scaled::new(at.d, -30).float(0),
             line: float(turned),
@@ -268,6 +275,7 @@ impl Peak {
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
+            rest,
         }
     }
 
@@ -275,14 +283,16 @@ impl Peak {
     /// part `b s h`. A last step that is settled changes h as h' says, but for less than a hundredth of what is left.
     fn residual(
         &self,
-        p: i32,
+        at: &Offset,
         onward: i32,
         [turning, still, b]: [i32; 3],
         sides: &[Side],
-    ) -> Scaled {
-        let ([re, im], p) = (self.centre, narrow(p));
+    ) -> (Scaled, Near) {
+        let ([re, im], p) = (self.centre, narrow(at.p));
         let settled = onward.abs() <= bins(SETTLED);
-        let mut sum = squares(re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b));
+        let centre = [re.wrapping_sub(turning.wrapping_add(still)), im.wrapping_sub(b)];
+        let mut near = Near::new(centre);
+        let mut sum = squares(centre[0], centre[1]);
         for side in sides {
             let h = if settled {
                 side.h.wrapping_add(shifted::<26>(onward, side.slope))
@@ -291,12 +301,11 @@ impl Peak {
             };
             let re = shifted::<26>(h, turning);
             let im = shifted::<26>(side.s, shifted::<26>(h, b));
-            sum = sum.wrapping_add(squares(
-                side.x[0].wrapping_sub(re.wrapping_add(still)),
-                side.x[1].wrapping_sub(im),
-            ));
+            let left = [side.x[0].wrapping_sub(re.wrapping_add(still)), side.x[1].wrapping_sub(im)];
+            near.take(side.i, left);
+            sum = sum.wrapping_add(squares(left[0], left[1]));
         }
-        Scaled::of_sum((sum >> 1) as i64, 1)
+        (Scaled::of_sum((sum >> 1) as i64, 1), near)
     }
 }
 

@@ -1,25 +1,25 @@
-//! The noise estimate of [`super::noise`] with the sum over the bins in integers.
+//! The noise estimate of [`super::whole`] with the sum over the bins in integers.
 //!
-//! Angles turn in Q30, weights are in Q29, bins as in [`super::least_squares::fixed`].
+//! Angles turn in Q30, weights are in Q29, bins as in [`crate::estimate::least_squares::fixed`].
 
-use super::least_squares::Fit;
-use super::least_squares::fixed::{ROOM, bin, held, product, quantised};
-use super::noise;
+use super::{ROUNDING, whole};
 use crate::acquire::sample::Record;
+use crate::estimate::least_squares::Fit;
+use crate::estimate::least_squares::fixed::{ROOM, bin, held, product, quantised};
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 
 /// An angle as cosine and sine in Q30.
-pub(super) type Turn = [i32; 2];
+pub(crate) type Turn = [i32; 2];
 
 fn turn(k: i32, n: i32) -> Turn {
     let w = circle::<f32>(k, n);
     [quantised(w.re, 30), quantised(w.im, 30)]
 }
 
-pub(super) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
+pub(crate) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     let half = 1i64 << 29;
     [
         held((product(a, c) - product(b, d) + half) >> 30),
@@ -27,16 +27,13 @@ pub(super) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     ]
 }
 
-/// As [`noise::power`].
+/// As [`whole::power`].
 pub fn power<R: Record, const N: usize, const BINS: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     fit: &Fit<f32>,
 ) -> f32 {
-    if noise::long::<R, N>() {
-        return noise::differences::<f32, R, N, BINS>(spectrum, peak);
-    }
-    let stride = noise::stride::<R, N, BINS>() as i32;
+    let stride = whole::stride::<R, N, BINS>() as i32;
     let scale = f32::two_to(spectrum.exponent() + ROOM as i32);
     let (residual, weight) = if R::IQ {
         iq(spectrum, peak, fit, stride, scale)
@@ -44,7 +41,7 @@ pub fn power<R: Record, const N: usize, const BINS: usize>(
         real(spectrum, peak, fit, stride, scale)
     };
     let parts = if R::IQ { 2.0 } else { 1.0 };
-    (residual / weight / N as f32 * scale * scale).max(noise::ROUNDING as f32 * parts)
+    (residual / weight / N as f32 * scale * scale).max(ROUNDING as f32 * parts)
 }
 
 fn real<R: Record, const N: usize>(

@@ -1,0 +1,150 @@
+//! What a fit leaves near its line, and how much of that is along the ways in which a tone moves.
+//!
+//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. Besides its line c the tone then has
+//! the bins `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of `x = pi (d - i)`: these are orthogonal to one another. What
+//! is left along their real part is a change of the amplitude, along their imaginary part one of the phase. The fit takes order 0
+//! and the phase of order 1, which is a frequency. So a tone that moves shows in five directions above those, and noise has no
+//! more in them than elsewhere.
+//!
+//! With s and c the sine and the cosine of `pi d`, and `y = 1/x`, the functions follow from one another:
+//!
+//! ```text
+//! (-1)^i j_0 = s y      (-1)^i j_1 = (s y - c) y      j_2 = 3 y j_1 - j_0      j_3 = 5 y j_2 - j_1
+//! ```
+
+use crate::math::scalar::{Scalar, cosine};
+use crate::math::series::line_shape;
+use core::f64::consts::{FRAC_PI_4, PI};
+use num_complex::Complex;
+
+/// Bins on each side that are looked at.
+pub(super) const NEAR: usize = 8;
+
+/// What a fit leaves near its line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest<T> {
+    /// The power in the bins up to 2, 4 and 8 from the peak, in squared codes.
+    pub within: [T; 3],
+    /// What is left, times the functions of order 1, 2 and 3, in codes.
+    pub along: [Complex<T>; 3],
+    /// The square of the cosine of pi times the offset.
+    pub cosine_squared: T,
+}
+
+/// The sums over the bins, in the making.
+#[derive(Clone, Copy)]
+pub(super) struct Sums<T> {
+    /// pi times the offset, and the sine and cosine of that.
+    x: T,
+    sine: T,
+    cosine: T,
+    /// The power up to 2 bins from the peak, from there up to 4, and up to 8.
+    within: [T; 3],
+    along: [Complex<T>; 3],
+}
+
+impl<T: Scalar> Sums<T> {
+    /// Of a tone at the offset d, with what is left of the peak's own bin.
+    pub fn new(d: T, centre: Complex<T>) -> Self {
+        let (zero, of) = (T::zero(), T::of);
+        let x = d * of(PI);
+        // The angle is doubled twice.
+        let quarter = d * of(FRAC_PI_4);
+        let cos = cosine(quarter * quarter);
+        let half = of(2.0) * cos * cos - T::one();
+        let z = x * x;
+        // j_p = x^p g_p, and g_1 = 5 g_2 - x^2 g_3.
+        let g3 = series(z, [18.0, 44.0, 78.0]) * of(1.0 / 105.0);
+        let g2 = series(z, [14.0, 36.0, 66.0]) * of(1.0 / 15.0);
+        let g1 = of(5.0) * g2 - z * g3;
+        Self {
+            x,
+            sine: x * line_shape(d),
+            cosine: of(2.0) * half * half - T::one(),
+            within: [centre.norm_sqr(), zero, zero],
+            along: [centre * (x * g1), centre * (z * g2), centre * (z * x * g3)],
+        }
+    }
+
+    /// Adds what is left i bins from the peak, within [`NEAR`] and not 0. Returns its power.
+    #[inline(always)]
+    pub fn add(&mut self, i: i32, left: Complex<T>) -> T {
+        let power = left.norm_sqr();
+        let [two, four, eight] = &mut self.within;
+        let scale = match i.unsigned_abs() {
+            ..3 => two,
+            ..5 => four,
+            _ => eight,
+        };
+        *scale = *scale + power;
+        let y = T::one() / (self.x - T::of(PI) * T::of_i32(i));
+        let zeroth = self.sine * y;
+        let first = (zeroth - self.cosine) * y;
+        let second = T::of(3.0) * first * y - zeroth;
+        let third = T::of(5.0) * second * y - first;
+        for (sum, shape) in self.along.iter_mut().zip([first, second, third]) {
+            *sum = *sum + left * shape;
+        }
+        power
+    }
+
+    pub fn rest(&self) -> Rest<T> {
+        let [two, four, eight] = self.within;
+        let four = two + four;
+        Rest {
+            within: [two, four, four + eight],
+            along: self.along,
+            cosine_squared: self.cosine * self.cosine,
+        }
+    }
+}
+
+impl<T: Scalar> Rest<T> {
+    /// Nothing is left, or nobody asks.
+    pub(super) fn none() -> Self {
+        let zero = T::zero();
+        let along = [Complex::new(zero, zero); 3];
+        Self { within: [zero; 3], along, cosine_squared: zero }
+    }
+}
+
+/// `1 - z/a (1 - z/b (1 - z/c))`, the beginning of a Bessel function of `z = x^2`.
+fn series<T: Scalar>(z: T, [a, b, c]: [f64; 3]) -> T {
+    let last = T::one() - z * T::of(1.0 / c);
+    T::one() - z * T::of(1.0 / a) * (T::one() - z * T::of(1.0 / b) * last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bins of a tone whose phase bends: what the line leaves of them is along the second function alone.
+    #[test]
+    fn a_bent_phase_is_along_the_second_function() {
+        for d in [-0.5, -0.1, 0.0, 0.3, 0.9] {
+            let function = |i: i32, order: usize| {
+                let x = PI * (d - f64::from(i));
+                let (sin, cos) = (libm::sin(x), libm::cos(x));
+                let j1 = (sin / x - cos) / x;
+                let j2 = 3.0 * j1 / x - sin / x;
+                let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+                sign * [j1, j2, 5.0 * j2 / x - j1][order]
+            };
+            for order in 0..3 {
+                let small = [d / 3.0 * PI, 0.0, 0.0][order];
+                let centre = if d == 0.0 { small } else { function(0, order) };
+                let mut sums = Sums::new(d, Complex::new(centre, 0.0));
+                for i in (1..=8).flat_map(|i| [-i, i]) {
+                    sums.add(i, Complex::new(function(i, order), 0.0));
+                }
+                let rest = sums.rest();
+                let squares = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0][order];
+                for (other, along) in rest.along.iter().enumerate() {
+                    let expected = if other == order { squares } else { 0.0 };
+                    assert!((along.re - expected).abs() < 0.025, "{d} {order}: {rest:?}");
+                    assert_eq!(along.im, 0.0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,486 @@
+//! The noise beside a tone: from the bins of a ring around it, where it is as strong as under the tone itself.
+//!
+//! Noise is seldom white. A filter, a converter's own noise and hum make it as much as a hundred times stronger in one part of a
+//! spectrum than in another, so only what is near the tone tells how far the tone may be off. Near it there is its own leakage,
+//! and that of whatever moves along with it. Second differences of the bins, which are Hann's window, lessen that by 18 dB
+//! an octave, and the tone's own is known and taken away: with c its line, d its offset and x bins from it,
+//!
+//! ```text
+//! (X[k-1] + X[k+1]) / 2 - X[k]  =  noise + c sin(pi d) / (pi x (x^2 - 1))          white noise of power P: 3/2 P
+//! ```
+//!
+//! That is exact but for `(pi x / N)^4`: a tone's bins are cotangents less a constant, and what a cotangent differs by from `1/x` is
+//! nearly a straight line.
+//!
+//! Every second difference counts, from 7 bins off, in stretches of four. Other lines are no noise: of a side's stretches the
+//! loudest third is left out, for which what is left is too weak by a known factor. The geometric mean of both sides takes out
+//! any slope in decibels.
+//!
+//! Four stretches on a side: standard deviation 0.85 dB, as good as fifty independent numbers.
+
+use super::whole::{self, NOISE_BINS};
+use super::{Noise, rounding, whole_fixed};
+use crate::acquire::sample::Record;
+use crate::estimate::least_squares::Fit;
+use crate::estimate::least_squares::fixed::{product, quantised, square, tail};
+use crate::estimate::measure::Arithmetic;
+use crate::math::scalar::Scalar as _;
+use crate::math::series::line_shape;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
+use core::mem::MaybeUninit;
+use core::ops::Range;
+use num_complex::Complex;
+
+/// The noise beside a tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// As strong as under the tone.
+    pub noise: Noise,
+    /// The power on the louder side: what a peak must stand out from.
+    pub loud: f32,
+    /// The powers between which the noise is: of the quieter side and the louder one. Of one side alone that of its quieter
+    /// stretches and the loudest one.
+    range: [f32; 2],
+    sides: [Side; 2],
+}
+
+/// Bins from the tone to the middle of the first difference.
+const FIRST: i32 = 7;
+
+/// Differences in a stretch, and bins from one stretch to the next.
+const EACH: usize = 4;
+const STEP: usize = 2 * EACH;
+
+/// Stretches on each side; a side cut short by an end of the spectrum lends the other at most two: farther away the noise is
+/// another one.
+const WANTED: usize = 4;
+const LENT: usize = 2;
+const MOST: usize = WANTED + LENT;
+
+/// Drift has no second difference worth mention from this bin on.
+const DRIFT: i32 = 4;
+
+/// For each number of stretches: what is left of white noise's power in the mean of all but the loudest third, and the relative
+/// variance of that.
+const KEPT: [(f32, f32); WIDE + 1] = [
+    (1.0, 1.0),
+    (1.0, 0.2600),
+    (1.0, 0.1310),
+    (0.7798, 0.1136),
+    (0.8149, 0.0789),
+    (0.8391, 0.0604),
+    (0.7499, 0.0577),
+];
+
+/// Bins from the tone to the last one of the ring where there is room on both sides.
+const FARTHEST: i32 = FIRST - 1 + (STEP * WANTED) as i32;
+
+/// All bins about a tone that a fit and its ring read.
+pub(crate) type Around = [Point; 2 * FARTHEST as usize + 1];
+
+/// The bins about the peak of a real record, in one read; `None` where an end of the spectrum is among them.
+pub(crate) fn around<'a, R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    places: &'a mut MaybeUninit<Around>,
+) -> Option<&'a Around> {
+    const LOWEST: i32 = FIRST + DRIFT - 2 + (STEP * WANTED) as i32;
+    let inside = (LOWEST..N as i32 / 2 - FARTHEST).contains(&peak);
+    if R::IQ || N < 256 || !inside {
+        return None;
+    }
+    spectrum.window(peak - FARTHEST, places).first_chunk()
+}
+
+/// The bins of a side.
+type Window = [MaybeUninit<Point>; STEP * MOST + 1];
+
+/// Stretches on each side of the wide ring, by which it is decided whether a weak peak is one.
+const WIDE: usize = 6;
+
+/// The noise beside the tone that `fit` found at bin `peak`. Records of fewer than 256 samples (I/Q: 128) have no room for a ring:
+/// theirs is the noise of all bins, see [`whole::power`].
+///
+/// Cost: up to 66 bins read, 32 differences.
+pub fn beside<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+    arithmetic: Arithmetic,
+) -> Beside {
+    beside_within(spectrum, None, peak, fit, arithmetic)
+}
+
+/// The same with the bins that were read before.
+pub(crate) fn beside_within<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    around: Option<&Around>,
+    peak: i32,
+    fit: &Fit<f32>,
+    arithmetic: Arithmetic,
+) -> Beside {
+    if N < if R::IQ { 128 } else { 256 } {
+        let power = match arithmetic {
+            Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
+            Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
+        };
+        let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
+        let noise = Noise { power, freedom };
+        return Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] };
+    }
+    let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
+    let sides = match around {
+        Some(around) => {
+            const SIDE: usize = STEP * WANTED + 1;
+            let near: &[Point; SIDE] = around.first_chunk().unwrap_or(&[[0; 2]; SIDE]);
+            let far: &[Point; SIDE] = around.last_chunk().unwrap_or(&[[0; 2]; SIDE]);
+            [
+                own.side(near, peak - FARTHEST, arithmetic),
+                own.side(far, peak + FIRST - 1, arithmetic),
+            ]
+        }
+        None => {
+            let [left, right] = shared(room(N as i32, R::IQ, peak));
+            [
+                own.read(spectrum, -1, 0..left, arithmetic),
+                own.read(spectrum, 1, 0..right, arithmetic),
+            ]
+        }
+    };
+    // A stretch sums the halves of four differences; a bin's power is N times a sample's.
+    let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
+    of_sides(sides, f32::two_to(bits) / 6.0, rounding::<R>())
+}
+
+/// The same from any bins of which the tone has been taken away: `rest(k)` is the square of the size of
+/// `(X[k-1] + X[k+1]) / 2 - X[k]` for a record of `n` samples, whatever their number. Not below the smallest float.
+pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
+    let [left, right] = shared(room(n as i32, iq, peak));
+    let side = |towards: i32, count: usize| {
+        let mut side = Side::default();
+        for index in 0..count {
+            let first = FIRST + (STEP * index) as i32;
+            side.add((0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum());
+        }
+        side
+    };
+    of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
+}
+
+/// The noise in a ring half as wide again as the one that is `beside` a tone. A peak that is hardly stronger asks for more than a quiet
+/// ring beside it.
+///
+/// Cost: up to 34 bins read, 16 differences.
+#[inline(never)]
+pub fn loud<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+    beside: &Beside,
+    arithmetic: Arithmetic,
+) -> Option<Beside> {
+    if N < if R::IQ { 128 } else { 256 } {
+        return None;
+    }
+    let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
+    let [left, right] = room(N as i32, R::IQ, peak);
+    let [near_left, near_right] = beside.sides;
+    let side = |outward: i32, near: Side, room: usize| {
+        let places = near.count..room.min(WIDE).max(near.count);
+        let all = near.and(own.read(spectrum, outward, places, arithmetic));
+        let (share, variance) = all.kept();
+        if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
+    };
+    let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
+    let bits = 2 * spectrum.exponent() - N.trailing_zeros() as i32;
+    let power = (left.0.max(right.0) * f32::two_to(bits) / 6.0).max(rounding::<R>());
+    let freedom = left.1 + right.1;
+    (freedom > 0.0).then_some(Beside {
+        noise: Noise { power, freedom },
+        loud: power,
+        range: [power; 2],
+        sides: beside.sides,
+    })
+}
+
+/// Where one side is so many times as loud as the other there is an edge of the noise among them: a slope is not as steep.
+const EDGE: f32 = 8.0;
+
+impl Beside {
+    /// Where the noise has an edge near the tone, neither side tells on which the tone is. Then what a fit leaves from five bins
+    /// off does, as far as it is between both: this power, an average of so many real numbers.
+    #[inline]
+    pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
+        let [quiet, loud] = self.range;
+        if loud <= EDGE * quiet {
+            return self;
+        }
+        let power = power.max(quiet).min(loud);
+        Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
+    }
+}
+
+/// How many stretches there are on each side of a tone.
+fn room(n: i32, iq: bool, peak: i32) -> [usize; 2] {
+    let half = n / 2;
+    // A spectrum of I/Q is a circle, of which the tone's far side is left out.
+    let room = if iq {
+        [half - STEP as i32 - FIRST; 2]
+    } else {
+        [peak - FIRST - DRIFT + 2, half - peak - FIRST]
+    };
+    room.map(|room| (room.max(0) / STEP as i32) as usize)
+}
+
+/// How many stretches each side gives, of those that it has.
+fn shared([left, right]: [usize; 2]) -> [usize; 2] {
+    let lent = |other: usize| WANTED.saturating_sub(other).min(LENT);
+    [left.min(WANTED + lent(right)), right.min(WANTED + lent(left))]
+}
+
+/// Both sides together.
+#[inline]
+fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
+        return of_whole_sides(sides, scale, least);
+    }
+    let [left, right] = sides.map(|side| {
+        let (share, variance) = side.kept();
+        (side.quiet() * scale / share, variance)
+    });
+    let [none, nothing] = sides.map(|side| side.count == 0);
+    let (power, variance, loud, range) = if none || nothing {
+        let ((power, variance), side) = if none { (right, 1) } else { (left, 0) };
+        let loudest = sides.get(side).map_or(0.0, |side: &Side| side.loudest * scale);
+        (power, variance, power, [power, loudest])
+    } else {
+        let variance = (left.1 + right.1) * 0.25;
+        // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
+        let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
+        let loud = left.0.max(right.0);
+        (middle, variance, loud, [left.0.min(right.0), loud])
+    };
+    let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
+    Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
+}
+
+/// The same, of four stretches each.
+#[inline]
+fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    const SHARE: f32 = KEPT[WANTED].0;
+    const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
+    let scale = scale * const { 1.0 / (SHARE * (WANTED - WANTED / 3) as f32) };
+    let [left, right] = sides.map(|side| (side.sum - side.loudest) * scale);
+    let (quiet, loud) = if left < right { (left, right) } else { (right, left) };
+    let power = (left * right).root() * const { 1.0 + 0.75 * VARIANCE };
+    let noise = Noise { power: power.max(least), freedom: const { 2.0 / VARIANCE } };
+    Beside { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
+}
+
+/// The powers of the stretches on one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Side {
+    sum: f32,
+    loudest: f32,
+    second: f32,
+    count: usize,
+}
+
+impl Side {
+    #[inline(always)]
+    fn add(&mut self, power: f32) {
+        self.count += 1;
+        self.sum += power;
+        // Not by `max`, which asks whether there are numbers.
+        if power > self.loudest {
+            self.second = self.loudest;
+            self.loudest = power;
+        } else if power > self.second {
+            self.second = power;
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            loudest: self.loudest.max(other.loudest),
+            second: self.second.max(other.second).max(self.loudest.min(other.loudest)),
+            count: self.count + other.count,
+        }
+    }
+
+    /// What is left of white noise in the mean of the quieter stretches, and its relative variance.
+    fn kept(&self) -> (f32, f32) {
+        KEPT.get(self.count).copied().unwrap_or((1.0, 1.0))
+    }
+
+    /// The mean without the loudest third, at most two.
+    fn quiet(&self) -> f32 {
+        let without = self.count / 3;
+        let loud = match without {
+            0 => 0.0,
+            1 => self.loudest,
+            _ => self.loudest + self.second,
+        };
+        (self.sum - loud) / self.count.saturating_sub(without).max(1) as f32
+    }
+}
+
+/// What the tone itself has in second differences.
+struct Own {
+    /// `line sin(pi d) / pi` in stored units, and what its mirror image has for it.
+    value: Complex<f32>,
+    image: Complex<f32>,
+    /// The tone's bin and its offset.
+    peak: i32,
+    offset: f32,
+    /// The sum of the tone's bin and its image's: 0 or N. `None` where the image is far.
+    mirror: Option<i32>,
+}
+
+/// Tones nearer than this to an end of the spectrum have an image among their ring's bins.
+const MIRRORED: i32 = 40;
+
+/// So far from the image its leakage is nothing.
+const REACHED: i32 = 60;
+
+impl Own {
+    fn new<R: Record>(peak: i32, n: usize, fit: &Fit<f32>, exponent: i32) -> Self {
+        let (n, d) = (n as i32, fit.offset);
+        // The lines of both kinds are turned differently, by as much as an angle here is small.
+        let angle = if R::IQ { d * core::f32::consts::PI / n as f32 } else { 0.0 };
+        let turn = Complex::new(1.0, angle);
+        let value = fit.line * turn * (d * line_shape(d) * f32::two_to(-exponent));
+        let near = peak.min(n / 2 - peak);
+        let low = peak < n / 4;
+        let mirror = (!R::IQ && near < MIRRORED).then_some(if low { 0 } else { n });
+        let image = if low { value.conj() } else { -value.conj() };
+        Self { value, image, peak, offset: d, mirror }
+    }
+
+    /// Reads stretches on one side, outward from the tone by -1 or 1, numbered from the nearest one.
+    fn read<R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        arithmetic: Arithmetic,
+    ) -> Side {
+        let count = stretches.len().min(MOST);
+        let near = FIRST - 1 + (STEP * stretches.start) as i32;
+        let first =
+            if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
+        self.side(spectrum.fill(first, window), first, arithmetic)
+    }
+
+    /// The stretches of bins that start at `first`.
+    #[inline(never)]
+    fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
+        match arithmetic {
+            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k)),
+            Arithmetic::Fixed => {
+                let own = Whole::of(self);
+                powers(bins, first, |bins, k| own.power(bins, k))
+            }
+        }
+    }
+
+    /// The power of a stretch, whose first difference is around bin `k`.
+    #[inline(always)]
+    fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
+        let tail = |x: f32| 1.0 / (x * (x * x - 1.0));
+        let x = (self.peak - k) as f32 + self.offset;
+        let (value, image) = (self.value, self.image);
+        let [a, b, c, d, e, f, g, h, i] = bins;
+        let left = |a: &Point, b: &Point, c: &Point, x: f32| {
+            let (tail, [re, im]) = (tail(x), bend(a, b, c));
+            [re as f32 - value.re * tail, im as f32 - value.im * tail]
+        };
+        let square = |[re, im]: [f32; 2]| re * re + im * im;
+        let Some(mirror) = self.mirror else {
+            let near = square(left(a, b, c, x)) + square(left(c, d, e, x - 2.0));
+            return near + square(left(e, f, g, x - 4.0)) + square(left(g, h, i, x - 6.0));
+        };
+        let s = (self.peak + k - mirror) as f32 + self.offset;
+        let mut sum = 0.0;
+        for (j, [a, b, c]) in
+            [(0.0, [a, b, c]), (2.0, [c, d, e]), (4.0, [e, f, g]), (6.0, [g, h, i])]
+        {
+            let ([re, im], away) = (left(a, b, c, x - j), (s + j).abs());
+            let tail = if away < REACHED as f32 + self.offset { tail(away) } else { 0.0 };
+            sum += square([re - image.re * tail, im - image.im * tail]);
+        }
+        sum
+    }
+}
+
+/// [`Own`] in integers.
+struct Whole {
+    value: Point,
+    image: Point,
+    peak: i32,
+    /// In Q25.
+    offset: i32,
+    mirror: Option<i32>,
+}
+
+impl Whole {
+    fn of(own: &Own) -> Self {
+        let integers = |z: Complex<f32>| [z.re as i32, z.im as i32];
+        let (value, image) = (integers(own.value), integers(own.image));
+        let offset = quantised(own.offset, 25);
+        Self { value, image, peak: own.peak, offset, mirror: own.mirror }
+    }
+
+    /// As [`Own::power`].
+    #[inline(always)]
+    fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
+        const ONE: i32 = 1 << 25;
+        let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(self.offset);
+        let mut mirrored = self.mirror.map(|mirror| self.peak + k - mirror);
+        let mut sum = 0u64;
+        let [a, b, c, d, e, f, g, h, i] = bins;
+        for [a, b, c] in [[a, b, c], [c, d, e], [e, f, g], [g, h, i]] {
+            let mut rest = bend(a, b, c);
+            let mut less = |value: Point, tail: i32| {
+                for (rest, part) in rest.iter_mut().zip(value) {
+                    *rest = rest.wrapping_sub((product(tail, part) >> 36) as i32);
+                }
+            };
+            less(self.value, tail(x));
+            x = x.wrapping_sub(2 * ONE);
+            if let Some(s) = &mut mirrored {
+                if s.abs() < REACHED {
+                    let away = s.wrapping_mul(ONE).wrapping_add(self.offset).wrapping_abs();
+                    less(self.image, tail(away));
+                }
+                *s += 2;
+            }
+            let [re, im] = rest.map(|part| square(part) as u64);
+            sum = sum.wrapping_add(re).wrapping_add(im);
+        }
+        sum as f32
+    }
+}
+
+#[inline(always)]
+fn powers(bins: &[Point], first: i32, power: impl Fn(&[Point; STEP + 1], i32) -> f32) -> Side {
+    let (mut side, mut rest, mut centre) = (Side::default(), bins, first + 1);
+    while let Some(bins) = rest.first_chunk() {
+        side.add(power(bins, centre));
+        rest = rest.get(STEP..).unwrap_or(&[]);
+        centre += STEP as i32;
+    }
+    side
+}
+
+/// Half the second difference of three bins.
+#[inline(always)]
+fn bend(a: &Point, b: &Point, c: &Point) -> Point {
+    let part = |a: i32, b: i32, c: i32| (a >> 1).wrapping_sub(b).wrapping_add(c >> 1);
+    [part(a[0], b[0], c[0]), part(a[1], b[1], c[1])]
+}
