@@ -26,7 +26,6 @@ pub mod flash;
 pub mod follow;
 pub mod impair;
 pub mod progress;
-pub mod recording;
 pub mod reference;
 pub mod report;
 pub mod scenario;
@@ -37,3 +36,5 @@ pub mod survey;
 pub mod sweep;
 pub mod toolchain;
 pub mod watch;
+
+pub use picket_recording as recording;
