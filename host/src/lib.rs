@@ -36,5 +36,6 @@ pub mod survey;
 pub mod sweep;
 pub mod toolchain;
 pub mod watch;
+pub mod web;
 
 pub use picket_recording as recording;

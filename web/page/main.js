@@ -14,7 +14,7 @@ const SOUND_MPS = 343;
 
 const page = {
   core: null, source: null, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
-  counts: {}, frames: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
+  counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, band_low_hz: 0, band_high_hz: 0 },
     file: { n: 1024, bits: 16, iq: 0, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
@@ -44,7 +44,9 @@ function forget() {
   for (const chart of [charts.spectrum, charts.zoom]) chart.empty("No samples yet.");
   $("figures").replaceChildren();
   $("truth").hidden = true;
+  $("truth").textContent = "";
   verdict(null);
+  counters();
 }
 
 /** Has the library measure by the settings of the source in use, from the start. */
@@ -181,7 +183,7 @@ function show(row) {
   }
   $("figures").replaceChildren(...figures);
   $("truth").hidden = !truths.length;
-  $("truth").textContent = `Truth ${truths.join(", ")}`;
+  $("truth").textContent = truths.length ? `Truth ${truths.join(", ")}` : "";
   const outcome = target?.outcome_verdict;
   verdict(Number.isFinite(outcome) ? outcome : row.verdict);
 }
@@ -251,8 +253,11 @@ function draw(now) {
     charts.spectrum.show(spectrum, seen);
     if (seen) charts.zoom.show(page.core, spectrum);
     else charts.zoom.empty("There is no line.");
-    // Every second frame: eight seconds are in sight.
-    if ((page.frames += 1) % 2 === 0) charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+    // Thirty rows a second, or one for each frame of a recording: eight seconds are in sight.
+    if (page.name === "file" || now - page.poured > 30) {
+      page.poured = now;
+      charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+    }
   } else if (page.name === "board") {
     for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends figures, not samples. Capture a block to see its spectrum.");
   }

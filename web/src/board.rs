@@ -39,8 +39,12 @@ impl Board {
         for &byte in bytes {
             match self.listener.push(byte) {
                 Some(Said::Telemetry(record)) => {
-                    let rate_hz = record.measurement.tone.rate_hz;
-                    let rate_hz = if rate_hz > 0.0 { rate_hz } else { settings.rate_hz };
+                    let told = record.measurement.tone.rate_hz;
+                    let rate_hz = match &self.device {
+                        Some((device, _)) => device.config.rate_hz,
+                        None if told > 0.0 => told,
+                        None => settings.rate_hz,
+                    };
                     let mut row =
                         Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
                     // As `picket watch` has it, to the bit.

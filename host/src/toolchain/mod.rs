@@ -19,7 +19,7 @@ pub use dependent::Dependent;
 pub use error::ToolError;
 pub(crate) use error::io_error;
 pub use image::{Firmware, lint, prepare};
-pub use page::build_page;
+pub use page::{build_page, directory as page_directory};
 pub(crate) use process::on_path;
 pub use qemu::{qemu, qemu_riscv32};
 

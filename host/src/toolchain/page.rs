@@ -11,7 +11,7 @@ use std::path::PathBuf;
 const TRIPLE: &str = "wasm32-unknown-unknown";
 
 /// Where the page and what belongs to it is built: `target/web`.
-pub(crate) fn directory() -> PathBuf {
+pub fn directory() -> PathBuf {
     let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
     workspace().join(base.unwrap_or_else(|| "target".into())).join("web")
 }
