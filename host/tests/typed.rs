@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that are not run here, and why.
-const LEFT_OUT: [(&str, &str); 19] = [
+const LEFT_OUT: [(&str, &str); 20] = [
     ("cargo picket watch /dev/pts/N", "the emulator before it is left out"),
     ("qemu-system-arm", "host-tests/tests/dependents.rs runs the image in the emulator"),
     ("cargo add", "it belongs to a project of the reader's"),
@@ -21,6 +21,7 @@ const LEFT_OUT: [(&str, &str); 19] = [
     ("cargo picket report", "minutes; tests/report.rs runs it with --quick"),
     ("cargo picket bench", "minutes; host-tests/tests/budget.rs counts the same"),
     ("cargo picket firmware", "minutes; the images are built by host-tests"),
+    ("cargo picket web", "host-tests/tests/web.rs opens the page in a browser"),
     ("cargo picket flash", "tests/device.rs runs it with --dry-run"),
     ("cargo picket watch /dev/ttyACM0", "there is no board; tests/device.rs plays one"),
     ("picket watch /dev/ttyACM0", "there is no board; tests/device.rs plays one"),

@@ -45,8 +45,7 @@ impl Board {
                         None if told > 0.0 => told,
                         None => settings.rate_hz,
                     };
-                    let mut row =
-                        Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
+                    let mut row = Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
                     // As `picket watch` has it, to the bit.
                     let tone = record.measurement.tone;
                     row.time_s = row.clock / rate_hz;
@@ -133,7 +132,10 @@ impl Board {
             let name = boot.board.as_str();
             let megahertz = f64::from(boot.core_hz) / 1e6;
             say("board", format!("{name}, {megahertz} MHz from {}", boot.clock.message()));
-            say("started by", format!("{}, program {:08x}, {state}", boot.causes.message(), boot.program));
+            say(
+                "started by",
+                format!("{}, program {:08x}, {state}", boot.causes.message(), boot.program),
+            );
         }
         if let Some((device, n)) = &self.device {
             let config = &device.config;
@@ -168,7 +170,10 @@ impl Board {
             say("refused", refusal.clone());
         }
         if self.listener.records == 0 && self.boot.is_none() && self.bytes > 400 {
-            say("nothing yet", format!("{} bytes came, and no frame: is it the board's port?", self.bytes));
+            say(
+                "nothing yet",
+                format!("{} bytes came, and no frame: is it the board's port?", self.bytes),
+            );
         }
         text
     }

@@ -58,7 +58,9 @@ fn fits(samples: &[Sample], settings: &Settings) -> Result<(), String> {
     let (low, high) = settings.codes.rails();
     let beyond = |part: i16| part < low || part > high;
     if samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
-        return Err(format!("Samples lie beyond {low} to {high}: choose wider codes, or a smaller scale."));
+        return Err(format!(
+            "Samples lie beyond {low} to {high}: choose wider codes, or a smaller scale."
+        ));
     }
     let value = |sample: &Sample| sample.value.re.abs().max(sample.value.im.abs());
     let largest = samples.iter().map(value).fold(0.0, f64::max);
@@ -83,14 +85,28 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         Truncated(_, said, held) => format!(
             "{name} is cut off: its header announces {said} bytes of samples, the file holds {held}. Copy it again."
         ),
-        Channels(_, 2, false) => format!("{name} has two channels: tick I/Q if that is what they are."),
-        Channels(_, channels, _) => format!("{name} has {channels} channels: I/Q needs two, anything else one."),
-        RateMissing(_) => format!("{name} does not tell its sample rate: type it under File, and drop it again."),
+        Channels(_, 2, false) => {
+            format!("{name} has two channels: tick I/Q if that is what they are.")
+        }
+        Channels(_, channels, _) => {
+            format!("{name} has {channels} channels: I/Q needs two, anything else one.")
+        }
+        RateMissing(_) => {
+            format!("{name} does not tell its sample rate: type it under File, and drop it again.")
+        }
         Rate(rate) => format!("A sample rate of {rate} Hz cannot be: type another."),
-        Either(_) => format!("{name} is text, and its name says numbers: rename it .csv, or .i16 if it is none."),
-        Comma(_, line) => format!("{name}: \"{line}\" may be one number or two columns: rewrite it with points or semicolons."),
-        Short(_, held, needed) => format!("{name}: {held} samples are fewer than a block of {needed}: choose a smaller block."),
-        NotANumber(_, value) => format!("{name}: {value} is not a sample: the file is not what its name says."),
+        Either(_) => format!(
+            "{name} is text, and its name says numbers: rename it .csv, or .i16 if it is none."
+        ),
+        Comma(_, line) => format!(
+            "{name}: \"{line}\" may be one number or two columns: rewrite it with points or semicolons."
+        ),
+        Short(_, held, needed) => format!(
+            "{name}: {held} samples are fewer than a block of {needed}: choose a smaller block."
+        ),
+        NotANumber(_, value) => {
+            format!("{name}: {value} is not a sample: the file is not what its name says.")
+        }
         Line(_, line, what) => format!("{name}, line {line}: {what}."),
         Npy(_, what) => format!("{name} is not a readable npy file: {what}."),
         other => format!("{other}."),

@@ -117,9 +117,7 @@ impl Page {
         let (low, high) = self.settings.codes.rails();
         let floats = self.inbox.as_chunks().0.iter().map(|&float| f32::from_le_bytes(float));
         // A cast turns what is no number into 0.
-        let code = |x: f32| {
-            (f64::from(x) * full).round().clamp(low.into(), high.into()) as i16
-        };
+        let code = |x: f32| (f64::from(x) * full).round().clamp(low.into(), high.into()) as i16;
         self.rest.extend(floats.map(|float| [code(float), 0]));
         let n = self.settings.n;
         let whole = self.rest.len() / n * n;
@@ -181,7 +179,8 @@ impl Page {
         self.numbers.clear();
         let Some(station) = self.station() else { return };
         let picture = station.picture();
-        let Picture { first_hz, step_hz, floor_db, threshold_db, hertz, sigma_hz, tone_db, .. } = picture;
+        let Picture { first_hz, step_hz, floor_db, threshold_db, hertz, sigma_hz, tone_db, .. } =
+            picture;
         self.numbers.extend([first_hz, step_hz, floor_db, threshold_db, hertz, sigma_hz, tone_db]);
         self.numbers.extend(&picture.bins_db);
         self.picture = picture;

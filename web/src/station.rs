@@ -166,7 +166,8 @@ impl Picture {
         for step in 0..=steps {
             let hertz = low_hz + (high_hz - low_hz) * step as f64 / steps as f64;
             let off = PI * (hertz - self.hertz) / self.step_hz;
-            let share = if off.abs() < 1e-9 { 1.0 } else { libm::sin(off) / (n * libm::sin(off / n)) };
+            let share =
+                if off.abs() < 1e-9 { 1.0 } else { libm::sin(off) / (n * libm::sin(off / n)) };
             into.extend([hertz, self.tone_db + 20.0 * libm::log10(share.abs() + 1e-6)]);
         }
     }

@@ -27,7 +27,15 @@ pub fn build_page() -> Result<PathBuf, ToolError> {
     let _lock = locked(&target.join("build.lock"))?;
     let mut command = cargo();
     route.lead(&mut command, TRIPLE);
-    command.args(["rustc", "--locked", "--package", "picket-web", "--lib", "--crate-type", "cdylib"]);
+    command.args([
+        "rustc",
+        "--locked",
+        "--package",
+        "picket-web",
+        "--lib",
+        "--crate-type",
+        "cdylib",
+    ]);
     command.args(["--profile", "web", "--target", TRIPLE, "--target-dir"]).arg(&target);
     if matches!(route, Route::Source { .. }) {
         command.arg("-Zbuild-std=std,panic_abort");

@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The scripts, and what they drive the browser by.
-const FILES: [&str; 6] = ["package.json", "package-lock.json", "browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+const FILES: [&str; 6] =
+    ["package.json", "package-lock.json", "browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
+const BROWSERS: [&str; 4] =
+    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 fn missing(what: &str, command: &str, reason: Option<String>) -> ToolError {
     ToolError::Missing { what: what.into(), command: command.into(), reason }
@@ -46,7 +48,10 @@ fn prepared() -> Result<PathBuf, ToolError> {
         let output = npm.stdin(Stdio::null()).output().map_err(io_error("npm"))?;
         if !output.status.success() {
             let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-            let line = errors.lines().find(|line| line.starts_with("npm error")).unwrap_or("npm ci failed");
+            let line = errors
+                .lines()
+                .find(|line| line.starts_with("npm error"))
+                .unwrap_or("npm ci failed");
             let command = format!("cd {} && npm ci", folder.display());
             return Err(missing("playwright-core", &command, Some(line.into())));
         }

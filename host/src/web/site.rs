@@ -2,10 +2,13 @@
 
 use crate::toolchain::{ToolError, build_page, io_error, page_directory, workspace};
 use std::fs;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use tiny_http::{Header, Method, Response, Server};
+use std::time::Duration;
 
 /// The files of the page beside `picket.wasm`, and what they are.
 pub const FILES: [(&str, &str); 14] = [
@@ -66,32 +69,49 @@ impl Site {
     /// # Errors
     /// The port is taken.
     pub fn serve(&self, port: u16) -> Result<Served, ToolError> {
-        let taken = |error| {
-            io_error(format!("port {port} (choose another by --port)"))(std::io::Error::other(error))
-        };
-        let server = Arc::new(Server::http(("127.0.0.1", port)).map_err(taken)?);
-        let (folder, listening) = (self.folder.clone(), Arc::clone(&server));
+        let taken = || io_error(format!("port {port} (choose another by --port)"));
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(taken())?;
+        let address = listener.local_addr().map_err(taken())?;
+        let over = Arc::new(AtomicBool::new(false));
+        let (folder, ends) = (self.folder.clone(), Arc::clone(&over));
         let thread = thread::spawn(move || {
-            for request in listening.incoming_requests() {
-                let answer = match request.method() {
-                    Method::Get | Method::Head => file(&folder, request.url()),
-                    _ => None,
-                };
-                // A browser that has gone needs no answer.
-                let _ = match answer {
-                    Some((bytes, kind)) => request.respond(with(Response::from_data(bytes), kind)),
-                    None => request.respond(Response::from_string("no such file\n").with_status_code(404)),
-                };
+            for stream in listener.incoming() {
+                if ends.load(Ordering::SeqCst) {
+                    break;
+                }
+                let folder = folder.clone();
+                // A browser opens several at once, some only in case. One that has gone needs no answer.
+                thread::spawn(move || stream.and_then(|stream| answer(&stream, &folder)));
             }
         });
-        Ok(Served { server, thread: Some(thread) })
+        Ok(Served { address, over, thread: Some(thread) })
     }
 }
 
-fn with<R: std::io::Read>(response: Response<R>, kind: &str) -> Response<R> {
-    let headers = [("Content-Type", kind), ("Cache-Control", "no-cache")];
-    let headers = headers.iter().filter_map(|(name, value)| Header::from_bytes(*name, *value).ok());
-    headers.fold(response, Response::with_header)
+/// The longest request that is read, bytes.
+const LONGEST: u64 = 1 << 14;
+
+/// Answers one request. A connection for each is enough for a page of 15 files on the same machine.
+fn answer(mut stream: &TcpStream, folder: &Path) -> io::Result<()> {
+    stream.set_read_timeout(Some(Duration::from_secs(10)))?;
+    let mut lines = BufReader::new(stream).take(LONGEST).lines();
+    let request = lines.next().transpose()?.unwrap_or_default();
+    // Its headers say nothing that matters here.
+    while lines.next().transpose()?.is_some_and(|line| !line.is_empty()) {}
+    let found = match request.split(' ').collect::<Vec<_>>()[..] {
+        ["GET", url, _] => file(folder, url),
+        _ => None,
+    };
+    let (status, bytes, kind) = match found {
+        Some((bytes, kind)) => ("200 OK", bytes, kind),
+        None => ("404 Not Found", b"no such file\n".to_vec(), "text/plain"),
+    };
+    let head = format!(
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nCache-Control: no-cache\r\nConnection: close\r\n\r\n",
+        bytes.len()
+    );
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(&bytes)
 }
 
 /// A file of the page by its address; nothing else is served.
@@ -103,28 +123,25 @@ fn file(folder: &Path, url: &str) -> Option<(Vec<u8>, &'static str)> {
 }
 
 /// A running server.
+#[derive(Debug)]
 pub struct Served {
-    server: Arc<Server>,
+    address: SocketAddr,
+    over: Arc<AtomicBool>,
     thread: Option<thread::JoinHandle<()>>,
-}
-
-impl std::fmt::Debug for Served {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Served({})", self.address())
-    }
 }
 
 impl Served {
     /// What to open.
     pub fn address(&self) -> String {
-        let port = self.server.server_addr().to_ip().map_or(0, |address| address.port());
-        format!("http://localhost:{port}/")
+        format!("http://{}/", self.address)
     }
 }
 
 impl Drop for Served {
     fn drop(&mut self) {
-        self.server.unblock();
+        self.over.store(true, Ordering::SeqCst);
+        // A last connection wakes it.
+        let _ = TcpStream::connect(self.address);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
