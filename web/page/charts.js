@@ -1,5 +1,5 @@
 // Charts by uPlot. Their labels are text of the page, so that they can be read out, enlarged and copied.
-import { hertz, signed } from "./words.js";
+import { hertz, places, signed } from "./words.js";
 
 /* global uPlot */
 
@@ -38,10 +38,7 @@ function label(chart) {
   spare.forEach((old) => old.remove());
 }
 
-const plain = (value, step) => {
-  const places = step > 0 ? Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) : 0;
-  return signed(value.toFixed(Math.min(places, 9)));
-};
+const plain = (value, step) => signed(value.toFixed(places(step)));
 
 function axes(words, left) {
   const grid = { stroke: colour("rule"), width: 1 };

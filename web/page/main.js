@@ -96,7 +96,7 @@ async function drop(file) {
     notice(wrong);
     $("file-name").textContent = `${file.name}: ${blocks} blocks measured`;
   };
-  const recording = new Recording(page.core, file.name, new Uint8Array(await file.arrayBuffer()), told);
+  const recording = new Recording(page.core, file.name, new Uint8Array(await file.arrayBuffer()), told, (row) => pour(page.core.spectrum(), row));
   if (recording.wrong) {
     $("file-name").textContent = "Nothing was measured.";
     return notice(recording.wrong);
@@ -244,6 +244,10 @@ function titles() {
   $("second-title").textContent = "Velocity, m/s";
 }
 
+function pour(spectrum, row) {
+  charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+}
+
 function draw(now) {
   const row = page.rows.at(-1);
   const spectrum = page.core.spectrum();
@@ -253,10 +257,10 @@ function draw(now) {
     charts.spectrum.show(spectrum, seen);
     if (seen) charts.zoom.show(page.core, spectrum);
     else charts.zoom.empty("There is no line.");
-    // Thirty rows a second, or one for each frame of a recording: eight seconds are in sight.
-    if (page.name === "file" || now - page.poured > 30) {
+    // Thirty rows a second: eight seconds are in sight. A recording pours its own.
+    if (page.name !== "file" && now - page.poured > 30) {
       page.poured = now;
-      charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+      pour(spectrum, row);
     }
   } else if (page.name === "board") {
     for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends figures, not samples. Capture a block to see its spectrum.");

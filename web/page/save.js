@@ -57,6 +57,17 @@ export async function picture() {
     const { left, top, width, height } = drawn.getBoundingClientRect();
     if (width && height) context.drawImage(drawn, left, top, width, height);
   }
+  for (const item of main.querySelectorAll(".key li")) {
+    if (!item.checkVisibility()) continue;
+    const mark = getComputedStyle(item, "::before");
+    const { left, top, height } = item.getBoundingClientRect();
+    const thick = Math.max(parseFloat(mark.borderTopWidth), parseFloat(mark.height));
+    context.fillStyle = parseFloat(mark.borderTopWidth) > 0 ? mark.borderTopColor : mark.backgroundColor;
+    const dashes = { dashed: [5, 3], dotted: [2, 2] }[mark.borderTopStyle] ?? [parseFloat(mark.width), 1];
+    for (let at = 0; at < parseFloat(mark.width); at += dashes[0] + dashes[1]) {
+      context.fillRect(left + at, top + height / 2 - thick / 2, dashes[0], thick);
+    }
+  }
   const texts = document.createTreeWalker(main, NodeFilter.SHOW_TEXT);
   const range = document.createRange();
   while (texts.nextNode()) {

@@ -22,9 +22,10 @@ export class Simulated {
 
 /** A recording: as fast as it can be measured, a slice in each frame. */
 export class Recording {
-  constructor(core, name, contents, told) {
+  constructor(core, name, contents, told, pour) {
     this.core = core;
     this.told = told;
+    this.pour = pour;
     this.name = name;
     this.wrong = core.open(name, contents);
     this.more = !this.wrong;
@@ -35,8 +36,10 @@ export class Recording {
     const rows = [];
     const until = performance.now() + 6;
     while (this.more && performance.now() < until) {
-      const step = this.core.read(4);
+      // Blocks between two rows of the waterfall: the longer the recording, the more.
+      const step = this.core.read(2 ** Math.min(8, Math.floor(this.blocks / 500)));
       rows.push(...step.rows);
+      if (step.rows.length) this.pour(step.rows.at(-1));
       this.more = step.more;
       this.blocks += step.rows.length;
       if (!step.more) this.told(step.wrong, this.blocks);

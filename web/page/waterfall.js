@@ -51,7 +51,7 @@ export class Waterfall {
       line.data.set([r, g, b, 255], 4 * x);
     }
     context.putImageData(line, 0, 0);
-    const span = spectrum.step * bins.length;
+    const span = spectrum.step * (bins.length - bins.length % 2);
     context.fillStyle = colour("track");
     for (const track of tracks) {
       const x = (track.hertz - spectrum.first) / span * WIDTH;
@@ -64,10 +64,10 @@ export class Waterfall {
 
   label(first, span) {
     const tags = [];
+    const unit = span >= 8e3 ? 1e3 : 1;
     for (let place = 0; place <= 4; place += 1) {
-      const step = span / 4 >= 1000 ? 1000 : 1;
       const name = ["x", place === 4 ? "last" : ""].join(" ").trim();
-      tags.push([name, `left:${25 * place}%`, hertz(first + span * place / 4, span >= 4e4 ? 1e3 : step)]);
+      tags.push([name, `left:${25 * place}%`, hertz(Math.round((first + span * place / 4) / unit) * unit, unit)]);
     }
     for (const row of [60, 120, 180]) {
       const past = this.times[0] - this.times[row];

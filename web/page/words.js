@@ -35,11 +35,17 @@ export function rank(name) {
   return ["near-edge", "clipped", "unresolved", "gap"].includes(name) ? "care" : "bad";
 }
 
+/** The digits behind the point that steps such as 25, 2.5 or 0.05 need. */
+export function places(step) {
+  let count = 0;
+  while (count < 9 && Math.abs(step * 10 ** count - Math.round(step * 10 ** count)) > 1e-6 * step * 10 ** count) count += 1;
+  return count;
+}
+
 /** A frequency with its unit, for axes: 18.2 kHz. */
 export function hertz(value, step = 0) {
-  const large = Math.abs(value) >= 1e6 ? [1e6, "MHz"] : Math.abs(value) >= 1e4 ? [1e3, "kHz"] : [1, "Hz"];
-  const places = step > 0 ? Math.min(6, Math.max(0, -Math.floor(Math.log10(step / large[0]) + 1e-9))) : 0;
-  return `${signed((value / large[0]).toFixed(places))} ${large[1]}`;
+  const large = Math.max(Math.abs(value), 4 * step) >= 1e6 ? [1e6, "MHz"] : Math.max(Math.abs(value), 4 * step) >= 1e4 ? [1e3, "kHz"] : [1, "Hz"];
+  return `${signed((value / large[0]).toFixed(places(step / large[0])))} ${large[1]}`;
 }
 
 /** The note nearest to a frequency, and how far off in cents. */

@@ -233,3 +233,79 @@ impl Random {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::station;
+    use picket::estimate::tone::Verdict;
+    use picket::pipeline::Outcome;
+
+    /// The errors of so many good answers in units of their sigmas: of the tone, the velocity and the range.
+    fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {
+        let mut scene = Scene::new(1);
+        assert!(sliders.iter().all(|&(name, value)| scene.set(name, value)));
+        let mut station = station(settings).unwrap();
+        let mut errors = [const { Vec::new() }; 3];
+        for _ in 0..blocks {
+            let (stamp, samples, truth) = scene.block(settings);
+            let measurement = station.block(stamp, &samples);
+            let tone = measurement.tone;
+            assert_eq!(tone.verdict, Verdict::Good, "{tone}");
+            let Truth { hertz, velocity_mps, range_m } = truth;
+            errors[0].push((tone.hertz() - hertz) / tone.sigma_hertz());
+            match measurement.result {
+                Outcome::None => {}
+                Outcome::Velocity(v) => {
+                    errors[1]
+                        .push((v.velocity.to_num::<f64>() - velocity_mps) / f64::from(v.sigma));
+                }
+                Outcome::Target(t) => {
+                    let velocity = t.velocity.to_num::<f64>() - velocity_mps;
+                    errors[1].push(velocity / f64::from(t.sigma_velocity));
+                    errors[2].push((t.range.to_num::<f64>() - range_m) / f64::from(t.sigma_range));
+                }
+            }
+        }
+        errors
+    }
+
+    /// Seed 1. 3000 squares of a normal number, or 1000: the mean spreads 2.6 %, or 4.5 %, and so half that the root.
+    #[test]
+    fn every_scene_is_right_within_its_sigmas() {
+        let tone = Settings::default();
+        let doppler = Settings { kind: Kind::Doppler, ..tone };
+        let chirp = Settings { kind: Kind::Chirp, iq: true, rate_hz: 250e3, ..tone };
+        let faint = ("level_db", -20.0);
+        for (settings, sliders) in [
+            (tone, vec![("tone_hz", 1000.3)]),
+            (tone, vec![("tone_hz", 7000.1), ("motion", 0.5), ("snr_db", 0.0), faint]),
+            (doppler, vec![("velocity_mps", 12.0), ("motion", 0.5), ("snr_db", 0.0), faint]),
+            (chirp, vec![("range_m", 120.0), ("velocity_mps", 25.0), ("snr_db", -5.0), faint]),
+            (
+                chirp,
+                vec![
+                    ("range_m", 120.0),
+                    ("velocity_mps", 25.0),
+                    ("motion", 0.5),
+                    ("snr_db", -5.0),
+                    faint,
+                ],
+            ),
+        ] {
+            for errors in
+                errors(&settings, &sliders, 3000).iter().filter(|errors| !errors.is_empty())
+            {
+                let count = errors.len() as f64;
+                let rms = (errors.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
+                let mean = errors.iter().sum::<f64>() / count;
+                println!(
+                    "{:?} {sliders:?}: {count} answers, mean {mean:.3}, rms {rms:.3}",
+                    settings.kind
+                );
+                assert!((rms - 1.0).abs() < 4.0 / (2.0 * count).sqrt() + 0.03, "{rms}");
+                assert!(mean.abs() < 4.0 / count.sqrt(), "{mean}");
+            }
+        }
+    }
+}
