@@ -15,8 +15,9 @@ function label(chart) {
     const scale = chart.scales[axis.scale];
     const splits = (axis._splits ?? []).filter((value) => value >= scale.min && value <= scale.max);
     const step = splits.length > 1 ? splits[1] - splits[0] : 0;
+    const most = Math.max(Math.abs(scale.min), Math.abs(scale.max));
     for (const value of splits) {
-      const text = axis.words(value, step);
+      const text = axis.words(value, step, most);
       const key = `${index} ${text}`;
       const tag = spare.get(key) ?? chart.root.appendChild(document.createElement("span"));
       spare.delete(key);

@@ -127,10 +127,10 @@ async function connect() {
 
 /** The verdict's word, sign, colour and reason. */
 function verdict(number) {
-  const { name, reason } = page.core.verdicts[number] ?? { name: "no answer yet", reason: "" };
+  const { name, reason } = page.core.verdicts[number] ?? { name: "none", reason: "No block has been measured yet." };
   $("verdict").className = rank(name);
   $("sign").textContent = SIGNS[name] ?? "";
-  $("word").textContent = name;
+  $("word").textContent = name === "none" ? "no answer yet" : name;
   $("reason").textContent = reason;
 }
 

@@ -64,10 +64,11 @@ export class Waterfall {
 
   label(first, span) {
     const tags = [];
-    const unit = span >= 8e3 ? 1e3 : 1;
+    const most = Math.max(Math.abs(first), first + span);
+    const unit = most >= 8e3 ? 1e3 : 1;
     for (let place = 0; place <= 4; place += 1) {
       const name = ["x", place === 4 ? "last" : ""].join(" ").trim();
-      tags.push([name, `left:${25 * place}%`, hertz(Math.round((first + span * place / 4) / unit) * unit, unit)]);
+      tags.push([name, `left:${25 * place}%`, hertz(Math.round((first + span * place / 4) / unit) * unit, unit, most)]);
     }
     for (const row of [60, 120, 180]) {
       const past = this.times[0] - this.times[row];

@@ -31,7 +31,7 @@ export const SIGNS = {
 
 /** How far a number may be trusted: use it, use it with care, do not. */
 export function rank(name) {
-  if (name === "good") return "good";
+  if (["good", "none"].includes(name)) return name;
   return ["near-edge", "clipped", "unresolved", "gap"].includes(name) ? "care" : "bad";
 }
 
@@ -42,10 +42,10 @@ export function places(step) {
   return count;
 }
 
-/** A frequency with its unit, for axes: 18.2 kHz. */
-export function hertz(value, step = 0) {
-  const large = Math.max(Math.abs(value), 4 * step) >= 1e6 ? [1e6, "MHz"] : Math.max(Math.abs(value), 4 * step) >= 1e4 ? [1e3, "kHz"] : [1, "Hz"];
-  return `${signed((value / large[0]).toFixed(places(step / large[0])))} ${large[1]}`;
+/** A frequency with its unit, for axes that reach so far: 18.2 kHz. */
+export function hertz(value, step, most) {
+  const [scale, unit] = most >= 1e6 ? [1e6, "MHz"] : most >= 8e3 ? [1e3, "kHz"] : [1, "Hz"];
+  return `${signed((value / scale).toFixed(places(step / scale)))} ${unit}`;
 }
 
 /** The note nearest to a frequency, and how far off in cents. */
