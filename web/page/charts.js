@@ -189,7 +189,7 @@ export class TimeChart extends Chart {
         {},
         { stroke: "transparent", points: { show: false } },
         { stroke: "transparent", points: { show: false } },
-        { stroke: colour("truth"), width: 2, dash: [6, 4], points: { show: false } },
+        { stroke: colour("truth"), width: 1.5, dash: [6, 4], points: { show: false } },
         { stroke: colour("line"), width: 1.5, points: { show: false } },
       ],
       bands: [{ series: [2, 1], fill: colour("band") }],

@@ -37,7 +37,7 @@ function setAll(settings) {
 function forget() {
   page.rows = [];
   page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
-  [page.drawn, page.shown, page.target] = [-1, 0, null];
+  [page.drawn, page.shown, page.target, page.ramp] = [-1, 0, null, null];
   charts.waterfall.clear();
   charts.first.clear();
   charts.second.clear();
@@ -154,7 +154,9 @@ function figureOf(name, value, sigma, unit, small) {
 function show(row) {
   const nothing = page.core.verdicts[row.verdict].name === "no-signal";
   const own = (value) => (nothing ? NaN : value);
-  const tone = [own(row.frequency_hz), row.sigma_hz];
+  // Of a chirp the beat of the rising ramp, as it is drawn.
+  const ramp = page.ramp ?? row;
+  const tone = [own(ramp.frequency_hz), ramp.sigma_hz];
   const target = page.target;
   const figures = [];
   const truths = [];
@@ -171,8 +173,8 @@ function show(row) {
     figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
     truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
   }
-  figures.push(figureOf("Frequency", ...tone, "Hz", Boolean(target)));
-  if (!target) truth(row.truth_hz, ...tone, "Hz");
+  figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, "Hz", Boolean(target)));
+  if (!target) truth(ramp.truth_hz, ...tone, "Hz");
   if (page.name === "microphone" && !nothing) {
     const { name, cents } = note(row.frequency_hz);
     figures.push(figureOf(`Note ${name}, off by`, cents, row.sigma_hz / row.frequency_hz * 1731, "cents", true));
@@ -219,6 +221,7 @@ function counters() {
 function take(rows) {
   for (const row of rows) {
     count(row);
+    if (row.segment <= 1) page.ramp = row;
     if (Number.isFinite(row.outcome_verdict)) page.target = row;
     const usable = (verdict, value) => (verdict >= 5 ? NaN : value);
     const point = (chart, value, sigma, truth, verdict) => chart.add(row.time_s, usable(verdict, value), sigma, truth, HISTORY);

@@ -34,6 +34,10 @@ enum Quantity {
     Frequency,
 }
 
+impl Quantity {
+    const ALL: [Self; 3] = [Quantity::Range, Quantity::Velocity, Quantity::Frequency];
+}
+
 /// A value and its sigma.
 type Value = (f64, f64);
 
@@ -55,8 +59,8 @@ struct Live {
     target: Option<Target>,
     status: Option<Status>,
     follow: Option<Follow>,
-    /// Seconds, a value and its sigma; of the quantity that is drawn.
-    history: VecDeque<(f64, f64, f64)>,
+    /// Seconds, a value and its sigma, of each quantity.
+    history: [VecDeque<(f64, f64, f64)>; 3],
     quantity: Option<Quantity>,
     paused: bool,
     ended: bool,
@@ -190,27 +194,24 @@ impl Live {
             points.push((Quantity::Frequency, frequency, usable(tone.verdict)));
         }
         self.newest = Some(record);
-        let Some(&(first, ..)) = points.first() else { return };
-        let wanted = *self.quantity.get_or_insert(first);
-        for (_, (value, sigma), _) in points.iter().filter(|p| p.0 == wanted && p.2) {
-            self.history.push_back((time, *value, *sigma));
+        if let Some(&(first, ..)) = points.first() {
+            self.quantity = self.quantity.or(Some(first));
         }
-        while self.history.len() > KEPT {
-            self.history.pop_front();
+        for (quantity, (value, sigma), _) in points.into_iter().filter(|point| point.2) {
+            let history = &mut self.history[quantity as usize];
+            history.push_back((time, value, sigma));
+            if history.len() > KEPT {
+                history.pop_front();
+            }
         }
     }
 
-    /// Draws another quantity from here on.
+    /// Draws the next quantity of which there are values.
     fn turn(&mut self) {
-        let next = match (self.quantity, &self.target) {
-            (Some(Quantity::Range), _) => Quantity::Velocity,
-            (Some(Quantity::Velocity), Some(Target { range: Some(_), .. })) => Quantity::Range,
-            (Some(Quantity::Velocity), _) => Quantity::Frequency,
-            (Some(Quantity::Frequency), Some(_)) => Quantity::Velocity,
-            (other, _) => return self.quantity = other,
-        };
-        self.history.clear();
-        self.quantity = Some(next);
+        let Some(current) = self.quantity else { return };
+        let order = (1..=3).map(|step| Quantity::ALL[(current as usize + step) % 3]);
+        let filled = |&quantity: &Quantity| !self.history[quantity as usize].is_empty();
+        self.quantity = order.into_iter().find(filled).or(self.quantity);
     }
 }
 
@@ -255,8 +256,17 @@ mod tests {
             // The curve, in dots.
             assert!(screen.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "{screen}");
         }
-        live.turn();
-        assert_eq!(live.quantity, Some(Quantity::Velocity));
+        // It has no frequencies: those of a chirp's ramps are not one quantity.
+        for quantity in [Quantity::Velocity, Quantity::Range] {
+            live.turn();
+            assert_eq!(live.quantity, Some(quantity));
+            assert!(drawn(&live, 80, 24).contains(quantity.name()));
+        }
+        for quantity in [None, Some(Quantity::Range)] {
+            let mut nothing = Live { quantity, ..Live::default() };
+            nothing.turn();
+            assert_eq!(nothing.quantity, quantity);
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Wrap};
 
 impl Quantity {
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Quantity::Range => "range, m",
             Quantity::Velocity => "velocity, m/s",
@@ -104,11 +104,14 @@ impl Live {
     fn chart(&self, frame: &mut Frame, area: Rect) {
         let name = self.quantity.map_or("answers", Quantity::name);
         let block = Block::bordered().title(format!(" {name}, with ± sigma "));
-        let (Some(first), Some(last)) = (self.history.front(), self.history.back()) else {
+        let Some(history) = self.quantity.map(|quantity| &self.history[quantity as usize]) else {
+            return frame.render_widget(block, area);
+        };
+        let (Some(first), Some(last)) = (history.front(), history.back()) else {
             return frame.render_widget(block, area);
         };
         let points = |side: f64| -> Vec<(f64, f64)> {
-            self.history.iter().map(|&(time, value, sigma)| (time, value + side * sigma)).collect()
+            history.iter().map(|&(time, value, sigma)| (time, value + side * sigma)).collect()
         };
         let [low, value, high] = [-1.0, 0.0, 1.0].map(points);
         let bottom = low.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
