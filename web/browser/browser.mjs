@@ -12,6 +12,9 @@ const QUIET = [
   "--disable-component-update", "--disable-sync", "--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream",
 ];
 
+// A browser that hangs is ended.
+setTimeout(() => { console.error("no end in two minutes"); process.exit(1); }, 120_000).unref();
+
 export const launch = () => chromium.launch({ executablePath, args: QUIET });
 
 /** Opens the page; `errors` gathers what its console complains of. */
