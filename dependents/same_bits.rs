@@ -51,15 +51,19 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
         let [sigma, snr, amplitude] = floats;
         let frequency = tone.frequency.0.to_bits() as u32;
         for word in [frequency, sigma, snr, amplitude, tone.verdict as u32] {
-            for byte in word.to_le_bytes() {
-                seen.checksum = (seen.checksum ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3);
-            }
+            seen.checksum = hashed(seen.checksum, word);
         }
     }
 }
 
+/// A step of FNV-1a.
+pub fn hashed(checksum: u64, word: u32) -> u64 {
+    let step = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3);
+    word.to_le_bytes().into_iter().fold(checksum, step)
+}
+
 /// A tone anywhere, of any strength, in noise of any strength; some clip, and one in 64 holds nothing.
-fn fill<R: Record>(samples: &mut [R::Sample], codes: Codes, random: &mut Random) {
+pub fn fill<R: Record>(samples: &mut [R::Sample], codes: Codes, random: &mut Random) {
     let (low, high) = codes.rails();
     let step = random.next();
     let mut phase = random.next();
@@ -97,7 +101,7 @@ fn sine(phase: u32) -> i32 {
 }
 
 /// Marsaglia's xorshift, 64 bits (2003), its upper half.
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     fn next(&mut self) -> u32 {

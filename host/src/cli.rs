@@ -1,6 +1,6 @@
 //! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
-use crate::{analyze, bench, demo, end, firmware, flash, report, shell, sweep, watch};
+use crate::{analyze, bench, demo, end, firmware, flash, report, shell, sweep, watch, web};
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::fmt::Display;
@@ -29,6 +29,7 @@ enum Command {
     Firmware(firmware::Options),
     Flash(flash::Options),
     Watch(watch::Options),
+    Web(web::Options),
     Completions(shell::Completions),
     Man(shell::Man),
 }
@@ -44,6 +45,7 @@ impl Command {
             Command::Firmware(options) => firmware::run(options).map_err(told)?,
             Command::Flash(options) => flash::run(options).map_err(told)?,
             Command::Watch(options) => watch::run(options)?,
+            Command::Web(options) => web::run(options).map_err(told)?,
             Command::Completions(options) => shell::completions(options)?,
             Command::Man(options) => shell::man(options)?,
         })

@@ -26,7 +26,6 @@ pub mod flash;
 pub mod follow;
 pub mod impair;
 pub mod progress;
-pub mod recording;
 pub mod reference;
 pub mod report;
 pub mod scenario;
@@ -38,3 +37,6 @@ pub mod sweep;
 pub mod toolchain;
 pub mod trials;
 pub mod watch;
+pub mod web;
+
+pub use picket_recording as recording;

@@ -37,6 +37,7 @@ const VALUES: &[(&str, &str, &[&str])] = &[
     ("analyze @", "--plot", &["x.gif", "noname", "/nowhere/x.svg"]),
     ("analyze @ --track --n 256", "--most", &["x", "300", "9"]),
     ("analyze @ --track --n 256", "--acceleration", &["x", "-1"]),
+    ("web", "--port", &["x", "-1", "99999", ""]),
     ("sweep", "--method", &["x", "", "fesa", "least-squares"]),
     ("sweep", "--kind", &["x", ""]),
     ("sweep", "--n", &["0", "x", "2", "99999999", "-4"]),

@@ -10,13 +10,14 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 7] = [
+const LEFT_OUT: [(&str, &str); 8] = [
     ("cargo picket watch /dev/", "there is no board; tests/device.rs plays one"),
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
     ),
     ("cargo picket flash", "there is no board"),
+    ("cargo picket web", "host-tests/tests/web.rs opens the page in a browser"),
     ("qemu-system-arm", "its image is the reader's; host-tests/tests/dependents.rs runs ours"),
     ("cargo add", "it belongs to a project of the reader's, and to a registry"),
     ("cargo test", "it is what runs this"),

@@ -10,6 +10,7 @@ mod apt;
 mod dependent;
 mod error;
 mod image;
+mod page;
 mod process;
 mod qemu;
 mod route;
@@ -18,6 +19,7 @@ pub use dependent::Dependent;
 pub use error::ToolError;
 pub(crate) use error::io_error;
 pub use image::{Firmware, lint, prepare};
+pub use page::{build_page, directory as page_directory};
 pub(crate) use process::on_path;
 pub use qemu::{qemu, qemu_riscv32};
 

@@ -1,6 +1,7 @@
 //! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
 pub mod line;
+mod live;
 pub mod orders;
 pub mod port;
 pub mod ports;
@@ -35,6 +36,9 @@ pub struct Options {
     /// Lines for the plotter Teleplot (and Serial Studio): >name:value
     #[arg(long, group = "style")]
     teleplot: bool,
+    /// A picture on the terminal: the answer, its verdict, its course, counters; lines where the output is none
+    #[arg(long, group = "style", conflicts_with = "count")]
+    live: bool,
     /// Keeps every byte received in a file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -163,6 +167,9 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
         let (lines, first) = ports::list();
         lines.iter().for_each(|line| eprintln!("{line}"));
         return Err(WatchError::Nameless(first));
+    }
+    if options.live && !options.orders.any() && std::io::stdout().is_terminal() {
+        return live::run(options);
     }
     let orders = options.orders.prepare()?;
     let mut source = Source::open(options.port.as_deref(), options.replay.as_deref())?;

@@ -12,11 +12,13 @@ mod error;
 mod input;
 mod npy;
 mod raw;
+#[cfg(feature = "json")]
 mod records;
 mod table;
 mod wav;
 
 pub use error::RecordingError;
+#[cfg(feature = "json")]
 pub use records::{JsonRecord, Records};
 
 use input::Input;
@@ -25,7 +27,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// How a file is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Format {
     /// RIFF WAVE, 8 to 32 bit integers or 32 bit floats.
     Wav,
@@ -144,10 +147,17 @@ impl fmt::Debug for Recording {
 impl Recording {
     /// Opens a wav, int16 or csv file. (JSON lines hold records, not a stream: [`Records`].)
     pub fn open(path: &Path, options: Options) -> Result<Self, RecordingError> {
-        if let Some(rate) = options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
-            return Err(RecordingError::Rate(rate));
-        }
-        let input = Input::open(path)?;
+        checked(&options)?;
+        Self::of(path, Input::open(path)?, options)
+    }
+
+    /// The recording in these bytes of a file of this name, for whom has no file system.
+    pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
+        checked(&options)?;
+        Self::of(name, Input::of_bytes(name, bytes)?, options)
+    }
+
+    fn of(path: &Path, input: Input, options: Options) -> Result<Self, RecordingError> {
         let format =
             options.format.or_else(|| Format::guess(path)).or_else(|| Format::seen(&input.head));
         let format = format.ok_or_else(|| RecordingError::Format(path.into()))?;
@@ -167,6 +177,11 @@ impl Recording {
                 "JSON lines are records of their own, not one recording".into(),
             )),
         }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Samples per second.
@@ -193,6 +208,13 @@ impl Recording {
     /// and `hop` are at least 1. What is left at the end and fills no block is not used.
     pub fn blocks(self, n: usize, hop: usize, skip: u64) -> Blocks {
         Blocks { recording: self, n, hop, pending: skip, read: 0, samples: Vec::with_capacity(n) }
+    }
+}
+
+fn checked(options: &Options) -> Result<(), RecordingError> {
+    match options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
+        Some(rate) => Err(RecordingError::Rate(rate)),
+        None => Ok(()),
     }
 }
 

@@ -39,6 +39,17 @@ impl Input {
         Ok(Input { head, bytes, rest })
     }
 
+    /// The input of a file's bytes. An empty one is an error.
+    pub fn of_bytes(name: &Path, bytes: Vec<u8>) -> Result<Self, RecordingError> {
+        if bytes.is_empty() {
+            return Err(RecordingError::Empty(name.into()));
+        }
+        let (length, head) = (bytes.len(), bytes[..bytes.len().min(HEAD)].to_vec());
+        let mut rest = Cursor::new(bytes);
+        rest.set_position(head.len() as u64);
+        Ok(Input { head, bytes: Some(length as u64), rest: Box::new(rest) })
+    }
+
     /// True if the head is the whole.
     pub fn whole(&self) -> bool {
         self.head.len() < HEAD

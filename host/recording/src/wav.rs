@@ -103,10 +103,12 @@ fn mend(head: &mut [u8], bytes: Option<u64>) -> bool {
         // Its true length has 64 bits and stands elsewhere; the one looked at here is unknown.
         head[..4].copy_from_slice(b"RIFF");
     }
-    let word =
-        |head: &[u8], at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?));
-    let (mut at, mut frame) = (12, 1);
-    while let Some(length) = word(head, at + 4) {
+    let word = |head: &[u8], at: usize| {
+        Some(u32::from_le_bytes(head.get(at..at.checked_add(4)?)?.try_into().ok()?))
+    };
+    let (mut at, mut frame) = (12usize, 1);
+    // Where addresses have 32 bits, a length may end beyond them.
+    while let Some(length) = at.checked_add(4).and_then(|at| word(head, at)) {
         let id = &head[at..at + 4];
         if id == b"fmt " {
             frame = word(head, at + 8 + 12).map_or(1, |word| u64::from(word & 0xFFFF)).max(1);

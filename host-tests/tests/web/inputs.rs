@@ -1,0 +1,92 @@
+//! What the page is given: recordings, damaged ones, and what a board and a stranger say.
+
+use super::RATE_HZ;
+use picket_wire::status::Raw;
+use std::fs;
+use std::path::PathBuf;
+
+const SESSION: &[u8] = include_bytes!("../../../docs/session.bin");
+
+/// A block of seeded noise about a tone, by integers and a sine: codes of 16 bits.
+fn recording(samples: usize, iq: bool) -> Vec<i16> {
+    let mut state = 0x1234_5678_9ABC_DEF1u64;
+    let mut noise = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        ((state >> 40) as i32 - (1 << 23)) as f64 / f64::from(1 << 23) * 900.0
+    };
+    let sample = |n: usize| {
+        // It rises slowly, and swells until it clips.
+        let turns = std::f64::consts::TAU * (0.0731 + 2e-8 * n as f64) * n as f64;
+        let level = 2000.0 + 36_000.0 * n as f64 / samples as f64;
+        [level * turns.cos(), level * turns.sin()]
+    };
+    let parts = (0..samples).flat_map(|n| sample(n).into_iter().take(if iq { 2 } else { 1 }));
+    // A cast saturates.
+    parts.map(|x| (x + noise()).round() as i16).collect()
+}
+
+fn bytes_of(samples: &[i16]) -> Vec<u8> {
+    samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
+}
+
+/// A wav file of one channel.
+fn wav(samples: &[i16]) -> Vec<u8> {
+    let data = bytes_of(samples);
+    let size = data.len() as u32;
+    let rate = RATE_HZ as u32;
+    let mut file = b"RIFF".to_vec();
+    file.extend((36 + size).to_le_bytes());
+    file.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
+    file.extend([rate, 2 * rate].map(u32::to_le_bytes).concat());
+    file.extend(b"\x02\0\x10\0data");
+    file.extend(size.to_le_bytes());
+    file.extend(data);
+    file
+}
+
+/// What a board said, with two records lost and a frame damaged on the way, and one block of samples behind.
+pub fn session() -> Vec<u8> {
+    let frames: Vec<&[u8]> = SESSION.split_inclusive(|&byte| byte == 0).collect();
+    let kept = frames.iter().enumerate().filter(|(number, _)| ![10, 11].contains(number));
+    let mut bytes: Vec<u8> = kept.flat_map(|(_, frame)| frame.to_vec()).collect();
+    bytes.extend([3, 1, 4, 1, 5, 0]);
+    // 1024 pairs of samples.
+    for (offset, piece) in bytes_of(&recording(1024, true)).chunks(Raw::PIECE).enumerate() {
+        let raw = Raw {
+            sequence: 31,
+            offset: (offset * Raw::PIECE) as u16,
+            bytes: piece.try_into().unwrap(),
+        };
+        bytes.extend(raw.to_frame());
+    }
+    bytes
+}
+
+/// A folder with all of it.
+pub fn inputs() -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("page");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).unwrap();
+    let real = recording(100_000, false);
+    let iq = recording(40_000, true);
+    write("good-tone.wav", &wav(&real));
+    write("good-iq.i16", &bytes_of(&iq));
+    let lines: String = real.iter().take(20_000).map(|sample| format!("{sample}\n")).collect();
+    write("good-column.csv", lines.as_bytes());
+    let whole = wav(&real);
+    write("bad-truncated.wav", &whole[..whole.len() / 2]);
+    write("bad-silence.wav", &wav(&[0; 4096]));
+    write("bad-stranger.wav", &bytes_of(&real)[..5000]);
+    write("bad-empty.wav", &[]);
+    write("bad-rate.i16", &bytes_of(&real));
+    write("bad-short.wav", &wav(&real[..300]));
+    write("bad-name.xyz", b"stranger");
+    write("bad-chunk.wav", b"RIFF\xff\xff\xff\xffWAVEJUNK\xff\xff\xff\xffdata\0\0\0\0");
+    write("session.bin", &session());
+    // A modem's words, and no zero among them.
+    write("stranger.bin", "AT+CGMI OK ".repeat(60).as_bytes());
+    folder
+}

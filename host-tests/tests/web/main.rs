@@ -1,0 +1,331 @@
+//! The live page: in a browser as a person uses it, and its module beside the library on this machine.
+
+mod inputs;
+
+use inputs::{inputs, session};
+use picket::acquire::codes::Codes;
+use picket::config::Config;
+use picket::estimate::least_squares::Reach;
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
+use picket_host::device::{Listener, Said};
+use picket_host::recording::Options;
+use picket_host::toolchain::ToolError;
+use picket_host::watch::line::{Row, Scale};
+use picket_host::watch::settings::of_answer;
+use picket_host::web::{FILES, Site, browser};
+use picket_web::check;
+use picket_wire::command::{Command, Request};
+use picket_wire::frame::Reader;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+const RATE_HZ: f64 = 48e3;
+
+/// One after the other: what is timed wants the machine, and the page is put together once.
+static TURN: Mutex<()> = Mutex::new(());
+
+fn turn() -> MutexGuard<'static, ()> {
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What can be had; what this machine lacks is said.
+fn had<T>(result: Result<T, ToolError>) -> Option<T> {
+    const OFFLINE: [&str; 3] =
+        ["failed to download", "Could not resolve host", "Couldn't resolve host"];
+    match result {
+        Ok(had) => Some(had),
+        Err(ToolError::Build { output, .. }) if OFFLINE.iter().any(|why| output.contains(why)) => {
+            println!("skipped: the packages cannot be had: {output}");
+            None
+        }
+        Err(error @ ToolError::Missing { .. }) => {
+            println!("skipped: {error}");
+            None
+        }
+        Err(ToolError::Build { output, .. }) => panic!("{output}"),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// What `picket analyze FILE --arith target --json` prints, one value a line.
+fn analyzed(file: &Path) -> Vec<Value> {
+    let wav = file.extension().is_some_and(|e| e == "wav");
+    let iq = file.to_string_lossy().contains("iq");
+    let analysis = Analysis {
+        read: Options { rate_hz: (!wav).then_some(RATE_HZ), iq, ..Options::default() },
+        n: None,
+        hop: None,
+        skip: 0,
+        band_hz: None,
+        estimators: None,
+        reach: Reach::Sixteen,
+        codes: Codes::signed::<16>(),
+        arithmetic: Arithmetic::Target,
+        false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        carrier_hz: None,
+        style: Style::Json,
+    };
+    let mut lines = Vec::new();
+    let sink = |answer| lines.push(serde_json::to_value(answer).unwrap());
+    let summary = analyze::run(file, &analysis, sink, |_| ()).unwrap();
+    lines.push(serde_json::to_value(summary).unwrap());
+    lines
+}
+
+/// Alike: numbers to the bit.
+fn assert_alike(ours: &Value, theirs: &Value) {
+    let (Value::Object(ours), Value::Object(theirs)) = (ours, theirs) else {
+        panic!("{ours} {theirs}")
+    };
+    for (name, value) in theirs {
+        let same = match (ours[name].as_f64(), value.as_f64()) {
+            (Some(ours), Some(theirs)) => ours.to_bits() == theirs.to_bits(),
+            _ => ours[name] == *value,
+        };
+        assert!(same, "{name}: {} is not {value}", ours[name]);
+    }
+}
+
+fn number(text: &str) -> f64 {
+    let plain = text.replace('\u{2212}', "-");
+    plain.trim_start_matches(['\u{b1}', ' ']).split(' ').next().unwrap().parse().expect(text)
+}
+
+/// The errors of a scene's readings in units of their sigmas, of the quantity with this name and unit.
+fn errors(readings: &Value, name: &str, unit: &str) -> Vec<f64> {
+    let readings = readings.as_array().unwrap().iter();
+    readings
+        .map(|said| {
+            let figures = said["figures"].as_array().unwrap();
+            let figure = figures.iter().find(|figure| figure["name"] == name).unwrap();
+            let truth = said["truth"].as_str().unwrap().trim_start_matches("Truth ");
+            let truth =
+                truth.split(", ").find(|part| part.contains(&format!(" {unit} ("))).unwrap();
+            let part = |part: &str| number(figure[part].as_str().unwrap());
+            (part("value") - number(truth)) / part("sigma")
+        })
+        .collect()
+}
+
+fn clean(said: &Value) {
+    assert_eq!(said["errors"], Value::Array(vec![]), "{said}");
+}
+
+fn word<'a>(said: &'a Value, name: &str) -> &'a str {
+    said[name].as_str().unwrap_or_default()
+}
+
+fn scenes(said: &Value) {
+    let first = said["first"].as_f64().unwrap();
+    let ratio = said["ratio"].as_f64().unwrap();
+    println!(
+        "first figures after {first:.0} ms; a frame's work takes {ratio:.2} of a sixtieth of a second at N = 1024"
+    );
+    assert!(ratio > 0.0 && ratio < 0.9, "a frame takes {ratio} of its time");
+    let seen = &said["seen"];
+    for (scene, name, unit) in [
+        ("chirp", "Range", "m"),
+        ("chirp", "Velocity", "m/s"),
+        ("doppler", "Velocity", "m/s"),
+        ("tone", "Frequency", "Hz"),
+    ] {
+        let errors = errors(&seen[scene], name, unit);
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        println!("{scene}, {name}: {} readings, rms {rms:.2} sigma, {errors:.2?}", errors.len());
+        // Eight to sixteen normal numbers, and two digits of sigma.
+        assert!(errors.len() >= 6 && errors.iter().all(|e| e.abs() < 5.0), "{scene}: {errors:?}");
+        assert!((0.2..2.2).contains(&rms), "{scene}, {name}: {rms}");
+        for reading in seen[scene].as_array().unwrap() {
+            assert_eq!(word(reading, "word"), "good", "{reading}");
+        }
+    }
+    assert_eq!(word(&said["clipped"], "word"), "clipped");
+    assert!(word(&said["clipped"], "reason").contains("lower the gain"));
+    assert!(["weak", "no-signal"].contains(&word(&said["weak"], "word")), "{said}");
+}
+
+fn hands(said: &Value) {
+    for pair in said["widths"].as_array().unwrap() {
+        assert!(pair[1].as_f64().unwrap() <= 390.0, "wider than a phone: {pair}");
+    }
+    let chosen: Vec<_> = said["widths"].as_array().unwrap().iter().map(|pair| &pair[0]).collect();
+    assert_eq!(chosen, ["2File", "3Microphone", "4Board", "1Simulated"]);
+    assert_eq!(said["held"][0], said["held"][1], "it was paused");
+    assert_ne!(said["held"][1], said["moved"], "it goes on");
+    assert_eq!(said["nameless"], Value::Array(vec![]), "controls without a name");
+    assert!(said["labels"].as_u64().unwrap() > 20, "labels are text of the page: {said}");
+    assert_eq!(said["png"], "89504e470d0a1a0a");
+    assert_eq!(said["ground"], "rgb(14, 18, 22)", "it is dark");
+}
+
+fn file(said: &Value, folder: &Path) {
+    assert_eq!(word(said, "notice"), "", "{said}");
+    let lines = word(said, "json").lines().map(|line| serde_json::from_str(line).unwrap());
+    let ours: Vec<Value> = lines.collect();
+    let name = word(said, "file");
+    let theirs = analyzed(&folder.join(name));
+    println!("{name}: {} blocks", ours.len() - 1);
+    assert!(theirs.len() > 15);
+    assert_eq!(ours.len(), theirs.len());
+    ours.iter().zip(&theirs).for_each(|(ours, theirs)| assert_alike(ours, theirs));
+}
+
+fn bad(said: &Value) {
+    let sentence = match word(said, "file") {
+        "bad-silence.wav" => {
+            assert_eq!(word(said, "word"), "no-signal");
+            return assert_eq!(word(said, "reason"), "There is nothing in the band.");
+        }
+        "bad-truncated.wav" => "is cut off: its header announces 200000 bytes",
+        "bad-stranger.wav" => "is not a readable wav file",
+        "bad-empty.wav" => "holds no samples",
+        "bad-rate.i16" => "does not tell its sample rate",
+        "bad-short.wav" => "300 samples are fewer than a block of 1024",
+        "bad-name.xyz" => "the name does not tell what it is",
+        "bad-chunk.wav" => "is not a readable wav file",
+        other => panic!("{other}"),
+    };
+    assert!(word(said, "notice").contains(sentence), "{said}");
+}
+
+fn board(said: &Value) {
+    assert_eq!(said["baud"], 921_600);
+    // What was asked of it: who it is, its settings, a block.
+    let mut reader = Reader::default();
+    let written =
+        said["written"].as_array().unwrap().iter().map(|byte| byte.as_u64().unwrap() as u8);
+    let frames = written.filter_map(|byte| Some(reader.push(byte)?.unwrap()));
+    let orders: Vec<Command> =
+        frames.map(|frame| Request::of_frame(&frame).unwrap().command).collect();
+    assert_eq!(orders, [Command::Identify, Command::GetSettings, Command::Capture(1)]);
+    if word(said, "session") == "stranger.bin" {
+        return assert!(word(said, "known").contains("660 bytes came, and no frame"), "{said}");
+    }
+    let counter = |name: &str| word(&said["counters"], name);
+    let counts = ["blocks", "missing", "bad frames", "raw blocks", "lost"].map(counter);
+    assert_eq!(counts, ["28", "2", "1", "1", "0"], "{said}");
+    let known = word(said, "known");
+    for words in
+        ["nucleo-f446re", "1024 samples, I/Q, at 250 kHz", "trapezoid of 200 MHz", "31.0 %"]
+    {
+        assert!(known.contains(words), "{known}");
+    }
+    let (mut listener, mut scale) = (Listener::default(), Scale::default());
+    let mut rows = Vec::new();
+    for said in session().into_iter().filter_map(|byte| listener.push(byte)).collect::<Vec<_>>() {
+        match said {
+            Said::Answer(_, Ok(body)) => {
+                let (settings, n) = of_answer(&body).unwrap();
+                scale =
+                    Scale { rate_hz: Some(settings.config.rate_hz), n: Some(n), iq: settings.iq };
+            }
+            Said::Telemetry(record) => rows.push(Row::of(&record, &scale, &listener).json()),
+            _ => {}
+        }
+    }
+    let mut lines = word(said, "csv").lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let ours: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(ours.len(), rows.len());
+    for (ours, theirs) in ours.iter().zip(&rows) {
+        let theirs: Value = serde_json::from_str(theirs).unwrap();
+        let column = |name: &str| ours[names.iter().position(|&own| own == name).unwrap()];
+        for name in ["time_s", "frequency_hz", "sigma_hz", "snr_db", "range_m", "velocity_mps"] {
+            let theirs = theirs[name].as_f64().map(f64::to_bits);
+            assert_eq!(column(name).parse().ok().map(f64::to_bits), theirs, "{name} of {ours:?}");
+        }
+        for name in ["amplitude_codes", "sigma_range_m", "sigma_velocity_mps"] {
+            let theirs = theirs[name].as_f64().map(|x| (x as f32).to_bits());
+            let ours = column(name).parse::<f64>().ok().map(|x| (x as f32).to_bits());
+            assert_eq!(ours, theirs, "{name}");
+        }
+        assert_eq!(column("verdict"), theirs["verdict"]);
+    }
+}
+
+#[test]
+fn the_page_in_a_browser() {
+    let _turn = turn();
+    let Some(site) = had(Site::build()) else { return };
+    let served = site.serve(0).unwrap();
+    let folder = inputs();
+    let begun = std::time::Instant::now();
+    let arguments = [served.address().into(), folder.clone().into_os_string()];
+    let arguments = arguments.each_ref().map(|argument: &std::ffi::OsString| argument.as_os_str());
+    let Some(output) = had(browser::script("page.mjs", &arguments)) else { return };
+    println!("the browser took {:.1} s", begun.elapsed().as_secs_f64());
+    let mut names = Vec::new();
+    for line in output.lines() {
+        let said: Value = serde_json::from_str(line).unwrap();
+        clean(&said);
+        let name = word(&said, "name").to_owned();
+        match name.as_str() {
+            "scenes" => scenes(&said),
+            "hands" => hands(&said),
+            "file" => file(&said, &folder),
+            "bad" => bad(&said),
+            "board" => board(&said),
+            "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
+            "microphone" => assert_ne!(said["counters"]["blocks"], "0"),
+            other => panic!("{other}"),
+        }
+        names.push(name);
+    }
+    names.sort();
+    names.dedup();
+    assert_eq!(names, ["after", "bad", "board", "file", "hands", "microphone", "scenes"]);
+}
+
+#[test]
+fn the_page_is_small() {
+    let _turn = turn();
+    let Some(site) = had(Site::build()) else { return };
+    let size = |name: &str| fs::metadata(site.folder().join(name)).unwrap().len();
+    let module = size("picket.wasm");
+    let page = module + FILES.iter().map(|(name, _)| size(name)).sum::<u64>();
+    println!("picket.wasm {module} bytes, the page in all {page}");
+    assert!(module <= 400_000 && page <= 700_000, "{module} and {page} bytes");
+}
+
+/// Seed 0x2545_F491_4F6C_DD1D, as `check` has it.
+#[test]
+fn the_module_gives_the_same_bits() {
+    const BLOCKS: u32 = 100_000;
+    let _turn = turn();
+    let Some(site) = had(Site::build()) else { return };
+    let Some(node) = had(browser::node()) else { return };
+    let script = picket_host::toolchain::workspace().join("web/browser/bits.mjs");
+    let child = std::process::Command::new(node)
+        .arg(script)
+        .arg("-")
+        .arg(site.folder())
+        .arg(BLOCKS.to_string())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let ours = [false, true].map(|fixed| check::checksum(fixed, BLOCKS));
+    println!("{ours:x?}");
+    for seen in ours {
+        // Of each kind enough, and not all alike.
+        assert!(seen.blocks >= BLOCKS && seen.good > BLOCKS / 3 && seen.good < BLOCKS, "{seen:?}");
+    }
+    let output = child.wait_with_output().unwrap();
+    let theirs = String::from_utf8(output.stdout).unwrap();
+    let ours = ours.map(|seen| format!("{:016x}\n", seen.checksum)).concat();
+    assert_eq!(theirs, ours);
+}
+
+/// What is kept of the plotting library is what its authors published: uPlot 1.6.32 on npm.
+#[test]
+fn the_plotting_library_is_the_published_one() {
+    let folder = picket_host::toolchain::workspace().join("web/page/vendor");
+    let crc = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
+    for (name, sum) in
+        [("uPlot.iife.min.js", 0x9624_9dda_bb01_2db4), ("uPlot.min.css", 0xa568_b25f_742d_22b1)]
+    {
+        assert_eq!(crc.checksum(&fs::read(folder.join(name)).unwrap()), sum, "{name}");
+    }
+}

@@ -1,0 +1,282 @@
+//! `--live`: what a device measures as a picture on the terminal, by ratatui, on 80 columns and 24 lines or more.
+
+mod screen;
+
+use super::line::Scale;
+use super::port::{Piece, Source};
+use super::settings::of_answer;
+use super::{Kept, Options, WatchError, io};
+use crate::device::{Listener, Said};
+use crate::end;
+use picket::estimate::tone::Verdict;
+use picket::pipeline::Outcome;
+use picket_wire::command::{Command, Request};
+use picket_wire::follow::Follow;
+use picket_wire::status::Status;
+use picket_wire::telemetry::Telemetry;
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyModifiers};
+use std::collections::VecDeque;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Points of the history.
+const KEPT: usize = 2000;
+/// Time from picture to picture.
+const FRAME: Duration = Duration::from_millis(100);
+
+/// Quantities over time: the first that a device gives is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Range,
+    Velocity,
+    Frequency,
+}
+
+impl Quantity {
+    const ALL: [Self; 3] = [Quantity::Range, Quantity::Velocity, Quantity::Frequency];
+}
+
+/// A value and its sigma.
+type Value = (f64, f64);
+
+/// The newest range, m, and velocity, m/s.
+#[derive(Clone, Copy)]
+struct Target {
+    range: Option<Value>,
+    velocity: Value,
+    verdict: Verdict,
+}
+
+/// What is shown.
+#[derive(Default)]
+struct Live {
+    listener: Listener,
+    scale: Scale,
+    title: String,
+    newest: Option<Telemetry>,
+    target: Option<Target>,
+    status: Option<Status>,
+    follow: Option<Follow>,
+    /// Seconds, a value and its sigma, of each quantity.
+    history: [VecDeque<(f64, f64, f64)>; 3],
+    quantity: Option<Quantity>,
+    paused: bool,
+    ended: bool,
+    bytes: u64,
+}
+
+/// Draws until the user ends it.
+pub(super) fn run(options: &Options) -> Result<ExitCode, WatchError> {
+    let mut source = Source::open(options.port.as_deref(), options.replay.as_deref())?;
+    let mut record = options.record.as_deref().map(Kept::create).transpose()?;
+    let mut live = Live {
+        scale: Scale { rate_hz: options.rate, ..Scale::default() },
+        title: title(options.port.as_deref(), options.replay.as_deref()),
+        ..Live::default()
+    };
+    end::look();
+    let mut terminal = ratatui::try_init().map_err(io("the terminal"))?;
+    let ended = live.until_the_end(&mut terminal, &mut source, &mut record);
+    ratatui::restore();
+    ended.map(|()| ExitCode::SUCCESS)
+}
+
+fn title(port: Option<&str>, replay: Option<&Path>) -> String {
+    match (port, replay) {
+        (_, Some(path)) => path.display().to_string(),
+        (Some("-") | None, None) => "standard input".into(),
+        (Some(port), None) => port.into(),
+    }
+}
+
+impl Live {
+    fn until_the_end(
+        &mut self,
+        terminal: &mut DefaultTerminal,
+        source: &mut Source,
+        record: &mut Option<Kept>,
+    ) -> Result<(), WatchError> {
+        let mut drawn: Option<Instant> = None;
+        while end::asked().is_none() {
+            if !self.ended && !self.paused {
+                self.hear(source, record)?;
+            }
+            if drawn.is_none_or(|drawn| drawn.elapsed() >= FRAME) {
+                drawn = Some(Instant::now());
+                terminal.draw(|frame| self.draw(frame)).map_err(io("the terminal"))?;
+            }
+            // A source that waits has waited already.
+            let wait = if self.ended || self.paused { FRAME } else { Duration::ZERO };
+            if event::poll(wait).map_err(io("the terminal"))?
+                && let Event::Key(key) = event::read().map_err(io("the terminal"))?
+            {
+                let control = key.modifiers.contains(KeyModifiers::CONTROL);
+                match key.code {
+                    KeyCode::Char('c') if control => break,
+                    KeyCode::Char('q') | KeyCode::Esc => break,
+                    KeyCode::Char(' ' | 'p') => self.paused = !self.paused,
+                    KeyCode::Char('v') => self.turn(),
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, source: &mut Source, record: &mut Option<Kept>) -> Result<(), WatchError> {
+        match source.piece()? {
+            Piece::End => self.ended = true,
+            Piece::Opened => {
+                for command in [Command::Identify, Command::GetSettings] {
+                    source.send(&Request { tag: 1, command }.to_frame());
+                }
+            }
+            Piece::Bytes(bytes) => {
+                if let Some(file) = record {
+                    file.write(&bytes)?;
+                }
+                self.bytes += bytes.len() as u64;
+                for byte in bytes {
+                    if let Some(said) = self.listener.push(byte) {
+                        self.take(said);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, said: Said) {
+        match said {
+            Said::Telemetry(record) => self.measured(record),
+            Said::Status(status) => self.status = Some(status),
+            Said::Follow(follow) => self.follow = Some(follow),
+            Said::Boot(boot) => {
+                self.scale.n = Some(boot.n as usize);
+                self.title = boot.board.as_str().to_owned();
+            }
+            Said::Answer(_, Ok(body)) => {
+                if let Some((settings, n)) = of_answer(&body) {
+                    let rate_hz = Some(settings.config.rate_hz);
+                    self.scale = Scale { rate_hz, n: Some(n), iq: settings.iq };
+                }
+            }
+            Said::Answer(..) | Said::Raw(_) => {}
+        }
+    }
+
+    fn measured(&mut self, record: Telemetry) {
+        let tone = &record.measurement.tone;
+        let told = Some(tone.rate_hz).filter(|&rate| rate > 0.0);
+        let rate = self.scale.rate_hz.or(told).unwrap_or(1.0);
+        let time = record.measurement.stamp.clock as f64 / rate;
+        let usable = |verdict: Verdict| verdict < Verdict::Weak;
+        let mut points = Vec::new();
+        match &record.measurement.result {
+            Outcome::None => {}
+            Outcome::Velocity(v) => {
+                let velocity = (v.velocity.to_num(), v.sigma.into());
+                self.target = Some(Target { range: None, velocity, verdict: v.verdict });
+                points.push((Quantity::Velocity, velocity, usable(v.verdict)));
+            }
+            Outcome::Target(t) => {
+                let range = (t.range.to_num(), t.sigma_range.into());
+                let velocity = (t.velocity.to_num(), t.sigma_velocity.into());
+                self.target = Some(Target { range: Some(range), velocity, verdict: t.verdict });
+                points.push((Quantity::Range, range, usable(t.verdict)));
+                points.push((Quantity::Velocity, velocity, usable(t.verdict)));
+            }
+        }
+        if record.measurement.stamp.segment == picket::Segment::Continuous {
+            let frequency = (tone.frequency.hertz(rate), f64::from(tone.sigma) * rate);
+            points.push((Quantity::Frequency, frequency, usable(tone.verdict)));
+        }
+        self.newest = Some(record);
+        if let Some(&(first, ..)) = points.first() {
+            self.quantity = self.quantity.or(Some(first));
+        }
+        for (quantity, (value, sigma), _) in points.into_iter().filter(|point| point.2) {
+            let history = &mut self.history[quantity as usize];
+            history.push_back((time, value, sigma));
+            if history.len() > KEPT {
+                history.pop_front();
+            }
+        }
+    }
+
+    /// Draws the next quantity of which there are values.
+    fn turn(&mut self) {
+        let Some(current) = self.quantity else { return };
+        let order = (1..=3).map(|step| Quantity::ALL[(current as usize + step) % 3]);
+        let filled = |&quantity: &Quantity| !self.history[quantity as usize].is_empty();
+        self.quantity = order.into_iter().find(filled).or(self.quantity);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    fn heard(bytes: &[u8]) -> Live {
+        let mut live = Live { bytes: bytes.len() as u64, ..Live::default() };
+        for &byte in bytes {
+            if let Some(said) = live.listener.push(byte) {
+                live.take(said);
+            }
+        }
+        live
+    }
+
+    fn drawn(live: &Live, width: u16, height: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal.draw(|frame| live.draw(frame)).unwrap();
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn a_session_on_small_and_large_terminals() {
+        let mut live = heard(include_bytes!("../../../../docs/session.bin"));
+        for (width, height) in [(80, 24), (200, 60)] {
+            let screen = drawn(&live, width, height);
+            for words in [
+                "nucleo-f446re, live",
+                "1024 I/Q samples at 250 kHz",
+                "range  92.74833 ± 0.00021 m",
+                "velocity  69.42727 ± 0.00034 m/s",
+                "√ good",
+                "records 30   missing 0   bad frames 0   lost 0   faults 0   load 31.0 %",
+                "q quits",
+            ] {
+                assert!(screen.contains(words), "{words}\n{screen}");
+            }
+            // The curve, in dots.
+            assert!(screen.chars().any(|c| ('\u{2801}'..='\u{28ff}').contains(&c)), "{screen}");
+        }
+        // It has no frequencies: those of a chirp's ramps are not one quantity.
+        for quantity in [Quantity::Velocity, Quantity::Range] {
+            live.turn();
+            assert_eq!(live.quantity, Some(quantity));
+            assert!(drawn(&live, 80, 24).contains(quantity.name()));
+        }
+        for quantity in [None, Some(Quantity::Range)] {
+            let mut nothing = Live { quantity, ..Live::default() };
+            nothing.turn();
+            assert_eq!(nothing.quantity, quantity);
+        }
+    }
+
+    #[test]
+    fn smaller_terminals_and_strangers_do_no_harm() {
+        let live = heard(include_bytes!("../../../../docs/session.bin"));
+        for (width, height) in [(1, 1), (20, 5), (79, 10)] {
+            drawn(&live, width, height);
+        }
+        let screen = drawn(&heard(b"AT+CGMI OK"), 80, 24);
+        assert!(screen.contains("10 bytes came, and no frame"), "{screen}");
+        assert!(drawn(&Live::default(), 80, 24).contains("It says nothing yet"));
+    }
+}

@@ -1,0 +1,53 @@
+//! `picket web`: the live page, built, served on this machine, photographed.
+
+pub mod browser;
+mod site;
+
+use crate::end;
+use crate::toolchain::ToolError;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+pub use site::{FILES, Site};
+
+/// Shows the live page: the library in a browser, on a simulated scene, a recording, the microphone or the board.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// The port on localhost; 0 for any that is free
+    #[arg(long, default_value_t = 8000)]
+    port: u16,
+    /// Ends when the page is built: target/web/page can be put on any static host
+    #[arg(long, conflicts_with = "port")]
+    build: bool,
+    /// Ends when the pictures for the documentation are in this folder; needs chromium and node
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["port", "build"])]
+    pictures: Option<PathBuf>,
+}
+
+/// Builds the page, and serves it until the user ends it.
+///
+/// # Errors
+/// A tool is missing, the page does not build, or the port is taken.
+pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
+    let site = Site::build()?;
+    if options.build {
+        crate::cli::print_line(&site.folder().display().to_string());
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(folder) = &options.pictures {
+        let served = site.serve(0)?;
+        for line in browser::pictures(&served.address(), folder)?.lines() {
+            crate::cli::print_line(line);
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    let served = site.serve(options.port)?;
+    crate::cli::print_line(&format!("{} (Ctrl-C ends it)", served.address()));
+    end::look();
+    while end::asked().is_none() {
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    Ok(ExitCode::SUCCESS)
+}

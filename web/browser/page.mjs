@@ -1,0 +1,182 @@
+// What the page does, as a test sees it: node page.mjs BROWSER ADDRESS INPUTS
+// INPUTS is a folder of recordings and sessions. Each scenario prints one line of JSON.
+import { readFileSync, readdirSync } from "node:fs";
+import { join } from "node:path";
+import { DESKTOP, PHONE, launch, open, rest, slide } from "./browser.mjs";
+
+const [inputs] = rest;
+const tell = (name, said) => console.log(JSON.stringify({ name, ...said }));
+const input = (name) => readFileSync(join(inputs, name));
+
+/** The words of the answer, as they stand at one moment. */
+const answer = (page) => page.evaluate(() => {
+  const text = (selector, within = document) => within.querySelector(selector)?.textContent ?? "";
+  const figures = [...document.querySelectorAll("#figures .figure")].map((box) => ({
+    name: text(".name", box), value: text(".value", box), unit: text(".unit", box), sigma: text(".sigma", box),
+  }));
+  const counters = [...document.querySelectorAll("#counters dd")].map((tag) => [tag.dataset.counter, tag.textContent]);
+  return {
+    figures, truth: text("#truth"), word: text("#word"), reason: text("#reason"),
+    notice: document.querySelector("#notice").hidden ? "" : text("#notice"), counters: Object.fromEntries(counters),
+  };
+});
+
+async function readings(page, count) {
+  const seen = [];
+  let last = "";
+  for (let tries = 0; seen.length < count && tries < 40 * count; tries += 1) {
+    const said = await answer(page);
+    const words = JSON.stringify(said.figures);
+    if (words !== last && said.figures.length) seen.push(said);
+    last = words;
+    await page.waitForTimeout(50);
+  }
+  return seen;
+}
+
+/** What a press makes the page save. */
+async function saved(page, button) {
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#${button}`)]);
+  return readFileSync(await download.path());
+}
+
+async function measured(page) {
+  await page.waitForFunction(() => / blocks measured$|^Nothing/.test(document.querySelector("#file-name").textContent));
+  await page.waitForTimeout(300);
+}
+
+/** Drops a file on the page as a person does. */
+const drop = (page, name) => page.evaluate(([title, base64]) => {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([bytes], title));
+  document.querySelector("main").dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer }));
+}, [name, input(name).toString("base64")]);
+
+/** A serial port that plays these bytes in pieces and keeps what is written. */
+const serial = (bytes) => (page) => page.addInitScript((base64) => {
+  const played = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  window.written = [];
+  const port = {
+    async open({ baudRate }) {
+      window.baud = baudRate;
+      let at = 0;
+      port.readable = new ReadableStream({
+        async pull(controller) {
+          await new Promise((done) => setTimeout(done, 5));
+          if (at >= played.length) return new Promise(() => {});
+          controller.enqueue(played.slice(at, at += 97));
+        },
+      });
+      port.writable = new WritableStream({ write(chunk) { window.written.push(...chunk); } });
+    },
+    async close() {},
+  };
+  Object.defineProperty(navigator, "serial", { value: { requestPort: async () => port } });
+}, bytes.toString("base64"));
+
+const browser = await launch();
+
+async function scenes() {
+  const begun = performance.now();
+  const { page, errors, context } = await open(browser);
+  const first = performance.now() - begun;
+  const seen = { chirp: await readings(page, 16) };
+  const ratio = Number(await page.locator("#frame").getAttribute("data-ratio"));
+  const frame = await page.locator("#frame").textContent();
+  for (const scene of ["doppler", "tone"]) {
+    await page.selectOption("#scene", scene);
+    seen[scene] = await readings(page, 8);
+  }
+  await slide(page, "level_db", 6);
+  await page.waitForTimeout(500);
+  const clipped = await answer(page);
+  await slide(page, "level_db", -6);
+  await slide(page, "snr_db", -25);
+  await page.waitForTimeout(500);
+  const weak = await answer(page);
+  tell("scenes", { errors, first, seen, ratio, frame, clipped, weak });
+  await context.close();
+}
+
+async function hands() {
+  const { page, errors, context } = await open(browser, PHONE);
+  const widths = [];
+  for (const key of ["2", "3", "4", "1"]) {
+    await page.keyboard.press(key);
+    const chosen = await page.locator("[aria-selected=true]").textContent();
+    widths.push([chosen, await page.evaluate(() => document.documentElement.scrollWidth)]);
+  }
+  await page.waitForFunction(() => document.querySelector("#figures .value"));
+  await page.keyboard.press("Space");
+  await page.waitForTimeout(300);
+  const held = [await answer(page), (await page.waitForTimeout(500), await answer(page))].map(({ counters }) => counters.blocks);
+  await page.keyboard.press("Space");
+  await page.waitForTimeout(500);
+  const moved = (await answer(page)).counters.blocks;
+  // Every control can be reached and has a name.
+  const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select")]
+    .filter((tag) => tag.checkVisibility() && !(tag.textContent.trim() || tag.labels?.length || tag.ariaLabel)).map((tag) => tag.id));
+  const labels = await page.evaluate(() => document.querySelectorAll(".chart .label, .ticks li").length);
+  const png = (await saved(page, "png")).subarray(0, 8).toString("hex");
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.waitForTimeout(300);
+  const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  tell("hands", { errors, widths, held, moved, nameless, labels, png, ground });
+  await context.close();
+}
+
+async function files() {
+  const { page, errors, context } = await open(browser);
+  for (const name of readdirSync(inputs).filter((file) => file.startsWith("good-"))) {
+    await page.keyboard.press("2");
+    await slide(page, "file_rate_hz", name.endsWith(".wav") ? "" : 48000);
+    if (name.includes("iq")) await page.check("#iq");
+    else await page.uncheck("#iq");
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await drop(page, name);
+    await measured(page);
+    tell("file", { errors, file: name, ...await answer(page), json: (await saved(page, "json")).toString() });
+  }
+  await page.uncheck("#iq");
+  await slide(page, "file_rate_hz", "");
+  for (const name of readdirSync(inputs).filter((file) => file.startsWith("bad-"))) {
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await page.setInputFiles("#file", { name, mimeType: "", buffer: input(name) });
+    await measured(page);
+    tell("bad", { errors, file: name, ...await answer(page) });
+  }
+  // Nothing is broken by any of them.
+  await page.keyboard.press("1");
+  const [after] = await readings(page, 1);
+  tell("after", { errors, ...after });
+  await context.close();
+}
+
+async function board(name) {
+  const { page, errors, context } = await open(browser, DESKTOP, serial(input(name)));
+  await page.keyboard.press("4");
+  await page.click("#connect");
+  await page.waitForTimeout(input(name).length / 97 * 9 + 900);
+  await page.click("[data-order=capture]");
+  await page.waitForTimeout(300);
+  const known = await page.locator("#known").innerText();
+  const [written, baud] = await page.evaluate(() => [window.written, window.baud]);
+  const csv = name.startsWith("session") ? (await saved(page, "csv")).toString() : "";
+  tell("board", { errors, session: name, known, written, baud, csv, ...await answer(page) });
+  await context.close();
+}
+
+async function microphone() {
+  const { page, errors, context } = await open(browser, { ...DESKTOP, permissions: ["microphone"] });
+  await page.keyboard.press("3");
+  await page.click("#listen");
+  await page.waitForFunction(() => Number(document.querySelector("[data-counter=blocks]")?.textContent) > 3);
+  tell("microphone", { errors, ...await answer(page) });
+  await context.close();
+}
+
+// Frames are timed while nothing else runs; the others share the time that they wait.
+await scenes();
+await Promise.all([hands(), files(), board("session.bin"), board("stranger.bin"), microphone()]);
+await browser.close();

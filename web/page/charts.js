@@ -1,0 +1,231 @@
+// Charts by uPlot. Their labels are text of the page, so that they can be read out, enlarged and copied.
+import { hertz, places, signed } from "./words.js";
+
+/* global uPlot */
+
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+/** Writes the labels of a chart's axes beside it. */
+function label(chart) {
+  const ratio = devicePixelRatio;
+  const spare = new Map([...chart.root.querySelectorAll(".label")].map((old) => [old.dataset.key, old]));
+  chart.axes.forEach((axis, index) => {
+    const scale = chart.scales[axis.scale];
+    const splits = (axis._splits ?? []).filter((value) => value >= scale.min && value <= scale.max);
+    const step = splits.length > 1 ? splits[1] - splits[0] : 0;
+    const most = Math.max(Math.abs(scale.min), Math.abs(scale.max));
+    for (const value of splits) {
+      const text = axis.words(value, step, most);
+      const key = `${index} ${text}`;
+      const tag = spare.get(key) ?? chart.root.appendChild(document.createElement("span"));
+      spare.delete(key);
+      tag.dataset.key = key;
+      if (tag.textContent !== text) tag.textContent = text;
+      const at = chart.valToPos(value, axis.scale);
+      const { left, top, height } = chart.bbox;
+      if (index === 0) {
+        tag.className = "label x";
+        tag.style.left = `${left / ratio + at}px`;
+        tag.style.top = `${(top + height) / ratio + 7}px`;
+      } else {
+        tag.className = "label y";
+        tag.style.left = `${left / ratio - 7}px`;
+        tag.style.top = `${top / ratio + at}px`;
+      }
+    }
+  });
+  spare.forEach((old) => old.remove());
+}
+
+const plain = (value, step) => signed(value.toFixed(places(step)));
+
+function axes(words, left) {
+  const grid = { stroke: colour("rule"), width: 1 };
+  const silent = { values: (_, splits) => splits.map(() => ""), grid, ticks: { show: false } };
+  const [x, y] = words;
+  return [
+    { ...silent, scale: "x", size: 24, space: 90, words: x },
+    { ...silent, scale: "y", size: left, space: 34, words: y },
+  ];
+}
+
+/** A chart in its place, as wide and high as that; made anew when the colours change. */
+class Chart {
+  constructor(place, options) {
+    this.place = place;
+    this.options = options;
+    this.data = null;
+    this.make();
+    new ResizeObserver(() => this.fit()).observe(place);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.make());
+  }
+
+  make() {
+    this.chart?.destroy();
+    const { clientWidth: width, clientHeight: height } = this.place;
+    const options = this.options();
+    this.chart = new uPlot({
+      width: width || 300,
+      height: height || 200,
+      legend: { show: false },
+      cursor: { show: false },
+      ...options,
+      hooks: { drawAxes: [label], ...options.hooks },
+    }, this.data ?? options.series.map(() => []), this.place);
+  }
+
+  fit() {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    if (width && height) this.chart.setSize({ width, height });
+  }
+
+  set(data) {
+    this.data = data;
+    this.chart.setData(data);
+    this.empty("");
+  }
+
+  /** Words in the place of a picture. */
+  empty(words) {
+    let tag = this.place.querySelector(".empty");
+    if (!words) return void tag?.remove();
+    tag ??= this.place.appendChild(Object.assign(document.createElement("p"), { className: "empty" }));
+    if (tag.textContent !== words) {
+      tag.textContent = words;
+      this.chart.setData(this.chart.series.map(() => []));
+    }
+  }
+}
+
+/** A vertical band about the tone, at least two pixels wide. */
+function sigma(chart, { hertz: at, sigma: width }, fill) {
+  const { ctx, bbox } = chart;
+  const [low, high] = [at - width, at + width].map((value) => chart.valToPos(value, "x", true));
+  const thick = Math.max(high - low, 2 * devicePixelRatio);
+  const left = (low + high - thick) / 2;
+  if (left + thick < bbox.left || left > bbox.left + bbox.width) return;
+  ctx.save();
+  ctx.fillStyle = fill;
+  ctx.fillRect(left, bbox.top, thick, bbox.height);
+  ctx.restore();
+}
+
+export class SpectrumChart extends Chart {
+  constructor(place) {
+    let shown = null;
+    let floor = -100;
+    super(place, () => ({
+      scales: { x: { time: false }, y: { range: () => [floor - 30, Math.max(5, floor + 40)] } },
+      axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
+      series: [
+        {},
+        { stroke: colour("line"), width: 1.5, points: { show: false } },
+        { stroke: colour("floor"), width: 1.5, dash: [7, 5], points: { show: false } },
+        { stroke: colour("threshold"), width: 1.5, dash: [2, 4], points: { show: false } },
+      ],
+      hooks: { drawSeries: [(chart, index) => index === 1 && shown && sigma(chart, shown, `${colour("fit")}99`)] },
+    }));
+    this.show = (spectrum, tone) => {
+      // The scale follows the floor in steps, so that it does not flicker.
+      if (Math.abs(spectrum.floor - floor) > 8) floor = Math.round(spectrum.floor / 10) * 10;
+      shown = tone ? spectrum : null;
+      const x = spectrum.bins.map((_, index) => spectrum.first + index * spectrum.step);
+      const ends = (value) => x.map((_, index) => (index === 0 || index === x.length - 1 ? value : undefined));
+      this.set([x, spectrum.bins, ends(spectrum.floor), ends(spectrum.threshold)].map((column, index) =>
+        index < 2 ? column : column.map((value) => (value === undefined ? null : value))));
+    };
+    // Two points make a level.
+    this.options = ((options) => () => {
+      const made = options();
+      made.series.slice(2).forEach((series) => { series.spanGaps = true; });
+      return made;
+    })(this.options);
+    this.make();
+  }
+}
+
+export class ZoomChart extends Chart {
+  constructor(place) {
+    let shown = null;
+    let range = [-100, 0];
+    super(place, () => ({
+      scales: { x: { time: false }, y: { range: () => range } },
+      axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
+      series: [
+        {},
+        { stroke: colour("fit"), width: 2, points: { show: false }, spanGaps: true },
+        { stroke: colour("line"), width: 0, points: { show: true, size: 8, fill: colour("line"), width: 0 }, paths: () => null },
+        { stroke: colour("floor"), width: 1.5, dash: [7, 5], points: { show: false }, spanGaps: true },
+      ],
+      hooks: { drawSeries: [(chart, index) => index === 1 && shown && sigma(chart, shown, `${colour("line")}66`)] },
+    }));
+    this.show = (core, spectrum) => {
+      shown = spectrum;
+      const reach = 7 * spectrum.step;
+      const [low, high] = [spectrum.hertz - reach, spectrum.hertz + reach];
+      const fitted = core.fitted(low, high, 280);
+      const first = Math.max(0, Math.ceil((low - spectrum.first) / spectrum.step));
+      const last = Math.min(spectrum.bins.length - 1, Math.floor((high - spectrum.first) / spectrum.step));
+      const places = Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => first + index);
+      const bins = [places.map((k) => spectrum.first + k * spectrum.step), places.map((k) => spectrum.bins[k])];
+      const bottom = Math.min(spectrum.floor - 10, spectrum.level - 30);
+      const next = [Math.floor(bottom / 10) * 10, Math.ceil((spectrum.level + 3) / 10) * 10];
+      if (Math.abs(next[0] - range[0]) >= 10 || next[1] !== range[1]) range = next;
+      this.set(uPlot.join([fitted, bins, [[low, high], [spectrum.floor, spectrum.floor]]]));
+    };
+  }
+}
+
+/** A quantity over time with its sigma as a band, and the truth where it is known. */
+export class TimeChart extends Chart {
+  constructor(place) {
+    const view = { low: 0, high: 1 };
+    super(place, () => ({
+      scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
+      axes: axes([(value, step) => `${plain(value, step)} s`, plain], 74),
+      series: [
+        {},
+        { stroke: "transparent", points: { show: false } },
+        { stroke: "transparent", points: { show: false } },
+        { stroke: colour("truth"), width: 1.5, dash: [6, 4], points: { show: false } },
+        { stroke: colour("line"), width: 1.5, points: { show: false } },
+      ],
+      bands: [{ series: [2, 1], fill: colour("band") }],
+    }));
+    this.view = view;
+    this.points = [[], [], [], [], []];
+  }
+
+  clear() {
+    this.points = [[], [], [], [], []];
+    this.set(this.points);
+  }
+
+  add(time, value, sigma, truth, most) {
+    const usable = Number.isFinite(value) && Number.isFinite(sigma);
+    const row = usable ? [time, value - sigma, value + sigma, truth, value] : [time, null, null, null, null];
+    if (this.points[0].length && time <= this.points[0].at(-1)) this.points = [[], [], [], [], []];
+    row.forEach((number, index) => {
+      this.points[index].push(Number.isNaN(number) ? null : number);
+      if (this.points[index].length > most) this.points[index].splice(0, this.points[index].length - most);
+    });
+  }
+
+  show() {
+    const [, low, high, truth] = this.points;
+    // Outliers that a verdict flags do not set the scale: nine tenths of the points do.
+    const usual = (column, share) => {
+      const sorted = column.filter((value) => value !== null).sort((a, b) => a - b);
+      return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+    };
+    let bottom = Math.min(usual(low, 0.02) ?? 0, usual(truth, 0) ?? Infinity);
+    let top = Math.max(usual(high, 0.98) ?? 1, usual(truth, 1) ?? -Infinity);
+    const widest = (usual(high.map((value, index) => (value === null ? null : value - low[index])), 0.5) ?? 0) * 3;
+    const middle = (bottom + top) / 2;
+    const half = Math.max((top - bottom) / 2 * 1.12, widest, Math.abs(middle) * 1e-9, 1e-9);
+    [this.view.low, this.view.high] = [middle - half, middle + half];
+    this.set(this.points);
+  }
+}

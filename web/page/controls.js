@@ -1,0 +1,108 @@
+// The sliders and fields: what they are called, how far they go, and the library's names for them.
+import { signed } from "./words.js";
+
+const OFF = -80;
+const decibels = (value) => (value <= OFF ? "off" : `${signed(String(value))} dB`);
+const unit = (name, places = 0) => (value) => `${signed(value.toFixed(places))} ${name}`;
+
+/** Scenes: their settings, and the sliders that mean something in them. */
+export const SCENES = [
+  {
+    id: "chirp", name: "FMCW radar", kind: 2,
+    settings: { rate_hz: 250e3, iq: 1, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    sliders: { range_m: 120, velocity_mps: 25, motion: 0.5, snr_db: -5, level_db: -20, second_db: OFF, second_off: 60 },
+    second: { label: "Further off by", words: unit("m", 1), min: -100, max: 200, step: 1 },
+  },
+  {
+    id: "doppler", name: "Doppler radar", kind: 1,
+    settings: { rate_hz: 48e3, iq: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    sliders: { velocity_mps: 12, motion: 0.5, snr_db: 0, level_db: -16, second_db: OFF, second_off: 8 },
+    second: { label: "Faster by", words: unit("m/s", 1), min: -30, max: 60, step: 0.5 },
+  },
+  {
+    id: "tone", name: "A tone", kind: 0,
+    settings: { rate_hz: 48e3, iq: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    sliders: { tone_hz: 1000.3, motion: 0, snr_db: 20, second_db: OFF, second_off: 400 },
+    second: { label: "Higher by", words: unit("Hz"), min: -1000, max: 8000, step: 1 },
+  },
+];
+
+const SLIDERS = [
+  { name: "tone_hz", label: "Tone", min: 20, max: 23900, step: 0.1, words: unit("Hz", 1), kinds: [0] },
+  { name: "range_m", label: "Range", min: 1, max: 300, step: 0.5, words: unit("m", 1), kinds: [2] },
+  { name: "velocity_mps", label: "Velocity", min: -40, max: 40, step: 0.1, words: unit("m/s", 1), kinds: [1, 2] },
+  { name: "motion", label: "Motion", min: 0, max: 3, step: 0.1, words: (value) => (value ? value.toFixed(1) : "still"), kinds: [0, 1, 2] },
+  { name: "snr_db", label: "Signal to noise", min: -25, max: 60, step: 1, words: unit("dB"), kinds: [0, 1, 2] },
+  { name: "level_db", label: "Level", min: -60, max: 20, step: 0.5, words: (value) => `${signed(value.toFixed(1))} dBFS`, kinds: [0, 1, 2], value: -6 },
+  { name: "dc", label: "DC offset", min: -1, max: 1, step: 0.01, words: (value) => unit("%")(100 * value), kinds: [0, 1, 2], value: 0 },
+  { name: "hum_db", label: "50 Hz hum", min: OFF, max: 0, step: 1, words: decibels, kinds: [0, 1, 2], value: OFF },
+  { name: "second_db", label: "Second line", min: OFF, max: 6, step: 1, words: decibels, kinds: [0, 1, 2] },
+  { name: "second_off", kinds: [0, 1, 2] },
+];
+
+function make(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function slider(options, value, changed) {
+  const { name, label, min, max, step, words } = options;
+  const input = make("input", { type: "range", id: name, min, max, step });
+  input.value = value;
+  const output = make("output", { htmlFor: name });
+  const show = () => {
+    output.textContent = words(Number(input.value));
+    input.setAttribute("aria-valuetext", output.textContent);
+  };
+  show();
+  input.addEventListener("input", () => { show(); changed(name, Number(input.value)); });
+  return make("div", { className: "field" }, make("label", { htmlFor: name, textContent: label }), input, output);
+}
+
+/** The form of the scene. `changed` hears a slider; `chosen` hears another scene. */
+export function sceneForm(form, scene, changed, chosen) {
+  const select = make("select", { id: "scene" }, ...SCENES.map(({ id, name }) => make("option", { value: id, textContent: name })));
+  select.value = scene.id;
+  select.addEventListener("change", () => chosen(SCENES.find(({ id }) => id === select.value)));
+  const first = make("div", { className: "field" }, make("label", { htmlFor: "scene", textContent: "Scene" }), select);
+  const sliders = SLIDERS.filter(({ kinds }) => kinds.includes(scene.kind)).map((options) => {
+    const shown = options.name === "second_off" ? { ...options, ...scene.second } : options;
+    const value = scene.sliders[options.name] ?? options.value;
+    changed(options.name, value);
+    return slider(shown, value, changed);
+  });
+  form.replaceChildren(first, ...sliders);
+}
+
+const LENGTHS = [512, 1024, 2048, 4096];
+const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
+
+/** The form of the instrument: `values` are its settings by the library's names. */
+export function instrumentForm(form, source, values, changed) {
+  const field = (name, label, ...inputs) => make("div", { className: "field" }, make("label", { htmlFor: name, textContent: label }), ...inputs);
+  const number = (name, properties = {}) => {
+    const input = make("input", { type: "number", id: name, inputMode: "decimal", ...properties });
+    if (values[name]) input.value = values[name];
+    input.addEventListener("change", () => changed(name, input.value === "" ? 0 : Number(input.value)));
+    return input;
+  };
+  const select = (name, options) => {
+    const input = make("select", { id: name }, ...options.map(([value, text]) => make("option", { value, textContent: text })));
+    input.value = String(values[name]);
+    input.addEventListener("change", () => changed(name, Number(input.value)));
+    return input;
+  };
+  const tick = make("input", { type: "checkbox", id: "iq", checked: Boolean(values.iq) });
+  tick.addEventListener("change", () => changed("iq", Number(tick.checked)));
+  const parts = [
+    field("n", "Block", select("n", LENGTHS.map((n) => [String(n), `${n} samples`]))),
+    source === "microphone" ? "" : field("bits", "Codes", select("bits", CODES)),
+    source === "microphone" ? "" : field("iq", "I/Q", tick),
+    field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
+      number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
+    source === "file" ? field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { min: 0, placeholder: "as the file says" })) : "",
+    source === "file" ? field("scale", "Scale", number("scale", { min: 0, step: "any", placeholder: "1" })) : "",
+  ];
+  form.replaceChildren(...parts.filter(Boolean));
+}

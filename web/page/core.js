@@ -1,0 +1,153 @@
+// The library, compiled to WebAssembly: numbers and bytes go in, rows of numbers and text come out.
+
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+
+/** Loads the module. `bytes` of it may be given, for whom has no `fetch`. */
+export async function load(bytes) {
+  const compiled = bytes ? await WebAssembly.compile(bytes) : await compile("picket.wasm");
+  return new Core(compiled);
+}
+
+async function compile(url) {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
+  // Not every static host names the type that streaming wants.
+  return WebAssembly.compile(await answer.arrayBuffer());
+}
+
+export class Core {
+  constructor(module) {
+    this.module = module;
+    this.fresh();
+    this.exports.picket_words();
+    const [names, ...verdicts] = this.text().split("\n");
+    this.names = names.split(",");
+    this.verdicts = verdicts.map((line) => {
+      const [name, reason] = line.split("\t");
+      return { name, reason };
+    });
+  }
+
+  /** A new instance: nothing of an old one is left. */
+  fresh() {
+    this.exports = new WebAssembly.Instance(this.module, {}).exports;
+  }
+
+  put(...parts) {
+    const length = parts.reduce((sum, part) => sum + part.length, 0);
+    let at = this.exports.picket_inbox(length);
+    for (const part of parts) {
+      new Uint8Array(this.exports.memory.buffer, at, part.length).set(part);
+      at += part.length;
+    }
+  }
+
+  /** The numbers that the last call left; they are copied. */
+  numbers() {
+    const { picket_numbers, picket_numbers_length, memory } = this.exports;
+    return new Float64Array(memory.buffer, picket_numbers(), picket_numbers_length()).slice();
+  }
+
+  bytes() {
+    const { picket_text, picket_text_length, memory } = this.exports;
+    return new Uint8Array(memory.buffer, picket_text(), picket_text_length()).slice();
+  }
+
+  text() {
+    return decoder.decode(this.bytes());
+  }
+
+  /** The rows that the last call left, as objects with the library's names. */
+  rows() {
+    const numbers = this.numbers();
+    const rows = [];
+    for (let at = 0; at < numbers.length; at += this.names.length) {
+      rows.push(Object.fromEntries(this.names.map((name, index) => [name, numbers[at + index]])));
+    }
+    return rows;
+  }
+
+  set(name, value) {
+    this.put(encoder.encode(name));
+    return this.exports.picket_set(value) !== 0;
+  }
+
+  /** Begins to measure. Returns what is wrong, or nothing. */
+  start(seed = 1) {
+    return this.exports.picket_start(seed) ? "" : this.text();
+  }
+
+  simulate(blocks) {
+    this.exports.picket_simulate(blocks);
+    return this.rows();
+  }
+
+  floats(samples) {
+    this.put(new Uint8Array(samples.buffer, samples.byteOffset, samples.byteLength));
+    this.exports.picket_floats();
+    return this.rows();
+  }
+
+  open(name, contents) {
+    const title = encoder.encode(name);
+    this.put(title, contents);
+    return this.exports.picket_open(title.length) ? "" : this.text();
+  }
+
+  /** The next rows of the open file, whether there are more, and what is wrong, if anything is. */
+  read(blocks) {
+    const more = this.exports.picket_read(blocks) !== 0;
+    return { rows: this.rows(), more, wrong: more ? "" : this.text() };
+  }
+
+  /** Hears a board's bytes: the rows in them, and what is known of the board. */
+  hear(bytes) {
+    this.put(bytes);
+    this.exports.picket_hear();
+    const known = this.text().split("\n").filter(Boolean).map((line) => line.split("\t"));
+    return { rows: this.rows(), known };
+  }
+
+  order(name, count = 0) {
+    this.put(encoder.encode(name));
+    this.exports.picket_order(count);
+    return this.bytes();
+  }
+
+  spectrum() {
+    this.exports.picket_spectrum();
+    const [first, step, floor, threshold, hertz, sigma, level, ...bins] = this.numbers();
+    return bins.length ? { first, step, floor, threshold, hertz, sigma, level, bins } : null;
+  }
+
+  /** The fitted tone between two frequencies: [frequencies, dB]. */
+  fitted(low, high, steps) {
+    this.exports.picket_fitted(low, high, steps);
+    const numbers = this.numbers();
+    const column = (side) => Array.from(numbers.filter((_, index) => index % 2 === side));
+    return [column(0), column(1)];
+  }
+
+  tracks() {
+    this.exports.picket_tracks();
+    const numbers = this.numbers();
+    const tracks = [];
+    for (let at = 0; at < numbers.length; at += 4) {
+      const [number, hertz, sigma, misses] = numbers.slice(at, at + 4);
+      tracks.push({ number, hertz, sigma, misses });
+    }
+    return tracks;
+  }
+
+  state() {
+    this.exports.picket_state();
+    const [n, iq, rate, kind, full, records = 0, missing = 0, bad = 0, raw = 0] = this.numbers();
+    return { n, iq: iq !== 0, rate, kind, full, records, missing, bad, raw };
+  }
+
+  checksum(fixed, blocks) {
+    const sum = this.exports.picket_checksum(fixed ? 1 : 0, blocks);
+    return BigInt.asUintN(64, sum).toString(16).padStart(16, "0");
+  }
+}

@@ -1,0 +1,382 @@
+// The page: a source gives rows, the newest is shown, and charts follow.
+import { load } from "./core.js";
+import { SpectrumChart, TimeChart, ZoomChart } from "./charts.js";
+import { Waterfall } from "./waterfall.js";
+import { SCENES, instrumentForm, sceneForm } from "./controls.js";
+import { Board, Microphone, Recording, Simulated } from "./sources.js";
+import { jsonLines, picture, table } from "./save.js";
+import { SIGNS, figure, note, rank, signed } from "./words.js";
+
+const $ = (id) => document.getElementById(id);
+const KEPT = 200_000;
+const HISTORY = 900;
+const SOUND_MPS = 343;
+
+const page = {
+  core: null, source: null, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
+  counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
+  values: {
+    scene: { n: 1024, bits: 12, iq: 1, band_low_hz: 0, band_high_hz: 0 },
+    file: { n: 1024, bits: 16, iq: 0, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
+    microphone: { n: 4096, bits: 16, iq: 0, band_low_hz: 40, band_high_hz: 6000 },
+    board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
+  },
+};
+const charts = {};
+
+function notice(sentence) {
+  $("notice").textContent = sentence;
+  $("notice").hidden = !sentence;
+}
+
+function setAll(settings) {
+  for (const [name, value] of Object.entries(settings)) page.core.set(name, value);
+}
+
+/** Forgets what was shown. */
+function forget() {
+  page.rows = [];
+  page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
+  [page.drawn, page.shown, page.target, page.ramp] = [-1, 0, null, null];
+  charts.waterfall.clear();
+  charts.first.clear();
+  charts.second.clear();
+  for (const chart of [charts.spectrum, charts.zoom]) chart.empty("No samples yet.");
+  $("figures").replaceChildren();
+  $("truth").hidden = true;
+  $("truth").textContent = "";
+  verdict(null);
+  counters();
+}
+
+/** Has the library measure by the settings of the source in use, from the start. */
+function restart() {
+  setAll({ ...page.values[page.name], kind: 0, scale: 1, file_rate_hz: 0 });
+  if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, kind: page.scene.kind });
+  if (page.name === "file") setAll(page.values.file);
+  if (page.name === "microphone" && page.rate) page.core.set("rate_hz", page.rate);
+  forget();
+  const wrong = page.core.start(1);
+  notice(wrong);
+  return !wrong;
+}
+
+async function choose(name) {
+  page.source?.stop();
+  [page.source, page.name] = [null, name];
+  for (const tab of document.querySelectorAll("[data-source]")) tab.setAttribute("aria-selected", tab.dataset.source === name);
+  for (const form of document.querySelectorAll("[data-for]")) form.hidden = !form.dataset.for.split(" ").includes(name);
+  instrumentForm($("instrument-form"), name, page.values[name], (setting, value) => {
+    page.values[name][setting] = value;
+    if (name === "file" && page.file) void drop(page.file);
+    else if (restart() && name === "scene") page.source = new Simulated(page.core);
+  });
+  restart();
+  if (name === "scene") simulate(page.scene);
+  if (name === "file" && page.file) await drop(page.file);
+}
+
+function simulate(scene) {
+  page.scene = scene;
+  page.values.scene.iq = scene.settings.iq;
+  const tick = $("iq");
+  if (tick) tick.checked = Boolean(scene.settings.iq);
+  sceneForm($("scene-form"), scene, (name, value) => page.core.set(name, value), simulate);
+  if (restart()) page.source = new Simulated(page.core);
+}
+
+async function drop(file) {
+  if (page.name !== "file") {
+    page.file = file;
+    return choose("file");
+  }
+  page.file = file;
+  restart();
+  const told = (wrong, blocks) => {
+    notice(wrong);
+    $("file-name").textContent = `${file.name}: ${blocks} blocks measured`;
+  };
+  const recording = new Recording(page.core, file.name, new Uint8Array(await file.arrayBuffer()), told, (row) => pour(page.core.spectrum(), row));
+  if (recording.wrong) {
+    $("file-name").textContent = "Nothing was measured.";
+    return notice(recording.wrong);
+  }
+  $("file-name").textContent = file.name;
+  page.source = recording;
+}
+
+async function listen() {
+  page.source?.stop();
+  const microphone = new Microphone(page.core);
+  const { rate, wrong } = await microphone.listen();
+  if (wrong) return notice(wrong);
+  page.rate = rate;
+  if (restart()) page.source = microphone;
+}
+
+async function connect() {
+  await page.source?.stop();
+  page.core.fresh();
+  restart();
+  page.core.hear(new Uint8Array());
+  const board = new Board(page.core, notice);
+  const wrong = await board.connect();
+  if (wrong) return notice(wrong);
+  page.source = board;
+}
+
+/** The verdict's word, sign, colour and reason. */
+function verdict(number) {
+  const { name, reason } = page.core.verdicts[number] ?? { name: "none", reason: "No block has been measured yet." };
+  $("verdict").className = rank(name);
+  $("sign").textContent = SIGNS[name] ?? "";
+  $("word").textContent = name === "none" ? "no answer yet" : name;
+  $("reason").textContent = reason;
+}
+
+function figureOf(name, value, sigma, unit, small) {
+  const box = document.createElement("div");
+  box.className = small ? "figure small" : "figure";
+  const known = Number.isFinite(value) && sigma > 0;
+  const [digits, spread] = known ? figure(value, sigma) : ["\u2013", ""];
+  const parts = [["name", name], ["value", digits], ["unit", unit], ["sigma", spread && `\u00b1 ${spread} ${unit}`]];
+  for (const [part, text] of parts) {
+    const tag = document.createElement("span");
+    tag.className = part;
+    tag.textContent = text;
+    if (part === "value" && text.length > 10) tag.classList.add("long");
+    box.append(tag);
+  }
+  return box;
+}
+
+/** The newest answer in figures. */
+function show(row) {
+  const nothing = page.core.verdicts[row.verdict].name === "no-signal";
+  const own = (value) => (nothing ? NaN : value);
+  // Of a chirp the beat of the rising ramp, as it is drawn.
+  const ramp = page.ramp ?? row;
+  const tone = [own(ramp.frequency_hz), ramp.sigma_hz];
+  const target = page.target;
+  const figures = [];
+  const truths = [];
+  const truth = (known, value, sigma, unit) => {
+    if (!Number.isFinite(known) || !(sigma > 0)) return;
+    const off = (value - known) / sigma;
+    truths.push(`${signed(known.toFixed(Math.min(9, figure(value, sigma)[1].length - 1)))} ${unit} (${signed(off.toFixed(2))} sigma off)`);
+  };
+  if (target && Number.isFinite(target.range_m)) {
+    figures.push(figureOf("Range", target.range_m, target.sigma_range_m, "m"));
+    truth(target.truth_m, target.range_m, target.sigma_range_m, "m");
+  }
+  if (target) {
+    figures.push(figureOf("Velocity", target.velocity_mps, target.sigma_velocity_mps, "m/s"));
+    truth(target.truth_mps, target.velocity_mps, target.sigma_velocity_mps, "m/s");
+  }
+  figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, "Hz", Boolean(target)));
+  if (!target) truth(ramp.truth_hz, ...tone, "Hz");
+  if (page.name === "microphone" && !nothing) {
+    const { name, cents } = note(row.frequency_hz);
+    figures.push(figureOf(`Note ${name}, off by`, cents, row.sigma_hz / row.frequency_hz * 1731, "cents", true));
+    if (page.reference) {
+      const speed = SOUND_MPS * (row.frequency_hz - page.reference) / row.frequency_hz;
+      figures.push(figureOf("Speed towards you", speed, SOUND_MPS * row.sigma_hz / row.frequency_hz, "m/s", true));
+    }
+  }
+  $("figures").replaceChildren(...figures);
+  $("truth").hidden = !truths.length;
+  $("truth").textContent = truths.length ? `Truth ${truths.join(", ")}` : "";
+  const outcome = target?.outcome_verdict;
+  verdict(Number.isFinite(outcome) ? outcome : row.verdict);
+}
+
+function count(row) {
+  page.counts.blocks += 1;
+  page.counts.good += Number(row.verdict === 0);
+  page.counts.gaps += Number(row.gap === 1);
+  page.counts.clipped += row.clipped;
+  if (Number.isFinite(row.lost)) [page.counts.lost, page.counts.faults] = [row.lost, row.faults];
+}
+
+function counters() {
+  const { blocks, good, gaps, clipped, lost = 0, faults = 0 } = page.counts;
+  const { missing, bad, raw } = page.core.state();
+  const share = blocks ? `${Math.round(100 * good / blocks)} %` : "\u2013";
+  const list = [["blocks", blocks], ["good", share], ["clipped", clipped, clipped > 0], ["gaps", gaps, gaps > 0]];
+  if (page.name === "board") {
+    list.push(["lost", lost, lost > 0], ["faults", faults, faults > 0], ["missing", missing, missing > 0], ["bad frames", bad, bad > 0], ["raw blocks", raw]);
+  }
+  $("counters").replaceChildren(...list.map(([name, value, raised]) => {
+    const box = document.createElement("div");
+    box.className = raised ? "raised" : "";
+    const [term, said] = [document.createElement("dt"), document.createElement("dd")];
+    [term.textContent, said.textContent] = [name, typeof value === "number" ? value.toLocaleString("en-GB") : value];
+    said.dataset.counter = name;
+    box.append(term, said);
+    return box;
+  }));
+}
+
+/** Rows into figures, charts and the table. */
+function take(rows) {
+  for (const row of rows) {
+    count(row);
+    if (row.segment <= 1) page.ramp = row;
+    if (Number.isFinite(row.outcome_verdict)) page.target = row;
+    const usable = (verdict, value) => (verdict >= 5 ? NaN : value);
+    const point = (chart, value, sigma, truth, verdict) => chart.add(row.time_s, usable(verdict, value), sigma, truth, HISTORY);
+    if (Number.isFinite(row.range_m)) {
+      point(charts.first, row.range_m, row.sigma_range_m, row.truth_m, row.outcome_verdict);
+      point(charts.second, row.velocity_mps, row.sigma_velocity_mps, row.truth_mps, row.outcome_verdict);
+    } else if (Number.isFinite(row.velocity_mps)) {
+      point(charts.first, row.velocity_mps, row.sigma_velocity_mps, row.truth_mps, row.outcome_verdict);
+    } else if (row.segment === 0) {
+      point(charts.first, row.frequency_hz, row.sigma_hz, row.truth_hz, row.verdict);
+    }
+  }
+  page.rows.push(...rows);
+  if (page.rows.length > KEPT) page.rows.splice(0, page.rows.length - KEPT);
+}
+
+function titles() {
+  const target = page.target;
+  const two = Boolean(target && Number.isFinite(target.range_m));
+  document.querySelector("main").classList.toggle("two", two);
+  $("second-figure").hidden = !two;
+  $("first-title").textContent = two ? "Range, m" : target ? "Velocity, m/s" : "Frequency, Hz";
+  $("second-title").textContent = "Velocity, m/s";
+}
+
+function pour(spectrum, row) {
+  charts.waterfall.add(spectrum, page.core.tracks(), row.time_s);
+}
+
+function draw(now) {
+  const row = page.rows.at(-1);
+  const spectrum = page.core.spectrum();
+  const raw = page.name !== "board" || page.core.state().raw > 0;
+  if (spectrum && raw) {
+    const seen = page.core.verdicts[row.verdict].name !== "no-signal" && Number.isFinite(spectrum.hertz) && spectrum.sigma > 0;
+    charts.spectrum.show(spectrum, seen);
+    if (seen) charts.zoom.show(page.core, spectrum);
+    else charts.zoom.empty("There is no line.");
+    // Thirty rows a second: eight seconds are in sight. A recording pours its own.
+    if (page.name !== "file" && now - page.poured > 30) {
+      page.poured = now;
+      pour(spectrum, row);
+    }
+  } else if (page.name === "board") {
+    for (const chart of [charts.spectrum, charts.zoom]) chart.empty("The board sends figures, not samples. Capture a block to see its spectrum.");
+  }
+  titles();
+  charts.first.show();
+  if (page.target) charts.second.show();
+  // Digits that change faster than five times a second cannot be read.
+  if (now - page.shown > 200) {
+    page.shown = now;
+    show(row);
+    counters();
+    known();
+    frameTime();
+  }
+}
+
+function known() {
+  if (!(page.source instanceof Board)) return;
+  $("known").replaceChildren(...page.source.known.flatMap(([name, words]) => [
+    Object.assign(document.createElement("dt"), { textContent: name }),
+    Object.assign(document.createElement("dd"), { textContent: words }),
+  ]));
+}
+
+function frameTime() {
+  const sorted = [...page.times].sort((a, b) => a - b);
+  const median = sorted[sorted.length >> 1] ?? 0;
+  $("frame").textContent = `A frame takes ${median.toFixed(1)} ms of its ${(1000 / 60).toFixed(1)}.`;
+  $("frame").dataset.ratio = (median * 60 / 1000).toFixed(4);
+}
+
+function frame(now) {
+  const seconds = Math.min(0.25, (now - page.last) / 1000);
+  page.last = now;
+  const begun = performance.now();
+  if (!page.paused && page.source) {
+    try {
+      const rows = page.source.advance(seconds);
+      if (rows.length) take(rows);
+      else if (page.name === "board") { known(); counters(); }
+      if (rows.length || page.core.state().raw !== page.drawn) {
+        page.drawn = page.core.state().raw;
+        if (page.rows.length) draw(now);
+        page.times.push(performance.now() - begun);
+        if (page.times.length > 120) page.times.shift();
+      }
+      if (!rows.length && page.source.more === false && page.rows.length && page.shown !== Infinity) {
+        page.shown = 0;
+        draw(now);
+        page.shown = Infinity;
+      }
+    } catch (error) {
+      // An instance that has stopped stays so.
+      console.error(error);
+      page.source.stop();
+      page.source = null;
+      page.core.fresh();
+      notice("This stopped the measurement. Choose a source to begin anew.");
+    }
+  }
+  requestAnimationFrame(frame);
+}
+
+function pause() {
+  page.paused = !page.paused;
+  $("pause").setAttribute("aria-pressed", page.paused);
+  $("pause").querySelector("span").textContent = page.paused ? "Go on" : "Pause";
+}
+
+function listenToPeople() {
+  for (const tab of document.querySelectorAll("[data-source]")) tab.addEventListener("click", () => choose(tab.dataset.source));
+  for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
+  for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
+  const presses = {
+    pause, connect, listen, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
+    take: () => {
+      page.reference = page.rows.at(-1)?.frequency_hz ?? 0;
+      $("reference").textContent = page.reference ? `Reference ${page.reference.toFixed(1)} Hz` : "Listen first.";
+    },
+  };
+  for (const [id, press] of Object.entries(presses)) $(id).addEventListener("click", press);
+  $("file").addEventListener("change", ({ target }) => target.files[0] && drop(target.files[0]));
+  addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dragging"); });
+  addEventListener("dragleave", () => document.body.classList.remove("dragging"));
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    document.body.classList.remove("dragging");
+    if (event.dataTransfer.files[0]) drop(event.dataTransfer.files[0]);
+  });
+  addEventListener("keydown", (event) => {
+    const typing = event.target.matches("input, select, textarea");
+    if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+    const tabs = ["scene", "file", "microphone", "board"];
+    if (event.key === " " && !event.target.matches("button")) { event.preventDefault(); pause(); }
+    else if (tabs[event.key - 1]) choose(tabs[event.key - 1]);
+    else if (event.key === "p") picture();
+    else if (event.key === "c") table(page.core, page.rows);
+    else if (event.key === "j") jsonLines(page.core, page.rows);
+  });
+}
+
+try {
+  page.core = await load();
+  charts.spectrum = new SpectrumChart($("spectrum"));
+  charts.zoom = new ZoomChart($("zoom"));
+  charts.waterfall = new Waterfall($("waterfall"));
+  charts.first = new TimeChart($("first"));
+  charts.second = new TimeChart($("second"));
+  listenToPeople();
+  choose("scene");
+  requestAnimationFrame(frame);
+} catch (error) {
+  console.error(error);
+  notice(location.protocol === "file:" ? "Open this page from a server: cargo picket web is one." : `The page could not start: ${error.message}.`);
+}

@@ -1,0 +1,160 @@
+// Where samples come from. Each source gives rows as they become due, and says in a sentence what is wrong.
+
+/** The simulated scene, as fast as its samples would come. */
+export class Simulated {
+  constructor(core) {
+    this.core = core;
+    this.due = 1;
+    const { n, rate } = core.state();
+    this.block = n / rate;
+  }
+
+  advance(seconds) {
+    // A page that was hidden does not catch up.
+    this.due = Math.min(this.due + seconds / this.block, 40);
+    const blocks = Math.floor(this.due);
+    this.due -= blocks;
+    return this.core.simulate(blocks);
+  }
+
+  stop() {}
+}
+
+/** A recording: as fast as it can be measured, a slice in each frame. */
+export class Recording {
+  constructor(core, name, contents, told, pour) {
+    this.core = core;
+    this.told = told;
+    this.pour = pour;
+    this.name = name;
+    this.wrong = core.open(name, contents);
+    this.more = !this.wrong;
+    this.blocks = 0;
+  }
+
+  advance() {
+    const rows = [];
+    const until = performance.now() + 6;
+    while (this.more && performance.now() < until) {
+      // Blocks between two rows of the waterfall: the longer the recording, the more.
+      const step = this.core.read(2 ** Math.min(8, Math.floor(this.blocks / 500)));
+      rows.push(...step.rows);
+      if (step.rows.length) this.pour(step.rows.at(-1));
+      this.more = step.more;
+      this.blocks += step.rows.length;
+      if (!step.more) this.told(step.wrong, this.blocks);
+    }
+    return rows;
+  }
+
+  stop() {}
+}
+
+const WORKLET = `registerProcessor("chunks", class extends AudioWorkletProcessor {
+  process([[channel]]) { if (channel) this.port.postMessage(channel.slice()); return true; }
+});`;
+
+/** The microphone. */
+export class Microphone {
+  constructor(core, told) {
+    this.core = core;
+    this.told = told;
+    this.chunks = [];
+  }
+
+  /** Asks for it; gives its sample rate, or what is wrong. */
+  async listen() {
+    if (!navigator.mediaDevices?.getUserMedia) return { wrong: "This browser gives no microphone to this page: open it on localhost or by https." };
+    const audio = { echoCancellation: false, noiseSuppression: false, autoGainControl: false };
+    try {
+      this.stream = await navigator.mediaDevices.getUserMedia({ audio });
+    } catch (error) {
+      return { wrong: error.name === "NotFoundError" ? "There is no microphone." : "The microphone was not allowed." };
+    }
+    this.context = new AudioContext();
+    const script = URL.createObjectURL(new Blob([WORKLET], { type: "text/javascript" }));
+    await this.context.audioWorklet.addModule(script);
+    URL.revokeObjectURL(script);
+    const node = new AudioWorkletNode(this.context, "chunks", { numberOfOutputs: 0 });
+    node.port.onmessage = ({ data }) => { if (this.chunks.length < 4000) this.chunks.push(data); };
+    this.context.createMediaStreamSource(this.stream).connect(node);
+    await this.context.resume();
+    return { rate: this.context.sampleRate };
+  }
+
+  advance() {
+    return this.chunks.splice(0).flatMap((chunk) => this.core.floats(chunk));
+  }
+
+  stop() {
+    this.stream?.getTracks().forEach((track) => track.stop());
+    this.context?.close();
+  }
+}
+
+/** A board on a serial port. */
+export class Board {
+  constructor(core, told) {
+    this.core = core;
+    this.told = told;
+    this.pieces = [];
+    this.known = [];
+  }
+
+  /** Asks for the port and opens it; gives what is wrong. */
+  async connect() {
+    if (!navigator.serial) return "This browser has no Web Serial: open the page in Chrome, Edge or Opera on a computer.";
+    try {
+      this.port = await navigator.serial.requestPort();
+    } catch {
+      return "No port was chosen.";
+    }
+    try {
+      await this.port.open({ baudRate: 921600, bufferSize: 65536 });
+    } catch {
+      return "The port does not open: does another program, such as picket watch, hold it?";
+    }
+    this.listen();
+    await this.order("identify");
+    await this.order("settings");
+    return "";
+  }
+
+  async listen() {
+    this.reader = this.port.readable.getReader();
+    try {
+      for (;;) {
+        const { value, done } = await this.reader.read();
+        if (done) break;
+        this.pieces.push(value);
+      }
+      if (!this.stopped) this.told("The board has said all that it will.");
+    } catch {
+      if (!this.stopped) this.told("The board is gone: plug it in again, and connect.");
+    }
+  }
+
+  async order(name, count = 1) {
+    if (!this.port?.writable) return;
+    const writer = this.port.writable.getWriter();
+    await writer.write(this.core.order(name, count)).catch(() => {});
+    writer.releaseLock();
+  }
+
+  advance() {
+    const rows = [];
+    for (const piece of this.pieces.splice(0)) {
+      const heard = this.core.hear(piece);
+      rows.push(...heard.rows);
+      this.known = heard.known;
+    }
+    return rows;
+  }
+
+  async stop() {
+    this.stopped = true;
+    await this.reader?.cancel().catch(() => {});
+    this.reader?.releaseLock();
+    await this.port?.close().catch(() => {});
+  }
+}

@@ -1,0 +1,57 @@
+// Numbers and verdicts as people read them.
+
+/** The digits behind the point that sigma permits: two of its own. */
+export function digits(sigma) {
+  if (!(sigma > 0)) return 3;
+  return Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(sigma))));
+}
+
+/** A number and its sigma with the same digits: ["1000.198", "0.010"]. */
+export function figure(value, sigma) {
+  const places = digits(sigma);
+  return [signed(value.toFixed(places)), sigma.toFixed(places)];
+}
+
+/** With a true minus, and no sign before zeros. */
+export function signed(text) {
+  return /^-[0.]*$/.test(text) ? text.slice(1) : text.replace("-", "\u2212");
+}
+
+/** A sign that is told from the others without colour. */
+export const SIGNS = {
+  good: "\u2713",
+  "near-edge": "\u25e8",
+  clipped: "\u2912",
+  unresolved: "\u2225",
+  gap: "\u2026",
+  weak: "\u223f",
+  "no-signal": "\u2205",
+  "wrong-codes": "\u2260",
+};
+
+/** How far a number may be trusted: use it, use it with care, do not. */
+export function rank(name) {
+  if (["good", "none"].includes(name)) return name;
+  return ["near-edge", "clipped", "unresolved", "gap"].includes(name) ? "care" : "bad";
+}
+
+/** The digits behind the point that steps such as 25, 2.5 or 0.05 need. */
+export function places(step) {
+  let count = 0;
+  while (count < 9 && Math.abs(step * 10 ** count - Math.round(step * 10 ** count)) > 1e-6 * step * 10 ** count) count += 1;
+  return count;
+}
+
+/** A frequency with its unit, for axes that reach so far: 18.2 kHz. */
+export function hertz(value, step, most) {
+  const [scale, unit] = most >= 1e6 ? [1e6, "MHz"] : most >= 8e3 ? [1e3, "kHz"] : [1, "Hz"];
+  return `${signed((value / scale).toFixed(places(step / scale)))} ${unit}`;
+}
+
+/** The note nearest to a frequency, and how far off in cents. */
+export function note(value) {
+  const names = ["C", "C\u266f", "D", "D\u266f", "E", "F", "F\u266f", "G", "G\u266f", "A", "A\u266f", "B"];
+  const key = 69 + 12 * Math.log2(value / 440);
+  const near = Math.round(key);
+  return { name: `${names[((near % 12) + 12) % 12]}${Math.floor(near / 12) - 1}`, cents: 100 * (key - near) };
+}

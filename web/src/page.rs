@@ -1,0 +1,221 @@
+//! What the page works with: its settings, its source, and what it reads next.
+
+use crate::answer::Answer;
+use crate::board::Board;
+use crate::file::File;
+use crate::scene::Scene;
+use crate::settings::Settings;
+use crate::station::{self, Picture, Station};
+use picket::acquire::sample::{Segment, Stamp};
+use picket::estimate::tone::Verdict;
+
+/// Where blocks come from.
+enum Source {
+    /// Nothing was started.
+    None,
+    /// The simulated scene, or samples as they come.
+    Station(Box<dyn Station>),
+    /// A recording.
+    File(Box<File>),
+    /// A board.
+    Board(Box<Board>),
+}
+
+/// The state behind the page.
+pub struct Page {
+    /// Bytes from the page.
+    pub inbox: Vec<u8>,
+    /// Numbers for it.
+    pub numbers: Vec<f64>,
+    /// Text or bytes for it.
+    pub text: Vec<u8>,
+    settings: Settings,
+    scene: Scene,
+    source: Source,
+    /// Samples that fill no block yet, and blocks before them.
+    rest: Vec<[i16; 2]>,
+    blocks: u32,
+    picture: Picture,
+}
+
+impl Page {
+    /// A page on which nothing runs.
+    pub fn new() -> Self {
+        Self {
+            inbox: Vec::new(),
+            numbers: Vec::new(),
+            text: Vec::new(),
+            settings: Settings::default(),
+            scene: Scene::new(1),
+            source: Source::None,
+            rest: Vec::new(),
+            blocks: 0,
+            picture: Picture::default(),
+        }
+    }
+
+    fn station(&mut self) -> Option<&mut Box<dyn Station>> {
+        match &mut self.source {
+            Source::None => None,
+            Source::Station(station) => Some(station),
+            Source::File(file) => Some(&mut file.station),
+            Source::Board(board) => board.station.as_mut(),
+        }
+    }
+
+    fn said(&mut self, result: Result<(), String>) -> bool {
+        self.text.clear();
+        if let Err(sentence) = &result {
+            self.text.extend(sentence.bytes());
+        }
+        result.is_ok()
+    }
+
+    pub(crate) fn words(&mut self) {
+        let mut text = Answer::NAMES.join(",");
+        for verdict in Verdict::ALL {
+            text += &format!("\n{}\t{}", verdict.name(), verdict.reason());
+        }
+        self.text = text.into_bytes();
+    }
+
+    pub(crate) fn set(&mut self, value: f64) -> bool {
+        let name = String::from_utf8_lossy(&self.inbox);
+        self.settings.set(&name, value) || self.scene.set(&name, value)
+    }
+
+    pub(crate) fn start(&mut self, seed: u64) -> bool {
+        self.scene.again(seed);
+        (self.blocks, self.numbers) = (0, Vec::new());
+        self.rest.clear();
+        let started = station::station(&self.settings).map(|station| {
+            self.source = Source::Station(station);
+        });
+        self.said(started.map_err(|error| format!("This cannot work: {error}.")))
+    }
+
+    pub(crate) fn simulate(&mut self, blocks: u32) {
+        self.numbers.clear();
+        let Source::Station(station) = &mut self.source else { return };
+        for _ in 0..blocks {
+            let (stamp, samples, truth) = self.scene.block(&self.settings);
+            let measurement = station.block(stamp, &samples);
+            let row = Answer {
+                truth_hz: truth.hertz,
+                truth_m: truth.range_m,
+                truth_mps: truth.velocity_mps,
+                ..station::answer(&measurement, station.terms())
+            };
+            row.put(&mut self.numbers);
+        }
+    }
+
+    pub(crate) fn floats(&mut self) {
+        self.numbers.clear();
+        let Source::Station(station) = &mut self.source else { return };
+        let full = self.settings.full_scale();
+        let (low, high) = self.settings.codes.rails();
+        let floats = self.inbox.as_chunks().0.iter().map(|&float| f32::from_le_bytes(float));
+        // A cast turns what is no number into 0.
+        let code = |x: f32| (f64::from(x) * full).round().clamp(low.into(), high.into()) as i16;
+        self.rest.extend(floats.map(|float| [code(float), 0]));
+        let n = self.settings.n;
+        let whole = self.rest.len() / n * n;
+        for samples in self.rest.drain(..whole).as_slice().chunks(n) {
+            let clock = u64::from(self.blocks) * n as u64;
+            let stamp = Stamp { sequence: self.blocks, clock, ..Stamp::default() };
+            self.blocks = self.blocks.wrapping_add(1);
+            let measurement = station.block(stamp, samples);
+            station::answer(&measurement, station.terms()).put(&mut self.numbers);
+        }
+    }
+
+    pub(crate) fn open(&mut self, name: usize) -> bool {
+        let mut bytes = std::mem::take(&mut self.inbox);
+        let contents = bytes.split_off(name.min(bytes.len()));
+        let name = String::from_utf8_lossy(&bytes).into_owned();
+        let opened = File::open(&name, contents, &mut self.settings);
+        let opened = opened.map(|file| self.source = Source::File(Box::new(file)));
+        self.said(opened)
+    }
+
+    pub(crate) fn read(&mut self, blocks: u32) -> bool {
+        self.numbers.clear();
+        let Source::File(file) = &mut self.source else { return false };
+        for _ in 0..blocks {
+            match file.next_block() {
+                Ok(Some(row)) => row.put(&mut self.numbers),
+                Ok(None) => {
+                    self.said(Ok(()));
+                    return false;
+                }
+                Err(sentence) => return self.said(Err(sentence)),
+            }
+        }
+        true
+    }
+
+    pub(crate) fn hear(&mut self) {
+        self.numbers.clear();
+        if !matches!(self.source, Source::Board(_)) {
+            self.source = Source::Board(Box::default());
+        }
+        let Source::Board(board) = &mut self.source else { return };
+        for row in board.hear(&self.inbox, &mut self.settings) {
+            row.put(&mut self.numbers);
+        }
+        self.text = board.words().into_bytes();
+    }
+
+    pub(crate) fn order(&mut self, count: u32) {
+        let name = String::from_utf8_lossy(&self.inbox).into_owned();
+        self.text = match &mut self.source {
+            Source::Board(board) => board.order(&name, count.min(u16::MAX.into()) as u16),
+            _ => Vec::new(),
+        };
+    }
+
+    pub(crate) fn spectrum(&mut self) {
+        self.numbers.clear();
+        let Some(station) = self.station() else { return };
+        let picture = station.picture();
+        let Picture { first_hz, step_hz, floor_db, threshold_db, hertz, sigma_hz, tone_db, .. } =
+            picture;
+        self.numbers.extend([first_hz, step_hz, floor_db, threshold_db, hertz, sigma_hz, tone_db]);
+        self.numbers.extend(&picture.bins_db);
+        self.picture = picture;
+    }
+
+    pub(crate) fn fitted(&mut self, low_hz: f64, high_hz: f64, steps: u32) {
+        self.numbers.clear();
+        let steps = steps.clamp(1, 4096) as usize;
+        let n = self.settings.n;
+        self.picture.fitted(n, low_hz, high_hz, steps, &mut self.numbers);
+    }
+
+    pub(crate) fn tracks(&mut self) {
+        let mut numbers = std::mem::take(&mut self.numbers);
+        numbers.clear();
+        if let Some(station) = self.station() {
+            station.tracks(Segment::Up, &mut numbers);
+        }
+        self.numbers = numbers;
+    }
+
+    pub(crate) fn state(&mut self) {
+        let Settings { n, iq, rate_hz, kind, .. } = self.settings;
+        let full = self.settings.full_scale();
+        self.numbers = vec![n as f64, iq.into(), rate_hz, f64::from(kind as u8), full];
+        if let Source::Board(board) = &self.source {
+            let counts = [board.listener.records, board.listener.missing, board.listener.bad];
+            self.numbers.extend(counts.map(|count| count as f64));
+            self.numbers.push(board.raw.into());
+        }
+    }
+}
+
+impl Default for Page {
+    fn default() -> Self {
+        Self::new()
+    }
+}

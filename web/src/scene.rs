@@ -1,0 +1,311 @@
+//! A simulated scene: a tone, a moving reflector or two before a radar, with what goes wrong in practice.
+//!
+//! A target stands still during a block, a radar's during a chirp, but for its Doppler shift: what the block is of is then known
+//! exactly.
+
+use crate::settings::{Kind, Settings};
+use picket::acquire::sample::{Segment, Stamp};
+use picket::config::SPEED_OF_LIGHT;
+use std::f64::consts::TAU;
+
+/// The time of one swing at full motion, s.
+const SWING_S: f64 = 8.0;
+/// Levels at or below this are off, dB.
+const OFF_DB: f64 = -80.0;
+
+/// What the sliders say.
+#[derive(Clone, Copy, Debug)]
+struct Sliders {
+    tone_hz: f64,
+    velocity_mps: f64,
+    range_m: f64,
+    /// How fast it swings, 0 to 1; 0 stands or moves evenly.
+    motion: f64,
+    /// Signal-to-noise ratio per sample, dB.
+    snr_db: f64,
+    /// The tone's amplitude, dB of full scale; above 0 it clips.
+    level_db: f64,
+    /// Offset, a share of full scale.
+    dc: f64,
+    /// Mains of 50 Hz, dB of full scale.
+    hum_db: f64,
+    /// A second tone or target, dB of the first.
+    second_db: f64,
+    /// How far off: Hz, m/s or m.
+    second_off: f64,
+}
+
+impl Default for Sliders {
+    fn default() -> Self {
+        Self {
+            tone_hz: 1000.0,
+            velocity_mps: 4.0,
+            range_m: 12.0,
+            motion: 0.0,
+            snr_db: 20.0,
+            level_db: -6.0,
+            dc: 0.0,
+            hum_db: OFF_DB,
+            second_db: OFF_DB,
+            second_off: 5.0,
+        }
+    }
+}
+
+/// What is true of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// The tone, Hz.
+    pub hertz: f64,
+    /// The velocity, m/s, where there is one.
+    pub velocity_mps: f64,
+    /// The range, m, where there is one.
+    pub range_m: f64,
+}
+
+/// A scene that plays.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    sliders: Sliders,
+    /// Blocks so far.
+    blocks: u32,
+    /// Angles of the first and the second line and of the hum, in turns.
+    turns: [f64; 3],
+    /// The swing, radians.
+    swing: f64,
+    random: Random,
+}
+
+impl Scene {
+    /// A scene from its start.
+    pub fn new(seed: u64) -> Self {
+        Scene {
+            sliders: Sliders::default(),
+            blocks: 0,
+            turns: [0.0; 3],
+            swing: 0.0,
+            random: Random::new(seed),
+        }
+    }
+
+    /// From its start again, with the sliders as they are.
+    pub fn again(&mut self, seed: u64) {
+        *self = Scene { sliders: self.sliders, ..Scene::new(seed) };
+    }
+
+    /// Moves a slider; false for an unknown name.
+    pub fn set(&mut self, name: &str, value: f64) -> bool {
+        let sliders = &mut self.sliders;
+        let place = match name {
+            "tone_hz" => &mut sliders.tone_hz,
+            "velocity_mps" => &mut sliders.velocity_mps,
+            "range_m" => &mut sliders.range_m,
+            "motion" => &mut sliders.motion,
+            "snr_db" => &mut sliders.snr_db,
+            "level_db" => &mut sliders.level_db,
+            "dc" => &mut sliders.dc,
+            "hum_db" => &mut sliders.hum_db,
+            "second_db" => &mut sliders.second_db,
+            "second_off" => &mut sliders.second_off,
+            _ => return false,
+        };
+        *place = value;
+        true
+    }
+
+    /// The next block, its stamp and its truth.
+    pub fn block(&mut self, settings: &Settings) -> (Stamp, Vec<[i16; 2]>, Truth) {
+        let chirp = settings.kind == Kind::Chirp;
+        let segment = match self.blocks % 3 {
+            _ if !chirp => Segment::Continuous,
+            0 => Segment::Up,
+            1 => Segment::Flat,
+            _ => Segment::Down,
+        };
+        let clock = u64::from(self.blocks) * settings.n as u64;
+        let stamp = Stamp { sequence: self.blocks, clock, segment, gap: false };
+        if !chirp || segment == Segment::Up {
+            self.swing += self.turn(settings, if chirp { 3.0 } else { 1.0 });
+        }
+        self.blocks = self.blocks.wrapping_add(1);
+        let (truth, beats) = self.beats(settings, segment);
+        (stamp, self.samples(settings, beats), truth)
+    }
+
+    /// The swing's angle in so many blocks.
+    fn turn(&self, settings: &Settings, blocks: f64) -> f64 {
+        TAU * self.sliders.motion / SWING_S * blocks * settings.n as f64 / settings.rate_hz
+    }
+
+    /// The truth, and the beats of the first and the second target, Hz.
+    fn beats(&self, settings: &Settings, segment: Segment) -> (Truth, [f64; 2]) {
+        let Sliders { tone_hz, velocity_mps, range_m, motion, second_off, .. } = self.sliders;
+        let (sin, cos) = libm::sincos(self.swing);
+        let shift = |velocity: f64| 2.0 * velocity / settings.wavelength_m;
+        match settings.kind {
+            Kind::Tone => {
+                let hertz = tone_hz * (1.0 + 0.1 * motion.min(1.0) * sin);
+                (Truth { hertz, ..Truth::default() }, [hertz, hertz + second_off])
+            }
+            Kind::Doppler => {
+                let velocity = velocity_mps * (1.0 + 0.3 * motion.min(1.0) * sin);
+                let hertz = shift(velocity);
+                let truth = Truth { hertz, velocity_mps: velocity, range_m: 0.0 };
+                (truth, [hertz, shift(velocity + second_off)])
+            }
+            Kind::Chirp => {
+                let rate = TAU * motion / SWING_S;
+                let reach = if rate > 0.0 { (velocity_mps / rate).min(0.4 * range_m) } else { 0.0 };
+                let (range, velocity) = match rate > 0.0 {
+                    true => (range_m - reach * sin, reach * rate * cos),
+                    false => (range_m, velocity_mps),
+                };
+                let duration = settings.n as f64 / settings.rate_hz;
+                let slope = 2.0 * settings.bandwidth_hz / (SPEED_OF_LIGHT * duration);
+                let beat = |range: f64, velocity: f64| match segment {
+                    Segment::Up => slope * range - shift(velocity),
+                    Segment::Flat => shift(velocity),
+                    _ => slope * range + shift(velocity),
+                };
+                let hertz = beat(range, velocity);
+                let truth = Truth { hertz, velocity_mps: velocity, range_m: range };
+                (truth, [hertz, beat(range_m + second_off, -0.5 * velocity_mps)])
+            }
+        }
+    }
+
+    fn samples(&mut self, settings: &Settings, beats: [f64; 2]) -> Vec<[i16; 2]> {
+        let Sliders { snr_db, level_db, dc, hum_db, second_db, .. } = self.sliders;
+        let full = settings.full_scale();
+        let power = |db: f64| if db <= OFF_DB { 0.0 } else { libm::exp10(db / 20.0) };
+        let amplitude = full * libm::exp10(level_db / 20.0);
+        let levels = [amplitude, amplitude * power(second_db), full * power(hum_db)];
+        let noise = amplitude / libm::sqrt(2.0 * libm::exp10(snr_db / 10.0));
+        let (low, high) = settings.codes.rails();
+        let middle = (f64::from(low) + f64::from(high) + 1.0) / 2.0 + dc * full;
+        let code = |x: f64| (middle + x).round().clamp(low.into(), high.into()) as i16;
+        let steps = [beats[0], beats[1], 50.0].map(|hertz| hertz / settings.rate_hz);
+        let lines = (0..settings.n).map(|_| {
+            let [mut i, mut q] = self.random.normal().map(|x| noise * x);
+            for ((turn, step), level) in self.turns.iter_mut().zip(steps).zip(levels) {
+                if level > 0.0 {
+                    let (sin, cos) = libm::sincos(TAU * *turn);
+                    (i, q) = (i + level * cos, q + level * sin);
+                }
+                let next = *turn + step;
+                *turn = next - next.floor();
+            }
+            [code(i), if settings.iq { code(q) } else { 0 }]
+        });
+        lines.collect()
+    }
+}
+
+/// Marsaglia's xorshift, 64 bits (2003), and his polar normals.
+#[derive(Clone, Debug)]
+struct Random(u64);
+
+impl Random {
+    /// A generator; seeds near each other begin apart.
+    pub fn new(seed: u64) -> Self {
+        Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+    }
+
+    /// 64 bits.
+    fn bits(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    /// Two normal numbers.
+    fn normal(&mut self) -> [f64; 2] {
+        // The loop ends: each round has a chance of 0.785.
+        loop {
+            let mut side = || (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
+            let (x, y) = (side(), side());
+            let square = x * x + y * y;
+            if square > 0.0 && square < 1.0 {
+                let stretch = libm::sqrt(-2.0 * libm::log(square) / square);
+                return [x * stretch, y * stretch];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::station::station;
+    use picket::estimate::tone::Verdict;
+    use picket::pipeline::Outcome;
+
+    /// The errors of so many good answers in units of their sigmas: of the tone, the velocity and the range.
+    fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {
+        let mut scene = Scene::new(1);
+        assert!(sliders.iter().all(|&(name, value)| scene.set(name, value)));
+        let mut station = station(settings).unwrap();
+        let mut errors = [const { Vec::new() }; 3];
+        for _ in 0..blocks {
+            let (stamp, samples, truth) = scene.block(settings);
+            let measurement = station.block(stamp, &samples);
+            let tone = measurement.tone;
+            assert_eq!(tone.verdict, Verdict::Good, "{tone}");
+            let Truth { hertz, velocity_mps, range_m } = truth;
+            errors[0].push((tone.hertz() - hertz) / tone.sigma_hertz());
+            match measurement.result {
+                Outcome::None => {}
+                Outcome::Velocity(v) => {
+                    errors[1]
+                        .push((v.velocity.to_num::<f64>() - velocity_mps) / f64::from(v.sigma));
+                }
+                Outcome::Target(t) => {
+                    let velocity = t.velocity.to_num::<f64>() - velocity_mps;
+                    errors[1].push(velocity / f64::from(t.sigma_velocity));
+                    errors[2].push((t.range.to_num::<f64>() - range_m) / f64::from(t.sigma_range));
+                }
+            }
+        }
+        errors
+    }
+
+    /// Seed 1. 3000 squares of a normal number, or 1000: the mean spreads 2.6 %, or 4.5 %, and so half that the root.
+    #[test]
+    fn every_scene_is_right_within_its_sigmas() {
+        let tone = Settings::default();
+        let doppler = Settings { kind: Kind::Doppler, ..tone };
+        let chirp = Settings { kind: Kind::Chirp, iq: true, rate_hz: 250e3, ..tone };
+        let faint = ("level_db", -20.0);
+        for (settings, sliders) in [
+            (tone, vec![("tone_hz", 1000.3)]),
+            (tone, vec![("tone_hz", 7000.1), ("motion", 0.5), ("snr_db", 0.0), faint]),
+            (doppler, vec![("velocity_mps", 12.0), ("motion", 0.5), ("snr_db", 0.0), faint]),
+            (chirp, vec![("range_m", 120.0), ("velocity_mps", 25.0), ("snr_db", -5.0), faint]),
+            (
+                chirp,
+                vec![
+                    ("range_m", 120.0),
+                    ("velocity_mps", 25.0),
+                    ("motion", 0.5),
+                    ("snr_db", -5.0),
+                    faint,
+                ],
+            ),
+        ] {
+            for errors in
+                errors(&settings, &sliders, 3000).iter().filter(|errors| !errors.is_empty())
+            {
+                let count = errors.len() as f64;
+                let rms = (errors.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
+                let mean = errors.iter().sum::<f64>() / count;
+                println!(
+                    "{:?} {sliders:?}: {count} answers, mean {mean:.3}, rms {rms:.3}",
+                    settings.kind
+                );
+                assert!((rms - 1.0).abs() < 4.0 / (2.0 * count).sqrt() + 0.03, "{rms}");
+                assert!(mean.abs() < 4.0 / count.sqrt(), "{mean}");
+            }
+        }
+    }
+}

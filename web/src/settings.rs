@@ -1,0 +1,125 @@
+//! What the page has set, by name, and the configuration that follows from it.
+
+use picket::acquire::codes::Codes;
+use picket::config::{Config, Following, Scene};
+use picket::solve::chirp::Shape;
+
+/// What the samples are taken of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// A tone.
+    #[default]
+    Tone,
+    /// A Doppler shift.
+    Doppler,
+    /// A trapezoid of ramps.
+    Chirp,
+}
+
+/// The instrument's settings.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Samples in a block.
+    pub n: usize,
+    /// I/Q records.
+    pub iq: bool,
+    /// The converter's codes.
+    pub codes: Codes,
+    /// Sample rate, Hz.
+    pub rate_hz: f64,
+    /// The band searched, Hz; nothing set where both ends are 0.
+    pub band_hz: (f64, f64),
+    /// What is measured.
+    pub kind: Kind,
+    /// Wavelength of the carrier, m.
+    pub wavelength_m: f64,
+    /// Bandwidth of a ramp, Hz.
+    pub bandwidth_hz: f64,
+    /// The most tones followed.
+    pub most: u8,
+    /// Codes per unit of a file.
+    pub scale: f64,
+    /// The rate, Hz, of a file that does not know its own; 0 where nothing is said.
+    pub file_rate_hz: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            n: 1024,
+            iq: false,
+            codes: Codes::signed::<12>(),
+            rate_hz: 48e3,
+            band_hz: (0.0, 0.0),
+            kind: Kind::Tone,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 200e6,
+            most: 4,
+            scale: 1.0,
+            file_rate_hz: 0.0,
+        }
+    }
+}
+
+impl Settings {
+    /// Sets a value by its name; false for an unknown name or a value without meaning.
+    pub fn set(&mut self, name: &str, value: f64) -> bool {
+        // Casts saturate.
+        match name {
+            "n" => self.n = value as usize,
+            "iq" => self.iq = value != 0.0,
+            "rate_hz" => self.rate_hz = value,
+            "band_low_hz" => self.band_hz.0 = value,
+            "band_high_hz" => self.band_hz.1 = value,
+            "wavelength_m" => self.wavelength_m = value,
+            "bandwidth_hz" => self.bandwidth_hz = value,
+            "most" => self.most = value as u8,
+            "scale" => self.scale = value,
+            "file_rate_hz" => self.file_rate_hz = value,
+            "kind" => {
+                self.kind = match value as u8 {
+                    1 => Kind::Doppler,
+                    2 => Kind::Chirp,
+                    _ => Kind::Tone,
+                }
+            }
+            // Unsigned ones as negative widths.
+            "bits" => match Codes::of_bits(value > 0.0, value.abs() as u32) {
+                Some(codes) => self.codes = codes,
+                None => return false,
+            },
+            _ => return false,
+        }
+        true
+    }
+
+    /// The library's configuration.
+    pub fn config(&self) -> Config {
+        let scene = match self.kind {
+            Kind::Tone => Scene::Tone,
+            Kind::Doppler => Scene::Doppler { wavelength_m: self.wavelength_m, angle_rad: 0.0 },
+            Kind::Chirp => Scene::Chirp {
+                shape: Shape::Trapezoid,
+                wavelength_m: self.wavelength_m,
+                bandwidth_hz: self.bandwidth_hz,
+                duration_s: self.n as f64 / self.rate_hz,
+            },
+        };
+        Config {
+            band_hz: (self.band_hz != (0.0, 0.0)).then_some(self.band_hz),
+            scene,
+            following: Following {
+                most: self.most,
+                acceleration_bins: 0.1,
+                ..Following::default()
+            },
+            ..Config::new(self.rate_hz, self.codes)
+        }
+    }
+
+    /// Full scale: the amplitude of a sine from rail to rail, in codes.
+    pub fn full_scale(&self) -> f64 {
+        let (low, high) = self.codes.rails();
+        (f64::from(high) - f64::from(low)) / 2.0
+    }
+}
