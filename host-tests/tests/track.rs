@@ -134,7 +134,7 @@ fn weak_tones_are_acquired_and_not_lost() {
     const SEED: u64 = 0x7AC4_0002;
     const RUNS: u64 = 300;
     println!("seed {SEED:#x}, {RUNS} runs");
-    // The noise beside a tone costs 0.8 dB of what its threshold alone detects.
+    // The noise beside a tone costs 0.8 dB of what the threshold alone detects.
     for (snr_db, three) in [(-11.2, 0.81), (-10.2, 0.95)] {
         let runs: Vec<(Option<u32>, bool)> = (0..RUNS)
             .into_par_iter()

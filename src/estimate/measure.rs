@@ -196,8 +196,8 @@ fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement 
     if cfg!(feature = "methods") && clipped <= CLIPPED {
         return judge(fit, n, beside);
     }
-    // Harmonics of a clipped tone may be on the louder side.
-    let widening = excess_over(fit, n, Noise { power: beside.loud, ..beside.noise });
+    // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone: sigma has them in it, see [`Unclipped`].
+    let widening = excess_over(fit, n, Noise { power: 2.0 * beside.loud, ..beside.noise });
     let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
     Judgement { line, widening }
 }

@@ -72,6 +72,7 @@ const KEPT: [(f32, f32); WIDE + 1] = [
     (0.8149, 0.0789),
     (0.8391, 0.0604),
     (0.7499, 0.0577),
+    (0.7738, 0.0472),
 ];
 
 /// Bins from the tone to the last one of the ring where there is room on both sides.
@@ -98,7 +99,7 @@ pub(crate) fn around<'a, R: Record, const N: usize>(
 type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
 /// Stretches on each side of the wide ring, by which it is decided whether a weak peak is one.
-const WIDE: usize = 6;
+const WIDE: usize = 7;
 
 /// The noise beside the tone that `fit` found at bin `peak`. Records of fewer than 256 samples (I/Q: 128) have no room for a ring:
 /// theirs is the noise of all bins, see [`whole::power`].
@@ -169,10 +170,10 @@ pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Besi
     of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
-/// The noise in a ring half as wide again as the one that is `beside` a tone. A peak that is hardly stronger asks for more than a quiet
+/// The noise in a ring nearly twice as wide as the one that is `beside` a tone. A peak that is hardly stronger asks for more than a quiet
 /// ring beside it.
 ///
-/// Cost: up to 34 bins read, 16 differences.
+/// Cost: up to 50 bins read, 24 differences.
 #[inline(never)]
 pub fn loud<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
