@@ -273,3 +273,35 @@ fn what_moves_is_moving() {
     }
     check(wrong);
 }
+
+/// What `Pipeline::rise` says of chirps: the mean within 2 %, and sigma what the records scatter.
+#[test]
+fn the_rise_of_a_chirp_is_measured() {
+    for (text, rise) in [("chirp:0.1", 0.1), ("chirp:0.3", 0.3)] {
+        let impairment = Impairment::parse(text).unwrap().swap_remove(0);
+        let setup = Setup::new(1024, 30.0);
+        let plan = Config::new(1024.0, Codes::signed::<12>()).plan::<Real, 1024>().unwrap();
+        let mut pipeline = Pipeline::<Real, 1024>::new(plan);
+        let (mut sizes, mut squares) = (Vec::new(), Vec::new());
+        for index in 0..400 {
+            let record = impairment.record::<Real>(&setup, &mut generator(seed(), index));
+            let samples = codes::<Real>(&record.samples);
+            let measurement = pipeline.record(&samples).unwrap();
+            let Some(found) = pipeline.rise(&measurement) else { continue };
+            // A chirp goes either way.
+            let (bins, sigma) = (f64::from(found.cycles) * 1024.0, f64::from(found.sigma) * 1024.0);
+            sizes.push(bins.abs());
+            squares.push(((bins.abs() - rise) / sigma).powi(2));
+        }
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let (size, square) = (mean(&sizes), mean(&squares));
+        println!(
+            "{text}, seed {}: {} records, mean {size:.4} bins, (error/sigma)^2 {square:.2}",
+            seed(),
+            sizes.len()
+        );
+        assert!(
+            sizes.len() > 380 && (size / rise - 1.0).abs() < 0.02 && (0.8..1.3).contains(&square)
+        );
+    }
+}
