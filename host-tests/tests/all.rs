@@ -20,6 +20,7 @@ mod protocol;
 mod q15;
 mod recordings;
 mod registers;
+mod rsemu;
 mod signal;
 mod solver;
 mod sweep;
