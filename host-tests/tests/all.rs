@@ -20,7 +20,6 @@ mod protocol;
 mod q15;
 mod recordings;
 mod registers;
-mod rsemu;
 mod signal;
 mod solver;
 mod sweep;

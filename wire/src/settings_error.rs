@@ -71,6 +71,8 @@ pub enum SettingsError {
     Tracking,
     /// The board's core does not have this clock.
     Speed,
+    /// The board does not have memory for so many slots, or needs more of them.
+    Slots,
 }
 
 impl SettingsError {
@@ -90,6 +92,7 @@ impl SettingsError {
             SettingsError::Offset => [11, 0],
             SettingsError::Tracking => [12, 0],
             SettingsError::Speed => [13, 0],
+            SettingsError::Slots => [14, 0],
         }
     }
 
@@ -119,6 +122,7 @@ impl SettingsError {
             [12, _] => {
                 "this image does not follow tones: flash one that is built with --tracking, or follow 0"
             }
+            [14, _] => "slots: 4 to 16 on the NUCLEO, or 0 for the usual number",
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

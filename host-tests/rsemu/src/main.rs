@@ -11,6 +11,7 @@
 //! load ADDRESS FILE   writes a file into flash, while the power is off
 //! input CHANNEL table FILE | dac | pulse SCALE | none
 //! keep 0|1            whether the DAC's codes are kept
+//! overrun             the converter's result was not fetched in time
 //! codes, edges, broken
 //! ```
 //!
@@ -183,6 +184,7 @@ impl Board {
                 bench.keep = on == "1";
                 bench.codes.clear();
             }),
+            ["overrun"] => adc::overrun(),
             ["codes"] => {
                 let codes = bench(|bench| std::mem::take(&mut bench.codes));
                 let text: Vec<String> = codes.iter().map(|(at, code)| format!("{at}:{code}")).collect();

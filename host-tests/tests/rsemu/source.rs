@@ -59,7 +59,29 @@ const CORRECTIONS: &[Correction] = &[
     Correction {
         file: "src/cpu/arm/v7m/mod.rs",
         from: "        while used < allowance {\n            let n = self.step();",
-        to: "        while used < allowance {\n            let n = if self.dozes() { allowance - used } else { self.step() };",
+        to: "        while used < allowance && !(crate::STORED.swap(false, Ordering::Relaxed) && used > 0) {\n            let n = if self.dozes() { allowance - used } else { self.step() };",
+    },
+    // It ends the round, too. The core, which is the first that runs, has the first turn of each.
+    Correction {
+        file: "src/core/sched.rs",
+        from: "        let target = match cut {\n            // A debugger's",
+        to: "        let mut target = match cut {\n            // A debugger's",
+    },
+    Correction {
+        file: "src/core/sched.rs",
+        from: "            let index = (self.cursor + i) % count;\n            let id = RunnableId(index as u32);\n            let domain = self.runnables[index].domain;\n            let span = self.ticks_until(domain, target)?;",
+        to: "            let index = i;\n            let id = RunnableId(index as u32);\n            let domain = self.runnables[index].domain;\n            let span = self.ticks_until(domain, target)?;",
+    },
+    Correction {
+        file: "src/core/sched.rs",
+        from: "            if used.ticks > 0 {\n                self.advance_runnable(domain, used.ticks)?;\n            }\n            consumed.push((id, used.ticks));\n        }\n        if count > 0 {",
+        to: "            if used.ticks > 0 {\n                self.advance_runnable(domain, used.ticks)?;\n            }\n            if index == 0 && used.ticks < allowed {\n                let osc = self.forest.root_of(domain)?;\n                let here = self.forest.position(domain)?;\n                let at = self.forest.global_time_of_units(osc, here)?;\n                target = at.max(GlobalTime::from_raw(from.raw() + 1)).min(target);\n            }\n            consumed.push((id, used.ticks));\n        }\n        if count > 0 {",
+    },
+    // A store to a peripheral ends the core's turn: what it starts may have something to do before the turn's end.
+    Correction {
+        file: "src/cpu/arm/v7m/exec.rs",
+        from: "        let attrs = self.attrs.with_privileged(privileged);\n        self.publish_position();\n        if addr.is_multiple_of(bytes) {\n            let width = width_of(bytes);\n            let value = self.to_cpu_order",
+        to: "        let attrs = self.attrs.with_privileged(privileged);\n        self.publish_position();\n        if addr >> 29 == 2 {\n            crate::STORED.store(true, ::core::sync::atomic::Ordering::Relaxed);\n        }\n        if addr.is_multiple_of(bytes) {\n            let width = width_of(bytes);\n            let value = self.to_cpu_order",
     },
     Correction {
         file: "src/cpu/arm/v7m/mod.rs",
@@ -85,7 +107,7 @@ const CORRECTIONS: &[Correction] = &[
     Correction {
         file: "src/lib.rs",
         from: "pub mod core;\n",
-        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
+        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core has written to a peripheral.\npub static STORED: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
     },
 ];
 

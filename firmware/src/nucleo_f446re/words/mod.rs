@@ -14,6 +14,7 @@ pub mod waveform;
 
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
+use super::{SLOTS, USUAL_SLOTS};
 use clock::{Speed, Tree};
 use picket::config::Scene;
 use picket_wire::settings::{Drive, Settings};
@@ -30,6 +31,8 @@ pub struct Words {
     pub waveform: Option<Waveform>,
     /// The words for the synthesiser; `None` if it is not the drive.
     pub synthesiser: Option<adf4159::Words>,
+    /// Ticks of the timers from a block to the next; `None` where an external source sets the pace.
+    pub block_ticks: Option<u64>,
 }
 
 impl Words {
@@ -44,9 +47,15 @@ impl Words {
         let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
         let sampling = Sampling::plan(tree, settings.config.rate_hz, settings.iq);
         let sampling = sampling.map_err(SettingsError::Rate)?;
-        let settings = Settings { core_mhz: speed.mhz(), ..*settings };
+        let slots = if settings.slots == 0 { USUAL_SLOTS } else { settings.slots };
+        if !(USUAL_SLOTS..=SLOTS as u16).contains(&slots) {
+            return Err(SettingsError::Slots);
+        }
+        let settings = Settings { core_mhz: speed.mhz(), slots, ..*settings };
         let plan = Plan::new(&settings, sampling.rate_hz)?;
-        let mut words = Words { sampling, waveform: None, synthesiser: None };
+        let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
+        let block_ticks = (settings.drive != Drive::External).then_some(ticks);
+        let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
         if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
             match settings.drive {
                 Drive::Off => {}
@@ -164,6 +173,8 @@ mod tests {
             ),
             (quick, E::Sync),
             (Settings { core_mhz: 160, ..tone }, E::Speed),
+            (Settings { slots: 3, ..tone }, E::Slots),
+            (Settings { slots: 17, ..tone }, E::Slots),
             (Settings { iq: true, ..tone }, E::Offset),
             (calibrated(Calibration { clock_ppm: f32::NAN, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_slope: 0.1, ..ideal }), E::Calibration),
