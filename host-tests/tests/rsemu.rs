@@ -9,7 +9,6 @@ mod board;
 mod source;
 
 use board::{Emulated, Sectors, file};
-use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Segment};
 use picket::config::{Config, Scene};
 use picket::pipeline::Pipeline;
@@ -164,9 +163,9 @@ fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
         let lost = after.counters.lost() - before.counters.lost();
         let shortest = f64::from(erase_ms) * 1e-3 * 500e3 / 1056.0;
         assert!((f64::from(lost) - shortest).abs() < 8.0, "{erase_ms} ms: {lost} {shortest}");
+        board.assert_rules();
         assert_eq!(after.counters.faults(), 0, "{after:?}");
         assert!(begun < at);
-        board.assert_rules();
     }
 }
 

@@ -9,7 +9,7 @@
 //! | DMAUDR is cleared by a one | 14.5.14 |
 //! | with the output buffer (BOFF 0) the output stays 0.2 V from the rails | data sheet, DAC characteristics |
 
-use crate::bench::{Time, bench, lock};
+use crate::bench::{Time, bench, broken, lock};
 use rsemu::core::device::{Device, DeviceClass, RealizeCtx, ResetKind, SinkPin};
 use rsemu::core::error::BusError;
 use rsemu::core::props::Props;
@@ -133,6 +133,7 @@ impl WireSink for Shared {
             let wanted = state.control & DMAEN != 0 && state.status & UNDERRUN == 0;
             if wanted && state.asked {
                 state.status |= UNDERRUN;
+                broken("14.3.7: a code is not served before the next trigger");
             }
             let request = wanted && !state.asked;
             state.asked |= request;

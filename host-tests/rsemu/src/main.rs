@@ -5,7 +5,7 @@
 //! stall 0|1           whether the core stands still while flash is busy: it runs from flash, or from the cache
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! power               off and on: flash is kept, memory is lost
-//! run US              lets time pass: `say HEX` for what the board sends, `reset` for each reset, then `at US`
+//! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset` for each reset, then `at US`
 //! hear HEX            the host sends bytes
 //! read ADDRESS, write ADDRESS WORD
 //! load ADDRESS FILE   writes a file into flash, while the power is off
@@ -43,6 +43,8 @@ const FLASH_SR: u64 = 0x4002_3C0C;
 const BUSY: u32 = 1 << 16;
 /// The longest piece of time without a look at the flash and the reset lines, us.
 const SLICE: u64 = 50;
+/// Time passes in multiples of this, us: a deadline within one of the scheduler's rounds would let events fall together.
+const QUANTUM: u64 = 10;
 
 struct Board {
     machine: Option<(Machine, Arc<CharPort>)>,
@@ -51,6 +53,8 @@ struct Board {
     lsi_hz: u64,
     stall: bool,
     now: u64,
+    /// When the power came.
+    powered: u64,
     resets: u32,
 }
 
@@ -98,13 +102,14 @@ impl Board {
             options.classes.insert(schema);
         }
         options.realize.media.insert("firmware", self.flash.clone());
-        options.realize.scheduler.quantum = GlobalTime::from_nanos(20_000);
+        options.realize.scheduler.quantum = GlobalTime::from_nanos(QUANTUM * 1_000);
         let machine = rsemu::machine::build("nucleo", &text, &registry, &options)?;
         let port = ports::open(&options.realize.hosts, "console")?;
         rsemu::HELD.store(false, SeqCst);
         rsemu::RESET.store(false, SeqCst);
         BITTEN.store(false, SeqCst);
         self.machine = Some((machine, port));
+        self.powered = self.now;
         // Memory holds anything after power-on.
         let space = self.machine()?.space("mem").ok_or("no space")?.clone();
         for n in 0..0x8000u64 {
@@ -115,11 +120,12 @@ impl Board {
     }
 
     fn run(&mut self, microseconds: u64) -> Fallible<()> {
-        let end = self.now + microseconds;
+        let end = self.now + microseconds.next_multiple_of(QUANTUM);
         while self.now < end {
             let step = SLICE.min(end - self.now);
-            self.machine()?.run_for(GlobalTime::from_nanos(step * 1_000))?;
             self.now += step;
+            let deadline = GlobalTime::from_nanos((self.now - self.powered) * 1_000);
+            self.machine()?.run_until(deadline)?;
             let busy = self.stall && self.peek(FLASH_SR)? & BUSY != 0;
             rsemu::HELD.store(busy, SeqCst);
             let soft = rsemu::RESET.swap(false, SeqCst);
@@ -230,6 +236,7 @@ fn main() -> Fallible<()> {
         lsi_hz: 32_000,
         stall: true,
         now: 0,
+        powered: 0,
         resets: 0,
     };
     for line in stdin().lock().lines() {
