@@ -355,3 +355,14 @@ fn no_block_is_lost_at_one_and_a_half_million_samples_a_second() {
         assert!(u64::from(status.counters.blocks) >= blocks / share - 2);
     }
 }
+
+/// The image's own limit: what it refuses, and that it holds what it does not refuse.
+#[test]
+#[ignore = "an experiment"]
+fn how_fast() {
+    let rate: f64 = std::env::var("RATE").unwrap().parse().unwrap();
+    let settings = Settings { report_every: 5, core_mhz: 144, ..tone(rate) };
+    for amplitude in [900.0, 6000.0] {
+        stream(&settings, &table(amplitude), 200);
+    }
+}

@@ -123,6 +123,10 @@ impl State {
         if !unit.on() || cr2 >> 28 & 3 != 1 || cr2 >> 24 & 15 != 8 || unit.words[SR] & SR_OVR != 0 {
             return;
         }
+        if unit.ends != NEVER && cr2 & CR2_CONT != 0 {
+            // The conversions follow each other by themselves.
+            return;
+        }
         if unit.ends != NEVER {
             broken("13.6: a trigger comes while a conversion is under way");
             return;

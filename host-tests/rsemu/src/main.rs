@@ -5,7 +5,7 @@
 //! stall 0|1           whether the core stands still while flash is busy: it runs from flash, or from the cache
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! power               off and on: flash is kept, memory is lost
-//! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset` for each reset, then `at US`
+//! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset US CAUSE` for each reset, then `at US`
 //! hear HEX            the host sends bytes
 //! read ADDRESS, write ADDRESS WORD
 //! load ADDRESS FILE   writes a file into flash, while the power is off
@@ -131,7 +131,7 @@ impl Board {
             let soft = rsemu::RESET.swap(false, SeqCst);
             if soft | BITTEN.swap(false, SeqCst) {
                 self.resets += 1;
-                println!("reset {}", if soft { "software" } else { "watchdog" });
+                println!("reset {} {}", self.now, if soft { "software" } else { "watchdog" });
                 self.machine()?.reset(ResetKind::Warm);
                 if soft {
                     bench::soft_reset();

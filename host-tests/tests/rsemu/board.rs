@@ -203,7 +203,10 @@ impl Emulated {
                 ("ok", error) => panic!("{line}: {error}"),
                 ("say", hex) => self.say(hex),
                 ("at", time) => self.now = time.parse().unwrap(),
-                ("reset", cause) => self.resets.push((self.now, cause.into())),
+                ("reset", reset) => {
+                    let (time, cause) = reset.split_once(' ').unwrap();
+                    self.resets.push((time.parse().unwrap(), cause.into()));
+                }
                 (_, rest) => lines.push(rest.into()),
             }
         }
