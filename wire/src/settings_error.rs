@@ -12,6 +12,8 @@ pub enum RateError {
     Fast,
     /// The rate is below 1 Hz, which a timer cannot count, or not a number.
     Slow,
+    /// The core cannot measure every block at this rate.
+    Load,
 }
 
 /// Why a DAC cannot play a chirp.
@@ -103,6 +105,9 @@ impl SettingsError {
             [2, _] => "the configuration does not work",
             [3, 0] => {
                 "the sample rate is above what the board can do at this clock: lower rate_hz, or see the board's page in docs/"
+            }
+            [3, 2] => {
+                "the core cannot measure every block at this rate: lower rate_hz, or follow tones (see the board's page in docs/)"
             }
             [3, _] => {
                 "the sample rate is below what the board can count: raise rate_hz to 1 or more"

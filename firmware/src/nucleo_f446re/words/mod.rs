@@ -18,8 +18,8 @@ use super::{SLOTS, USUAL_SLOTS};
 use clock::{Speed, Tree};
 use picket::config::Scene;
 use picket_wire::settings::{Drive, Settings};
-use picket_wire::settings_error::SettingsError;
-use sampling::Sampling;
+use picket_wire::settings_error::{RateError, SettingsError};
+use sampling::{BLOCK_CYCLES, Sampling};
 use waveform::Waveform;
 
 /// The register words of an instrument.
@@ -54,6 +54,13 @@ impl Words {
         let settings = Settings { core_mhz: speed.mhz(), slots, ..*settings };
         let plan = Plan::new(&settings, sampling.rate_hz)?;
         let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
+        // What follows tones rarely searches a whole block. The slow clock is a way out of a failure.
+        let searches = settings.config.following.most == 0 && tree.pll.is_some();
+        let [real, iq] = BLOCK_CYCLES;
+        let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
+        if searches && settings.start && cycles < if settings.iq { iq } else { real } {
+            return Err(SettingsError::Rate(RateError::Load));
+        }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);
         let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
         if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
@@ -88,10 +95,10 @@ mod tests {
     use super::clock::Source;
     use super::*;
     use picket::acquire::codes::Codes;
-    use picket::config::{Config, ConfigError};
+    use picket::config::{Config, ConfigError, Following};
     use picket::solve::chirp::Shape;
     use picket_wire::settings::Calibration;
-    use picket_wire::settings_error::{RampError, RateError, WaveformError};
+    use picket_wire::settings_error::{RampError, WaveformError};
 
     const TREE: Tree = Tree::new(Speed::Mhz180, Source::HsePll);
 
@@ -134,6 +141,31 @@ mod tests {
             settings.config.rate_hz = rate_hz;
             settings.calibration.clock_ppm = ppm;
             plan(&settings).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_the_core_cannot_measure_is_refused() {
+        let following = Following { most: 1, ..Following::default() };
+        for (rate_hz, iq, most, fits) in [
+            (1.5e6, false, 0, true),
+            (1.6e6, false, 0, true),
+            (1.8e6, false, 0, false),
+            (2.4e6, false, 0, false),
+            (2.4e6, false, 1, true),
+            (1.5e6, true, 0, false),
+            (1e6, true, 0, true),
+        ] {
+            let core_mhz = if rate_hz > 1.5e6 { 144 } else { 180 };
+            let tree = Tree::new(Speed::of_mhz(core_mhz).unwrap(), Source::HsePll);
+            let band_hz = iq.then_some((1e4, 4e5));
+            let following = Following { most, ..following };
+            let tone = Settings::default();
+            let config = Config { rate_hz, band_hz, following, ..tone.config };
+            let settings = Settings { core_mhz, iq, config, ..tone };
+            let planned = Words::plan::<1024>(&settings, &tree).map(|_| ());
+            let refused = Err(SettingsError::Rate(RateError::Load));
+            assert_eq!(planned, if fits { Ok(()) } else { refused }, "{rate_hz} {iq} {most}");
         }
     }
 
