@@ -112,10 +112,15 @@ fn settings_are_saved_in_every_state() {
             board.boot();
             let saved = board.request(Command::Save);
             assert_eq!(saved, Ok(vec![]), "{name}, stall {stall}");
-            let resets: Vec<_> = board.resets.iter().filter(|(_, cause)| cause == "watchdog").collect();
+            let resets: Vec<_> =
+                board.resets.iter().filter(|(_, cause)| cause == "watchdog").collect();
             assert_eq!(resets, Vec::<&(u64, String)>::new(), "{name}, stall {stall}");
             let sectors = board.sectors();
-            assert_eq!(sectors.settings().map(|s| s.config.rate_hz.round()), Some(settings.config.rate_hz), "{name}");
+            assert_eq!(
+                sectors.settings().map(|s| s.config.rate_hz.round()),
+                Some(settings.config.rate_hz),
+                "{name}"
+            );
         }
     }
 }
@@ -133,7 +138,8 @@ fn played(codes: &[u16]) -> Segment {
 #[test]
 fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
     // Remainders of blocks and chirps.
-    let erasures: &[u64] = if sized(0, 1) == 0 { &[98, 99] } else { &[97, 98, 99, 500, 1000, 2000] };
+    let erasures: &[u64] =
+        if sized(0, 1) == 0 { &[98, 99] } else { &[97, 98, 99, 500, 1000, 2000] };
     for &erase_ms in erasures {
         let settings = chirp(500e3, Shape::Trapezoid, 32, DAC);
         let Some(mut board) = Emulated::plug() else { return };
@@ -198,7 +204,8 @@ fn power_may_go_during_a_save() {
         assert!(boot.stored && !boot.unfit && boot.measuring, "moment {moment}: {boot:?}");
         let mut board = board;
         let body = board.request(Command::GetSettings).unwrap();
-        let rate = Settings::of_bytes(body.as_slice().try_into().unwrap()).unwrap().0.config.rate_hz;
+        let rate =
+            Settings::of_bytes(body.as_slice().try_into().unwrap()).unwrap().0.config.rate_hz;
         let place = [old, new].iter().position(|s| (s.config.rate_hz - rate).abs() < 1.0);
         seen[place.unwrap_or_else(|| panic!("moment {moment}: {rate}"))] += 1;
     }
@@ -209,11 +216,13 @@ fn power_may_go_during_a_save() {
 /// The DAC plays the table, each code once a chirp, at even distances.
 #[test]
 fn a_chirp_is_played_code_by_code() {
-    let rates: &[f64] = if sized(0, 1) == 0 { &[500e3] } else { &[100e3, 500e3, 1e6, 1.5e6, 1.6e6] };
+    let rates: &[f64] =
+        if sized(0, 1) == 0 { &[500e3] } else { &[100e3, 500e3, 1e6, 1.5e6, 1.6e6] };
     for &rate in rates {
         for guard in [0, 32] {
             let core_mhz = if rate > 1.5e6 { 144 } else { 180 };
-            let settings = Settings { core_mhz, report_every: 20, ..chirp(rate, Shape::Sawtooth, guard, DAC) };
+            let settings =
+                Settings { core_mhz, report_every: 20, ..chirp(rate, Shape::Sawtooth, guard, DAC) };
             let Some((mut board, boot)) = Emulated::start(&settings) else { return };
             assert!(boot.measuring, "{rate}, guard {guard}");
             let wave = words(&settings).waveform.unwrap();
@@ -224,12 +233,20 @@ fn a_chirp_is_played_code_by_code() {
             let table: Vec<u32> = (0..wave.len()).map(|step| wave.code(step).into()).collect();
             let first = table.iter().position(|code| *code == codes[0].1).unwrap();
             for (n, (_, code)) in codes.iter().enumerate() {
-                assert_eq!(*code, table[(first + n) % table.len()], "{rate}, guard {guard}, code {n}");
+                assert_eq!(
+                    *code,
+                    table[(first + n) % table.len()],
+                    "{rate}, guard {guard}, code {n}"
+                );
             }
             // A step lasts `hold` samples; the first bus has half of the timers' rate.
-            let ticks = u64::from(wave.hold) * u64::from(words(&settings).sampling.period.ticks()) / 2;
+            let ticks =
+                u64::from(wave.hold) * u64::from(words(&settings).sampling.period.ticks()) / 2;
             for pair in codes.windows(2) {
-                assert!((pair[1].0 - pair[0].0).abs_diff(ticks) <= 1, "{rate}, guard {guard}: {pair:?} {ticks}");
+                assert!(
+                    (pair[1].0 - pair[0].0).abs_diff(ticks) <= 1,
+                    "{rate}, guard {guard}: {pair:?} {ticks}"
+                );
             }
             assert_eq!(board.status().counters.faults(), 0);
             board.assert_rules();
@@ -240,12 +257,15 @@ fn a_chirp_is_played_code_by_code() {
 /// After each overrun the next chirp is met at its first sample.
 #[test]
 fn an_external_chirp_is_met_anew_after_each_overrun() {
-    let settings = Settings { report_every: 30, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    let settings =
+        Settings { report_every: 30, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
     let Some((mut board, _)) = Emulated::start(&settings) else { return };
     // Ticks of the second bus since the pulse, 180 a sample.
     board.order("input 0 pulse 180");
     // A pulse of 1 ms every 8 ms: PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
-    for (at, word) in [(0x28, 7), (0x2C, 7999), (0x34, 1000), (0x18, 0x60), (0x20, 1), (0x14, 1), (0, 1)] {
+    for (at, word) in
+        [(0x28, 7), (0x2C, 7999), (0x34, 1000), (0x18, 0x60), (0x20, 1), (0x14, 1), (0, 1)]
+    {
         board.write(0x4000_1000 + at, word);
     }
     board.run(20_000);
@@ -284,8 +304,10 @@ fn the_sync_output_has_an_edge_a_chirp() {
         let edges = board.pairs("edges");
         // 90 MHz; a segment has 1056 samples of 180 ticks, a chirp three.
         let (segment, chirp) = (1056 * 180, 3 * 1056 * 180);
-        let rises: Vec<u64> = edges.iter().filter(|(_, high)| *high == 1).map(|(at, _)| *at).collect();
-        let falls: Vec<u64> = edges.iter().filter(|(_, high)| *high == 0).map(|(at, _)| *at).collect();
+        let rises: Vec<u64> =
+            edges.iter().filter(|(_, high)| *high == 1).map(|(at, _)| *at).collect();
+        let falls: Vec<u64> =
+            edges.iter().filter(|(_, high)| *high == 0).map(|(at, _)| *at).collect();
         let mut uneven = 0;
         for pair in rises.windows(2) {
             uneven += u32::from((pair[1] - pair[0]).abs_diff(chirp) > 90);
@@ -344,7 +366,11 @@ fn stream(settings: &Settings, codes: &[u16], blocks: u64) -> Option<picket_wire
     let status = board.status();
     println!(
         "{:.2} MS/s: {seen} records right of {} blocks, {} lost; awake {} permille, the longest block {}",
-        settings.config.rate_hz / 1e6, status.counters.blocks, status.counters.lost(), status.load, status.peak
+        settings.config.rate_hz / 1e6,
+        status.counters.blocks,
+        status.counters.lost(),
+        status.load,
+        status.peak
     );
     assert!(seen > 0);
     board.assert_rules();

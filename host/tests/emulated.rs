@@ -61,7 +61,8 @@ fn settings_go_round() {
         let mut rate = 500e3;
         for round in 0..rounds {
             let got = watch(&mut board, &mut ours, &name, &["--get-settings"]);
-            let (out, err) = (String::from_utf8(got.stdout).unwrap(), String::from_utf8(got.stderr).unwrap());
+            let (out, err) =
+                (String::from_utf8(got.stdout).unwrap(), String::from_utf8(got.stderr).unwrap());
             assert!(got.status.success(), "{err}");
             let mut json: serde_json::Value =
                 serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}"));

@@ -256,7 +256,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             load: (awake * 1000 / u64::from(passed)) as u32,
             stack: self.stack.high_water(),
             longest: self.longest,
-            peak: (u64::from(self.longest) * 1000).checked_div(self.block_ticks()).unwrap_or(0) as u32,
+            peak: (u64::from(self.longest) * 1000).checked_div(self.block_ticks()).unwrap_or(0)
+                as u32,
         };
         (self.since, self.asleep, self.longest) = (now, 0, 0);
         self.send(&status.to_frame());

@@ -1,8 +1,6 @@
 //! From reset to running clock, pins and watchdog.
 
-use super::registers::{
-    clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait,
-};
+use super::registers::{clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
 use super::words::clock::{Source, Speed, Tree};
 use super::words::guard::{self, FEED, LONGEST_MS, START, UNLOCK, WATCHDOG, brown_out};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};

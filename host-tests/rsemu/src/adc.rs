@@ -238,7 +238,9 @@ impl Shared {
     fn read(&self, offset: usize, debug: bool) -> u32 {
         self.work(|state| {
             let word = match (offset, offset / 0x100) {
-                (0x300, _) => state.units[0].words[SR] & 0x3F | (state.units[1].words[SR] & 0x3F) << 8,
+                (0x300, _) => {
+                    state.units[0].words[SR] & 0x3F | (state.units[1].words[SR] & 0x3F) << 8
+                }
                 (0x304, _) => state.common,
                 (0x308, _) => {
                     let [first, second] = state.units.map(|unit| unit.words[DR]);

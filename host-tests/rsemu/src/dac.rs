@@ -223,8 +223,5 @@ static CLASS: DeviceClass = DeviceClass {
 pub fn add(registry: &mut Registry, bindings: &mut Bindings) -> Result<ClassSchema> {
     registry.add(&CLASS)?;
     bindings.bind(CLASS.name, |props| Ok(Arc::new(dac(props))))?;
-    Ok(ClassSchema::new(CLASS.name)
-        .region("")
-        .port("dma", PortDir::Out)
-        .port("tim4", PortDir::In))
+    Ok(ClassSchema::new(CLASS.name).region("").port("dma", PortDir::Out).port("tim4", PortDir::In))
 }

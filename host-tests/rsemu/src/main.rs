@@ -83,7 +83,10 @@ impl Board {
             let sector = (control >> 3 & 15) as usize;
             let at = 0x20000 * (sector - 4);
             for (n, byte) in self.flash[at..at + 0x20000].iter_mut().enumerate() {
-                *byte |= (n as u32).wrapping_mul(0x9E37_79B9).wrapping_add(self.now as u32).to_le_bytes()[3];
+                *byte |= (n as u32)
+                    .wrapping_mul(0x9E37_79B9)
+                    .wrapping_add(self.now as u32)
+                    .to_le_bytes()[3];
             }
         }
         self.machine = None;
@@ -114,7 +117,9 @@ impl Board {
         let space = self.machine()?.space("mem").ok_or("no space")?.clone();
         for n in 0..0x8000u64 {
             let word = (n + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32;
-            space.write(0x2000_0000 + 4 * n, Width::U32, word, MemAttrs::DEBUG).map_err(|e| format!("{e:?}"))?;
+            space
+                .write(0x2000_0000 + 4 * n, Width::U32, word, MemAttrs::DEBUG)
+                .map_err(|e| format!("{e:?}"))?;
         }
         Ok(())
     }
@@ -193,7 +198,8 @@ impl Board {
             ["overrun"] => adc::overrun(),
             ["codes"] => {
                 let codes = bench(|bench| std::mem::take(&mut bench.codes));
-                let text: Vec<String> = codes.iter().map(|(at, code)| format!("{at}:{code}")).collect();
+                let text: Vec<String> =
+                    codes.iter().map(|(at, code)| format!("{at}:{code}")).collect();
                 println!("codes {}", text.join(" "));
             }
             ["edges"] => {

@@ -95,7 +95,8 @@ impl Sectors {
     pub fn save(&mut self, settings: &Settings) {
         let bytes = settings.to_bytes(N);
         let mut words = [0; WORDS];
-        let fields = bytes.chunks_exact(4).map(|field| u32::from_le_bytes(field.try_into().unwrap()));
+        let fields =
+            bytes.chunks_exact(4).map(|field| u32::from_le_bytes(field.try_into().unwrap()));
         words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
         storage::save(self, &words).unwrap();
     }

@@ -131,8 +131,7 @@ const HALF_WRITE: &str = "        if let [x, y] = src {
         };
 ";
 const WORDS: &str = "        AccessConstraints::word(Width::U32, Endian::Little)\n";
-const HALF_WORDS: &str =
-    "        AccessConstraints::word(Width::U32, Endian::Little).with_widths(Width::U16, Width::U32)\n";
+const HALF_WORDS: &str = "        AccessConstraints::word(Width::U32, Endian::Little).with_widths(Width::U16, Width::U32)\n";
 
 /// The program, built at the first need; `None` where rsemu's source cannot be had, which is said.
 pub fn program() -> Option<&'static Path> {
@@ -147,7 +146,8 @@ fn build() -> Option<PathBuf> {
     let lock = File::create(place.join("build.lock")).unwrap();
     lock.lock().unwrap();
     let ours = workspace().join("host-tests/rsemu");
-    let files = ["Cargo.toml", "nucleo.machine", "src/main.rs", "src/adc.rs", "src/dac.rs", "src/bench.rs"];
+    let files =
+        ["Cargo.toml", "nucleo.machine", "src/main.rs", "src/adc.rs", "src/dac.rs", "src/bench.rs"];
     files.iter().for_each(|file| copy(&ours.join(file), &program.join(file), |text| text));
     let source = place.join(CRATE);
     let done = source.join("corrected");
@@ -227,7 +227,9 @@ fn correct(from: &Path, to: &Path) {
 
 /// Writes a text where it is not the same already.
 fn copy(from: &Path, to: &Path, change: impl FnOnce(String) -> String) {
-    let text = change(fs::read_to_string(from).unwrap_or_else(|error| panic!("{}: {error}", from.display())));
+    let text = change(
+        fs::read_to_string(from).unwrap_or_else(|error| panic!("{}: {error}", from.display())),
+    );
     if fs::read_to_string(to).ok().as_ref() != Some(&text) {
         fs::create_dir_all(to.parent().unwrap()).unwrap();
         fs::write(to, text).unwrap();

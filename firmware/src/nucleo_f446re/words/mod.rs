@@ -12,9 +12,9 @@ pub mod sampling;
 pub mod serial;
 pub mod waveform;
 
+use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
-use super::{SLOTS, USUAL_SLOTS};
 use clock::{Speed, Tree};
 use picket::config::Scene;
 use picket_wire::settings::{Drive, Settings};

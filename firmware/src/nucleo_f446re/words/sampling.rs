@@ -366,7 +366,10 @@ mod tests {
         }
         let mut time = Elapsed::new(Some(1000));
         time.begin(start);
-        assert_eq!((time.late(start.wrapping_add(999)), time.late(start.wrapping_add(1000))), (1, 2));
+        assert_eq!(
+            (time.late(start.wrapping_add(999)), time.late(start.wrapping_add(1000))),
+            (1, 2)
+        );
         assert_eq!(time.completed(0, start.wrapping_add(9999)), 0);
         // Without a clock the flags alone count.
         for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {
