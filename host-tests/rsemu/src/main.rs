@@ -3,6 +3,7 @@
 //! ```text
 //! erase MS            a sector's erasure takes this long (before `power`)
 //! stall 0|1           whether the core stands still while flash is busy: it runs from flash, or from the cache
+//! quantum US          time passes in steps of this, 10 otherwise: for boards that sleep (before `power`)
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! power               off and on: flash is kept, memory is lost
 //! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset US CAUSE` for each reset, then `at US`
@@ -53,6 +54,7 @@ struct Board {
     lsi_hz: u64,
     stall: bool,
     now: u64,
+    quantum: u64,
     /// When the power came.
     powered: u64,
     resets: u32,
@@ -105,7 +107,7 @@ impl Board {
             options.classes.insert(schema);
         }
         options.realize.media.insert("firmware", self.flash.clone());
-        options.realize.scheduler.quantum = GlobalTime::from_nanos(QUANTUM * 1_000);
+        options.realize.scheduler.quantum = GlobalTime::from_nanos(self.quantum * 1_000);
         let machine = rsemu::machine::build("nucleo", &text, &registry, &options)?;
         let port = ports::open(&options.realize.hosts, "console")?;
         rsemu::HELD.store(false, SeqCst);
@@ -125,9 +127,9 @@ impl Board {
     }
 
     fn run(&mut self, microseconds: u64) -> Fallible<()> {
-        let end = self.now + microseconds.next_multiple_of(QUANTUM);
+        let end = self.now + microseconds.next_multiple_of(self.quantum);
         while self.now < end {
-            let step = SLICE.min(end - self.now);
+            let step = SLICE.max(self.quantum).min(end - self.now);
             self.now += step;
             let deadline = GlobalTime::from_nanos((self.now - self.powered) * 1_000);
             self.machine()?.run_until(deadline)?;
@@ -156,6 +158,7 @@ impl Board {
         match words[..] {
             ["erase", ms] => self.erase_ms = ms.parse()?,
             ["lsi", hz] => self.lsi_hz = hz.parse()?,
+            ["quantum", us] => self.quantum = us.parse()?,
             ["stall", on] => self.stall = on == "1",
             ["power"] => self.power()?,
             ["off"] => self.off()?,
@@ -242,6 +245,7 @@ fn main() -> Fallible<()> {
         lsi_hz: 32_000,
         stall: true,
         now: 0,
+        quantum: QUANTUM,
         powered: 0,
         resets: 0,
     };
