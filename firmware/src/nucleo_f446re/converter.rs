@@ -216,7 +216,8 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         stopped: false,
         passed: 0,
         segments: timing.segments.len().max(1) as u64,
-        time: Elapsed::new(words.block_ticks),
+        // A host that plays the stream does so at its own pace.
+        time: Elapsed::new(words.block_ticks.filter(|_| !cfg!(feature = "played"))),
     };
     let (mut filler, mut blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
     let more = usize::from(plan.settings.slots).saturating_sub(3);
