@@ -58,6 +58,24 @@ fn it_starts_by_the_crystal_and_measures() {
     board.assert_rules();
 }
 
+/// Settings that were not saved live until the second reset, and each start is told with its cause.
+#[test]
+fn it_restarts_twice_in_a_row() {
+    let Some((mut board, _)) = Emulated::start(&tone(500e3)) else { return };
+    board.request(Command::SetSettings(tone(250e3), N)).unwrap();
+    for (stored, rate_hz) in [(false, 250e3), (true, 500e3), (true, 500e3)] {
+        let boot = board.boot();
+        assert_eq!((boot.causes.message(), boot.stored, boot.last.kind), ("software", stored, 0));
+        assert!(boot.measuring && boot.clock == Clock::External, "{boot:?}");
+        let body = board.request(Command::GetSettings).unwrap();
+        let (settings, _) = Settings::of_bytes(body.as_slice().try_into().unwrap()).unwrap();
+        assert!((settings.config.rate_hz - rate_hz).abs() < 1.0, "{settings:?}");
+        board.request(Command::Reboot).unwrap();
+    }
+    assert_eq!(board.resets.len(), 3);
+    board.assert_rules();
+}
+
 /// Without blocks nothing but the timer's interrupt wakes the core, and the watchdog must not bite.
 #[test]
 fn it_stays_up_without_blocks() {
