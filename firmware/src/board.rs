@@ -74,7 +74,16 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// before a restart.
     fn flush(&mut self);
 
-    /// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
+    /// Stops the samples until [`Board::resume`], where writing to [`Board::Storage`] would hold the
+    /// core for longer than the blocks can wait.
+    fn pause(&mut self) {}
+
+    /// Starts the samples after [`Board::pause`], at the start of a chirp. What passed meanwhile is
+    /// counted as lost.
+    fn resume(&mut self) {}
+
+    /// Sleeps until an interrupt, some tenths of a second at most: the loop feeds the watchdog. It
+    /// returns at once if a block or a byte is waiting.
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<WORDS>>>);
 
     /// Feeds the watchdog.

@@ -42,13 +42,14 @@ fn settings(rng: &mut impl RngExt) -> Settings {
         _ => Drive::External,
     };
     let calibration = Calibration { clock_ppm: rng.random(), ..Calibration::default() };
-    let (guard, report_every) = (rng.random(), rng.random());
+    let (guard, report_every, slots) = (rng.random(), rng.random(), rng.random());
     Settings {
         config,
         iq: rng.random(),
         guard,
         drive,
         report_every,
+        slots,
         calibration,
         ..Settings::default()
     }
@@ -134,8 +135,8 @@ fn boot_status_and_samples_come_back_as_they_were() {
             rng.random();
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
-        let [dropped, refused, load, stack, longest] = rng.random();
-        let status = Status { counters, dropped, refused, load, stack, longest };
+        let [dropped, refused, load, stack, longest, peak] = rng.random();
+        let status = Status { counters, dropped, refused, load, stack, longest, peak };
         assert_eq!(Status::of_frame(&only(&status.to_frame())), Some(status));
         let mut bytes = vec![0; rng.random_range(0..=Raw::PIECE)];
         rng.fill_bytes(&mut bytes);

@@ -262,6 +262,14 @@ impl<D: Dma> Filler<'_, D> {
         }
     }
 
+    /// Starts the chain anew without a fault, as after a pause. The blocks that passed are counted
+    /// as broken, and the next one follows a gap.
+    pub fn restart(&mut self) {
+        let passed = self.dma.restart();
+        count(&mut self.counters.broken, passed);
+        self.lose(passed);
+    }
+
     /// The controller, for what else a board does with it, such as starting the next block.
     pub fn dma(&mut self) -> &mut D {
         &mut self.dma

@@ -7,7 +7,7 @@
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
 //! | 3 | flags: u8, bit 0 measures from power-on |
-//! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; zero: 6 u16 |
+//! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; slots: 6 u16 |
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
 //! | 44 | the measurement's configuration: as in a capture's header |
@@ -103,6 +103,9 @@ pub struct Settings {
     pub drive: Drive,
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
+    /// Blocks that the board has memory for at the same time; 0 for its usual number. More of them
+    /// bridge longer pauses of the measurement.
+    pub slots: u16,
     /// Whether to measure from power-on, without a command.
     pub start: bool,
     /// Corrections of rate and range.
@@ -119,6 +122,7 @@ impl Default for Settings {
             guard: 0,
             drive: Drive::Off,
             report_every: 1,
+            slots: 0,
             start: true,
             calibration: Calibration::default(),
         }
@@ -145,7 +149,7 @@ impl Settings {
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
         writer.put([VERSION, drive, divider, u8::from(self.start)]);
-        for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], 0] {
+        for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
         }
         writer.f64(reference_hz);
@@ -170,7 +174,7 @@ impl Settings {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
-        let [core_mhz, guard, report_every, low, high, _] =
+        let [core_mhz, guard, report_every, low, high, slots] =
             [word()?, word()?, word()?, word()?, word()?, word()?];
         let mut long = || reader.f64().ok_or(field);
         let [reference_hz, start_hz] = [long()?, long()?];
@@ -190,6 +194,7 @@ impl Settings {
                 _ => return Err(field),
             },
             report_every,
+            slots,
             start: flags & 1 != 0,
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
@@ -226,7 +231,7 @@ mod tests {
                 ..chirp(Shape::Trapezoid, Drive::Dac { low: 0, high: 4095 })
             },
             Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
-            Settings { report_every: 999, ..chirp(Shape::Sawtooth, Drive::External) },
+            Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {
             let bytes = settings.to_bytes(1024);
             assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));

@@ -12,6 +12,8 @@ pub enum RateError {
     Fast,
     /// The rate is below 1 Hz, which a timer cannot count, or not a number.
     Slow,
+    /// The core cannot measure every block at this rate.
+    Load,
 }
 
 /// Why a DAC cannot play a chirp.
@@ -71,6 +73,8 @@ pub enum SettingsError {
     Tracking,
     /// The board's core does not have this clock.
     Speed,
+    /// The board does not have memory for so many slots, or needs more of them.
+    Slots,
 }
 
 impl SettingsError {
@@ -90,6 +94,7 @@ impl SettingsError {
             SettingsError::Offset => [11, 0],
             SettingsError::Tracking => [12, 0],
             SettingsError::Speed => [13, 0],
+            SettingsError::Slots => [14, 0],
         }
     }
 
@@ -100,6 +105,9 @@ impl SettingsError {
             [2, _] => "the configuration does not work",
             [3, 0] => {
                 "the sample rate is above what the board can do at this clock: lower rate_hz, or see the board's page in docs/"
+            }
+            [3, 2] => {
+                "the core cannot measure every block at this rate: lower rate_hz, or follow tones (see the board's page in docs/)"
             }
             [3, _] => {
                 "the sample rate is below what the board can count: raise rate_hz to 1 or more"
@@ -119,6 +127,7 @@ impl SettingsError {
             [12, _] => {
                 "this image does not follow tones: flash one that is built with --tracking, or follow 0"
             }
+            [14, _] => "slots: 4 to 16 on the NUCLEO, or 0 for the usual number",
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

@@ -5,8 +5,8 @@ use crate::bytes::{Reader, Writer};
 use heapless::Vec;
 use picket::acquire::frontend::Counters;
 
-/// The status. On the wire it is a version and then thirteen words, little-endian, in the order of
-/// the fields.
+/// The status. On the wire it is a version and then fourteen words, little-endian, in the order of
+/// the fields. The last word is missing in the first programs' statuses, and is then 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
     /// The front end's counters.
@@ -22,10 +22,13 @@ pub struct Status {
     /// The longest time since the last status from taking a block to its measurement, in ticks of
     /// the timers.
     pub longest: u32,
+    /// The share of its block's duration that this longest measurement took, in thousandths. Above
+    /// 1000 it lived on the spare slots.
+    pub peak: u32,
 }
 
 const VERSION: u8 = 1;
-const WORDS: usize = 13;
+const WORDS: usize = 14;
 
 impl Status {
     /// The status as a frame.
@@ -46,6 +49,7 @@ impl Status {
             self.load,
             self.stack,
             self.longest,
+            self.peak,
         ];
         let mut bytes = [0; 1 + 4 * WORDS];
         let mut writer = Writer::new(&mut bytes);
@@ -63,7 +67,9 @@ impl Status {
         if frame.kind != Kind::Status {
             return None;
         }
-        let words = rest.as_chunks().0.first_chunk::<WORDS>()?.map(u32::from_le_bytes);
+        let (words, _) = rest.as_chunks();
+        let peak = words.get(WORDS - 1).copied().map_or(0, u32::from_le_bytes);
+        let words = words.first_chunk::<{ WORDS - 1 }>()?.map(u32::from_le_bytes);
         let [
             blocks,
             overruns,
@@ -81,7 +87,7 @@ impl Status {
         ] = words;
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
-        Some(Self { counters, dropped, refused, load, stack, longest })
+        Some(Self { counters, dropped, refused, load, stack, longest, peak })
     }
 }
 

@@ -28,7 +28,8 @@ macro_rules! no_interrupts {
     };
 }
 
-fn end(last: LastEnd) -> ! {
+/// Restarts the board, which then reports this end.
+pub fn end(last: LastEnd) -> ! {
     Legacy { last, settings: None }.leave()
 }
 

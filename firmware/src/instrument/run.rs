@@ -47,6 +47,9 @@ pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     /// The longest measurement since the last status, ticks.
     longest: u32,
     stack: Stack,
+    /// The ticks at the last look, and since the last progress.
+    seen: u32,
+    idle: u64,
 }
 
 fn words<const N: usize>(settings: &Settings) -> [u32; WORDS] {
@@ -120,6 +123,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             asleep: 0,
             longest: 0,
             stack: Stack::unknown(),
+            seen: since,
+            idle: 0,
         };
         let frame = instrument.boot.to_frame();
         instrument.send(&frame);
@@ -132,7 +137,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             self.listen();
             let measured = self.measure();
             self.send_raw();
-            if measured || self.may_rest() {
+            if self.progress(measured) {
                 self.board.feed();
             }
             if self.board.ticks().wrapping_sub(self.since) > self.board.ticks_hz() {
@@ -153,11 +158,26 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         }
     }
 
-    /// Whether no block is due within the watchdog's time.
-    fn may_rest(&self) -> bool {
+    /// Whether the loop makes progress: a block was measured, or none is overdue. A block is overdue
+    /// a second after the next one, too, should have come.
+    fn progress(&mut self, measured: bool) -> bool {
+        let now = self.board.ticks();
+        self.idle = self.idle.saturating_add(now.wrapping_sub(self.seen).into());
+        self.seen = now;
+        // An external source may pause as long as it likes.
+        let waits = self.blocks.is_none() || self.plan.settings.drive == Drive::External;
+        if measured || waits {
+            self.idle = 0;
+        }
+        let second = u64::from(self.board.ticks_hz());
+        self.idle <= second.saturating_add(self.block_ticks().saturating_mul(2))
+    }
+
+    /// The duration of a block with its guard, ticks.
+    fn block_ticks(&self) -> u64 {
         let Plan { length, settings, .. } = &self.plan;
-        let slow = f64::from(*length) > settings.config.rate_hz;
-        self.blocks.is_none() || slow || settings.drive == Drive::External
+        let seconds = f64::from(*length) / settings.config.rate_hz;
+        (seconds * f64::from(self.board.ticks_hz())) as u64
     }
 
     /// Measures a block, if one waits. Returns whether it did.
@@ -236,6 +256,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             load: (awake * 1000 / u64::from(passed)) as u32,
             stack: self.stack.high_water(),
             longest: self.longest,
+            peak: (u64::from(self.longest) * 1000).checked_div(self.block_ticks()).unwrap_or(0)
+                as u32,
         };
         (self.since, self.asleep, self.longest) = (now, 0, 0);
         self.send(&status.to_frame());
@@ -278,8 +300,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             Command::Reboot => self.reboot(answer),
             Command::Save => {
                 let words = words::<N>(&self.plan.settings);
-                storage::save(&mut B::Storage::default(), &words).map_err(|_| Refusal::Flash)?;
-                self.board.feed();
+                let saved = self.save(&words);
+                saved.map_err(|_| Refusal::Flash)?;
                 self.send(&answer.reply(&[]));
             }
             Command::Capture(blocks) => {
@@ -300,6 +322,26 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             }
         }
         Ok(())
+    }
+
+    /// Saves settings. Flash that is erased holds the core for a second or two: the samples stop
+    /// before, and start again after it.
+    fn save(&mut self, words: &[u32; WORDS]) -> Result<(), ()> {
+        let mut storage = B::Storage::default();
+        if storage::load::<WORDS, _>(&storage).is_some_and(|(_, _, newest)| newest == *words) {
+            return Ok(());
+        }
+        let measuring = self.blocks.is_some();
+        if measuring {
+            self.board.pause();
+        }
+        self.board.feed();
+        let saved = storage::save(&mut storage, words).map_err(drop);
+        self.board.feed();
+        if measuring {
+            self.board.resume();
+        }
+        saved
     }
 
     /// Checks settings that a command brought.

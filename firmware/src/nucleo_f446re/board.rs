@@ -30,7 +30,7 @@ impl Board<N, SLOT> for Nucleo {
 
     fn start(settings: &Settings) -> Option<Self> {
         let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
-        start::peripherals();
+        start::peripherals(&tree);
         start::brown_out_level();
         start::watchdog();
         let serial = Serial::start(tree.apb1_hz)?;
@@ -80,6 +80,14 @@ impl Board<N, SLOT> for Nucleo {
 
     fn flush(&mut self) {
         self.serial.flush();
+    }
+
+    fn pause(&mut self) {
+        converter::pause();
+    }
+
+    fn resume(&mut self) {
+        converter::resume();
     }
 
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {

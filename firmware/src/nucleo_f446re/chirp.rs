@@ -6,17 +6,20 @@ use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
 use super::words::Words;
 use super::words::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
 use super::words::sampling::{TIMER_CR2_UPDATE, TIMER_SMCR_COUNT_TIM3};
-use super::words::waveform::{DAC_CR, DAC_STREAM, STEPS, SyncInput, SyncOutput};
+use super::words::waveform::{DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, STEPS, SyncInput, SyncOutput};
 use crate::instrument::adf4159::Adf4159;
 use crate::instrument::plan::Plan;
-use core::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use core::sync::atomic::{AtomicU16, Ordering};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use picket_wire::settings::Drive;
 use static_cell::ConstStaticCell;
 
-/// Whether TIM2 gates the sample clock.
-static GATED: AtomicBool = AtomicBool::new(false);
+/// TIM2_CR1 where TIM2 gates the sample clock, otherwise 0.
+static GATE: AtomicU16 = AtomicU16::new(0);
+/// TIM2_CCMR2 while the samples run and while they stand, where TIM2 marks the chirps.
+static MARK: AtomicU16 = AtomicU16::new(0);
+static REST: AtomicU16 = AtomicU16::new(0);
 /// The DAC's first code, and the steps of its table; 0 steps if the DAC does not play.
 static FIRST: AtomicU16 = AtomicU16::new(0);
 static LENGTH: AtomicU16 = AtomicU16::new(0);
@@ -58,11 +61,13 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
 
 /// Sets up a pulse for each chirp.
 fn mark(segments: u16, length: u32) {
-    let SyncOutput { reload, compare, mode, enable } = SyncOutput::new(segments, length);
+    let SyncOutput { reload, compare, mode, rest, enable } = SyncOutput::new(segments, length);
+    MARK.store(mode as u16, Ordering::Relaxed);
+    REST.store(rest as u16, Ordering::Relaxed);
     put!(tim2().smcr(), TIMER_SMCR_COUNT_TIM3);
     put!(tim2().arr(), reload);
     put!(tim2().ccr3(), compare);
-    put!(tim2().ccmr2_output(), mode);
+    put!(tim2().ccmr2_output(), rest);
     put!(tim2().ccer(), enable);
 }
 
@@ -74,9 +79,8 @@ fn gate(ticks: u64) {
     put!(tim2().ccmr1_output(), input.mode);
     put!(tim2().cr2(), input.control2);
     put!(tim2().smcr(), input.slave);
-    put!(tim2().cr1(), input.control);
     put!(tim3().smcr(), input.gate);
-    GATED.store(true, Ordering::Relaxed);
+    GATE.store(input.control as u16, Ordering::Relaxed);
 }
 
 /// Stops the sample clock, and with it everything that counts it.
@@ -84,8 +88,10 @@ pub fn stop() {
     for timer in [tim3(), tim4()] {
         put!(timer.cr1(), 0);
     }
-    if !GATED.load(Ordering::Relaxed) {
-        put!(tim2().cr1(), 0);
+    // A gate that is open counts on, and would let the rest of a chirp through.
+    put!(tim2().cr1(), 0);
+    if !gated() {
+        put!(tim2().ccmr2_output(), REST.load(Ordering::Relaxed));
     }
     put!(dac().cr(), 0);
     put!(dma1().st(5).cr(), 0);
@@ -97,6 +103,9 @@ pub fn stop() {
 pub fn rewind() {
     // HIFCR, stream 5's flags: 11:6.
     put!(dma1().hifcr(), 0x3D << 6);
+    put!(dac().sr(), DAC_SR_UNDERRUN);
+    // TIM2 at 0 closes its gate.
+    put!(tim2().egr(), 1);
     for timer in [tim3(), tim4()] {
         put!(timer.egr(), 1);
     }
@@ -104,11 +113,19 @@ pub fn rewind() {
     // the first sample.
     let reload = tim4().arr().read().bits();
     put!(tim4().cnt(), reload);
-    if !GATED.load(Ordering::Relaxed) {
-        put!(tim2().egr(), 1);
+    if !gated() {
         let reload = tim2().arr().read().bits();
         put!(tim2().cnt(), reload);
     }
+}
+
+fn gated() -> bool {
+    GATE.load(Ordering::Relaxed) != 0
+}
+
+/// Whether the DAC's table was not read in time. The DAC then asks for no more codes (RM 14.3.7).
+pub fn underrun() -> bool {
+    LENGTH.load(Ordering::Relaxed) > 0 && dac().sr().read().bits() & DAC_SR_UNDERRUN != 0
 }
 
 /// Starts the counters of samples, then the samples.
@@ -122,10 +139,15 @@ pub fn run() {
         put!(dac().cr(), DAC_CR);
         put!(tim4().cr1(), 1);
     }
-    if !GATED.load(Ordering::Relaxed) {
+    if !gated() {
+        put!(tim2().ccmr2_output(), MARK.load(Ordering::Relaxed));
         put!(tim2().cr1(), 1);
     }
     put!(tim3().cr1(), 1);
+    if gated() {
+        // The next rise of the source opens the gate.
+        put!(tim2().cr1(), GATE.load(Ordering::Relaxed));
+    }
 }
 
 /// SPI1 with the synthesiser's LE as chip select.

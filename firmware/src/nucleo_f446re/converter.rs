@@ -6,12 +6,14 @@
 
 use super::chirp;
 use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
+use super::start::ticks;
 use super::words::Words;
 use super::words::clock::Tree;
 use super::words::sampling::{
-    ADC_SR_OVR, ConverterWords, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN, completed,
+    ADC_SR_OVR, ConverterWords, Elapsed, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN,
+    completed,
 };
-use super::{N, SLOT};
+use super::{N, SLOT, SLOTS};
 use crate::instrument::plan::Plan;
 use crate::shared::Shared;
 use cortex_m::interrupt::free;
@@ -39,6 +41,8 @@ pub struct Chain {
     /// Blocks completed or passed, and the segments of a chirp.
     passed: u64,
     segments: u64,
+    /// When blocks end.
+    time: Elapsed,
 }
 
 impl Chain {
@@ -49,8 +53,10 @@ impl Chain {
     /// Stops the stream, the sample clock, and everything that counts it.
     fn stop(&mut self) {
         chirp::stop();
-        clear!(adc1().cr2(), 1);
-        clear!(adc2().cr2(), 1);
+        // Their requests end with them, so that the next start is like the first.
+        put!(adc1().cr2(), 0);
+        put!(adc2().cr2(), 0);
+        put!(adc_common().ccr(), 0);
         clear!(dma2().st(0).cr(), STREAM_EN);
         // A transfer in progress ends within a few cycles. If it does not, the next block shows the
         // error.
@@ -95,14 +101,16 @@ impl Chain {
         // The converters settle in 3 us (DS 6.3.20): 540 cycles at most.
         cortex_m::asm::delay(600);
         chirp::run();
+        self.time.begin(ticks());
     }
 
-    /// The number of the first block of a whole chirp, at least one block from now.
-    fn skip_chirp(&mut self) -> u32 {
-        let within = self.passed.checked_rem(self.segments).unwrap_or(0);
-        let blocks = self.segments.saturating_sub(within).max(1);
-        self.passed = self.passed.wrapping_add(blocks);
-        blocks as u32
+    /// Passes blocks to the first one of a whole chirp, and returns their number.
+    fn skip(&mut self, blocks: u32) -> u32 {
+        let passed = self.passed.wrapping_add(blocks.into());
+        let within = passed.checked_rem(self.segments).unwrap_or(0);
+        let more = if within == 0 { 0 } else { self.segments.saturating_sub(within) };
+        self.passed = passed.wrapping_add(more);
+        blocks.saturating_add(more as u32)
     }
 }
 
@@ -114,13 +122,13 @@ impl Dma for Chain {
         // The order matters: a block that ends in between is counted now or next time, never twice.
         let target = self.target();
         put!(dma2().lifcr(), flags);
-        let completed = completed(flags, target != self.target);
+        let completed = self.time.completed(completed(flags, target != self.target), ticks());
         if completed > 0 {
             self.target = target;
         }
         self.passed = self.passed.wrapping_add(completed.into());
         let overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
-        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped;
+        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || chirp::underrun();
         Status { completed, dma_error, adc_overrun: overrun }
     }
 
@@ -150,16 +158,35 @@ impl Dma for Chain {
 
     fn restart(&mut self) -> u32 {
         self.stop();
+        let late = self.time.late(ticks());
         self.start();
-        self.skip_chirp()
+        self.skip(late)
     }
 }
+
+/// Places for the slots that the stream does not hold, and one that a queue leaves empty.
+const SPARES: usize = SLOTS - 1;
 
 static FILLER: Shared<Chain> = Shared::new();
 
 /// Handles the interrupt at the end of a block, and every fault interrupt.
 pub extern "C" fn filled() {
     FILLER.interrupt();
+}
+
+/// Stops the samples until [`resume`].
+pub fn pause() {
+    FILLER.with(|filler| filler.dma().stop());
+}
+
+/// Starts at the first sample of a chirp; what passed since is counted as lost.
+pub fn resume() {
+    FILLER.with(|filler| {
+        filler.restart();
+        // What was raised before concerns the old start.
+        NVIC::unpend(pac::Interrupt::DMA2_STREAM0);
+        NVIC::unpend(pac::Interrupt::ADC);
+    });
 }
 
 /// The front end's counters so far.
@@ -170,10 +197,13 @@ pub fn counters() -> Counters {
 /// Sets up converters and stream, and starts them. Returns the main loop's end; `None` at the
 /// second call.
 pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
-    static MEMORY: [ConstStaticCell<Memory>; 3] = [const { ConstStaticCell::new([0; SLOT]) }; 3];
-    static FRONT_END: ConstStaticCell<FrontEnd<Slot, 2>> = ConstStaticCell::new(FrontEnd::new());
-    let [a, b, c] = &MEMORY;
-    let [a, b, c] = [a.try_take()?, b.try_take()?, c.try_take()?].map(Slot::new);
+    static MEMORY: [ConstStaticCell<Memory>; SLOTS] =
+        [const { ConstStaticCell::new([0; SLOT]) }; SLOTS];
+    // A queue of so many places holds one less.
+    static FRONT_END: ConstStaticCell<FrontEnd<Slot, SPARES>> =
+        ConstStaticCell::new(FrontEnd::new());
+    let mut slots = MEMORY.iter().filter_map(|cell| cell.try_take().map(Slot::new));
+    let [a, b, c] = [slots.next()?, slots.next()?, slots.next()?];
     let sampling = &words.sampling;
     let timing: Timing = plan.timing;
     let chain = Chain {
@@ -186,8 +216,12 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         stopped: false,
         passed: 0,
         segments: timing.segments.len().max(1) as u64,
+        // A host that plays the stream does so at its own pace.
+        time: Elapsed::new(words.block_ticks.filter(|_| !cfg!(feature = "played"))),
     };
-    let (mut filler, blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
+    let (mut filler, mut blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
+    let more = usize::from(plan.settings.slots).saturating_sub(3);
+    slots.take(more).for_each(|slot| blocks.release(slot));
     chirp::set_up(plan, words);
     filler.dma().stop();
     filler.dma().start();

@@ -32,6 +32,11 @@ use picket_wire::settings::GUARD;
 pub const N: usize = 1024;
 /// Words in a slot: an I/Q block with the guard before it.
 pub const SLOT: usize = N + GUARD as usize;
+/// Slots: what memory has room for. The settings say how many are in use.
+pub const SLOTS: usize = 16;
+/// Slots in use unless the settings say otherwise: two that the stream fills in turn, one that is
+/// measured, and one that waits.
+pub const USUAL_SLOTS: u16 = 4;
 
 /// Address at which the host plays DMA2, and from 0x400 on the converters.
 pub const PLAYED: usize = 0x2001_F000;

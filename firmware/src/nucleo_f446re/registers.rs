@@ -72,7 +72,8 @@ peripheral! {
     adc_common: pac::adc_common::RegisterBlock = played(0x4001_2300, 0x700);
 }
 
-/// How often a wait polls before it gives up. Every wait ends.
+/// How often a wait for some microseconds polls before it gives up. What takes longer waits by
+/// [`within`](super::start::within). Every wait ends.
 pub const PATIENCE: u32 = 200_000;
 
 /// Waits until `ready`; false if it gave up.

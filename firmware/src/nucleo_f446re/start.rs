@@ -1,10 +1,13 @@
 //! From reset to running clock, pins and watchdog.
 
-use super::registers::{clear, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
+use super::registers::{clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
 use super::words::clock::{Source, Speed, Tree};
-use super::words::guard::{self, FEED, START, UNLOCK, WATCHDOG, brown_out};
+use super::words::guard::{self, FEED, LONGEST_MS, START, UNLOCK, WATCHDOG, brown_out};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};
-use picket_wire::boot::Causes;
+use crate::instrument::fault;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use picket_wire::boot::{Causes, LastEnd};
+use stm32f4::stm32f446 as pac;
 
 /// Why the chip was reset. Clears the flags.
 pub fn causes() -> Causes {
@@ -60,9 +63,30 @@ fn multiplied(tree: &Tree) -> bool {
     if !wait(|| flash().acr().read().bits() & 15 == tree.flash & 15) {
         return false;
     }
-    put!(rcc.cfgr(), tree.cfgr);
+    // The buses are divided by 16 while the speed changes, as ST's own code has it.
+    let [slow, switched, last] = tree.steps();
+    put!(rcc.cfgr(), slow);
+    put!(rcc.cfgr(), switched);
     // SWS 3:2 follows SW 1:0.
-    wait(|| rcc.cfgr().read().bits() >> 2 & 3 == tree.cfgr & 3)
+    if !wait(|| rcc.cfgr().read().bits() >> 2 & 3 == tree.cfgr & 3) {
+        return false;
+    }
+    put!(rcc.cfgr(), last);
+    if tree.source == Source::HsePll {
+        // CSSON 19: if the crystal's clock fails, the chip goes on by its own and tells by NMI.
+        set!(rcc.cr(), 1 << 19);
+    }
+    true
+}
+
+/// Handles the failure of the crystal's clock (RM 6.2.7): the board starts anew, by its own clock if
+/// the other is still missing.
+// SAFETY: this is the name by which cortex-m-rt's vector table knows the handler.
+#[unsafe(no_mangle)]
+extern "C" fn NonMaskableInt() {
+    // CSSC 23 of RCC_CIR.
+    set!(rcc().cir(), 1 << 23);
+    fault::end(LastEnd { kind: 3, pc: 0, more: [0; 2] })
 }
 
 /// Returns to the internal oscillator, from which the chip starts.
@@ -70,13 +94,13 @@ fn back() {
     put!(rcc().cfgr(), 0);
     // The result does not matter: if the switch failed, the next attempt fails too.
     let _ = wait(|| rcc().cfgr().read().bits() >> 2 & 3 == 0);
-    clear!(rcc().cr(), (1 << 24 | 1 << 18 | 1 << 16));
+    clear!(rcc().cr(), (1 << 24 | 1 << 19 | 1 << 18 | 1 << 16));
     clear!(pwr().cr(), (1 << 17 | 1 << 16));
     put!(flash().acr(), Tree::new(Speed::Mhz144, Source::Hsi).flash);
 }
 
 /// Starts the peripherals' clocks, the pins, and TIM5, which never stops.
-pub fn peripherals() {
+pub fn peripherals(tree: &Tree) {
     set!(rcc().ahb1enr(), AHB1);
     set!(rcc().apb1enr(), APB1);
     set!(rcc().apb2enr(), APB2);
@@ -95,7 +119,40 @@ pub fn peripherals() {
     put!(tim5().arr(), u32::MAX);
     // UG 0 loads the reload value; CEN 0.
     put!(tim5().egr(), 1);
+    WAKE.store(tree.timer_hz / WAKES_A_SECOND, Relaxed);
+    wake();
+    // CC1IE 1.
+    put!(tim5().dier(), 1 << 1);
+    enable(pac::Interrupt::TIM5);
     put!(tim5().cr1(), 1);
+}
+
+/// How often the core wakes where nothing else wakes it. The loop then feeds the watchdog, if it
+/// makes progress.
+const WAKES_A_SECOND: u32 = 10;
+
+/// Ticks between two wakes.
+static WAKE: AtomicU32 = AtomicU32::new(0);
+
+/// Handles TIM5's interrupt, which only wakes the core: the next one is set.
+pub extern "C" fn wake() {
+    put!(tim5().ccr1(), ticks().wrapping_add(WAKE.load(Relaxed)));
+    // CC1IF 1 is cleared by a zero.
+    put!(tim5().sr(), !(1 << 1));
+}
+
+/// Waits up to so many milliseconds until `ready`, by TIM5, and looks once more at the end; false if
+/// it gave up.
+#[must_use]
+pub fn within(milliseconds: u32, mut ready: impl FnMut() -> bool) -> bool {
+    let begun = ticks();
+    let patience = WAKE.load(Relaxed) / (1000 / WAKES_A_SECOND) * milliseconds;
+    while ticks().wrapping_sub(begun) < patience {
+        if ready() {
+            return true;
+        }
+    }
+    ready()
 }
 
 /// Ticks of [`Tree::timer_hz`] since the start, modulo 2^32.
@@ -125,7 +182,8 @@ pub fn brown_out_level() {
     const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
     let flash = flash();
     let Some(word) = brown_out(flash.optcr().read().bits()) else { return };
-    if !wait(|| flash.sr().read().bits() & 1 << 16 == 0) {
+    let idle = || within(LONGEST_MS, || flash.sr().read().bits() & 1 << 16 == 0);
+    if !idle() {
         return;
     }
     KEYS.iter().for_each(|&key| {
@@ -134,6 +192,6 @@ pub fn brown_out_level() {
     put!(flash.optcr(), word);
     // OPTSTRT 1; BSY 16; OPTLOCK 0 (RM 3.6.2).
     put!(flash.optcr(), word | 1 << 1);
-    let _ = wait(|| flash.sr().read().bits() & 1 << 16 == 0);
+    let _ = idle();
     put!(flash.optcr(), word | 1);
 }

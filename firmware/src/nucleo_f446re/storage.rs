@@ -1,6 +1,8 @@
 //! Settings in the last two sectors of flash, and the program's own checksum.
 
-use super::registers::{flash, put, wait};
+use super::registers::{flash, put};
+use super::start::within;
+use super::words::guard::LONGEST_MS;
 use crate::instrument::storage::{Page, Storage};
 use core::ptr::{read_volatile, write_volatile};
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
@@ -36,9 +38,9 @@ impl Flash {
     /// Runs `work` with the controller unlocked.
     fn unlocked(&mut self, control: u32, work: impl FnOnce()) -> Result<(), Refused> {
         const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-        // The core stalls while flash is busy, so it polls only a few times in 2 s; the watchdog
-        // bounds the rest.
-        let ready = || wait(|| flash().sr().read().bits() & BUSY == 0);
+        // The core stalls while flash is busy, unless what it executes is in its cache. Either way
+        // the timer goes on.
+        let ready = || within(LONGEST_MS + 200, || flash().sr().read().bits() & BUSY == 0);
         if !ready() {
             return Err(Refused(BUSY));
         }

@@ -1,6 +1,6 @@
 //! The device's part of the vector table.
 
-use super::{converter, serial};
+use super::{converter, serial, start};
 use crate::instrument::fault;
 use stm32f4::stm32f446 as pac;
 
@@ -31,5 +31,6 @@ pub const HANDLERS: [Handler; LINES] = {
     table[pac::Interrupt::DMA2_STREAM0 as usize] = converter::filled;
     table[pac::Interrupt::ADC as usize] = converter::filled;
     table[pac::Interrupt::USART2 as usize] = serial::serve;
+    table[pac::Interrupt::TIM5 as usize] = start::wake;
     table
 };

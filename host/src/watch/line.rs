@@ -208,7 +208,9 @@ pub fn boot(boot: &Boot) -> String {
             let [lr, cfsr] = boot.last.more;
             format!(", after a fault at {:#010x} (lr {lr:#010x}, CFSR {cfsr:#x})", boot.last.pc)
         }
-        _ => format!(", after an unexpected interrupt {}", boot.last.more[0]),
+        2 => format!(", after an unexpected interrupt {}", boot.last.more[0]),
+        3 => ", after its external clock failed".into(),
+        other => format!(", after an end of kind {other}"),
     };
     format!(
         "started by {}{last}: program {:08x}, {} MHz from {}, blocks of {}, {settings}, {}",
@@ -252,7 +254,7 @@ pub fn status(status: &Status) -> String {
         "status": true, "blocks": c.blocks, "overruns": c.overruns, "missed": c.missed, "late": c.late,
         "broken": c.broken, "spurious": c.spurious, "dma_errors": c.dma_errors, "adc_overruns": c.adc_overruns,
         "dropped": status.dropped, "refused": status.refused, "load_permille": status.load,
-        "stack_bytes": status.stack, "longest_ticks": status.longest,
+        "stack_bytes": status.stack, "longest_ticks": status.longest, "peak_permille": status.peak,
     })
     .to_string()
 }

@@ -27,6 +27,7 @@ struct Fields {
     drive: Drives,
     guard: u16,
     report_every: u16,
+    slots: u16,
     start: bool,
     clock_ppm: f32,
     range_offset_m: f32,
@@ -129,6 +130,7 @@ impl Fields {
             },
             guard: settings.guard,
             report_every: settings.report_every,
+            slots: settings.slots,
             start: settings.start,
             clock_ppm: calibration.clock_ppm,
             range_offset_m: calibration.range_offset_m,
@@ -191,6 +193,7 @@ impl Fields {
             guard: self.guard,
             drive,
             report_every: self.report_every,
+            slots: self.slots,
             start: self.start,
             calibration,
         };

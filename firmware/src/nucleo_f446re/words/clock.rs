@@ -132,6 +132,13 @@ impl Tree {
         }
     }
 
+    /// RCC_CFGR step by step, on the way to the multiplier: both buses divided by 16 (PPRE1 12:10
+    /// and PPRE2 15:13 = 7), the multiplier chosen, the buses' own dividers.
+    pub const fn steps(&self) -> [u32; 3] {
+        let slow = 7 << 10 | 7 << 13;
+        [slow, slow | self.cfgr & 3, self.cfgr]
+    }
+
     /// The tree without multiplier and dividers.
     const fn internal() -> Self {
         Tree {
@@ -171,6 +178,7 @@ mod tests {
         assert_eq!(tree.pll, Some(0x2840_2D04));
         assert_eq!(tree.cfgr, 0x0000_9402);
         assert_eq!((tree.flash, tree.adc_prescaler, tree.over_drive), (0x705, 1, true));
+        assert_eq!(tree.steps(), [0xFC00, 0xFC02, 0x9402]);
 
         let tree = Tree::new(Speed::Mhz144, Source::HsePll);
         assert_eq!(tree.core_hz, 144_000_000);

@@ -12,13 +12,14 @@ pub mod sampling;
 pub mod serial;
 pub mod waveform;
 
+use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
 use picket::config::Scene;
 use picket_wire::settings::{Drive, Settings};
-use picket_wire::settings_error::SettingsError;
-use sampling::Sampling;
+use picket_wire::settings_error::{RateError, SettingsError};
+use sampling::{BLOCK_CYCLES, Sampling};
 use waveform::Waveform;
 
 /// The register words of an instrument.
@@ -30,6 +31,8 @@ pub struct Words {
     pub waveform: Option<Waveform>,
     /// The words for the synthesiser; `None` if it is not the drive.
     pub synthesiser: Option<adf4159::Words>,
+    /// Ticks of the timers from a block to the next; `None` where an external source sets the pace.
+    pub block_ticks: Option<u64>,
 }
 
 impl Words {
@@ -44,9 +47,22 @@ impl Words {
         let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
         let sampling = Sampling::plan(tree, settings.config.rate_hz, settings.iq);
         let sampling = sampling.map_err(SettingsError::Rate)?;
-        let settings = Settings { core_mhz: speed.mhz(), ..*settings };
+        let slots = if settings.slots == 0 { USUAL_SLOTS } else { settings.slots };
+        if !(USUAL_SLOTS..=SLOTS as u16).contains(&slots) {
+            return Err(SettingsError::Slots);
+        }
+        let settings = Settings { core_mhz: speed.mhz(), slots, ..*settings };
         let plan = Plan::new(&settings, sampling.rate_hz)?;
-        let mut words = Words { sampling, waveform: None, synthesiser: None };
+        let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
+        // What follows tones rarely searches a whole block. The slow clock is a way out of a failure.
+        let searches = settings.config.following.most == 0 && tree.pll.is_some();
+        let [real, iq] = BLOCK_CYCLES;
+        let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
+        if searches && settings.start && cycles < if settings.iq { iq } else { real } {
+            return Err(SettingsError::Rate(RateError::Load));
+        }
+        let block_ticks = (settings.drive != Drive::External).then_some(ticks);
+        let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
         if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
             match settings.drive {
                 Drive::Off => {}
@@ -79,10 +95,10 @@ mod tests {
     use super::clock::Source;
     use super::*;
     use picket::acquire::codes::Codes;
-    use picket::config::{Config, ConfigError};
+    use picket::config::{Config, ConfigError, Following};
     use picket::solve::chirp::Shape;
     use picket_wire::settings::Calibration;
-    use picket_wire::settings_error::{RampError, RateError, WaveformError};
+    use picket_wire::settings_error::{RampError, WaveformError};
 
     const TREE: Tree = Tree::new(Speed::Mhz180, Source::HsePll);
 
@@ -129,6 +145,31 @@ mod tests {
     }
 
     #[test]
+    fn what_the_core_cannot_measure_is_refused() {
+        let following = Following { most: 1, ..Following::default() };
+        for (rate_hz, iq, most, fits) in [
+            (1.5e6, false, 0, true),
+            (1.6e6, false, 0, true),
+            (1.8e6, false, 0, false),
+            (2.4e6, false, 0, false),
+            (2.4e6, false, 1, true),
+            (1.5e6, true, 0, false),
+            (1e6, true, 0, true),
+        ] {
+            let core_mhz = if rate_hz > 1.5e6 { 144 } else { 180 };
+            let tree = Tree::new(Speed::of_mhz(core_mhz).unwrap(), Source::HsePll);
+            let band_hz = iq.then_some((1e4, 4e5));
+            let following = Following { most, ..following };
+            let tone = Settings::default();
+            let config = Config { rate_hz, band_hz, following, ..tone.config };
+            let settings = Settings { core_mhz, iq, config, ..tone };
+            let planned = Words::plan::<1024>(&settings, &tree).map(|_| ());
+            let refused = Err(SettingsError::Rate(RateError::Load));
+            assert_eq!(planned, if fits { Ok(()) } else { refused }, "{rate_hz} {iq} {most}");
+        }
+    }
+
+    #[test]
     fn every_contradiction_is_told_and_has_words() {
         use SettingsError as E;
         let tone = Settings::default();
@@ -164,6 +205,8 @@ mod tests {
             ),
             (quick, E::Sync),
             (Settings { core_mhz: 160, ..tone }, E::Speed),
+            (Settings { slots: 3, ..tone }, E::Slots),
+            (Settings { slots: 17, ..tone }, E::Slots),
             (Settings { iq: true, ..tone }, E::Offset),
             (calibrated(Calibration { clock_ppm: f32::NAN, ..ideal }), E::Calibration),
             (calibrated(Calibration { range_slope: 0.1, ..ideal }), E::Calibration),

@@ -24,7 +24,8 @@ pub const STEPS: usize = 1024;
 pub struct Waveform {
     /// The ramps.
     pub shape: Shape,
-    /// Samples in a step: TIM4_ARR plus 1.
+    /// Samples in a step: TIM4_ARR plus 1. At least 2: a counter whose reload value is 0 is blocked
+    /// (RM 17.4.12).
     pub hold: u16,
     /// Steps in a segment.
     pub steps: u16,
@@ -58,7 +59,7 @@ impl Waveform {
         }
         let follows = |hold: u32| rate_hz <= DAC_RATE_HZ * f64::from(hold);
         let segments = segments(shape);
-        for hold in 1..=length.min(1 << 12) {
+        for hold in 2..=length.min(1 << 12) {
             let steps = length.checked_div(hold).unwrap_or(0);
             let whole = steps.checked_mul(hold) == Some(length);
             if whole && follows(hold) && steps > 1 && steps * u32::from(segments) <= STEPS as u32 {
@@ -123,6 +124,9 @@ pub struct SyncOutput {
     pub compare: u32,
     /// TIM2_CCMR2 (RM 17.4.8): OC3M 6:4 = 6 PWM, OC3PE 3.
     pub mode: u32,
+    /// TIM2_CCMR2 while the sample clock stands: OC3M 6:4 = 4 forces the output low. Changed to PWM
+    /// the output stays low until the comparison changes, which is the first sample.
+    pub rest: u32,
     /// TIM2_CCER (RM 17.4.9): CC3E 8.
     pub enable: u32,
 }
@@ -134,7 +138,8 @@ impl SyncOutput {
         // A sawtooth has one segment, so its pulse must end before the next one.
         let compare = if segments < 2 { length / 2 } else { length };
         let reload = chirp.saturating_sub(1);
-        SyncOutput { reload, compare, mode: 6 << 4 | 1 << 3, enable: 1 << 8 }
+        let (mode, rest) = (6 << 4 | 1 << 3, 4 << 4 | 1 << 3);
+        SyncOutput { reload, compare, mode, rest, enable: 1 << 8 }
     }
 }
 
@@ -212,6 +217,8 @@ mod tests {
                 for rate in [1e3, 5e5, 1.5e6, 2.4e6] {
                     let wave = Waveform::plan(shape, length, rate, [0, 4095]).unwrap();
                     assert_eq!(u32::from(wave.hold) * u32::from(wave.steps), length);
+                    // A reload value of 0 blocks the counter (RM 17.4.12).
+                    assert!(wave.hold > 1);
                     assert!(rate / f64::from(wave.hold) <= DAC_RATE_HZ);
                     assert!(wave.len() <= STEPS && !wave.is_empty());
                     assert!((0..wave.len()).all(|step| wave.code(step) <= 4095));
@@ -238,7 +245,7 @@ mod tests {
         assert_eq!(DAC_STREAM, 0x0E02_2D40);
         let output = SyncOutput::new(3, 1088);
         assert_eq!((output.reload, output.compare), (3263, 1088));
-        assert_eq!((output.mode, output.enable), (0x68, 0x100));
+        assert_eq!((output.mode, output.rest, output.enable), (0x68, 0x48, 0x100));
         assert_eq!(SyncOutput::new(1, 1088).compare, 544);
         let input = SyncInput::new(3 * 1088 * 60).unwrap();
         assert_eq!((input.reload, input.compare, input.control), (195_840, 1, 8));
