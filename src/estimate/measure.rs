@@ -89,7 +89,12 @@ pub fn measure<R: Record, const N: usize>(
     let arithmetic =
         if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
     let mut places = MaybeUninit::uninit();
-    let around = ring::around(spectrum, peak.bin, &mut places);
+    // The smallest programs read bins for the fit and for its ring by one function.
+    let around = if cfg!(feature = "methods") {
+        ring::around(spectrum, peak.bin, &mut places)
+    } else {
+        None
+    };
     let exponent = spectrum.exponent();
     let fitted = |reach: Reach, course| {
         let middle = around.and_then(|around| {
@@ -236,7 +241,12 @@ fn stands_out<R: Record, const N: usize>(
     if threshold.is_far_above(power / rest.max(beside.loud * N as f32)) {
         return true;
     }
-    let wide = ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside);
+    // The smallest programs do with the ring that they have.
+    let wide = if cfg!(feature = "methods") {
+        ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside)
+    } else {
+        *beside
+    };
     let less = if Threshold::has_floor(peak) { Less::Some } else { Less::Nothing };
     let detects = |beside: &Beside, less| {
         threshold.detects_beside(

@@ -188,6 +188,7 @@ impl Learnt {
     }
 
     /// Takes an innovation over its sigma, of a measurement with this variance.
+    #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
     fn learn(&mut self, block: f32, innovation: f32) {
         self.variance = self.average(block);
         let within = |x: f32| x.max(-Self::MOST).min(Self::MOST);

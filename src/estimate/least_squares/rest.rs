@@ -72,8 +72,8 @@ impl<T: Scalar> Sums<T> {
         let power = left.norm_sqr();
         let [two, four, eight] = &mut self.within;
         let scale = match i.unsigned_abs() {
-            ..3 => two,
-            ..5 => four,
+            0..=2 => two,
+            3..=4 => four,
             _ => eight,
         };
         *scale = *scale + power;
