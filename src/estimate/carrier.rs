@@ -100,7 +100,7 @@ impl Carrier {
         if let Some(sums) = super::carrier_dsp::sums(self.parts(), samples, others, bounds) {
             return self.ended(&sums);
         }
-        self.sums_portably::<1>(samples, others, bounds)
+        self.sums_portably::<1>(samples, others, 0, bounds)
     }
 
     /// The cosines and sines of a block.
@@ -109,19 +109,21 @@ impl Carrier {
         [&self.cosines, &self.sines].map(|part| part.get(..self.length).unwrap_or_default())
     }
 
-    /// [`Carrier::sums`] by its definition, for samples that are `STRIDE` numbers apart.
+    /// [`Carrier::sums`] by its definition, for samples of `STRIDE` numbers of which one counts.
     #[inline(never)] // its loop needs all registers
     pub fn sums_portably<const STRIDE: usize>(
         &self,
         samples: &[i16],
         others: &[i16],
+        which: usize,
         [inside, far_inside]: &[Between; 2],
     ) -> Sums {
         let mut sums = Loop::default();
         let turns = self.cosines.iter().zip(&self.sines).take(self.length);
-        let pairs = samples.chunks(STRIDE).zip(others.chunks(STRIDE));
+        let [samples, others] = [samples, others].map(|x| x.as_chunks::<STRIDE>().0);
+        let pairs = samples.iter().zip(others);
         for ((&c, &s), (sample, other)) in turns.zip(pairs) {
-            let (Some(&y), Some(&other)) = (sample.first(), other.first()) else { break };
+            let (Some(&y), Some(&other)) = (sample.get(which), other.get(which)) else { break };
             let (c, s) = (i32::from(c), i32::from(s));
             if inside.holds(y) && far_inside.holds(other) {
                 let y = i32::from(y);

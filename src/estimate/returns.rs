@@ -87,11 +87,10 @@ impl Return {
         let mut terms = Terms { sum: 0, power: 0, count: 0 };
         for n in (0..GROUPS).map(|group| group * apart) {
             let [first, second, third] =
-                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).chunks(STRIDE));
+                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).as_chunks::<STRIDE>().0.iter());
             for ((a, b), c) in first.zip(second).zip(third).take(GROUP) {
-                let (Some(&a), Some(&b), Some(&c)) = (a.first(), b.first(), c.first()) else {
-                    break;
-                };
+                let [a, b, c] = [a, b, c].map(|sample| sample.get(part.which).copied());
+                let (Some(a), Some(b), Some(c)) = (a, b, c) else { break };
                 if inside.holds(a) && inside.holds(b) && inside.holds(c) {
                     let [a, b, c] = [a, b, c].map(i32::from);
                     // In sixteenths of a code: less than 22 bits.
@@ -163,16 +162,20 @@ impl<'a> Part<'a> {
         (self.parts > 1).then_some(Self { which: 1, ..self })
     }
 
-    /// The numbers from sample `n` on, with those of other parts between them.
+    /// The numbers from sample `n` on, with those of the other part between them.
     #[inline(always)]
     pub fn from(&self, n: usize) -> &'a [i16] {
-        let first = n.wrapping_mul(self.parts).wrapping_add(self.which);
-        self.numbers.get(first..).unwrap_or_default()
+        self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default()
     }
 
     /// How many numbers there are from one sample to the next: 1 or 2.
     pub const fn stride(&self) -> usize {
         self.parts
+    }
+
+    /// Which of a sample's numbers is this part's.
+    pub const fn which(&self) -> usize {
+        self.which
     }
 }
 

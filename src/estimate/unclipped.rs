@@ -172,7 +172,8 @@ impl Search {
         let mut turn = q30(tone / amplitude);
         let mut equations = Equations::default();
         let per = 1.0 / part.length.max(1) as f32;
-        for start in (0..part.length).step_by(length) {
+        let mut start = 0;
+        while start < part.length {
             let end = (start + length).min(part.length);
             // A return on, or before at the end of the record.
             let before = end + self.lag > part.length;
@@ -180,13 +181,14 @@ impl Search {
             let (samples, others) = (part.from(start), part.from(other));
             let sums = match (part.stride(), self.portably) {
                 (1, false) => carrier.sums(samples, others, &rails),
-                (1, true) => carrier.sums_portably::<1>(samples, others, &rails),
-                _ => carrier.sums_portably::<2>(samples, others, &rails),
+                (1, true) => carrier.sums_portably::<1>(samples, others, 0, &rails),
+                _ => carrier.sums_portably::<2>(samples, others, part.which(), &rails),
             };
             let phase = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
             let sums = sums.turned(phase);
             equations.add(&sums, amplitude, (start + end) as f32 * per - 1.0);
             turn = advanced(turn, forward);
+            start = end;
         }
         equations.solved(amplitude)
     }

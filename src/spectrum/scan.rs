@@ -110,10 +110,10 @@ pub(super) const fn worth(best: u64) -> u64 {
 #[cfg_attr(short_products, allow(dead_code))]
 #[inline]
 pub(super) fn sure(points: &[Point]) -> u64 {
-    let (lower, upper) = points.split_at(points.len() / 2);
-    let lower = lower.iter().skip(SPARSE).step_by(SPARSE);
-    let upper = upper.iter().rev().skip(SPARSE - 1).step_by(SPARSE);
-    let sums = lower.zip(upper).map(|(&p, &q)| power(p).wrapping_add(power(q)));
+    let length = points.len();
+    let pair = |k: usize| points.get(k).zip(points.get(length.wrapping_sub(k)));
+    let pairs = (1..length / 2 / SPARSE).filter_map(|group| pair(group * SPARSE));
+    let sums = pairs.map(|(&p, &q)| power(p).wrapping_add(power(q)));
     worth(sums.fold(0, u64::max) >> 1).wrapping_sub(1)
 }
 

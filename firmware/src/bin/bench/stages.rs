@@ -17,7 +17,7 @@ use picket_firmware::mps2::{Timer, Uart, figure};
 use picket_wire::capture::decode;
 
 /// The first so many blocks give the host their spectra, ours and the rivals'.
-const SPECTRA: u32 = 2;
+const SPECTRA: u32 = 8;
 
 /// Counts the stages for the blocks of the capture.
 pub struct Stages<E> {
