@@ -61,7 +61,7 @@ fn the_documents_state_the_budget() {
             .map(|engine| figure(&format!("/engines/{engine}/ram_bytes/1024"))),
     );
     page.assert_states(
-        "on the M3 FFT and peak take #, frequency, sigma and verdict at most # more, all of it #",
+        "on the M3 FFT and peak take #, frequency, sigma and verdict # more, all of it #",
         &["fft_peak", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M3/{stage}"))),
     );

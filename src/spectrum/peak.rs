@@ -203,10 +203,15 @@ fn skirt(bin: i32, band: Band, around: &[Point]) -> Skirt {
         low: band.low.max(bin.wrapping_sub(SKIRT)),
         high: band.high.min(bin.wrapping_add(SKIRT)),
     };
+    let points = span.width();
     let bins = around.iter().zip(bin.wrapping_sub(SKIRT)..);
-    let within = bins.filter(|(_, k)| (span.low..=span.high).contains(k));
-    let power = within.fold(0u64, |sum, (&bin, _)| sum.wrapping_add(power(bin)));
-    Skirt { power, points: span.width() }
+    let power = if points as usize == around.len() {
+        around.iter().fold(0u64, |sum, &bin| sum.wrapping_add(power(bin)))
+    } else {
+        let within = bins.filter(|(_, k)| (span.low..=span.high).contains(k));
+        within.fold(0u64, |sum, (&bin, _)| sum.wrapping_add(power(bin)))
+    };
+    Skirt { power, points }
 }
 
 /// Searches `gate`, a part of a band, with the noise floor of the whole band.

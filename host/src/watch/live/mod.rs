@@ -245,8 +245,8 @@ mod tests {
             for words in [
                 "nucleo-f446re, live",
                 "1024 I/Q samples at 250 kHz",
-                "range  92.74833 ± 0.00021 m",
-                "velocity  69.42727 ± 0.00034 m/s",
+                "range  92.74833 ± 0.00024 m",
+                "velocity  69.42724 ± 0.00037 m/s",
                 "√ good",
                 "records 30   missing 0   bad frames 0   lost 0   faults 0   load 31.0 %",
                 "q quits",
