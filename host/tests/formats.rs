@@ -26,7 +26,10 @@ fn every_format_is_read() {
             assert!(snr_db > floor_db, "{name} {arithmetic}: {:?}", found[0]);
             // The rounding of a tone without noise is a comb of lines, which eight bits show.
             let verdict = found[0]["verdict"].as_str().unwrap();
-            assert!(verdict == "good" || (bits == 8 && verdict == "unresolved"), "{name} {arithmetic}");
+            assert!(
+                verdict == "good" || (bits == 8 && verdict == "unresolved"),
+                "{name} {arithmetic}"
+            );
             assert_eq!(found[1]["summary"], true);
         }
     }

@@ -15,7 +15,7 @@ pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
 }
 
 /// One standard deviation of a fit's offset in bins, for a noise power per sample of `noise` squared
-/// codes (see [`super::noise::power`]): `sqrt(N noise / (2 information))`.
+/// codes (see [`super::noise`]): `sqrt(N noise / (2 information))`.
 ///
 /// It comes from the fit's own denominator, so it holds at the edges of the spectrum, where the bound depends on
 /// the phase, for every K and at every offset. The mean of `(error / sigma)^2` is within 0.88..1.15 from 2 dB
