@@ -89,8 +89,13 @@ async function scenes() {
     seen[scene] = await readings(page, 8);
   }
   await slide(page, "level_db", 6);
-  await page.waitForTimeout(500);
-  const clipped = await answer(page);
+  // The tracks of before take some blocks to give way.
+  let clipped;
+  for (let tries = 0; tries < 20; tries += 1) {
+    await page.waitForTimeout(250);
+    clipped = await answer(page);
+    if (clipped.word === "clipped") break;
+  }
   await slide(page, "level_db", -6);
   await slide(page, "snr_db", -25);
   await page.waitForTimeout(500);

@@ -75,7 +75,7 @@ export function sceneForm(form, scene, changed, chosen) {
   form.replaceChildren(first, ...sliders);
 }
 
-const LENGTHS = [512, 1024, 2048, 4096];
+const LENGTHS = [1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
 
 /** The form of the instrument: `values` are its settings by the library's names. */

@@ -223,7 +223,7 @@ function take(rows) {
     count(row);
     if (row.segment <= 1) page.ramp = row;
     if (Number.isFinite(row.outcome_verdict)) page.target = row;
-    const usable = (verdict, value) => (verdict >= 5 ? NaN : value);
+    const usable = (verdict, value) => (rank(page.core.verdicts[verdict]?.name) === "bad" ? NaN : value);
     const point = (chart, value, sigma, truth, verdict) => chart.add(row.time_s, usable(verdict, value), sigma, truth, HISTORY);
     if (Number.isFinite(row.range_m)) {
       point(charts.first, row.range_m, row.sigma_range_m, row.truth_m, row.outcome_verdict);

@@ -20,9 +20,11 @@ export function signed(text) {
 /** A sign that is told from the others without colour. */
 export const SIGNS = {
   good: "\u2713",
+  moving: "\u2197",
   "near-edge": "\u25e8",
   clipped: "\u2912",
   unresolved: "\u2225",
+  image: "\u21c4",
   gap: "\u2026",
   weak: "\u223f",
   "no-signal": "\u2205",
@@ -32,7 +34,7 @@ export const SIGNS = {
 /** How far a number may be trusted: use it, use it with care, do not. */
 export function rank(name) {
   if (["good", "none"].includes(name)) return name;
-  return ["near-edge", "clipped", "unresolved", "gap"].includes(name) ? "care" : "bad";
+  return ["moving", "near-edge", "clipped", "unresolved", "image", "gap"].includes(name) ? "care" : "bad";
 }
 
 /** The digits behind the point that steps such as 25, 2.5 or 0.05 need. */

@@ -10,9 +10,9 @@ pub use same_bits::Seen;
 use same_bits::{Random, fill, hashed};
 
 /// Blocks of each length in a round.
-const ROUND: [(usize, u32); 4] = [(512, 400), (1024, 300), (2048, 100), (4096, 50)];
+const ROUND: [(usize, u32); 3] = [(1024, 600), (2048, 100), (4096, 50)];
 
-/// Measures at least so many blocks, real ones and I/Q in turn, of 512 to 4096 samples.
+/// Measures at least so many blocks, real ones and I/Q in turn, of 1024 to 4096 samples.
 pub fn checksum(fixed: bool, blocks: u32) -> Seen {
     let mut seen = Seen { blocks: 0, checksum: 0xCBF2_9CE4_8422_2325, good: 0 };
     let mut random = Random(0x2545_F491_4F6C_DD1D);

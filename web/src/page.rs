@@ -73,7 +73,10 @@ impl Page {
 
     pub(crate) fn words(&mut self) {
         let mut text = Answer::NAMES.join(",");
-        for verdict in Verdict::ALL {
+        // The page finds them by their number.
+        let mut verdicts = Verdict::ALL;
+        verdicts.sort_by_key(|verdict| *verdict as u8);
+        for verdict in verdicts {
             text += &format!("\n{}\t{}", verdict.name(), verdict.reason());
         }
         self.text = text.into_bytes();

@@ -55,7 +55,7 @@ struct Bench<R: Record, const N: usize> {
 /// A station for these settings.
 ///
 /// # Errors
-/// A value cannot work, or the length is none of 512, 1024, 2048 and 4096: shorter ones would make the page larger.
+/// A value cannot work, or the length is none of 1024, 2048 and 4096: shorter ones would make the page larger.
 pub fn station(settings: &Settings) -> Result<Box<dyn Station>, ConfigError> {
     of_config(&settings.config(), settings.iq, settings.n, settings.full_scale())
 }
@@ -79,7 +79,6 @@ fn of_kind<R: Record>(
     full_scale: f64,
 ) -> Result<Box<dyn Station>, ConfigError> {
     match n {
-        512 => Bench::<R, 512>::boxed(config, full_scale),
         1024 => Bench::<R, 1024>::boxed(config, full_scale),
         2048 => Bench::<R, 2048>::boxed(config, full_scale),
         4096 => Bench::<R, 4096>::boxed(config, full_scale),

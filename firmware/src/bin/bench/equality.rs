@@ -52,11 +52,9 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let steps = self.compared.wrapping_mul(0x9E37_79B9) >> if R::IQ { 0 } else { 1 };
         let frequency = Frequency(I0F32::from_bits(steps as i32));
         let tone = Complex::new(700.0, -300.0);
-        let same = |f: fn(&[R::Sample], Codes, Frequency, Complex<f32>) -> Option<Unclipped>| {
-            let free = f(samples, codes, frequency, tone);
-            free.map(|free| [free.noise, free.offset, free.information].map(f32::to_bits))
-        };
-        same(Unclipped::of::<R>) == same(Unclipped::of_portably::<R>)
+        let bits = |free: Unclipped| [free.noise, free.offset, free.information].map(f32::to_bits);
+        let kernel = Unclipped::of::<R>(samples, codes, frequency, tone);
+        kernel.map(bits) == Unclipped::of_portably::<R>(samples, codes, frequency, tone).map(bits)
     }
 
     /// Some part of a band, another one at each block.

@@ -40,8 +40,6 @@ macro_rules! turn {
     };
 }
 
-pub(super) use turn;
-
 /// A radix-4 pass over sub-transforms with legs of `leg` bytes. The outer loop takes one factor
 /// after the other, the inner loop all blocks.
 ///
