@@ -40,9 +40,7 @@ macro_rules! by_length {
 }
 
 /// An engine. `points` are the N points of an I/Q record of N samples, which are its bins, or the
-/// N/2 points of a real record, from which its bins are read. The noise estimate relies on two
-/// properties of the points. White noise is independent from point to point and has a bin's power
-/// in each. A tone shows only at its bin and at the mirror of that bin, N/2 minus it.
+/// N/2 points of a real record, from which its bins are read.
 pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// The type of a stored part.
     type Part: Part;
@@ -93,15 +91,6 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         _bins: RangeInclusive<usize>,
     ) -> Option<Scan> {
         None
-    }
-
-    /// The sum of the powers of half the second difference of the points, in units of bins, at the
-    /// second point and every `stride`-th one after it.
-    fn bend(points: &[[Self::Part; 2]], stride: usize) -> u64;
-
-    /// [`Engine::bend`] by its definition in portable code.
-    fn bend_portably(points: &[[Self::Part; 2]], stride: usize) -> u64 {
-        Self::bend(points, stride)
     }
 }
 
@@ -181,14 +170,6 @@ impl Engine for I32 {
             scan.beside(REACH, points, power)
         })
     }
-
-    fn bend(points: &[Point], stride: usize) -> u64 {
-        fft::bend(points, stride)
-    }
-
-    fn bend_portably(points: &[Point], stride: usize) -> u64 {
-        integer::bend(points, stride)
-    }
 }
 
 /// Half the memory: 16-bit block floating point, see [`q15`].
@@ -252,17 +233,6 @@ impl Engine for Q15 {
             scan.beside(REACH, points, q15_bins::wide_power)
         })
     }
-
-    fn bend(points: &[Pair], stride: usize) -> u64 {
-        #[cfg(dsp)]
-        return fft::kernel_q15::bend(points, stride);
-        #[cfg(not(dsp))]
-        Self::bend_portably(points, stride)
-    }
-
-    fn bend_portably(points: &[Pair], stride: usize) -> u64 {
-        q15_bins::bend(points, stride)
-    }
 }
 
 /// Floats, by the crate microfft, for a core with an FPU: see [`float`].
@@ -309,9 +279,5 @@ impl Engine for F32 {
         // All bins are stored as they are, except bins 0 and N/2 of a real record.
         let stored = R::IQ || first > 0;
         Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole))
-    }
-
-    fn bend(points: &[float::Float], stride: usize) -> u64 {
-        float::bend(points, stride)
     }
 }

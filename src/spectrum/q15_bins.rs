@@ -1,5 +1,5 @@
-//! Bins of the 16-bit engine (see [`super::fft::q15`]): single bins, the search over all of them
-//! and the bend.
+//! Bins of the 16-bit engine (see [`super::fft::q15`]): single bins and the search over all of
+//! them.
 
 use super::fft::integer::{Pair, Point, split_pair};
 use super::fft::q15::FRACTION;
@@ -133,26 +133,4 @@ pub fn over(bins: &[Pair], first: usize) -> Scan {
         scan.see(k, u64::from(power(bin) as u32));
     }
     Scan { power: scan.power << SQUARES, total: scan.total << SQUARES, ..scan }
-}
-
-/// The sum of the powers of half the second difference, at the second point and every `stride`-th
-/// one after it, as in `fft::integer::bend`. A difference beyond 16 bits saturates; only a line
-/// makes one.
-pub fn bend(points: &[Pair], stride: usize) -> u64 {
-    let (mut sum, mut rest) = (0u64, points);
-    while let Some(&[left, centre, right]) = rest.first_chunk() {
-        let bent = |left: i16, centre: i16, right: i16| {
-            left.saturating_sub(centre).saturating_add(right.saturating_sub(centre))
-        };
-        let bent = [bent(left[0], centre[0], right[0]), bent(left[1], centre[1], right[1])];
-        sum = sum.wrapping_add(u64::from(power(bent) as u32));
-        rest = rest.get(stride.max(1)..).unwrap_or(&[]);
-    }
-    halved(sum)
-}
-
-/// Converts a sum of powers of differences of stored points to powers of half the differences in
-/// units of bins.
-pub(super) const fn halved(sum: u64) -> u64 {
-    sum << (SQUARES - 2)
 }

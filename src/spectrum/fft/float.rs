@@ -29,7 +29,6 @@
 use super::integer::{Pair, Point};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
-use crate::math::products::power;
 use microfft::Complex32;
 
 /// A complex value, real part first, in units of bins.
@@ -103,17 +102,4 @@ pub fn bin<R: Record>(points: &[Float], k: usize) -> Point {
 #[inline(always)]
 pub fn whole(point: Float) -> Point {
     point.map(|part| part as i32)
-}
-
-/// The sum of the powers of half the second difference, at the second point and every `stride`-th
-/// one after it, as in [`super::integer`].
-pub fn bend(points: &[Float], stride: usize) -> u64 {
-    let half = |left: f32, centre: f32, right: f32| (0.5 * (left + right) - centre) as i32;
-    let (mut sum, mut rest) = (0u64, points);
-    while let Some(&[left, centre, right]) = rest.first_chunk() {
-        let bent = [half(left[0], centre[0], right[0]), half(left[1], centre[1], right[1])];
-        sum = sum.wrapping_add(power(bent));
-        rest = rest.get(stride.max(1)..).unwrap_or(&[]);
-    }
-    sum
 }

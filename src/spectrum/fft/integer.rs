@@ -31,7 +31,6 @@
 //! full-scale line and for one at -40 dBFS.
 
 use super::twiddle::{self, Fine, FineTriple, Packed, Triple};
-use crate::math::products::power;
 use core::mem::MaybeUninit;
 
 /// A complex value, real part first.
@@ -282,24 +281,6 @@ pub(crate) fn filled(
     let written = places.get(..count).unwrap_or_default();
     // SAFETY: this many places were written.
     unsafe { written.assume_init_ref() }
-}
-
-/// The sum of the powers of half the second difference, `Z[k-1]/2 - Z[k] + Z[k+1]/2`, at the second
-/// point and every `stride`-th one after it.
-///
-/// The difference is a bin under Hann's window, so it fits in 32 bits as the bins do, and the sum
-/// in 63.
-pub(crate) fn bend(points: &[Point], stride: usize) -> u64 {
-    let half = |left: i32, centre: i32, right: i32| {
-        (left >> 1).wrapping_sub(centre).wrapping_add(right >> 1)
-    };
-    let (mut sum, mut rest) = (0u64, points);
-    while let Some(&[left, centre, right]) = rest.first_chunk() {
-        let bent = [half(left[0], centre[0], right[0]), half(left[1], centre[1], right[1])];
-        sum = sum.wrapping_add(power(bent));
-        rest = rest.get(stride.max(1)..).unwrap_or(&[]);
-    }
-    sum
 }
 
 /// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.

@@ -28,5 +28,4 @@ use kernel_dsp as engine;
 #[cfg(short_products)]
 use kernel_thumb1 as engine;
 
-pub(crate) use engine::bend;
 pub(super) use engine::{transform, window};

@@ -1,4 +1,4 @@
-//! The loops that read a real record's points: the search, the noise and the bins around a peak.
+//! The loops that read a real record's points: the search and the bins around a peak.
 
 use super::{Packed, Point};
 use crate::spectrum::fft::assembly::kernel;
@@ -119,34 +119,6 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "movlo r9, #0",
         "strd r8, r9, [sp, #16]",
         "b 3b",
-    )
-}
-
-/// Sums the powers of half the second difference at every `stride`-th byte from `from` to before
-/// `to`.
-///
-/// # Safety
-/// Each place must start three points, and there must be at least one place.
-#[unsafe(naked)]
-pub(super) unsafe extern "C" fn bends(from: *const Point, to: *const Point, stride: usize) -> u64 {
-    kernel!(
-        "push {{r4-r10, lr}}",
-        "mov r3, #0",
-        "mov r12, #0",
-        "2:",
-        "ldm r0, {{r4-r9}}",
-        "add r0, r0, r2",
-        "rsb r4, r6, r4, asr #1",
-        "add r4, r4, r8, asr #1",
-        "rsb r5, r7, r5, asr #1",
-        "add r5, r5, r9, asr #1",
-        "smlal r3, r12, r4, r4",
-        "smlal r3, r12, r5, r5",
-        "cmp r0, r1",
-        "blo 2b",
-        "mov r0, r3",
-        "mov r1, r12",
-        "pop {{r4-r10, pc}}",
     )
 }
 

@@ -20,7 +20,7 @@ use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
-use bins::{Seen, bends, pairs_outwards, span_above, span_below};
+use bins::{Seen, pairs_outwards, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
@@ -180,16 +180,6 @@ pub fn window<'a>(
         }
         places.assume_init_ref()
     }
-}
-
-/// As [`integer::bend`].
-pub fn bend(points: &[Point], stride: usize) -> u64 {
-    if points.len() < 3 {
-        return 0;
-    }
-    let range = points.as_ptr_range();
-    // SAFETY: three points start at each `stride`-th place up to two before the end.
-    unsafe { bends(range.start, range.end.sub(2), stride.max(1) * size_of::<Point>()) }
 }
 
 /// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.

@@ -44,7 +44,7 @@ mod first;
 mod passes;
 mod search;
 
-pub use search::{bend, scan};
+pub use search::scan;
 
 use super::integer::Pair;
 use super::q15;

@@ -1,4 +1,4 @@
-//! The search and the bend.
+//! The search.
 
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
@@ -25,18 +25,6 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     }
     let bin = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Pair>();
     q15_bins::scanned(bin, seen.best, seen.total)
-}
-
-/// As [`q15_bins::bend`].
-pub fn bend(points: &[Pair], stride: usize) -> u64 {
-    let (count, stride) = (points.len().saturating_sub(2), stride.max(1));
-    if count == 0 || !points.as_ptr().cast::<u32>().is_aligned() {
-        return q15_bins::bend(points, stride);
-    }
-    let range = points.as_ptr_range();
-    // SAFETY: three aligned points start at each `stride`-th place up to two before the end.
-    let sum = unsafe { bends(range.start, range.end.sub(2), stride * size_of::<Pair>()) };
-    q15_bins::halved(sum)
 }
 
 /// The state of the search, as [`pairs_outwards`] keeps it.
@@ -179,30 +167,5 @@ unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i
         "mov r0, r12",
         "pop {{r4, pc}}",
         sparse = const SPARSE,
-    )
-}
-
-/// Sums the powers of the second difference at every `stride`-th byte from `from` to before `to`.
-///
-/// # Safety
-/// Each place must start three aligned points, and there must be at least one place.
-#[unsafe(naked)]
-unsafe extern "C" fn bends(from: *const Pair, to: *const Pair, stride: usize) -> u64 {
-    kernel!(
-        "push {{r4-r6, lr}}",
-        "mov r3, #0",
-        "mov r12, #0",
-        "2:",
-        "ldm r0, {{r4, r5, r6}}",
-        "add r0, r0, r2",
-        "qsub16 r4, r4, r5",
-        "qsub16 r6, r6, r5",
-        "qadd16 r4, r4, r6",
-        "smlald r3, r12, r4, r4",
-        "cmp r0, r1",
-        "blo 2b",
-        "mov r0, r3",
-        "mov r1, r12",
-        "pop {{r4-r6, pc}}",
     )
 }

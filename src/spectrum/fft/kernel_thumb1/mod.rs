@@ -33,7 +33,7 @@ use super::integer::{self, Factors, Pair, Point, Scale, split_pair};
 use super::twiddle::{Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{SPARSE, Scan, worth};
-use bins::{Outwards, bends, pairs_outwards};
+use bins::{Outwards, pairs_outwards};
 use first::eights;
 use passes::pass;
 
@@ -140,14 +140,4 @@ fn sure<const M: usize>(points: &[Point; M]) -> u64 {
     }
     let part = (most - (most >> 12)).saturating_sub(6);
     power([part as i32, 0]) >> 1
-}
-
-/// As [`integer::bend`].
-pub fn bend(points: &[Point], stride: usize) -> u64 {
-    if points.len() < 3 {
-        return 0;
-    }
-    let range = points.as_ptr_range();
-    // SAFETY: three points start at each `stride`-th place up to two before the end.
-    unsafe { bends(range.start, range.end.wrapping_sub(2), stride.max(1) * size_of::<Point>()) }
 }
