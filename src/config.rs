@@ -96,7 +96,7 @@ pub struct Following {
     pub rate_bins: f32,
     /// The most tones followed at once: 0 to 4; 0 follows none.
     pub most: u8,
-    /// Locked tracking (see [`crate::estimate::locked`]): one block in `refresh` is searched whole,
+    /// Locked tracking (see [`crate::estimate::zoomed`]): one block in `refresh` is searched whole,
     /// and the others are measured only where the tone is expected. With 0 or 1, or with more than
     /// one tone to follow, every block is searched.
     pub refresh: u8,

@@ -1,8 +1,8 @@
 //! The locked way on noisy 12-bit records: its error over the bound, and whether it knows.
 
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::locked::{self, Place};
 use picket::estimate::uncertainty::bound_bins;
+use picket::estimate::zoomed::{self, Place};
 use picket::spectrum::zoom::Oscillator;
 use picket_host::simulate::{Kind, Signal, generator};
 use rand::RngExt;
@@ -23,7 +23,7 @@ fn cell<R: Kind + Record, const N: usize>(
 ) -> [f64; 2] {
     let amplitude = 2040.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma());
     let middle = centre;
-    let centre = locked::centre::<R>(centre as f32, N).unwrap();
+    let centre = zoomed::centre::<R>(centre as f32, N).unwrap();
     let oscillator = Oscillator::new::<R>(centre, N);
     let place = Place::new(centre, N);
     let sums: Vec<[f64; 2]> = (0..TRIALS)

@@ -77,6 +77,32 @@ impl Codes {
     }
 }
 
+/// The codes strictly between two others.
+#[derive(Clone, Copy)]
+pub(crate) struct Between {
+    first: i32,
+    count: u32,
+}
+
+impl Between {
+    pub fn of((low, high): (i16, i16)) -> Self {
+        let first = i32::from(low) + 1;
+        Self { first, count: (i32::from(high) - first).max(0) as u32 }
+    }
+
+    /// The first and the last of them.
+    #[cfg(dsp)]
+    pub const fn ends(self) -> [i16; 2] {
+        let last = self.first.wrapping_add(self.count as i32).wrapping_sub(1);
+        [self.first as i16, last as i16]
+    }
+
+    #[inline(always)]
+    pub fn holds(self, x: i16) -> bool {
+        (i32::from(x).wrapping_sub(self.first) as u32) < self.count
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -265,9 +265,7 @@ impl<D: Dma> Filler<'_, D> {
     /// Starts the chain anew without a fault, as after a pause. The blocks that passed are counted
     /// as broken, and the next one follows a gap.
     pub fn restart(&mut self) {
-        let passed = self.dma.restart();
-        count(&mut self.counters.broken, passed);
-        self.lose(passed);
+        self.restart_after(0);
     }
 
     /// The controller, for what else a board does with it, such as starting the next block.
@@ -284,7 +282,12 @@ impl<D: Dma> Filler<'_, D> {
     fn recover(&mut self, status: Status) {
         count(&mut self.counters.dma_errors, status.dma_error.into());
         count(&mut self.counters.adc_overruns, status.adc_overrun.into());
-        let broken = status.completed.saturating_add(self.dma.restart());
+        self.restart_after(status.completed);
+    }
+
+    /// Starts the chain anew. The `completed` blocks and those that passed count as broken.
+    fn restart_after(&mut self, completed: u32) {
+        let broken = completed.saturating_add(self.dma.restart());
         count(&mut self.counters.broken, broken);
         self.lose(broken);
     }

@@ -1,6 +1,6 @@
 //! What the converter delivers: records and the blocks that carry them.
 
-use super::codes::Codes;
+use super::codes::{Between, Codes};
 use num_complex::Complex;
 
 mod sealed {
@@ -192,19 +192,17 @@ impl Statistics {
     /// samples at a time, some two instructions each, and a second pass if real samples touch a
     /// rail.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
-        let (low, high) = codes.rails();
         // The loop loads several words at once. They must be aligned, or the core faults.
         #[cfg(dsp)]
         if samples.as_ptr().cast::<u32>().is_aligned() {
+            let (low, high) = codes.rails();
             let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
             if !R::IQ || parts == 0 {
                 return parts;
             }
         }
-        // Codes strictly between the rails, shifted to start at 0, are below their count.
-        let between = (high as u16).wrapping_sub(low as u16).wrapping_sub(1);
-        let inside = |part: i16| (part as u16).wrapping_sub(low as u16).wrapping_sub(1) < between;
-        let touches = |[i, q]: [i16; 2]| !inside(i) || (R::IQ && !inside(q));
+        let inside = Between::of(codes.rails());
+        let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
         samples.iter().fold(0, |count, &sample| count + u32::from(touches(R::parts(sample))))
     }
 

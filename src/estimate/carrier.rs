@@ -1,7 +1,7 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
 
 use super::noise::whole_fixed::Turn;
-use super::returns::Between;
+use crate::acquire::codes::Between;
 use num_complex::Complex;
 
 /// Samples of a block, at most: a 32nd of a record of 4096.

@@ -2,7 +2,7 @@
 //! the portable definition bit for bit, on every input; the tests on emulated cores drive both.
 
 use super::carrier::Loop;
-use super::returns::Between;
+use crate::acquire::codes::Between;
 use crate::spectrum::fft::assembly::kernel;
 
 /// What the loop reads besides the samples.

@@ -2,10 +2,10 @@
 
 use super::detection::HOLD;
 use super::frequency::Frequency;
-use super::locked::{self, Found, Place};
 use super::tone::Tone;
 use super::uncertainty::CLIPPED;
-use super::{locked::noise, noise::ratio};
+use super::zoomed::{self, Found, Place};
+use super::{noise::ratio, zoomed::noise};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::zoom::Oscillator;
@@ -43,9 +43,9 @@ pub struct Lock {
 
 impl Lock {
     /// A lock on a tone that a whole search found; `None` where there is no place for one (see
-    /// [`locked::centre`]) or its noise is not known.
+    /// [`zoomed::centre`]) or its noise is not known.
     pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
-        let centre = locked::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
+        let centre = zoomed::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
         let (noise, power) = strength::<R>(tone)?;
         Some(Self {
             oscillator: Oscillator::new::<R>(centre, n),
@@ -73,7 +73,7 @@ impl Lock {
     ) -> Option<Tone> {
         let bins = expected * N as f32;
         if !self.place.reaches(bins) {
-            let centre = locked::centre::<R>(bins, N)?;
+            let centre = zoomed::centre::<R>(bins, N)?;
             self.oscillator = Oscillator::new::<R>(centre, N);
             self.place = Place::new(centre, N);
         }

@@ -8,21 +8,23 @@ mod carrier;
 mod carrier_dsp;
 pub mod detection;
 pub mod frequency;
+mod image;
 pub mod judge;
+pub mod lag;
 pub mod least_squares;
 pub mod lock;
-pub mod locked;
 pub mod measure;
 pub mod method;
 pub mod methods;
 pub mod noise;
-pub mod returns;
+mod part;
 pub mod samples;
 pub mod several;
 pub mod snr;
 pub mod tone;
 pub mod uncertainty;
 pub mod unclipped;
+pub mod zoomed;
 
 /// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.
 pub(crate) fn within<T: crate::math::scalar::Scalar>(x: T, limit: T) -> T {

@@ -13,7 +13,7 @@
 //! offset or of the share that is missing. A quadrature part is a real record of its own, a quarter turn behind.
 //!
 //! Noise decides about samples near a rail: those that it leaves between the rails lean away from them. So a sample counts
-//! only if the one a [`Return`] on, whose noise is another, is further from the rails than noise goes.
+//! only if the one a [`Lag`] on, whose noise is another, is further from the rails than noise goes.
 //!
 //! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's phase starts anew in
 //! each, so one table of cosines and sines serves them all, and a block's sums are turned by its first phase. Where no
@@ -22,12 +22,13 @@
 
 use super::carrier::{Carrier, LONGEST, Turned, advanced};
 use super::frequency::Frequency;
+use super::lag::Lag;
 use super::least_squares::Fit;
 use super::least_squares::fixed::quantised;
 use super::noise::whole_fixed::Turn;
-use super::returns::{Between, Part, Return};
+use super::part::Part;
 use super::within;
-use crate::acquire::codes::Codes;
+use crate::acquire::codes::{Between, Codes};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use num_complex::Complex;
@@ -60,7 +61,7 @@ impl Unclipped {
     /// Asks about a `tone` (its complex amplitude at the first sample) at a `frequency`, as found in the whole record; `None`
     /// where the rails leave too little.
     ///
-    /// Cost: one pass (I/Q: for each part), and that of [`Return`].
+    /// Cost: one pass (I/Q: for each part), and that of [`Lag`].
     pub fn of<R: Record>(
         samples: &[R::Sample],
         codes: Codes,
@@ -100,9 +101,9 @@ impl Unclipped {
         tone: Complex<f32>,
         portably: bool,
     ) -> Option<Self> {
-        let again = Return::of(frequency, part.length);
+        let again = Lag::of(frequency, part.length);
         let mut noise = again.noise(part, codes)?;
-        let search = Search { codes, lag: again.lag, frequency, noise, portably };
+        let search = Search { codes, lag: again.samples, frequency, noise, portably };
         let mut found = search.part(part, tone);
         if let Some(other) = part.second() {
             found = found.and(search.part(other, Complex::new(tone.im, -tone.re)));

@@ -31,46 +31,12 @@ const VERSION: u8 = 1;
 const WORDS: usize = 14;
 
 impl Status {
-    /// The status as a frame.
-    pub fn to_frame(&self) -> Vec<u8, WIRE> {
+    /// The words, in the order of the wire.
+    fn words(&mut self) -> [&mut u32; WORDS] {
+        let Self { counters, dropped, refused, load, stack, longest, peak } = self;
         let Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns } =
-            self.counters;
-        let words: [u32; WORDS] = [
-            blocks,
-            overruns,
-            missed,
-            late,
-            broken,
-            spurious,
-            dma_errors,
-            adc_overruns,
-            self.dropped,
-            self.refused,
-            self.load,
-            self.stack,
-            self.longest,
-            self.peak,
-        ];
-        let mut bytes = [0; 1 + 4 * WORDS];
-        let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION]);
-        for word in words {
-            writer.u32(word);
-        }
-        frame::encode(Kind::Status, &bytes).unwrap_or_default()
-    }
-
-    /// The status in a frame; `None` if the frame holds none. Bytes appended by a later version are
-    /// ignored.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
-        let (&VERSION, rest) = frame.payload.split_first()? else { return None };
-        if frame.kind != Kind::Status {
-            return None;
-        }
-        let (words, _) = rest.as_chunks();
-        let peak = words.get(WORDS - 1).copied().map_or(0, u32::from_le_bytes);
-        let words = words.first_chunk::<{ WORDS - 1 }>()?.map(u32::from_le_bytes);
-        let [
+            counters;
+        [
             blocks,
             overruns,
             missed,
@@ -84,10 +50,34 @@ impl Status {
             load,
             stack,
             longest,
-        ] = words;
-        let counters =
-            Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
-        Some(Self { counters, dropped, refused, load, stack, longest, peak })
+            peak,
+        ]
+    }
+
+    /// The status as a frame.
+    pub fn to_frame(&self) -> Vec<u8, WIRE> {
+        let mut bytes = [0; 1 + 4 * WORDS];
+        let mut writer = Writer::new(&mut bytes);
+        writer.put([VERSION]);
+        for word in { *self }.words() {
+            writer.u32(*word);
+        }
+        frame::encode(Kind::Status, &bytes).unwrap_or_default()
+    }
+
+    /// The status in a frame; `None` if the frame holds none. Bytes appended by a later version are
+    /// ignored.
+    pub fn of_frame(frame: &Frame) -> Option<Self> {
+        let (&VERSION, rest) = frame.payload.split_first()? else { return None };
+        let (words, _) = rest.as_chunks();
+        if frame.kind != Kind::Status || words.len() < WORDS - 1 {
+            return None;
+        }
+        let mut status = Self::default();
+        for (place, &word) in status.words().into_iter().zip(words) {
+            *place = u32::from_le_bytes(word);
+        }
+        Some(status)
     }
 }
 

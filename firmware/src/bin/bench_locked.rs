@@ -10,8 +10,8 @@ use cortex_m_rt::entry;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp, Statistics};
 use picket::estimate::lock::Lock;
-use picket::estimate::locked::{self, Place};
 use picket::estimate::tone::Tone;
+use picket::estimate::zoomed::{self, Place};
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
 use picket::spectrum::fft::twiddle::MAX_LENGTH;
@@ -120,7 +120,7 @@ impl Equality {
 fn stages(tone: &Tone, samples: &[i16; N]) {
     let expected = tone.frequency.cycles() as f32;
     let bins = expected * N as f32;
-    let Some(centre) = locked::centre::<Real>(bins, N) else { return };
+    let Some(centre) = zoomed::centre::<Real>(bins, N) else { return };
     let (oscillator, place) = (Oscillator::new::<Real>(centre, N), Place::new(centre, N));
     let zoom = count("zoom", || oscillator.zoom::<Real, N>(samples));
     count("fit", || place.fit::<Real>(&zoom, bins - centre as f32));

@@ -47,6 +47,8 @@ pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     /// The longest measurement since the last status, ticks.
     longest: u32,
     stack: Stack,
+    /// The duration of a block with its guard, ticks.
+    block: u64,
     /// The ticks at the last look, and since the last progress.
     seen: u32,
     idle: u64,
@@ -79,6 +81,12 @@ fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     board.plan(settings)
 }
 
+/// The duration of a block with its guard, ticks.
+fn block_ticks<const N: usize>(plan: &Plan<N>, ticks_hz: u32) -> u64 {
+    let seconds = f64::from(plan.length) / plan.settings.config.rate_hz;
+    (seconds * f64::from(ticks_hz)) as u64
+}
+
 impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT> {
     /// Takes the instrument from reset to its loop, with the image's [`meters`](crate::meters).
     /// `None` only at the second call.
@@ -106,6 +114,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
         boot.measuring = blocks.is_some();
         let since = board.ticks();
+        let block = block_ticks(&plan, board.ticks_hz());
         let mut instrument = Self {
             board,
             plan,
@@ -123,6 +132,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             asleep: 0,
             longest: 0,
             stack: Stack::unknown(),
+            block,
             seen: since,
             idle: 0,
         };
@@ -170,14 +180,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             self.idle = 0;
         }
         let second = u64::from(self.board.ticks_hz());
-        self.idle <= second.saturating_add(self.block_ticks().saturating_mul(2))
-    }
-
-    /// The duration of a block with its guard, ticks.
-    fn block_ticks(&self) -> u64 {
-        let Plan { length, settings, .. } = &self.plan;
-        let seconds = f64::from(*length) / settings.config.rate_hz;
-        (seconds * f64::from(self.board.ticks_hz())) as u64
+        self.idle <= second.saturating_add(self.block.saturating_mul(2))
     }
 
     /// Measures a block, if one waits. Returns whether it did.
@@ -256,8 +259,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             load: (awake * 1000 / u64::from(passed)) as u32,
             stack: self.stack.high_water(),
             longest: self.longest,
-            peak: (u64::from(self.longest) * 1000).checked_div(self.block_ticks()).unwrap_or(0)
-                as u32,
+            peak: (u64::from(self.longest) * 1000).checked_div(self.block).unwrap_or(0) as u32,
         };
         (self.since, self.asleep, self.longest) = (now, 0, 0);
         self.send(&status.to_frame());

@@ -3,6 +3,7 @@
 //! - [`ring`]: beside the tone, in records that are long enough for that.
 //! - [`whole`], [`whole_fixed`]: in bins all over the spectrum, for shorter records.
 
+mod own;
 pub mod ring;
 pub mod whole;
 pub mod whole_fixed;

@@ -49,7 +49,7 @@ pub fn power<T: Scalar, R: Record, const N: usize, const BINS: usize>(
     (residual / weight / n * unit * unit).max(T::of(ROUNDING * parts))
 }
 
-/// Every how manieth bin the estimate reads: a power of two.
+/// The stride between bins that the estimate reads: a power of two.
 pub(crate) const fn stride<R: Record, const N: usize, const BINS: usize>() -> usize {
     let (bins, wanted) = (if R::IQ { N } else { N / 2 }, BINS.saturating_add(1));
     let mut stride = 1;

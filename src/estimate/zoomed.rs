@@ -268,7 +268,7 @@ impl Place {
             *z = Complex::new(re, im) * turn;
             k = k.wrapping_add(1);
         }
-        // What is before the first is as little there as what is after the last.
+        // A bin before the first one wraps to a large index, so both ends are outside.
         let blind = self.blind.wrapping_sub(first) as usize;
         if let (Some(z), Some(but_one)) = (cells.z.get_mut(blind), BUT_ONE.get(blind)) {
             *z = Complex::new(0.0, 0.0);

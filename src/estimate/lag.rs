@@ -13,10 +13,10 @@
 use super::frequency::Frequency;
 use super::least_squares::fixed::product;
 use super::noise::ROUNDING;
-use crate::acquire::codes::Codes;
-use crate::acquire::sample::Record;
+use super::part::Part;
+use crate::acquire::codes::{Between, Codes};
 
-/// The longest lag. Of so many, one leaves less than a 256th of a turn.
+/// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn (Dirichlet).
 const LONGEST: usize = 256;
 
 /// Terms are taken in groups, each of successive samples: a tone near a simple fraction of the rate has only a few
@@ -29,16 +29,16 @@ const FEWEST: i32 = 8;
 
 /// A lag after which a tone returns to its phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Return {
-    /// In samples, at least 1 and at most a third of the record.
-    pub lag: usize,
+pub struct Lag {
+    /// The lag in samples, at least 1 and at most a third of the record.
+    pub samples: usize,
     /// `2 - 2 cos(2 pi rest)`.
     bend: f32,
 }
 
-impl Return {
-    /// The lag that leaves the least rest, for a record of `samples`: the last denominator of the frequency's
-    /// continued fraction that is short enough. Cost: a division for each, at most a dozen.
+impl Lag {
+    /// The lag that leaves the least rest in a record of `samples` samples. It is the last denominator of
+    /// the frequency's continued fraction that is short enough. Cost: a division for each, at most a dozen.
     pub fn of(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.
@@ -55,7 +55,7 @@ impl Return {
         let angle = least as f32 * (core::f32::consts::PI / 4_294_967_296.0);
         // 4 sin^2 of the angle, which is below a sixtieth but for records of less than 512 samples.
         let bend = 4.0 * angle * angle;
-        Self { lag: best as usize, bend }
+        Self { samples: best as usize, bend }
     }
 
     /// The noise power of a part, in squared codes; `None` where the rails leave too little. Not below the rounding of the
@@ -83,13 +83,13 @@ impl Return {
     #[inline(always)]
     fn terms<const STRIDE: usize>(self, part: Part, inside: Between) -> Terms {
         let bend = (self.bend * (1u32 << 18) as f32) as i32;
-        let apart = (part.length.saturating_sub(2 * self.lag) / GROUPS).max(GROUP);
+        let apart = (part.length.saturating_sub(2 * self.samples) / GROUPS).max(GROUP);
         let mut terms = Terms { sum: 0, power: 0, count: 0 };
         for n in (0..GROUPS).map(|group| group * apart) {
-            let [first, second, third] =
-                [0, 1, 2].map(|lags| part.from(n + lags * self.lag).as_chunks::<STRIDE>().0.iter());
+            let [first, second, third] = [0, 1, 2]
+                .map(|lags| part.from(n + lags * self.samples).as_chunks::<STRIDE>().0.iter());
             for ((a, b), c) in first.zip(second).zip(third).take(GROUP) {
-                let [a, b, c] = [a, b, c].map(|sample| sample.get(part.which).copied());
+                let [a, b, c] = [a, b, c].map(|sample| sample.get(part.which()).copied());
                 let (Some(a), Some(b), Some(c)) = (a, b, c) else { break };
                 if inside.holds(a) && inside.holds(b) && inside.holds(c) {
                     let [a, b, c] = [a, b, c].map(i32::from);
@@ -112,73 +112,6 @@ struct Terms {
     count: i32,
 }
 
-/// Numbers between two others, without them.
-#[derive(Clone, Copy)]
-pub(super) struct Between {
-    first: i32,
-    count: u32,
-}
-
-impl Between {
-    pub fn of((low, high): (i16, i16)) -> Self {
-        let first = i32::from(low) + 1;
-        Self { first, count: (i32::from(high) - first).max(0) as u32 }
-    }
-
-    /// The first and the last of them.
-    #[cfg(dsp)]
-    pub const fn ends(self) -> [i16; 2] {
-        let last = self.first.wrapping_add(self.count as i32).wrapping_sub(1);
-        [self.first as i16, last as i16]
-    }
-
-    #[inline(always)]
-    pub fn holds(self, x: i16) -> bool {
-        (i32::from(x).wrapping_sub(self.first) as u32) < self.count
-    }
-}
-
-/// One part of a record's samples: of real ones the only one. Not generic, so that programs have the loops once.
-#[derive(Clone, Copy)]
-pub(super) struct Part<'a> {
-    numbers: &'a [i16],
-    /// How many parts there are.
-    parts: usize,
-    which: usize,
-    /// In samples.
-    pub length: usize,
-}
-
-impl<'a> Part<'a> {
-    /// The first part of a record.
-    pub fn first<R: Record>(samples: &'a [R::Sample]) -> Self {
-        let numbers = R::pairs(samples).as_flattened();
-        let parts = if R::IQ { 2 } else { 1 };
-        Self { numbers, parts, which: 0, length: samples.len() }
-    }
-
-    /// The other part, if there are two.
-    pub fn second(self) -> Option<Self> {
-        (self.parts > 1).then_some(Self { which: 1, ..self })
-    }
-
-    /// The numbers from sample `n` on, with those of the other part between them.
-    #[inline(always)]
-    pub fn from(&self, n: usize) -> &'a [i16] {
-        self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default()
-    }
-
-    /// How many numbers there are from one sample to the next: 1 or 2.
-    pub const fn stride(&self) -> usize {
-        self.parts
-    }
-
-    /// Which of a sample's numbers is this part's.
-    pub const fn which(&self) -> usize {
-        self.which
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -194,10 +127,10 @@ mod tests {
                 let denominator = 2 + u64::from(round % 40);
                 let simple = ((u64::from(step) % denominator) << 32) / denominator;
                 for bits in [step as i32, (step >> 20) as i32, simple as u32 as i32, i32::MIN] {
-                    let found = Return::of(Frequency(I0F32::from_bits(bits)), samples);
+                    let found = Lag::of(Frequency(I0F32::from_bits(bits)), samples);
                     let rest = |lag: usize| bits.wrapping_mul(lag as i32).unsigned_abs();
                     let least = (1..=(samples / 3).min(LONGEST)).min_by_key(|&lag| rest(lag));
-                    assert_eq!(Some(rest(found.lag)), least.map(rest), "{bits} {samples}");
+                    assert_eq!(Some(rest(found.samples)), least.map(rest), "{bits} {samples}");
                 }
             }
         }

@@ -1,0 +1,59 @@
+//! The image of an I/Q tone at minus its frequency, which a front end makes whose Q is late, weak or dead.
+
+use super::detection::{Less, Threshold};
+use super::least_squares::{Fit, Model};
+use super::noise::Noise;
+use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use num_complex::Complex;
+
+/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
+/// is really there has at `peak` if Q is a sample late. That is the cotangent of half the angle from sample to sample, and so
+/// the less the nearer the tone is to half the rate.
+pub(super) fn mirrored<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+    noise: &Noise,
+) -> bool {
+    /// Half-way between two bins a line loses 3.9 dB.
+    const SCALLOPED: f32 = 0.4;
+    const SHARE: f32 = 0.01;
+    /// Nearer to DC the leakage of both is in the way.
+    const NEAREST: i32 = 2;
+    /// Leakage this far from DC is a tenth of that share.
+    const FAR: i32 = 16;
+    let n = N as i32;
+    let half = n / 2;
+    let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n).unwrap_or(0) - half).abs();
+    let near = from_dc.min(half - from_dc);
+    if near <= NEAREST {
+        return false;
+    }
+    // Near half the rate the cotangent is the angle that is left.
+    let angle = core::f32::consts::PI / N as f32 * (half - from_dc) as f32;
+    let late = 0.5 * angle * angle;
+    let unit = f32::two_to(spectrum.exponent());
+    let places = [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak));
+    let line = fit.line.norm_sqr() * SHARE.min(late) * SCALLOPED;
+    let most = places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
+    if near > FAR && (most as f32) * (unit * unit) < 0.5 * line {
+        return false;
+    }
+    let model = Model::new(fit, peak, n);
+    let power = |k: i32| {
+        let x = spectrum.bin(k);
+        (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+    };
+    let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
+    // Three bins of noise do so in a block of a million, or in one of a thousand where few tones are.
+    let chance = if late < SHARE {
+        const { Threshold::new(3, 1e-3) }
+    } else {
+        const { Threshold::new(3, 1e-6) }
+    };
+    other > line
+        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
+}
