@@ -2,7 +2,7 @@
 
 pub mod figures;
 
-use picket_host::toolchain::{Firmware, Profile, Target, prepare};
+use picket_host::toolchain::{Firmware, Profile, Target, ToolError, prepare};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, Once, PoisonError};
 
@@ -50,4 +50,25 @@ pub fn shared(name: &str) -> Option<PathBuf> {
         return None;
     }
     Some(path)
+}
+
+/// What a tool gave. What a machine without network or without a program cannot have is skipped, and the reason is printed; any
+/// other failure fails the test.
+pub fn had<T>(result: Result<T, ToolError>) -> Option<T> {
+    // The last one: a cargo that must not ask the registry.
+    const OFFLINE: [&str; 4] =
+        ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
+    match result {
+        Ok(had) => Some(had),
+        Err(ToolError::Build { output, .. }) if OFFLINE.iter().any(|why| output.contains(why)) => {
+            println!("skipped: the packages cannot be had: {output}");
+            None
+        }
+        Err(error @ ToolError::Missing { .. }) => {
+            println!("skipped: {error}");
+            None
+        }
+        Err(ToolError::Build { output, .. }) => panic!("{output}"),
+        Err(error) => panic!("{error}"),
+    }
 }

@@ -6,6 +6,7 @@
 mod same_bits;
 
 use host_tests::figures::Document;
+use host_tests::had;
 use object::{Object, ObjectSection, ObjectSymbol};
 use picket::{Arithmetic, Config, Verdict};
 use picket_host::console::Console;
@@ -30,24 +31,6 @@ const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
 const SKELETON: Dependent = Dependent { name: "skeleton", triple: "thumbv7m-none-eabi" };
 const WASM32: Dependent = Dependent { name: "wasm32", triple: "wasm32-unknown-unknown" };
-
-/// What could be had. What a machine without network cannot have is skipped, and said; anything else is a failure.
-fn had<T>(result: Result<T, ToolError>) -> Option<T> {
-    const OFFLINE: [&str; 4] =
-        ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
-    match result {
-        Ok(had) => Some(had),
-        Err(ToolError::Build { output, .. }) if OFFLINE.iter().any(|why| output.contains(why)) => {
-            println!("skipped: the packages cannot be had: {output}");
-            None
-        }
-        Err(error @ ToolError::Missing { .. }) => {
-            println!("skipped: {error}");
-            None
-        }
-        Err(error) => panic!("{error}\n{error:?}"),
-    }
-}
 
 /// An image that was linked.
 struct Image(Vec<u8>);

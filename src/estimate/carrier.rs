@@ -4,27 +4,27 @@ use super::noise::whole_fixed::Turn;
 use crate::acquire::codes::Between;
 use num_complex::Complex;
 
-/// Samples of a block, at most: a 32nd of a record of 4096.
+/// The most samples of a block: a 32nd of a record of 4096.
 pub(super) const LONGEST: usize = 128;
 
-/// A turn by another; the last two bits are lost.
+/// The product of two turns. It loses the last two bits.
 #[inline(always)]
 pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
     let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
     [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
 }
 
-/// Cosine and sine of a tone in a block that it enters with phase 0, in Q15.
+/// The cosine and sine of a tone in a block where its phase starts at 0, in Q15.
 #[repr(C)]
 pub(super) struct Carrier {
     cosines: [i16; LONGEST],
     sines: [i16; LONGEST],
     length: usize,
-    /// The sums of all.
+    /// The sums over all samples.
     whole: Tone,
 }
 
-/// Sums of a tone's cosine c and sine s over some samples; products are in Q30.
+/// Sums of a tone's cosine c and sine s over some samples. Products are in Q30.
 #[derive(Clone, Copy, Default)]
 #[repr(C)]
 pub(super) struct Tone {
@@ -56,8 +56,8 @@ impl Tone {
     }
 }
 
-/// What a loop over a block adds up: the samples that count with the tone, and the tone where none
-/// counts.
+/// The sums of a loop over a block: those of the samples that count, with the tone, and those of
+/// the tone alone over the samples that do not count.
 #[derive(Clone, Copy, Default)]
 #[repr(C)]
 pub(super) struct Loop {
@@ -92,8 +92,8 @@ impl Carrier {
         carrier
     }
 
-    /// The sums over the samples of a block that count: those inside the first bounds whose other is
-    /// inside the second.
+    /// The sums over the samples of a block that count. A sample counts if it is inside the first
+    /// bounds and its other sample is inside the second.
     #[inline(always)]
     pub fn sums(&self, samples: &[i16], others: &[i16], bounds: &[Between; 2]) -> Sums {
         #[cfg(dsp)]
@@ -109,7 +109,7 @@ impl Carrier {
         [&self.cosines, &self.sines].map(|part| part.get(..self.length).unwrap_or_default())
     }
 
-    /// [`Carrier::sums`] by its definition, for samples of `STRIDE` numbers of which one counts.
+    /// [`Carrier::sums`] by its definition, for samples of `STRIDE` numbers of which one is read.
     #[inline(never)] // its loop needs all registers
     pub fn sums_portably<const STRIDE: usize>(
         &self,
@@ -146,7 +146,7 @@ impl Sums {
     /// The sums for a tone that enters the block with this phase.
     pub fn turned(&self, phase: Complex<f32>) -> Turned {
         const UNIT: f32 = 1.0 / 32768.0;
-        // A sum of products in Q30, less the bits that a float does not hold.
+        // A sum of products in Q30, without the bits that a float cannot hold.
         let product = |sum: i64| (sum >> 7) as i32 as f32 * (128.0 * UNIT);
         let Tone { count, c, s, cc, cs } = self.tone;
         let half = 0.5 * count as f32;

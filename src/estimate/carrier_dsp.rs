@@ -5,11 +5,11 @@ use super::carrier::Loop;
 use crate::acquire::codes::Between;
 use crate::spectrum::fft::assembly::kernel;
 
-/// What the loop reads besides the samples.
+/// What the loop reads beside the samples.
 #[repr(C)]
 struct Constants {
-    /// The first and the last number of both bounds, each in both halves of a word: of the other
-    /// samples, then of the samples.
+    /// The first and the last number of both bounds, each in both halves of a word. The other
+    /// samples' bounds come first.
     bounds: [u32; 4],
     cosines: *const i16,
     /// From a cosine to its sine, bytes.
@@ -74,7 +74,7 @@ unsafe extern "C" fn pairs(
         "ldr r4, [r1], #4",
         "ldr r5, [r2], #4",
         "ldrd r6, r7, [sp]",
-        // A sign bit shows a half that is out of bounds.
+        // A set sign bit marks a half that is out of bounds.
         "qsub16 r6, r5, r6",
         "qsub16 r7, r7, r5",
         "orr r6, r6, r7",
@@ -101,7 +101,7 @@ unsafe extern "C" fn pairs(
         "str r0, [r1, #{y}]",
         "add sp, sp, #36",
         "pop {{r4-r11, pc}}",
-        // A pair of which at most one half counts: the other becomes 0, and its tone is added up.
+        // At most one half of this pair counts. The other becomes 0, and its tone is summed apart.
         "4:",
         "and r5, r5, #0x80008000",
         "lsr r8, r5, #15",

@@ -3,24 +3,25 @@
 use crate::spectrum::peak::Peak;
 use core::f32::consts::LN_2;
 
-/// The probability, for each block, that noise alone passes for a tone.
+/// The probability per block that noise alone passes for a tone.
 pub const FALSE_ALARM: f64 = 1e-6;
 
-/// The same for a place where a tone is known to be: it is lost rather late than early.
+/// The same at a place where a tone is known to be. It is larger, so that a weak tone is not lost
+/// early.
 pub const HOLD: f64 = 1e-2;
 
-/// Fewer bins than these, away from the peak, are no floor: they are the tone's own leakage.
+/// Fewer bins than these away from the peak are no floor: they hold the tone's own leakage.
 const FLOOR: u32 = 47;
 
-/// How much less evidence is asked for, as a power of two: tests that stand beside others need less.
+/// How far the required evidence is lowered, as a power of two. A test beside others needs less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Less {
-    /// All of it.
+    /// Not lowered.
     Nothing = 0,
-    /// A 32nd.
+    /// By a factor of 32.
     Some = 5,
-    /// A 1024th.
+    /// By a factor of 1024.
     Most = 10,
 }
 
@@ -39,16 +40,16 @@ impl Threshold {
     /// Everything passes.
     pub const ZERO: Self = Self { log: 0.0 };
 
-    /// For a search of `bins` bins and a false-alarm probability within 1e-30..=0.5 (a value beyond is
-    /// brought there).
+    /// For a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
     pub const fn new(bins: u32, false_alarm: f64) -> Self {
-        // `max` takes the number where the other is not one.
+        // `max` returns the number if the other is NaN.
         let pfa = false_alarm.max(1e-30).min(0.5);
         let bins = if bins == 0 { 1 } else { bins };
         Self { log: log(bins as f64 / pfa) as f32 }
     }
 
-    /// By how much a peak must exceed the mean of `floor_bins` other bins. Infinite without them.
+    /// The ratio by which a peak must exceed the mean of `floor_bins` other bins. It is infinite
+    /// without them.
     pub fn over(&self, floor_bins: u32) -> f32 {
         if floor_bins == 0 {
             return f32::INFINITY;
@@ -57,13 +58,14 @@ impl Threshold {
         m * raised(self.log / m)
     }
 
-    /// True when a peak of so many times the noise near it is a tone by far: no exponential is needed to tell.
+    /// True if a peak with this ratio to the noise near it is a tone by far, so that no
+    /// exponential is needed.
     pub fn is_far_above(&self, ratio: f32) -> bool {
         ratio > 4.0 * self.log
     }
 
-    /// True when a peak of so many times the noise near it is a tone; that noise is known as well as an average of `freedom` real
-    /// numbers. It asks for as much `less` evidence.
+    /// True if a peak with this ratio to the noise near it is a tone. The noise estimate averages
+    /// `freedom` real numbers. `less` lowers the required evidence.
     pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Less) -> bool {
         let m = freedom * 0.5;
         ratio > m * raised((self.log - less as u32 as f32 * LN_2).max(0.0) / m)
@@ -74,24 +76,26 @@ impl Threshold {
         peak.floor_bins >= FLOOR
     }
 
-    /// True when the peak is a tone. A floor of zero, as of a signal without any noise, detects.
+    /// True if the peak is a tone. A floor of zero, as of a signal without any noise, detects.
     ///
-    /// The floor includes the leakage of a strong tone: right for this decision, not for sigma.
+    /// The floor includes the leakage of a strong tone. That is right for this decision, but not
+    /// for sigma.
     ///
-    /// A band too narrow for a floor leaves it to [`Threshold::detects_beside`].
+    /// A band too narrow for a floor leaves the decision to [`Threshold::detects_beside`].
     pub fn detects(&self, peak: &Peak) -> bool {
         if !Self::has_floor(peak) {
             return true;
         }
         let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
         let power = peak.power[1] as f32 * bins;
-        // m (exp(L/m) - 1) is below L + L^2/m where L is not above m: most tones need no exponential.
+        // m (exp(L/m) - 1) is below L + L^2/m if L is not above m. So most tones need no
+        // exponential.
         self.log <= bins && power * bins > self.log * (bins + self.log) * floor
             || power > self.over(peak.floor_bins) * floor
     }
 }
 
-/// `exp(x) - 1` of a number that is not negative: for 0..=1/8 by the series, else by squaring.
+/// `exp(x) - 1` for x >= 0: by the series up to 1/8, by squaring above.
 fn raised(x: f32) -> f32 {
     let (mut small, mut squarings) = (x.min(100.0), 0);
     while small > 0.125 {
@@ -106,7 +110,7 @@ fn raised(x: f32) -> f32 {
     y
 }
 
-/// The natural logarithm of a positive, normal number, within 1e-9: the compiler can run it.
+/// The natural logarithm of a positive, normal number, within 1e-9. It can run at compile time.
 const fn log(x: f64) -> f64 {
     // x = 2^power m with m within 1..2; ln m = 2 artanh((m - 1)/(m + 1)), whose argument is below 1/3.
     let power = (x.to_bits() >> 52) as i32 - 1023;

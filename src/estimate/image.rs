@@ -1,4 +1,5 @@
-//! The image of an I/Q tone at minus its frequency, which a front end makes whose Q is late, weak or dead.
+//! The image of an I/Q tone at minus its frequency. A front end makes one if its Q is late, weak
+//! or dead.
 
 use super::detection::{Less, Threshold};
 use super::least_squares::{Fit, Model};
@@ -9,9 +10,10 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use num_complex::Complex;
 
-/// Whether an I/Q record has more of the tone at minus its frequency than a front end should: -20 dB, or half of what a tone that
-/// is really there has at `peak` if Q is a sample late. That is the cotangent of half the angle from sample to sample, and so
-/// the less the nearer the tone is to half the rate.
+/// Whether an I/Q record has a stronger line at minus the tone's frequency than a front end should
+/// make. The limit is -20 dB of the tone, or half of what a real tone at `peak` leaves if Q is a
+/// sample late, whichever is less. The latter is the cotangent of half the angle from sample to
+/// sample: the nearer the tone to half the rate, the smaller.
 pub(super) fn mirrored<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
@@ -21,9 +23,9 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     /// Half-way between two bins a line loses 3.9 dB.
     const SCALLOPED: f32 = 0.4;
     const SHARE: f32 = 0.01;
-    /// Nearer to DC the leakage of both is in the way.
+    /// Nearer to DC the two lines leak into each other.
     const NEAREST: i32 = 2;
-    /// Leakage this far from DC is a tenth of that share.
+    /// At this distance from DC leakage is a tenth of that share.
     const FAR: i32 = 16;
     let n = N as i32;
     let half = n / 2;
@@ -32,7 +34,7 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     if near <= NEAREST {
         return false;
     }
-    // Near half the rate the cotangent is the angle that is left.
+    // Near half the rate the cotangent is nearly the angle that is left.
     let angle = core::f32::consts::PI / N as f32 * (half - from_dc) as f32;
     let late = 0.5 * angle * angle;
     let unit = f32::two_to(spectrum.exponent());
@@ -48,7 +50,8 @@ pub(super) fn mirrored<R: Record, const N: usize>(
         (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
     };
     let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
-    // Three bins of noise do so in a block of a million, or in one of a thousand where few tones are.
+    // Three bins of noise exceed this in a block of a million, or of a thousand where tones are
+    // rare.
     let chance = if late < SHARE {
         const { Threshold::new(3, 1e-3) }
     } else {

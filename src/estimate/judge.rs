@@ -1,34 +1,38 @@
-//! Is a line one steady tone? What a fit leaves in its bins, against the noise beside them.
+//! Is a line one steady tone? The tests compare what a fit leaves in its bins with the noise
+//! beside them.
 //!
-//! Another tone, a jump of the phase or a sweep leaves power in the few bins nearest the peak, leakage of something far in all of
-//! them: so there are tests at several scales, and one of the five directions in which a tone's amplitude and frequency change
-//! over the record (see [`super::least_squares::Rest`]). Noise alone fires one of them in a block of a million.
+//! Another tone, a jump of the phase or a sweep leaves power in the few bins nearest the peak.
+//! Something far away leaks into all of them. So there are tests at several scales. One more test
+//! looks along the five directions in which a tone's amplitude and frequency change over the
+//! record (see [`super::least_squares::Rest`]). Noise alone fires one of the tests in a block of a
+//! million.
 //!
-//! What fires them is a tone that moves if those directions explain it, else several tones. Sigma is widened by what goes along with a
-//! wrong frequency, and a little before anything fires: what is suspicious need not be improbable.
+//! If those directions explain the power, the tone moves; otherwise there are several tones. Sigma
+//! grows with the error of the frequency that goes along with the power. It already grows a little
+//! before any test fires, because a disturbance can be suspicious without being improbable.
 
 use super::least_squares::Fit;
 use super::noise::ring::Beside;
 use super::tone::Rise;
 use crate::math::scalar::Scalar as _;
 
-/// What a line is, by its rest.
+/// What a line is, judged by its residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Line {
-    /// One tone, as far as can be seen.
+    /// One tone, as far as the bins show.
     Steady,
     /// One tone whose frequency or level changes.
     Moving,
-    /// More than that.
+    /// More than one tone.
     Unresolved,
 }
 
-/// What the tests say.
+/// The result of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
     /// What the line is.
     pub line: Line,
-    /// By how many times the variance is more than the noise beside the tone makes it.
+    /// The factor by which the variance exceeds what the noise beside the tone causes.
     pub widening: f32,
 }
 
@@ -37,57 +41,64 @@ impl Judgement {
     pub const STEADY: Self = Self { line: Line::Steady, widening: 1.0 };
 }
 
-/// The share of a line that the integer transform leaves itself.
+/// The share of a line that the integer transform itself leaves.
 const TRANSFORM: f32 = 1e-9;
 
-/// Each of four tests fires by chance in 2.5e-7 of all blocks. So many normal deviations.
+/// The threshold of four tests in normal deviations: each fires by chance in 2.5e-7 of all blocks.
 const FIRES: f32 = 5.026;
 
-/// What the directions leave is clean if each of two tests on it is less rare than 5e-4.
+/// The residual after the directions is clean if each of two tests on it is more probable than
+/// 5e-4.
 const CLEAN: f32 = 3.291;
 
-/// Or if they explain all but this share.
+/// It is also clean if the directions explain all but this share.
 const SHARE: f32 = 0.1;
 
-/// Beyond this, three blocks of noise in a hundred, the power in the five directions widens sigma.
+/// Above this power in the five directions sigma grows: three blocks of noise in a hundred.
 const SUSPICIOUS: f32 = 12.37;
 
-/// How many times the power that a disturbance leaves in the residual it has in the direction of the frequency: 3 for a jump of the
-/// phase in the middle of a record, 5 for a second tone half a bin away.
+/// The power that a disturbance has along the direction of the frequency, in units of the power it
+/// leaves in the residual: 3 for a jump of the phase in the middle of a record, 5 for a second
+/// tone half a bin away.
 const HIDDEN: f32 = 5.0;
 
-/// How many times the power along changes of the phase two lines may have along those of the amplitude, at most.
+/// The largest ratio that two lines make of the power along changes of the phase to that along
+/// changes of the amplitude.
 const PAIRED: f32 = 12.0;
 
-/// So much power in two directions has one block of noise in a hundred, and one in four hundred.
+/// One block of noise in a hundred has this much power in two directions, one in four hundred this
+/// much.
 const ODD: f32 = 9.0;
 const LIKELY: f32 = 12.0;
 
-/// The numbers free in the bins up to 2, 4 and 8 from the peak, and directions of change.
+/// Free real numbers in the bins up to 2, 4 and 8 from the peak, and directions of change.
 const SCALES: [f32; 3] = [7.0, 15.0, 31.0];
 const DIRECTIONS: f32 = 5.0;
 
-/// The share of the squares of the three functions (see [`super::least_squares::Rest`]) in bins beyond 8 from the peak, over the
-/// square of a sine or cosine; and beyond 4.
+/// The share of the squares of the three functions (see [`super::least_squares::Rest`]) in bins
+/// beyond 8 from the peak, divided by the square of a sine or cosine; then the same beyond 4.
 const BEYOND: [f32; 2] = [0.0238, 0.045];
 
 /// The part of the first of them in bins up to 16.
 const OUTSIDE: f32 = 0.485;
 
-/// The most that the power along a function is, over the square of the sum along it: one over the sum of the function's squares.
+/// The largest power along a function divided by the square of the sum along it: one over the sum
+/// of the function's squares.
 const MOST: [f32; 3] = [3.23, 5.68, 8.40];
 
-/// Judges the fit of a record of `n` samples. Cost: some thirty operations where nothing is suspicious.
+/// Judges the fit of a record of `n` samples. Cost: some thirty operations if nothing is
+/// suspicious.
 #[inline(never)]
 pub fn judge(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
     let Beside { noise, .. } = beside;
-    // In units of half the power of a bin of noise: each free number leaves 1.
+    // In units of half the noise power of a bin, so that each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
     let rest = &fit.rest;
     let free = fit.freedom.max(1) as f32;
     let along: f32 = rest.along.iter().zip(MOST).map(|(along, most)| along.norm_sqr() * most).sum();
     let [two, four, _] = rest.within;
-    // No number of bins of noise makes less improbable, and less in the directions widens nothing: most blocks need no more.
+    // Less than this is not improbable for any number of bins, and widens nothing in the
+    // directions. Most blocks end here.
     if along * unit < SUSPICIOUS
         && two * unit < 35.0
         && four * unit < 50.0
@@ -116,7 +127,8 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
     let tail = |deviations| Tail { deviations, noise: noise.freedom };
     let fires = tail(FIRES);
-    // The widest scale is as wide as the ring: where noise has an edge it is the louder side's.
+    // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
+    // noise.
     if !(fires.beyond(moved, DIRECTIONS)
         || fires.beyond(two, free2)
         || fires.beyond(four, free4)
@@ -134,15 +146,15 @@ fn judge_closely(fit: &Fit<f32>, n: usize, beside: &Beside) -> Judgement {
         let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
         return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
     }
-    // Two lines have changes of the amplitude of order 2 and of the phase of order 3 along with a wrong frequency; but not the one
-    // without the other, as a tone of a changing level has.
+    // A wrong frequency of two lines comes with changes of the amplitude of order 2 and of the
+    // phase of order 3. A tone of changing level has the one without the other.
     let odd = (a2 + p3 - ODD).max(0.0);
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
     let odd = odd.min(PAIRED * (p2 + p3 - LIKELY).max(0.0));
     Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd }
 }
 
-/// What is left of a line along the ways in which a tone changes, as powers.
+/// The powers that a line leaves along the directions of a tone's change.
 struct Changes {
     /// Of the amplitude, order 1 to 3.
     amplitude: [f32; 3],
@@ -150,7 +162,7 @@ struct Changes {
     phase: [f32; 2],
     /// What they have in bins 9 to 16 from the peak.
     outside: f32,
-    /// What a phase of order 2 has in amplitudes of order 4, see [`Changes::of`].
+    /// What a phase of order 2 contributes to amplitudes of order 4, see [`Changes::of`].
     fourth: f32,
     /// The phase of order 2, in radians, and the power of one radian.
     bent: f32,
@@ -158,19 +170,19 @@ struct Changes {
 }
 
 impl Rise {
-    /// Of a fit to a record of `n` samples in noise of this power per sample.
+    /// Of a fit to a record of `n` samples in this noise power per sample.
     pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
         let Changes { bent, second, .. } = Changes::of(fit);
-        // A rise of r bins is a phase of pi/6 r of order 2.
+        // A rise of r bins is a phase of order 2 of pi/6 r.
         let cycles = 6.0 / core::f32::consts::PI / n as f32;
         Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
     }
 }
 
 impl Changes {
-    /// A phase that is not small has a square: of b times Legendre's second polynomial, P2, that is, as
-    /// `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`, an amplitude of -b^2/7 of order 2, which is no change of the tone's, and -9/35 b^2 of
-    /// order 4.
+    /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
+    /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
+    /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
     fn of(fit: &Fit<f32>) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
@@ -182,7 +194,7 @@ impl Changes {
             1.0 / 5.0 - beyond * sine2,
             1.0 / 7.0 - beyond * cosine2,
         ];
-        // Components as shares of the line; order 1 and 3 are a quarter turn on.
+        // Components are shares of the line. Those of order 1 and 3 are a quarter turn on.
         let back = fit.line.conj() / size;
         let [a1, a2, a3] = fit.rest.along;
         let [w1, w2, w3] = [(a1, n1), (a2, n2), (a3, n3)].map(|(a, n)| back * a / n);
@@ -201,15 +213,16 @@ impl Changes {
     }
 }
 
-/// What is improbable against noise that is known as well as an average of so many numbers.
+/// What is improbable against a noise estimate that averages this many real numbers.
 struct Tail {
     deviations: f32,
     noise: f32,
 }
 
 impl Tail {
-    /// Whether so much power in so many free numbers is beyond it. The ratio of two estimates of noise follows Fisher's
-    /// distribution; its cube root is nearly normal (Wilson and Hilferty 1931).
+    /// Whether this power in this many free numbers is improbable. The ratio of two noise
+    /// estimates follows Fisher's distribution; its cube root is nearly normal (Wilson and
+    /// Hilferty 1931).
     #[inline(never)]
     fn beyond(&self, power: f32, free: f32) -> bool {
         let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * self.noise));
@@ -225,7 +238,7 @@ impl Tail {
 mod tests {
     use super::*;
 
-    /// Quantiles of Fisher's distribution, of probability 2.5e-7 and 5e-4.
+    /// Quantiles of Fisher's distribution for the probabilities 2.5e-7 and 5e-4.
     #[test]
     fn tails_are_fishers() {
         for (deviations, noise, free, exact) in [

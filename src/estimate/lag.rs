@@ -1,14 +1,16 @@
-//! The noise of a record that clips, from samples at which its tone has the same phase.
+//! The noise of a clipped record, from samples at which its tone has the same phase.
 //!
-//! The harmonics that clipping makes lie all over the spectrum: of a record with a fifth of its samples at one rail, bins show a
-//! noise 35 dB too strong. But they repeat when the tone does. A lag L after which its phase returns, but for a small rest, leaves
+//! The harmonics that clipping makes lie all over the spectrum. In a record with a fifth of its
+//! samples at one rail the bins show a noise 35 dB too strong. But harmonics repeat when the tone
+//! does. Take a lag L after which the tone's phase returns, except for a small rest. Then
 //!
 //! ```text
 //! x[n - L] - 2 cos(2 pi rest) x[n] + x[n + L]        rest = f L less whole turns
 //! ```
 //!
-//! nothing of the tone and hardly anything of its harmonics, those of soft limiting too, so that white noise of power P has the
-//! power `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
+//! has nothing of the tone and hardly anything of its harmonics, even of soft limiting. White
+//! noise of power P has the power `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a
+//! rail are left out.
 
 use super::frequency::Frequency;
 use super::least_squares::fixed::product;
@@ -16,15 +18,16 @@ use super::noise::ROUNDING;
 use super::part::Part;
 use crate::acquire::codes::{Between, Codes};
 
-/// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn (Dirichlet).
+/// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn
+/// (Dirichlet).
 const LONGEST: usize = 256;
 
-/// Terms are taken in groups, each of successive samples: a tone near a simple fraction of the rate has only a few
-/// phases, and a group meets all of them.
+/// Terms come in groups of successive samples. A tone near a simple fraction of the rate has only
+/// a few phases, and a group meets all of them.
 const GROUPS: usize = 32;
 const GROUP: usize = 8;
 
-/// Fewer terms say nothing.
+/// The fewest terms of an estimate.
 const FEWEST: i32 = 8;
 
 /// A lag after which a tone returns to its phase.
@@ -37,8 +40,9 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// The lag that leaves the least rest in a record of `samples` samples. It is the last denominator of
-    /// the frequency's continued fraction that is short enough. Cost: a division for each, at most a dozen.
+    /// The lag that leaves the least rest in a record of `samples` samples. It is the last
+    /// denominator of the frequency's continued fraction that is short enough. Cost: a division
+    /// for each denominator, at most a dozen.
     pub fn of(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.
@@ -53,15 +57,16 @@ impl Lag {
             (last, least, before, best) = (least, rest, best, next);
         }
         let angle = least as f32 * (core::f32::consts::PI / 4_294_967_296.0);
-        // 4 sin^2 of the angle, which is below a sixtieth but for records of less than 512 samples.
+        // 4 sin^2 of the angle. It is below a sixtieth for records of 512 samples and more.
         let bend = 4.0 * angle * angle;
         Self { samples: best as usize, bend }
     }
 
-    /// The noise power of a part, in squared codes; `None` where the rails leave too little. Not below the rounding of the
-    /// converter. Cost: about 25 instructions a term, at most 256 terms.
+    /// The noise power of a part, in squared codes, not below the rounding of the converter;
+    /// `None` if the rails leave too few terms. Cost: about 25 instructions a term, at most 256
+    /// terms.
     ///
-    /// Some tenths of a dB too low at most, for noise near a rail is cut off.
+    /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
         let inside = Between::of(codes.rails());
         let Terms { sum, power, count } = if part.stride() == 1 {
@@ -72,14 +77,14 @@ impl Lag {
         if count < FEWEST {
             return None;
         }
-        // Less what a constant offset leaves.
+        // Without the share of a constant offset.
         let (count, sum) = (count as f32, sum as f32);
         let power = (power as f32 - sum * sum / count) / (256.0 * (count - 1.0));
         let middle = 2.0 - self.bend;
         Some((power / (2.0 + middle * middle)).max(ROUNDING as f32))
     }
 
-    /// The sums over the terms of samples that are inside, `STRIDE` numbers apart.
+    /// The sums over the terms whose samples are inside. Samples are `STRIDE` numbers apart.
     #[inline(always)]
     fn terms<const STRIDE: usize>(self, part: Part, inside: Between) -> Terms {
         let bend = (self.bend * (1u32 << 18) as f32) as i32;
@@ -93,7 +98,7 @@ impl Lag {
                 let (Some(a), Some(b), Some(c)) = (a, b, c) else { break };
                 if inside.holds(a) && inside.holds(b) && inside.holds(c) {
                     let [a, b, c] = [a, b, c].map(i32::from);
-                    // In sixteenths of a code: less than 22 bits.
+                    // In sixteenths of a code; it fits in 22 bits.
                     let term = 16 * (a - 2 * b + c) + (b.wrapping_mul(bend) >> 14);
                     terms.sum = terms.sum.wrapping_add(term);
                     terms.power = terms.power.wrapping_add(product(term, term) as u64);

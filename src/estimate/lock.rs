@@ -1,4 +1,4 @@
-//! A tone that is followed without a search: the factors of its place and the noise it stands in.
+//! A tone that is followed without a search: the factors of its place, and its noise.
 
 use super::detection::HOLD;
 use super::frequency::Frequency;
@@ -10,22 +10,24 @@ use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::zoom::Oscillator;
 
-/// How much of the noise estimate a block renews: its own has but some 23 numbers.
+/// The weight of a block in the noise estimate. One block alone gives only some 23 numbers.
 const RENEWAL: f32 = 1.0 / 16.0;
 
-/// What a tone's power must exceed the noise power of a bin by: the largest of five bins of noise does so
-/// with the probability [`HOLD`].
+/// The ratio of a tone's power to the noise power of a bin must exceed this. The largest of five
+/// bins of noise exceeds it with the probability [`HOLD`].
 const STRENGTH: f32 = {
     // -ln(0.01 / 5)
     assert!(HOLD == 1e-2);
     6.214_608
 };
 
-/// A block that leaves so many times the noise has something else in it: fewer than one in 10^6 do by chance.
-/// Five deviations of the cube root of 23 numbers' power (Wilson and Hilferty 1931).
+/// A block whose residual exceeds the noise by this factor holds something else. Fewer than one in
+/// 10^6 do by chance: five deviations of the cube root of 23 numbers' power (Wilson and Hilferty
+/// 1931).
 const EXCESS: f32 = 3.3;
 
-/// A tone so much weaker than a block before may be the leakage of one that has jumped away.
+/// A tone weaker than the block before by this factor may be the leakage of one that has jumped
+/// away.
 const FADED: f32 = 0.25;
 
 /// A lock on a tone.
@@ -42,8 +44,8 @@ pub struct Lock {
 }
 
 impl Lock {
-    /// A lock on a tone that a whole search found; `None` where there is no place for one (see
-    /// [`zoomed::centre`]) or its noise is not known.
+    /// A lock on a tone that a whole search found; `None` if the tone is too near an end of the
+    /// spectrum (see [`zoomed::centre`]) or its noise is not known.
     pub fn on<R: Record>(tone: &Tone, n: usize) -> Option<Self> {
         let centre = zoomed::centre::<R>(tone.frequency.cycles_f32() * n as f32, n)?;
         let (noise, power) = strength::<R>(tone)?;
@@ -56,15 +58,15 @@ impl Lock {
         })
     }
 
-    /// The same in the place of a lock that was there before; false where it does not reach so far.
+    /// Moves an existing lock to the tone; false if the lock does not reach so far.
     pub fn renew<R: Record>(&mut self, tone: &Tone, n: usize) -> bool {
         let Some((noise, power)) = strength::<R>(tone) else { return false };
         (self.noise, self.power, self.age) = (noise, power, 0);
         self.place.reaches(tone.frequency.cycles_f32() * n as f32)
     }
 
-    /// Measures a tone `expected` at this many cycles per sample; `None` where it is not seen well: then the block must be
-    /// searched whole. `clipped` samples touch a rail.
+    /// Measures a tone `expected` at this many cycles per sample; `None` if it is not seen well,
+    /// so that the block must be searched whole. `clipped` samples touch a rail.
     pub fn measure<R: Record, const N: usize>(
         &mut self,
         samples: &[R::Sample; N],
@@ -92,7 +94,7 @@ impl Lock {
         self.tone::<R>(&found, N)
     }
 
-    // Inlined where the length is known.
+    // Inlined where the length is known at compile time.
     #[inline]
     fn tone<R: Record>(&self, found: &Found, n: usize) -> Option<Tone> {
         let length = n as f32;

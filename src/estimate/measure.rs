@@ -34,8 +34,8 @@ pub enum Arithmetic {
 }
 
 impl Arithmetic {
-    /// Fixed on microcontrollers without a floating-point unit, else float. Each gives the same bits on
-    /// every machine; the two differ by less than a tenth of the Cramer-Rao bound.
+    /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives the
+    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound.
     pub const fn of_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
@@ -52,7 +52,7 @@ impl Default for Arithmetic {
     }
 }
 
-/// What the measurement of a tone needs to know besides the data.
+/// What the measurement of a tone needs to know beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The method of estimation.
@@ -61,22 +61,23 @@ pub struct Options {
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
-    /// How far a peak must stand out.
+    /// The detection threshold.
     pub threshold: Threshold,
 }
 
-/// Steps that a fit takes besides the usual ones where the line is no steady tone.
+/// Further steps of a fit to a line that is no steady tone.
 const FURTHER: u32 = 2;
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
-/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone:
-/// the amplitude at that offset follows linearly from nine bins, and sigma is the Cramer-Rao bound of the
-/// estimated signal-to-noise ratio times the method's own efficiency, which says nothing of its bias on real
-/// samples. The noise estimate is the same for all.
+/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset
+/// alone. The amplitude at that offset then follows linearly from nine bins. Sigma is the
+/// Cramer-Rao bound at the estimated signal-to-noise ratio times the method's own efficiency; it
+/// does not include the method's bias on real samples. The noise estimate is the same for all
+/// methods.
 ///
-/// Where more than 1 % of the samples clip, noise and sigma come from the others (see [`Unclipped`]), whatever the method. Cost
-/// beyond that of another record: one pass over the samples.
+/// If more than 1 % of the samples clip, noise and sigma come from the other samples (see
+/// [`Unclipped`]), whatever the method. That costs one more pass over the samples.
 pub fn measure<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     samples: &[R::Sample; N],
@@ -89,7 +90,7 @@ pub fn measure<R: Record, const N: usize>(
     let arithmetic =
         if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
     let mut places = MaybeUninit::uninit();
-    // The smallest programs read bins for the fit and for its ring by one function.
+    // The smallest programs read the bins of the fit and of its ring by one function.
     let around = if cfg!(feature = "methods") {
         ring::around(spectrum, peak.bin, &mut places)
     } else {
@@ -117,7 +118,8 @@ pub fn measure<R: Record, const N: usize>(
     let fit = if own {
         fitted(options.reach, Course::Usual)
     } else {
-        // A checked plan has no method unfit for its records; a tone of a plan that was not has no offset.
+        // A checked plan has no method that its records cannot use. An unchecked one gives no
+        // offset.
         let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
         fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
@@ -131,14 +133,14 @@ pub fn measure<R: Record, const N: usize>(
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
     let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
-    // What is no steady tone takes more steps to the fit's end.
+    // A line that is no steady tone takes more steps to the fit's end.
     if cfg!(feature = "methods")
         && judgement.line != Line::Steady
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         fit = more;
         judgement = judged(&fit, N, &beside, clipped);
-        // A steady one beside a drift is steady.
+        // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
             && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
         {
@@ -151,10 +153,10 @@ pub fn measure<R: Record, const N: usize>(
     let Judgement { line, widening } = judgement;
     let mut near = noise * widening;
     let mut free = None;
-    // The smallest programs do without: their sigma has the coarse allowance.
+    // The smallest programs leave this out: their sigma has the coarse allowance.
     if cfg!(feature = "methods") && clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
-        // Where the line is not a single tone, what is left of it in its bins counts.
+        // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
             near = near_of(&free, &fit, N, clipped, near);
         }
@@ -181,7 +183,8 @@ pub fn measure<R: Record, const N: usize>(
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
 }
 
-/// By how much the frequency of the tone at bin `peak` rises within the record; `None` where least squares finds no tone.
+/// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
+/// squares finds no tone.
 ///
 /// Cost: as [`measure`], once more.
 pub fn rise<R: Record, const N: usize>(
@@ -194,22 +197,25 @@ pub fn rise<R: Record, const N: usize>(
     Some(Rise::of(&fit, N, beside.noise.power))
 }
 
-/// What a line is, and by how many times its variance is more than the noise makes it.
+/// What a line is, and the factor by which its variance exceeds what the noise causes.
 ///
-/// The smallest programs ask only whether the rest is too much. So do records that clip, whose harmonics are no movement.
+/// The smallest programs ask only whether the residual is too large. So do clipped records, whose
+/// harmonics are no movement.
 fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement {
     if cfg!(feature = "methods") && clipped <= CLIPPED {
         return judge(fit, n, beside);
     }
-    // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone: sigma has them in it, see [`Unclipped`].
+    // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
+    // Sigma includes them, see [`Unclipped`].
     let widening = excess_over(fit, n, Noise { power: 2.0 * beside.loud, ..beside.noise });
     let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
     Judgement { line, widening }
 }
 
-/// The noise with what a fit leaves from five bins off, see [`Beside::on_an_edge`].
+/// The noise with the fit's residual from five bins off, see [`Beside::on_an_edge`].
 fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
-    /// The real numbers of the bins five to eight off, and of those beyond in a fit that reaches so far.
+    /// The free real numbers of the bins five to eight off, and of those beyond in a fit that
+    /// reaches them.
     const MIDDLE: f32 = 16.0;
     const LINE: f32 = 11.0;
     const FAR: f32 = 32.0;
@@ -217,17 +223,18 @@ fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
         return beside;
     }
     let [two, four, eight] = fit.rest.within;
-    // So much more five bins off than three is no noise but another line.
+    // If five bins off is this much louder than three bins off, it is another line and no noise.
     if eight - four > LINE * (four - two) {
         return beside;
     }
     let (middle, all) = ((eight - four) / MIDDLE, (fit.residual - four) / (MIDDLE + FAR));
-    // The edge may be among them: then the nearer ones are louder, or the tone is where it is quiet.
+    // The edge may be among these bins. Then the nearer ones are louder, or the tone is on the
+    // quiet side.
     let power = if middle > 1.5 * all { middle } else { all };
     beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
 }
 
-/// Whether a peak stands out from the noise of the louder side, and from what the fit leaves from 3 bins on.
+/// Whether a peak exceeds both the noise of the louder side and the fit's residual from 3 bins on.
 fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: &Peak,
@@ -241,7 +248,7 @@ fn stands_out<R: Record, const N: usize>(
     if threshold.is_far_above(power / rest.max(beside.loud * N as f32)) {
         return true;
     }
-    // The smallest programs do with the ring that they have.
+    // The smallest programs use only the ring that they have.
     let wide = if cfg!(feature = "methods") {
         ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside)
     } else {
@@ -258,17 +265,17 @@ fn stands_out<R: Record, const N: usize>(
     detects(&wide, less) && detects(beside, Less::Most)
 }
 
-/// The power of a bin that the fit leaves from 3 to 4, 5 to 8 and 9 to 16 bins away, where that is least: there may be another
-/// line.
+/// The residual power of a bin 3 to 4, 5 to 8 and 9 to 16 bins away: the least of the three,
+/// because another line may be in one of them.
 fn spread(fit: &Fit<f32>) -> f32 {
     let [two, four, eight] = fit.rest.within;
     let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
     let far = (fit.residual - eight) * 0.0625;
-    // A fit of eight bins has none beyond.
+    // A fit of eight bins has no bins beyond.
     if far > 0.0 { near.min(middle).min(far) } else { near.min(middle) }
 }
 
-// Both once for all kinds and lengths of records.
+// Both are compiled once for all kinds and lengths of records.
 #[inline(never)]
 fn near_of(free: &Option<Unclipped>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
     free.map_or(noise, |free| free.near(residual(fit, n), clipped))
@@ -282,7 +289,7 @@ fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32
     }
 }
 
-/// What is known of a tone besides its fit.
+/// What is known of a tone beside its fit.
 pub(super) struct Seen {
     /// Noise power per sample.
     pub noise: f32,
@@ -290,18 +297,18 @@ pub(super) struct Seen {
     pub line: Line,
     /// The share of the samples that touch a rail.
     pub clipped: f32,
-    /// An I/Q record has as much at minus the frequency.
+    /// An I/Q record has as strong a line at minus the frequency.
     pub image: bool,
     /// Samples are missing.
     pub gap: bool,
-    /// The peak is below the threshold.
+    /// The peak is below the detection threshold.
     pub weak: bool,
     /// Sigma in bins.
     pub sigma: f32,
 }
 
 impl Seen {
-    /// The tone with its verdict; `None` where the offset is not a number.
+    /// The tone with its verdict; `None` if the offset is not a number.
     pub(super) fn tone<R: Record, const N: usize>(
         &self,
         peak: i32,
@@ -329,12 +336,12 @@ impl Seen {
     }
 }
 
-/// An offset in fixed point; `None` where it is not a number. A fit's is below 1.
+/// An offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
 fn in_fixed_point(offset: f32) -> Option<I2F30> {
     (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 
-/// Within 1.5 bins of DC or Nyquist the mirror image cannot be told from the tone.
+/// Within 1.5 bins of DC or Nyquist a fit cannot separate the mirror image from the tone.
 fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
     if (4..N as i32 / 2 - 4).contains(&peak) {
         return false;
@@ -348,27 +355,29 @@ pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     fit.residual / expected(fit, n)
 }
 
-/// What noise of power 1 per sample leaves in a fit's bins: half its freedom times the power of a bin, `n`.
+/// The residual that noise of power 1 per sample leaves in a fit's bins: half the fit's freedom
+/// times the power of a bin, `n`.
 fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 
-/// How many times the noise power the fit leaves in its own bins, where that is more than one record in 10^6 shows by chance;
-/// else 1. Then the line is not a single tone: another is near, or its frequency moves.
+/// The ratio of the residual to the noise power, if less than one record in 10^6 shows so much by
+/// chance; otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency
+/// moves.
 pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, power: f32) -> f32 {
     let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
     excess_over(fit, N, Noise { power, freedom })
 }
 
-/// The same for a record of `n` samples and a noise that is known from elsewhere.
+/// The same for a record of `n` samples and a noise power known from elsewhere.
 ///
-/// The ratio of two estimates of the noise follows Fisher's distribution; its cube root is nearly
-/// normal (Wilson and Hilferty 1931). The integer FFT leaves a share of the line itself.
+/// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
+/// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
     const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
     let expected = T::of(noise.power.into()) * expected(fit, n);
-    // No fit has the freedom to make twice the noise improbable.
+    // No fit has enough freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
     }

@@ -63,14 +63,15 @@ impl Records {
     }
 }
 
-/// What a method reads.
+/// The data that a method reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// The bins around the peak.
     Bins,
-    /// Those and the samples.
+    /// The bins around the peak, and the samples.
     Samples,
-    /// Those and all powers of the spectrum, for its signal-to-noise ratio.
+    /// The bins around the peak, the samples and all powers of the spectrum, for its
+    /// signal-to-noise ratio.
     Powers,
 }
 
@@ -85,8 +86,8 @@ impl Needs {
     }
 }
 
-/// The window a method's bins are seen through. The pipeline's are always rectangular; Hann's are made
-/// from them.
+/// The window of a method's bins. The pipeline's bins are always rectangular; Hann's are made from
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
     /// None.
@@ -105,7 +106,7 @@ impl Window {
     }
 }
 
-/// What there is to know of a method. The host lists its own references with the same type.
+/// The entry of a method in the registry. The host lists its own references with the same type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct About {
     /// What the user types.
@@ -186,7 +187,7 @@ macro_rules! methods {
                 }
             }
 
-            /// All there is to know of it.
+            /// The method's entry in the registry.
             pub const fn about(self) -> About {
                 match self {
                     $(Method::$variant => About {
@@ -336,8 +337,8 @@ impl Method {
         }
     }
 
-    /// Whether it is right for records of kind `R`, and in the program: without the feature `methods` only least squares
-    /// is.
+    /// Whether it is right for records of kind `R`, and in the program. Without the feature
+    /// `methods` a program has only least squares.
     pub const fn fits<R: Record>(self) -> bool {
         self.records().include::<R>() && (cfg!(feature = "methods") || self.is_least_squares())
     }
@@ -364,7 +365,7 @@ impl Method {
                 // Not by the length's own type: one copy of the methods serves every length.
                 let power: &dyn Fn(i32) -> f32 = &|k| spectrum.power(k) as f32;
                 let offset = self.offset(&bins, &Raw::<R>(samples), power)?;
-                // A cast holds the value to the range of the type and takes NaN to 0.
+                // A cast saturates and turns NaN into 0.
                 Ok(I2F30::from_bits((offset * 1_073_741_824.0) as i32))
             }
         }

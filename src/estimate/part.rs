@@ -2,14 +2,15 @@
 
 use crate::acquire::sample::Record;
 
-/// One part of a record's samples: of real ones the only one. Not generic, so that programs have the loops once.
+/// One part of a record's samples: the only one of a real record, I or Q of another. It is not
+/// generic, so that programs hold its loops once.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
     numbers: &'a [i16],
-    /// How many parts there are.
+    /// The number of parts: 1 or 2.
     parts: usize,
     which: usize,
-    /// In samples.
+    /// The length in samples.
     pub length: usize,
 }
 
@@ -26,18 +27,18 @@ impl<'a> Part<'a> {
         (self.parts > 1).then_some(Self { which: 1, ..self })
     }
 
-    /// The numbers from sample `n` on, with those of the other part between them.
+    /// The numbers from sample `n` on. Those of the other part lie between them.
     #[inline(always)]
     pub fn from(&self, n: usize) -> &'a [i16] {
         self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default()
     }
 
-    /// How many numbers there are from one sample to the next: 1 or 2.
+    /// The distance from one sample to the next in numbers: 1 or 2.
     pub const fn stride(&self) -> usize {
         self.parts
     }
 
-    /// Which of a sample's numbers is this part's.
+    /// The position of this part's number in a sample.
     pub const fn which(&self) -> usize {
         self.which
     }

@@ -1,14 +1,15 @@
 //! More than one tone in a record, by successive subtraction on the bins.
 //!
-//! The strongest tone is fitted to the few bins it dominates, and its model taken away from all bins. If
-//! what is left has a peak that passes the detection threshold, that is the next tone. Then every tone is
-//! fitted anew to bins from which all the others' models are subtracted, in [`SWEEPS`] sweeps. No memory beyond
-//! the tones themselves: models are evaluated where they are needed.
+//! The strongest tone is fitted to the few bins that it dominates, and its model is subtracted
+//! from all bins. If the result has a peak above the detection threshold, that peak is the next
+//! tone. Then each tone is fitted anew to bins from which the models of all others are subtracted,
+//! in [`SWEEPS`] sweeps. The tones need no memory beyond themselves: a model is evaluated where it
+//! is needed.
 //!
-//! What was tried: two tones. 2.5 bins or more apart, at any ratio up to 40 dB, both come out within 1.15
-//! times the bound of their joint estimation. At 2 bins three sweeps are just enough; at 1.75 bins and below
-//! the tones are not separated, and the verdict is `Unresolved`. Three and four tones use the same code
-//! but were not measured.
+//! Two tones were measured. At 2.5 bins or more apart, at any ratio up to 40 dB, both come out
+//! within 1.15 times the bound of their joint estimation. At 2 bins three sweeps are just enough.
+//! At 1.75 bins and below the tones are not separated, and the verdict is `Unresolved`. Three and
+//! four tones use the same code but were not measured.
 
 use super::judge::Line;
 use super::least_squares::{Course, Fit, Model, Reach, fit_bins};
@@ -28,19 +29,19 @@ use num_complex::Complex;
 /// The most tones a record is searched for.
 pub const MOST: usize = 4;
 
-/// How often every tone is fitted anew after one was found.
+/// The number of sweeps after each tone that was found.
 pub const SWEEPS: usize = 3;
 
-/// Tones nearer than this to one that was found are not looked for, in bins.
+/// No tone is looked for nearer than this to one that was found, in bins.
 const APART: i32 = 2;
 
-/// Tones that end up nearer than this are not told apart.
+/// Tones that end up nearer than this cannot be separated, in bins.
 const UNRESOLVED: f32 = 1.9;
 
 /// From this distance on, in bins, the first fit of a tone may use nine bins instead of three.
 const FAR: i32 = 8;
 
-/// A tone in the making.
+/// A tone whose fit is still refined.
 #[derive(Clone, Copy)]
 struct Found {
     peak: i32,
@@ -57,9 +58,9 @@ struct Rest<'a, R: Record, const N: usize, E: Engine> {
 
 /// The tones of `band`, at most `wanted` (and [`MOST`]) of them, strongest first as they were found.
 ///
-/// Sigma, amplitude and signal-to-noise ratio of each as if the others were not there; the noise is what all
-/// models together leave. A first tone below the threshold is given as `Weak`; the others all
-/// passed it. Where samples clip, sigma has a coarse allowance in it, see
+/// Sigma, amplitude and signal-to-noise ratio of each tone are those that it would have alone. The
+/// noise is what all models together leave. A first tone below the threshold gets the verdict
+/// `Weak`; all others exceed it. In clipped records sigma includes a coarse allowance, see
 /// [`widened`]. Cost: each search for a further tone evaluates every model in every bin, about 100
 /// operations a bin and tone.
 pub fn several<R: Record, const N: usize>(
@@ -124,7 +125,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         self.found.iter().map(apart).min().unwrap_or(n)
     }
 
-    /// The strongest bin of what is left, away from the tones that were found.
+    /// The strongest bin after subtraction, away from the tones that were found.
     fn search(&self, band: Band) -> Option<Peak> {
         let mut search = Search::new(band);
         let mut hidden = 0;
@@ -133,7 +134,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
                 hidden += 1;
                 search.push(0);
             } else {
-                // Stored units keep a weak bin's power above 1.
+                // In stored units the power of a weak bin stays above 1.
                 let x = self.bin(k, None) / self.unit;
                 search.push(x.norm_sqr() as u64);
             }
@@ -143,7 +144,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         Some(peak)
     }
 
-    /// Takes up a new tone; false where there is none to fit.
+    /// Adds a new tone; false if no bins can be fitted.
     fn add(&mut self, peak: i32) -> bool {
         let reach = if self.nearest(peak) >= FAR && !self.found.is_empty() { 4 } else { 1 };
         match fit_bins(&self.bins(peak, None), reach, Course::Usual) {
@@ -155,13 +156,13 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         }
     }
 
-    /// Fits every tone once to what the others leave.
+    /// Fits every tone once to the bins less the other models.
     fn sweep(&mut self, reach: Reach) {
         for index in 0..self.found.len() {
             let Some(&old) = self.found.get(index) else {
                 return;
             };
-            // A tone that has moved to another bin is centred there.
+            // A tone that moved to another bin is centred there.
             let moved = if old.fit.offset.abs() > 0.6 { old.fit.offset.signum() as i32 } else { 0 };
             let peak = old.peak + moved;
             let start = old.fit.offset - moved as f32;
@@ -198,7 +199,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         self.found.iter().filter(|other| apart(other) < UNRESOLVED).count() > 1
     }
 
-    /// The noise power per sample: what the models leave in bins all over the spectrum.
+    /// The noise power per sample: what all models leave in bins all over the spectrum.
     fn noise(&self) -> f32 {
         let count = whole::count::<R, N, NOISE_BINS>() as i32;
         let stride = (if R::IQ { N } else { N / 2 }) as i32 / (count + 1);
@@ -230,7 +231,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 }
 
-/// Takes the item at `index` out, if there is one. (The list's own `remove` would panic without.)
+/// Takes out the item at `index`, if there is one. The list's own `remove` panics otherwise.
 pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usize) {
     let mut at = 0;
     items.retain(|_| {
@@ -239,7 +240,7 @@ pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usiz
     });
 }
 
-/// As many items as there is room for. (`collect` would panic at one more.)
+/// Collects as many items as there is room for. `collect` panics at one more.
 pub(crate) fn first<T, const ROOM: usize>(items: impl Iterator<Item = T>) -> Vec<T, ROOM> {
     let mut vec = Vec::new();
     for item in items {

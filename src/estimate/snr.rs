@@ -6,9 +6,9 @@ use crate::math::scalar::Scalar;
 /// ratio per sample, 1e-6..=1e12.
 ///
 /// `power(k)` is `|X[k]|^2` for `k` in `0..n`, in any unit. The paper does not say which bins are
-/// noise: here those further than a quarter of the record from the peak, round the circle,
-/// `|k - peak| > n/4`. Leakage of the tone into them bounds the answer (-26 dB of error at 60 dB for a tone
-/// between bins); good enough to choose a lag by, not for a sigma.
+/// noise. Here they are those farther than a quarter of the record from the peak, round the
+/// circle: `|k - peak| > n/4`. The tone's leakage into them bounds the answer: the error is -26 dB
+/// at 60 dB for a tone between bins. That is good enough to choose a lag, but not for a sigma.
 ///
 /// Cost: N powers (2 N multiplications), N additions, 2 divisions.
 pub fn parseval<T: Scalar>(n: usize, peak: i32, power: impl Fn(i32) -> T) -> T {

@@ -2,26 +2,29 @@
 
 use super::frequency::Frequency;
 
-/// Whether a number may be used. A number is never given without one; of several that apply, the one highest in the order of
-/// severity is given, which is that of [`Verdict::ALL`] and of `<`. The numbers are those of a telemetry record.
+/// Whether a number may be used. Every number comes with a verdict. If several apply, the tone
+/// gets the most severe one; [`Verdict::ALL`] and `<` order them by severity. A telemetry record
+/// holds a verdict as its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Verdict {
-    /// Use it: the error is as sigma says.
+    /// Use it: sigma is its error.
     Good = 0,
-    /// One tone whose frequency or level changes within the record: use it within sigma, as the mean over the record. Two lines
-    /// less than a bin apart look the same.
+    /// One tone whose frequency or level changes within the record. Use it within sigma, as the
+    /// mean over the record. Two lines less than a bin apart look the same.
     Moving = 8,
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate.
     NearEdge = 1,
-    /// More than 1 % of the samples touch a rail. Use it within sigma, which has in it how far the harmonics of clipping move this
-    /// record's tone: hardly at all in most places, by hundreds of times what noise does near a simple fraction of the rate.
+    /// More than 1 % of the samples touch a rail. Use it within sigma, which includes how far the
+    /// harmonics of clipping move this tone. At most frequencies they hardly do; near a simple
+    /// fraction of the rate they move it hundreds of times as far as noise.
     Clipped = 2,
-    /// Two tones too close to be told apart, or beats that do not belong to one target.
+    /// Two tones too close to be separated, or beats that do not belong to one target.
     Unresolved = 3,
-    /// Both parts of an I/Q record do not belong together, as where one is dead or late: the tone may be at minus its frequency.
+    /// The two parts of an I/Q record do not match, for example because one is dead or late. The
+    /// tone may be at minus its frequency.
     Image = 9,
     /// Samples were lost just before this block, or within this chirp.
     Gap = 4,
@@ -30,8 +33,8 @@ pub enum Verdict {
     /// There is nothing in the band; the numbers mean nothing.
     #[default]
     NoSignal = 6,
-    /// Samples lie beyond the rails of the codes that were stated: the codes are others, and noise, sigma and clipping mean
-    /// nothing.
+    /// Samples lie beyond the rails of the stated codes. The converter's codes are others, so
+    /// noise, sigma and clipping mean nothing.
     WrongCodes = 7,
 }
 
@@ -136,7 +139,7 @@ impl core::fmt::Display for Verdict {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tone {
-    /// Where it is.
+    /// The frequency.
     pub frequency: Frequency,
     /// One standard deviation of the frequency, in cycles per sample.
     pub sigma: f32,
@@ -145,13 +148,13 @@ pub struct Tone {
     pub snr: f32,
     /// Amplitude in ADC codes.
     pub amplitude: f32,
-    /// May it be used?
+    /// Whether it may be used.
     pub verdict: Verdict,
-    /// The sample rate, for the methods that answer in hertz; 0 where nobody said it.
+    /// The sample rate, Hz, for the methods that answer in hertz; 0 if it is not known.
     pub rate_hz: f64,
 }
 
-/// In hertz, with as many digits as sigma has two of: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`.
+/// In hertz, with two digits of sigma: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`.
 impl core::fmt::Display for Tone {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let (hertz, sigma) = (self.hertz(), self.sigma_hertz());
@@ -163,7 +166,7 @@ impl core::fmt::Display for Tone {
 }
 
 impl Tone {
-    /// All zeros, and good: a place to be filled.
+    /// All zeros and `Good`: a placeholder.
     pub(crate) const ZERO: Self = Self {
         frequency: Frequency(fixed::types::I0F32::ZERO),
         sigma: 0.0,
@@ -189,12 +192,12 @@ impl Tone {
     }
 }
 
-/// By how much a tone's frequency rises within a record, from its beginning to its end.
+/// How far a tone's frequency rises from the beginning of a record to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rise {
-    /// In cycles per sample: within 1 % up to half a bin, too little beyond.
+    /// The rise, cycles per sample. It is within 1 % up to half a bin, and too small beyond.
     pub cycles: f32,
-    /// One standard deviation of that.
+    /// One standard deviation of the rise, cycles per sample.
     pub sigma: f32,
 }

@@ -17,21 +17,23 @@ pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
 /// One standard deviation of a fit's offset in bins, for a noise power per sample of `noise` squared
 /// codes (see [`super::noise`]): `sqrt(N noise / (2 information))`.
 ///
-/// It comes from the fit's own denominator, so it holds at the edges of the spectrum, where the bound depends on
-/// the phase, for every K and at every offset. The mean of `(error / sigma)^2` is within 0.88..1.15 from 2 dB
-/// above the threshold to 60 dB.
+/// Sigma comes from the fit's own denominator. So it holds at the edges of the spectrum, where the
+/// bound depends on the phase, for every K and at every offset. The mean of `(error / sigma)^2` is
+/// within 0.88..1.15 from 2 dB above the threshold to 60 dB.
 pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
     (T::of_i32(n as i32 / 2) * noise / fit.information).root()
 }
 
-/// The share of clipped samples from which on a tone is [`super::tone::Verdict::Clipped`].
+/// From this share of clipped samples on a tone is [`super::tone::Verdict::Clipped`].
 pub const CLIPPED: f32 = 0.01;
 
-/// The standard deviation in bins of a record of which a share `clipped` of the samples touches a rail, where nothing better is
-/// known (see [`Unclipped`](super::unclipped::Unclipped)): for one of several tones, and where the rails leave too few samples.
+/// The standard deviation in bins of a record in which a share `clipped` of the samples touches a
+/// rail. It serves where nothing better is known (see [`Unclipped`](super::unclipped::Unclipped)):
+/// for one of several tones, and if the rails leave too few samples.
 ///
-/// A coarse allowance in quadrature: above 1 % 1e-3 bin, above 5 % 1e-2 bin. It covers the harmonics of a tone of which a
-/// fifth is clipped, in the worst places (2e-3 bin at 5 %, 0.021 bin at 20 %), and is far too much elsewhere.
+/// The allowance is coarse and adds in quadrature: 1e-3 bin above 1 %, 1e-2 bin above 5 %. It
+/// covers the harmonics of a tone of which a fifth is clipped, at the worst frequencies (2e-3 bin
+/// at 5 %, 0.021 bin at 20 %). At most frequencies it is far too large.
 pub fn widened(sigma: f32, clipped: f32) -> f32 {
     if clipped <= CLIPPED {
         return sigma;

@@ -1,24 +1,28 @@
-//! What the samples that touch no rail say of a tone.
+//! A tone's frequency from the samples that touch no rail.
 //!
-//! A rail takes from a sample what the tone has beyond it. That makes harmonics, which fold all over the spectrum and near simple
-//! fractions of the rate onto the tone itself. How far they move a frequency depends on everything about the record; but nobody
-//! needs to know the harmonics, for between the rails nothing is missing. One Gauss-Newton step over these samples
-//! alone, from a fit to the whole record, ends where the tone is:
+//! A rail cuts off the part of the tone beyond it. That makes harmonics, which fold all over the
+//! spectrum. Near simple fractions of the rate they fold onto the tone itself. How far they move
+//! its frequency depends on everything about the record. But the harmonics need not be known,
+//! because between the rails nothing is missing. So a fit to the whole record is followed by one
+//! Gauss-Newton step over these samples alone:
 //!
 //! ```text
 //! x[n] - A cos p[n]  ~  m + a cos p + b sin p - pi A d w sin p        p[n] the fitted phase, w = -1..1 over the record
 //! ```
 //!
-//! by least squares for a constant m, for a, b and the distance d in bins. Nothing is assumed of the rails, of an
-//! offset or of the share that is missing. A quadrature part is a real record of its own, a quarter turn behind.
+//! by least squares for a constant m, for a, b and the distance d in bins. The step assumes
+//! nothing about the rails, an offset or the share that is missing. A quadrature part is a real
+//! record of its own, a quarter turn behind.
 //!
-//! Noise decides about samples near a rail: those that it leaves between the rails lean away from them. So a sample counts
-//! only if the one a [`Lag`] on, whose noise is another, is further from the rails than noise goes.
+//! Noise selects the samples near a rail: those that it leaves between the rails lean away from
+//! them. So a sample counts only if the sample one [`Lag`] on, whose noise is independent, is
+//! farther from the rails than noise goes.
 //!
-//! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's phase starts anew in
-//! each, so one table of cosines and sines serves them all, and a block's sums are turned by its first phase. Where no
-//! sample is left out, the sums of the tone alone are those of the table. In each block w is constant as a weight, which
-//! costs nothing but a thousandth of the information.
+//! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's
+//! phase starts anew in each block, so one table of cosines and sines serves them all, and a
+//! block's sums are turned by its first phase. In a block that leaves no sample out the sums of
+//! the tone alone are those of the table. Within a block the weight w is constant, which costs a
+//! thousandth of the information.
 
 use super::carrier::{Carrier, LONGEST, Turned, advanced};
 use super::frequency::Frequency;
@@ -33,33 +37,34 @@ use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use num_complex::Complex;
 
-/// Blocks of a record, at most.
+/// The most blocks of a record.
 const BLOCKS: usize = 32;
 
-/// Samples of a block, at least, for shorter ones take longer.
+/// The fewest samples of a block: shorter blocks cost more.
 const SHORTEST: usize = 8;
 
-/// How many standard deviations noise goes.
+/// Noise stays within this many standard deviations.
 const DEVIATIONS: f32 = 4.0;
 
-/// An offset has no more bins than this: further off no clipped tone was ever seen, not even of those of which a few phases are
-/// left, and they at the rails.
+/// The largest offset, bins. No clipped tone was seen farther off, even if only a few phases are
+/// left and lie at the rails.
 const FARTHEST: f32 = 0.25;
 
-/// What the samples between the rails say.
+/// The result of the samples between the rails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unclipped {
     /// Noise power per sample (I/Q: of both parts together), in squared codes.
     pub noise: f32,
-    /// How far the tone is from the frequency that was asked about, in bins.
+    /// The distance of the tone from the stated frequency, in bins.
     pub offset: f32,
-    /// How well they pin it: the noise power divided by this is the variance of the offset in bins^2.
+    /// The information about the offset: the noise power divided by it is the variance of the
+    /// offset in bins^2.
     pub information: f32,
 }
 
 impl Unclipped {
-    /// Asks about a `tone` (its complex amplitude at the first sample) at a `frequency`, as found in the whole record; `None`
-    /// where the rails leave too little.
+    /// Fits the tone near a `frequency`, with the complex amplitude `tone` at the first sample,
+    /// both as found in the whole record. `None` if the rails leave too few samples.
     ///
     /// Cost: one pass (I/Q: for each part), and that of [`Lag`].
     pub fn of<R: Record>(
@@ -81,7 +86,7 @@ impl Unclipped {
         Self::of_parts(Part::first::<R>(samples), codes, frequency, tone, true)
     }
 
-    /// The same about a fit, once for all kinds and lengths of records.
+    /// The same from a fit, compiled once for all kinds and lengths of records.
     #[inline(never)]
     pub(super) fn of_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let frequency = Frequency::of_bins(peak, fit.offset, part.length)?;
@@ -107,7 +112,7 @@ impl Unclipped {
         let mut found = search.part(part, tone);
         if let Some(other) = part.second() {
             found = found.and(search.part(other, Complex::new(tone.im, -tone.re)));
-            // Of both parts.
+            // The noise of both parts.
             noise = noise + noise;
             found.information = found.information + found.information;
         }
@@ -115,26 +120,29 @@ impl Unclipped {
         Some(Self { noise, offset: within(offset, FARTHEST), information })
     }
 
-    /// The noise power per sample that disturbs the tone, from what a fit leaves in its own bins (see
-    /// [`residual`](super::measure::residual)) and the share of clipped samples, which have no noise and lessen that.
+    /// The noise power per sample that disturbs the tone. It follows from the power that a fit
+    /// leaves in its own bins (see [`residual`](super::measure::residual)) and from the share of
+    /// clipped samples, which have no noise and lessen that power.
     ///
-    /// A front end that limits is noisier near its rails, and at other frequencies than the tone's: then the noise of all samples is too
-    /// much. Where a harmonic is among the fit's bins, their rest is.
+    /// A front end that limits is noisier near its rails, and at other frequencies than the
+    /// tone's: then the noise of all samples is too much. If a harmonic is among the fit's bins,
+    /// their residual is too much.
     pub fn near(&self, residual: f32, clipped: f32) -> f32 {
         self.noise.min(residual / (1.0 - clipped))
     }
 
-    /// One standard deviation, in bins, of the frequency that was asked about, of which noise of this power alone would make
-    /// `sigma` in a whole record.
+    /// One standard deviation, in bins, of the stated frequency; noise of this power alone would
+    /// make `sigma` in a whole record.
     ///
-    /// The offset is known, but not taken away: it is what a reader must reckon with.
+    /// The offset is known, but the frequency is not corrected by it. So it is part of the error.
     pub fn widened(&self, sigma: f32, noise: f32) -> f32 {
         let variance = (sigma * sigma).max(noise / self.information);
         (variance + self.offset * self.offset).root()
     }
 }
 
-/// An offset, and how well it is known: noise power of a part divided by the information is its variance.
+/// An offset and its information: the noise power of a part divided by it is the offset's
+/// variance.
 #[derive(Clone, Copy)]
 struct Found {
     offset: f32,
@@ -142,7 +150,7 @@ struct Found {
 }
 
 impl Found {
-    /// Both together.
+    /// The result of two parts.
     fn and(self, other: Self) -> Self {
         let information = self.information + other.information;
         let sum = self.offset * self.information + other.offset * other.information;
@@ -155,9 +163,9 @@ struct Search {
     codes: Codes,
     lag: usize,
     frequency: Frequency,
-    /// Noise power of a part.
+    /// The noise power of a part.
     noise: f32,
-    /// Whether the loop is that of the definition.
+    /// Whether the portable definition runs in place of the kernel.
     portably: bool,
 }
 
@@ -176,7 +184,7 @@ impl Search {
         let mut start = 0;
         while start < part.length {
             let end = (start + length).min(part.length);
-            // A return on, or before at the end of the record.
+            // One lag on, or one lag back at the end of the record.
             let before = end + self.lag > part.length;
             let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
             let (samples, others) = (part.from(start), part.from(other));
@@ -194,7 +202,8 @@ impl Search {
         equations.solved(amplitude)
     }
 
-    /// The codes between the rails, and those that noise does not take to a rail; if it takes all, some are left.
+    /// The codes between the rails, and those that noise does not move to a rail. If noise could
+    /// move all, some remain.
     fn rails(&self) -> [Between; 2] {
         let (low, high) = self.codes.rails();
         let most = (i32::from(high) - i32::from(low)) >> 3;
@@ -214,7 +223,8 @@ fn q30(z: Complex<f32>) -> Turn {
     [quantised(z.re, 30), quantised(z.im, 30)]
 }
 
-/// The normal equations for m, a, b and -pi A d: of their symmetric matrix what begins on the diagonal, and then the right side.
+/// The normal equations for m, a, b and -pi A d. A row holds the symmetric matrix from its
+/// diagonal on, and then the right side.
 #[derive(Default)]
 struct Equations {
     rows: [[f32; 5]; 4],
@@ -237,9 +247,9 @@ impl Equations {
         }
     }
 
-    /// By elimination; the last unknown is the first to be known.
+    /// Solves the equations by elimination. The last unknown comes out first.
     fn solved(mut self, amplitude: f32) -> Found {
-        /// Where less is left of a pivot nobody knows.
+        /// With a smaller pivot the unknown is not determined.
         const LEAST: f32 = 1e-3;
         let mut rows = self.rows.as_mut_slice();
         while let Some((first, rest)) = rows.split_first_mut() {
@@ -257,7 +267,7 @@ impl Equations {
         let d = wrs / wwss;
         let b = (rs - wss * d) / ss;
         let a = (rc - cs * b - wcs * d) / cc;
-        // The tone without the rails is stronger.
+        // Without the rails the tone is stronger.
         let slope = core::f32::consts::PI * (amplitude + a).max(amplitude);
         Found { offset: -d / slope, information: wwss * slope * slope }
     }

@@ -1,4 +1,5 @@
-//! Least squares over the bins of a [`Zoom`]: a tone whose place is known, at a tenth of the cost.
+//! Least squares over the bins of a [`Zoom`]. It measures a tone whose place is known, at a tenth
+//! of the cost of a whole measurement.
 //!
 //! With c the centre bin, the tone at bin c + d, i counted from the centre, and the angles
 //!
@@ -12,10 +13,11 @@
 //! Y[c + i] exp(-j pi (i/32 + c/N)) = (a + j b) / sin x_i + r (a - j b) / sin z_i        r = h(2 c + d) / h(d)
 //! ```
 //!
-//! so the real parts are a multiple of `1/sin x + r/sin z` and the imaginary parts of `1/sin x - r/sin z`: two
-//! linear parameters and d, as in the fit of the full way. I/Q records have no image, r = 0. Without the image the error at
-//! 60 dB would be 60 times the bound. Thirteen bins about the strongest; the one that holds the constant offset is
-//! left out.
+//! Hence the real parts are a multiple of `1/sin x + r/sin z` and the imaginary parts one of
+//! `1/sin x - r/sin z`: two linear parameters and d, as in the fit to a whole spectrum. I/Q
+//! records have no image, r = 0. Without the image the error at 60 dB would be 60 times the bound.
+//! The fit reads thirteen bins around the strongest, without the one that holds the constant
+//! offset.
 //!
 //! This fit is this project's own.
 
@@ -29,46 +31,46 @@ use num_complex::Complex;
 /// Bins on each side of the strongest.
 const REACH: i32 = 6;
 
-/// The tone is looked for so many bins to each side of where it is expected.
+/// The tone is searched this many bins to each side of the expected place.
 const WITHIN: i32 = 2;
 
-/// The farthest from the centre that it may be expected, in bins.
+/// The largest distance of the expected place from the centre, in bins.
 const FARTHEST: i32 = 5;
 
 /// The largest distance from the centre that the fit reads.
 const WIDEST: i32 = FARTHEST + WITHIN + REACH;
 
-/// Within so many bins of a multiple of 32, that is the centre.
+/// Near a multiple of 32, within this many bins, the multiple itself is the centre.
 const BLIND: i32 = 4;
 
-/// The place of the strongest among the bins that the fit reads.
+/// The index of the strongest bin among the bins that the fit reads.
 const MIDDLE: usize = REACH as usize;
 
-/// Bins that the fit reads.
+/// The number of bins that the fit reads.
 const CELLS: usize = 2 * REACH as usize + 1;
 
-/// Evaluations at most, the move after which there is always a further one, in bins, and the largest share of the
-/// variance that the square of the last move may have: a step of Gauss and Newton leaves no more of an error than its
-/// square.
+/// The most evaluations; the move, in bins, after which another always follows; and the largest
+/// share of the variance that the square of the last move may have. A Gauss-Newton step leaves no
+/// more of an error than its square.
 const STEPS: usize = 4;
 const SETTLED: f32 = 0.1;
 const SHARE: f32 = 0.04;
 
-/// So far from where the image was worked out, in bins, it is worked out anew.
+/// The image is computed anew for a tone farther than this from where it was computed, in bins.
 const FAR: f32 = 0.02;
 
-/// The shapes are nought over nought just at a bin; so near to it they are not asked.
+/// At a bin the shapes are 0/0. Nearer than this, in bins, they are not evaluated.
 const NEAREST: f32 = 1e-6;
 
 /// The angle of one bin.
 const BIN: f32 = core::f32::consts::PI / POINTS as f32;
 
-/// What is known of a centre before any record.
+/// The constants of a centre.
 #[derive(Clone, Debug)]
 pub struct Place {
     centre: i32,
     n: i32,
-    /// The distance of the bin of the constant offset from the centre, if it is not the centre.
+    /// The distance from the centre to the bin of the constant offset, unless it is the centre.
     blind: i32,
     /// Cosine and sine of 2 pi c / N.
     turn: Complex<f32>,
@@ -76,10 +78,11 @@ pub struct Place {
     back: [Complex<f32>; 2 * WIDEST as usize + 1],
 }
 
-/// The centre from which a tone at `bins` is best seen; `None` too near to DC or Nyquist of a real record.
+/// The centre from which a tone at `bins` is seen best; `None` too near DC or Nyquist of a real
+/// record.
 ///
-/// A constant offset falls into the bins that are multiples of 32, wherever the centre is; but from a centre that is such a
-/// multiple the boxcar does not see it at all.
+/// A constant offset falls into the bins that are multiples of 32, wherever the centre is. But if
+/// the centre is such a multiple, the boxcar does not pass the offset at all.
 pub fn centre<R: Record>(bins: f32, n: usize) -> Option<i32> {
     const EDGE: f32 = 8.0;
     if !(R::IQ || (EDGE..=n as f32 / 2.0 - EDGE).contains(&bins)) {
@@ -91,33 +94,34 @@ pub fn centre<R: Record>(bins: f32, n: usize) -> Option<i32> {
     Some(if (nearest - multiple).abs() <= BLIND { multiple } else { nearest })
 }
 
-/// A tone, found in a zoom.
+/// A tone found in a zoom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// Its distance from the centre, in bins.
+    /// The distance of the tone from the centre, in bins.
     pub offset: f32,
-    /// How well the bins pin it: the noise power of a bin divided by twice this is the variance in bins^2.
+    /// The information: the noise power of a bin divided by twice this is the variance in bins^2.
     pub information: f32,
     /// The square of the amplitude in codes.
     pub amplitude_squared: f32,
     /// The power of the bins that the tone explains, in squared codes.
     pub explained: f32,
-    /// The power it does not, and how many real numbers that has.
+    /// The residual power, and its free real numbers.
     pub residual: f32,
     /// See [`Found::residual`].
     pub freedom: u32,
 }
 
-/// The bins that enter the fit, turned.
+/// The bins of the fit, turned.
 struct Cells {
-    /// The strongest, by its distance from the centre.
+    /// The strongest bin, as a distance from the centre.
     peak: i32,
     z: [Complex<f32>; CELLS],
-    /// 1, or 0 for the one that does not count.
+    /// 1, or 0 for the bin that does not count.
     weights: &'static [f32; CELLS],
 }
 
-/// The sums of one of the two parts: of the shape, its slope, and what a first height of the tone leaves of the bins.
+/// The sums of one of the two parts: of the shape, of its slope, and of the bins less a first
+/// height of the tone.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     height: f32,
@@ -144,7 +148,7 @@ impl Sums {
         self.yy += y * y;
     }
 
-    /// The linear parameter and what follows of it.
+    /// The linear parameter and its consequences.
     fn solve(&self) -> Part {
         let inverse = 1.0 / self.pp;
         let (more, lean) = (self.py * inverse, self.ps * inverse);
@@ -160,8 +164,8 @@ impl Sums {
     }
 }
 
-/// The linear parameter of a part, how it falls with the offset, and its share of the gradient, of the information, of the
-/// power explained and of the rest.
+/// The linear parameter of a part, its slope over the offset, and its share of the gradient, of
+/// the information, of the explained power and of the residual.
 struct Part {
     height: f32,
     lean: f32,
@@ -194,8 +198,9 @@ impl Place {
         (bins - self.centre as f32).abs() <= FARTHEST as f32 - 0.5
     }
 
-    /// The strongest tone near `expected`, its distance from the centre in bins (at most 5); `None` where there is
-    /// nothing at all. Cost: some 900 operations, half of them again where a second evaluation is needed.
+    /// The strongest tone near `expected`, a distance from the centre of at most 5 bins; `None` if
+    /// there is nothing at all. Cost: some 900 operations, half of them again if a second
+    /// evaluation is needed.
     pub fn fit<R: Record>(&self, zoom: &Zoom, expected: f32) -> Option<Found> {
         let expected = (libm::rintf(expected) as i32).clamp(-FARTHEST, FARTHEST);
         let mut cells = Cells {
@@ -243,7 +248,7 @@ impl Place {
         })
     }
 
-    /// The strongest bin about the expected one.
+    /// The strongest bin near the expected one.
     fn strongest(&self, zoom: &Zoom, expected: i32) -> Option<i32> {
         let (mut most, mut peak) = (0.0, None);
         for step in 0..2 * WITHIN + 1 {
@@ -257,7 +262,7 @@ impl Place {
         peak
     }
 
-    /// Fills in the bins about the strongest one.
+    /// Fills in the bins around the strongest one.
     fn read(&self, zoom: &Zoom, cells: &mut Cells) -> Option<()> {
         let first = cells.peak - REACH;
         let (_, back) = self.back.split_at_checked(usize::try_from(first - Self::FIRST).ok()?)?;
@@ -277,8 +282,9 @@ impl Place {
         Some(())
     }
 
-    /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its slope over d. Without
-    /// the slope the steps would still end at the right place, but near bin 16 too slowly.
+    /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its
+    /// slope over d. Without the slope the steps would still end at the right place, but too
+    /// slowly near bin 16.
     fn image<R: Record>(&self, cells: &Cells, offset: f32) -> Image {
         let twice = self.centre.wrapping_mul(2);
         let parts = parts_at(twice.wrapping_add(2 * cells.peak - REACH));
@@ -311,20 +317,20 @@ struct Image {
     parts: &'static [[f32; 2]; CELLS],
     ratio: f32,
     drift: f32,
-    /// Where ratio and drift are known.
+    /// The offset for which ratio and drift were computed.
     from: f32,
 }
 
 impl Cells {
-    /// The normal equations at an offset from the strongest bin. Shapes are scaled by sin x of that bin, so that they are 1
-    /// there.
+    /// The normal equations at an offset from the strongest bin. Shapes are scaled by sin x of
+    /// that bin, which has the shape 1.
     fn step<R: Record>(&self, offset: f32, image: &Image) -> Step {
         let away = if offset.abs() < NEAREST { NEAREST } else { offset };
         let x = BIN * away;
         let (sin, cos) = (x * sinc(x * x), cosine(x * x));
         let ratio = image.ratio + image.drift * (offset - image.from);
         let (height, tilt, drift) = (ratio * sin, ratio * BIN, image.drift * sin);
-        // From the strongest bin alone, so that small numbers are left to be summed.
+        // Relative to the strongest bin, so that the sums are of small numbers.
         let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
         let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
         let (mut re, mut im) = (Sums::of(middle.re / (1.0 + q)), Sums::of(middle.im / (1.0 - q)));
@@ -357,7 +363,7 @@ impl Cells {
         }
     }
 
-    /// Where to begin: Jacobsen's ratio, exact for a tone without an image in wide records.
+    /// The start: Jacobsen's ratio, which is exact for a tone without an image in long records.
     fn start(&self) -> f32 {
         let [_, _, _, _, _, below, peak, above, ..] = self.z;
         let sum = peak + peak - below - above;
@@ -365,7 +371,7 @@ impl Cells {
     }
 }
 
-/// One evaluation: how far to go on, and what there will be then.
+/// One evaluation: the next move, and the result after it.
 struct Step {
     forward: f32,
     information: f32,
@@ -374,19 +380,19 @@ struct Step {
     residual: f32,
 }
 
-/// Within 0.75 bin of the peak; the peak itself where `d` is not a number.
+/// Held to 0.75 bin from the peak; the peak itself if `d` is not a number.
 fn near(d: f32) -> f32 {
     if d.is_nan() { 0.0 } else { d.clamp(-0.75, 0.75) }
 }
 
-/// The noise power per sample that a fit leaves: a rough one, of some 23 numbers.
+/// The noise power per sample that a fit leaves: a rough one, from some 23 numbers.
 pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     let parts = if R::IQ { 2.0 } else { 1.0 };
     let floor = ROUNDING as f32 * parts;
     (2.0 * found.residual / (found.freedom.max(1) as f32 * n as f32)).max(floor)
 }
 
-/// What a bin's distance from the strongest makes of the tone's shape.
+/// The effect of a bin's distance from the strongest on the tone's shape.
 #[derive(Clone, Copy)]
 struct Own {
     /// Sine and cosine of `pi j / 32`.
@@ -412,10 +418,10 @@ const fn own() -> [Own; CELLS] {
     table
 }
 
-/// All bins of a fit count.
+/// Weights with which all bins of a fit count.
 static ALL: [f32; CELLS] = [1.0; CELLS];
 
-/// All but one, by its place.
+/// Weights without one bin, by its index.
 static BUT_ONE: [[f32; CELLS]; CELLS] = but_one();
 
 #[allow(clippy::indexing_slicing)]
@@ -429,7 +435,7 @@ const fn but_one() -> [[f32; CELLS]; CELLS] {
     table
 }
 
-/// Sine and cosine of `pi j / 32` for j of a whole turn and the bins of a fit beyond.
+/// Sine and cosine of `pi j / 32`, for j of a whole turn and the bins of a fit beyond.
 static PARTS: [[f32; 2]; 2 * POINTS + CELLS] = parts::<{ 2 * POINTS + CELLS }>(0);
 
 /// Sines and cosines from `first` on.
@@ -439,7 +445,7 @@ fn parts_at<const COUNT: usize>(first: i32) -> &'static [[f32; 2]; COUNT] {
     parts.unwrap_or(&[[0.0; 2]; COUNT])
 }
 
-// Const functions cannot use `get_mut`; an index out of range would be a compile error.
+// Const functions cannot use `get_mut`. An index out of range would not compile.
 #[allow(clippy::indexing_slicing)]
 const fn parts<const COUNT: usize>(first: i32) -> [[f32; 2]; COUNT] {
     let mut table = [[0.0; 2]; COUNT];
@@ -448,7 +454,7 @@ const fn parts<const COUNT: usize>(first: i32) -> [[f32; 2]; COUNT] {
     while j < COUNT {
         let place = (first + j as i32).rem_euclid(turn) as usize;
         let (sin, cos) = sin_cos(place, 2 * POINTS);
-        // The sine of half a turn is zero and not 1e-16: the fit asks.
+        // The sine of half a turn is zero and not 1e-16, because the fit tests for zero.
         table[j] = [
             if place.is_multiple_of(POINTS) { 0.0 } else { sin as f32 },
             if place % POINTS == POINTS / 2 { 0.0 } else { cos as f32 },
@@ -465,8 +471,8 @@ mod tests {
     use crate::math::scalar::Scalar;
     use crate::spectrum::zoom::Oscillator;
 
-    /// Offset and amplitude of a noiseless tone of 16 bits: what is left is the converter's rounding and the Q15
-    /// factors.
+    /// Offset and amplitude of a noiseless tone of 16 bits. The converter's rounding and the Q15
+    /// factors limit the error.
     fn check<R: Record, const N: usize>(centre: i32, offset: f64) {
         let amplitude = 30000.0;
         let samples = core::array::from_fn(|n| {

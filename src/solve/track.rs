@@ -138,17 +138,19 @@ pub struct Track {
     learnt: Learnt,
 }
 
-/// What a track learns from its measurements: how far they scatter, and how restless the target is.
+/// What a track learns from its measurements: how far they scatter, and how restless the target
+/// is.
 ///
-/// A measurement's sigma says what noise does within one block. A target with many reflecting parts scatters more from block to
-/// block, and nobody knows beforehand how it moves. The innovations tell both. Over their own sigma they have a mean square of 1:
-/// where it is more, measurements scatter more. One does not depend on the one before: where two in a row lie on the same side,
-/// the target accelerates more than was expected.
+/// A measurement's sigma says what noise does within one block. A target with many reflecting
+/// parts scatters more from block to block, and nobody knows beforehand how it moves. The
+/// innovations, divided by their own sigma, tell both. Their mean square should be 1: if it is
+/// more, the measurements scatter more. Each should be independent of the one before: if two in a
+/// row lie on the same side, the target accelerates more than expected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Learnt {
     /// The variance of a measurement as its blocks say, averaged.
     variance: f32,
-    /// Logarithms of by how many times that variance is more, and sigma of the acceleration; not below 0.
+    /// Logarithms of two factors, not below 0: of that variance and of the acceleration's sigma.
     scatter: f32,
     unrest: f32,
     /// The last innovation over its sigma.
@@ -156,16 +158,18 @@ struct Learnt {
 }
 
 impl Learnt {
-    /// How fast it learns, and what noise alone must not exceed: otherwise a steady target would seem restless by chance.
+    /// The speed of learning, and the level that noise alone must not exceed, so that a steady
+    /// target does not seem restless by chance.
     const SPEED: f32 = 0.05;
     const SCATTER: f32 = 1.3;
     const UNREST: f32 = 0.3;
-    /// One innovation says no more than this, and all of them no more than that. What is less than the third has no effect: a track
-    /// without anything to learn comes there one time in ten.
+    /// The most that one innovation counts, the most that all count, and the least that has an
+    /// effect. A track with nothing to learn exceeds the least one time in ten.
     const MOST: f32 = 9.0;
     const HIGHEST: f32 = 9.0;
     const EVIDENT: f32 = 0.3;
-    /// The share of a block in the average of variances, and the times by which one block may be better than that.
+    /// The share of a block in the average of variances, and the factor by which one block may be
+    /// better than the average.
     const RENEWAL: f32 = 1.0 / 8.0;
     const BETTER: f32 = 4.0;
 
@@ -173,7 +177,7 @@ impl Learnt {
         Self { variance, ..Self::default() }
     }
 
-    /// Takes the variance that a block says, and gives the one that counts.
+    /// Takes the variance that a block states. Returns the one that counts.
     fn variance(&self, block: f32) -> f32 {
         self.average(block).max(block / Self::BETTER) * Self::times(self.scatter)
     }
@@ -182,7 +186,7 @@ impl Learnt {
         if log > Self::EVIDENT { libm::expf(log) } else { 1.0 }
     }
 
-    /// The harmonic mean: a block of which something was suspicious says too much.
+    /// A harmonic mean: a suspicious block states too large a variance.
     fn average(&self, block: f32) -> f32 {
         1.0 / ((1.0 - Self::RENEWAL) / self.variance + Self::RENEWAL / block)
     }

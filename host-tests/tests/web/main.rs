@@ -2,6 +2,7 @@
 
 mod inputs;
 
+use host_tests::had;
 use inputs::{inputs, session};
 use picket::acquire::codes::Codes;
 use picket::config::Config;
@@ -29,25 +30,6 @@ static TURN: Mutex<()> = Mutex::new(());
 
 fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// What can be had; what this machine lacks is said.
-fn had<T>(result: Result<T, ToolError>) -> Option<T> {
-    const OFFLINE: [&str; 3] =
-        ["failed to download", "Could not resolve host", "Couldn't resolve host"];
-    match result {
-        Ok(had) => Some(had),
-        Err(ToolError::Build { output, .. }) if OFFLINE.iter().any(|why| output.contains(why)) => {
-            println!("skipped: the packages cannot be had: {output}");
-            None
-        }
-        Err(error @ ToolError::Missing { .. }) => {
-            println!("skipped: {error}");
-            None
-        }
-        Err(ToolError::Build { output, .. }) => panic!("{output}"),
-        Err(error) => panic!("{error}"),
-    }
 }
 
 /// What `picket analyze FILE --arith target --json` prints, one value a line.

@@ -183,9 +183,7 @@ fn within<R: Record>(bins: f64, n: usize) -> f64 {
 
 /// A search of the whole band of a record, for codes of this width.
 pub fn whole<R: Record>(n: usize, codes: Codes) -> Result<Terms, String> {
-    Config { codes, ..Config::new(1.0, Codes::signed::<12>()) }
-        .terms::<R>(n)
-        .map_err(|error| error.to_string())
+    Config::new(1.0, codes).terms::<R>(n).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -217,7 +217,7 @@ pub fn search<R: Record>(
 ) -> Result<u64, RunError> {
     // At this rate a bin is a hertz.
     let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
-    let config = Config { rate_hz: n as f64, band_hz, ..Config::new(1.0, Codes::signed::<12>()) };
+    let config = Config { band_hz, ..Config::new(n as f64, Codes::signed::<12>()) };
     let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
     let blocks = exact(n).map(pairs);
     let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, blocks.len() as u32) };
@@ -324,8 +324,8 @@ impl Count {
         self.each(stage, clipped).max()
     }
 
-    /// The instructions of a stage, record by record of the corpus. A rival's are those of the two
-    /// records before it, because no transform depends on its data.
+    /// The instructions of a stage, record by record of the corpus. A rival is counted in the
+    /// first records alone, because no transform depends on its data.
     pub fn each(&self, stage: &str, clipped: bool) -> impl Iterator<Item = u64> {
         let rate = self.core.machine.instructions_per_tick();
         let counts = self.figures.get(stage).map_or(&[][..], Vec::as_slice);

@@ -50,13 +50,8 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
         duration_s: 0.0,
     };
     let codes = Codes::unsigned::<12>();
-    let config = Config {
-        rate_hz: 250e3,
-        scene,
-        codes,
-        band_hz: Some((2e3, 120e3)),
-        ..Config::new(1.0, Codes::signed::<12>())
-    };
+    let band_hz = Some((2e3, 120e3));
+    let config = Config { scene, band_hz, ..Config::new(250e3, codes) };
     let drive = Drive::Dac { low: 400, high: 3600 };
     let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);

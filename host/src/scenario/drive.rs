@@ -19,8 +19,6 @@ const OTHER_DB: f64 = 4.0;
 /// A 77 GHz radar with 300 MHz in 1 ms at 1.024 MS/s, that follows two tones in each segment.
 pub fn config() -> Config {
     Config {
-        rate_hz: 1.024e6,
-        codes: Codes::signed::<12>(),
         scene: Waveform::Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: SPEED_OF_LIGHT / 77e9,
@@ -34,7 +32,7 @@ pub fn config() -> Config {
             most: 2,
             ..Following::default()
         },
-        ..Config::new(1.0, Codes::signed::<12>())
+        ..Config::new(1.024e6, Codes::signed::<12>())
     }
 }
 

@@ -55,25 +55,21 @@ pub const TURNTABLE_BARS: Bars = Bars { range_m: 0.0, velocity_mps: 2e-3 };
 /// The lidar's waveform: 1550 nm, 1 GHz in 10 us, 250 MS/s, a trapezoid.
 pub fn lidar() -> Config {
     Config {
-        rate_hz: 250e6,
-        codes: Codes::signed::<12>(),
         scene: Scene::Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
             duration_s: 10e-6,
         },
-        ..Config::new(1.0, Codes::signed::<12>())
+        ..Config::new(250e6, Codes::signed::<12>())
     }
 }
 
 /// The velocimeter: 1550 nm along the rim's motion, a sample each 0.1 us.
 pub fn turntable() -> Config {
     Config {
-        rate_hz: 10e6,
-        codes: Codes::signed::<12>(),
         scene: Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0 },
-        ..Config::new(1.0, Codes::signed::<12>())
+        ..Config::new(10e6, Codes::signed::<12>())
     }
 }
 

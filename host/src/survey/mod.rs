@@ -165,12 +165,7 @@ impl Survey {
         let half = self.rate_hz / 2.0;
         let low = if self.iq { -half } else { 0.0 };
         let band_hz = Some((band.0.max(low), band.1.min(half)));
-        let config = Config {
-            rate_hz: self.rate_hz,
-            codes: Codes::signed::<16>(),
-            band_hz,
-            ..Config::new(1.0, Codes::signed::<12>())
-        };
+        let config = Config { band_hz, ..Config::new(self.rate_hz, Codes::signed::<16>()) };
         with_kind!(self.iq, R => {
             let plan = config.terms::<R>(self.n).ok()?;
             let mut engine = engine::<R>(Arithmetic::F64, self.n, plan).ok()?;

@@ -3,7 +3,7 @@
 use super::error::{ToolError, io_error};
 use super::process::{Show, capture, cargo, locked};
 use super::route::{Route, route};
-use super::{dependents, workspace};
+use super::{dependents, target_dir};
 use std::fs;
 use std::path::PathBuf;
 
@@ -46,9 +46,7 @@ impl Dependent {
 
     /// Where it and the others are built.
     fn directory(&self) -> Result<PathBuf, ToolError> {
-        let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-        let target = workspace().join(base.unwrap_or_else(|| "target".into()));
-        Ok(target.join("dependents").join(route(self.triple)?.directory()))
+        Ok(target_dir().join("dependents").join(route(self.triple)?.directory()))
     }
 
     fn cargo(&self, arguments: &[&str], seen: bool) -> Result<(), ToolError> {

@@ -93,8 +93,13 @@ pub fn dependents() -> PathBuf {
     workspace().join("dependents")
 }
 
+/// Cargo's own folder for what it builds: `target`.
+fn target_dir() -> PathBuf {
+    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    workspace().join(base.unwrap_or_else(|| "target".into()))
+}
+
 /// Where firmware and what belongs to it is built: `target/firmware`.
 pub fn firmware_dir() -> PathBuf {
-    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    workspace().join(base.unwrap_or_else(|| "target".into())).join("firmware")
+    target_dir().join("firmware")
 }

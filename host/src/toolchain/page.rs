@@ -3,7 +3,7 @@
 use super::error::{ToolError, io_error};
 use super::process::{Show, capture, cargo, locked};
 use super::route::{Route, route};
-use super::workspace;
+use super::target_dir;
 use std::fs;
 use std::path::PathBuf;
 
@@ -11,8 +11,7 @@ const TRIPLE: &str = "wasm32-unknown-unknown";
 
 /// Where the page and what belongs to it is built: `target/web`.
 pub fn directory() -> PathBuf {
-    let base = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    workspace().join(base.unwrap_or_else(|| "target".into())).join("web")
+    target_dir().join("web")
 }
 
 /// Builds `picket.wasm`; gives its path.

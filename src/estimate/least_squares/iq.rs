@@ -29,7 +29,7 @@ use num_complex::Complex;
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
 pub(super) struct Side<T> {
-    /// How many bins from the peak.
+    /// The distance from the peak in bins.
     pub i: i32,
     pub u: T,
     pub m: T,
@@ -45,13 +45,14 @@ pub(super) struct Sums<T> {
     pub qq: Complex<T>,
 }
 
-/// The bins beside the peak, in whatever arithmetic.
+/// The bins beside the peak, in either arithmetic.
 pub(super) trait Sides<T> {
     /// The sums at p.
     fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model c leaves at the offset d, and where, with `centre` in the peak's own bin.
+    /// The power that the model c leaves at the offset d, and its places; the peak's own bin
+    /// leaves `centre`.
     fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>);
-    /// How many bins there are.
+    /// The number of bins.
     fn count(&self) -> usize;
 }
 
@@ -68,10 +69,10 @@ struct Floats<T>(Vec<Side<T>, { 2 * REACH }>);
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
-    /// How far to move, in units of p.
+    /// The step, in units of p.
     forward: T,
     information: T,
-    /// c at this p, and by how much it changes for each unit that p moves.
+    /// c at this p, and its slope over p.
     here: Complex<T>,
     slope: Complex<T>,
 }
@@ -86,14 +87,14 @@ pub(super) fn fit<T: Scalar, R: Record>(
         return None;
     }
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
-    // The bins are put in their place: a vector made elsewhere would be copied here.
+    // The bins are built in place: a vector made elsewhere would be copied here.
     let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
     problem.read(bins, reach, matches!(course, Course::Further(..)));
     Some(problem.fit(course))
 }
 
 impl<T: Scalar, S: Sides<T>> Problem<T, S> {
-    /// Gauss and Newton's steps.
+    /// Gauss-Newton steps.
     pub fn fit(&self, course: Course<T>) -> Fit<T> {
         let problem = self;
         let (start, steps, settled) = match course {
@@ -165,7 +166,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let (size, determinant) = (here.norm_sqr(), aa * dd - bb * bb);
         let above = qq * aa - pp * bb;
         let below = if further {
-            // What lies across the line is a change of the amplitude: it moves nothing.
+            // A residual across the line is a change of the amplitude, which moves no frequency.
             let along = (above * here.conj()).re / size;
             here * (determinant - along * bb / aa)
         } else {
@@ -253,7 +254,7 @@ impl<T: Scalar> Sides<T> for Floats<T> {
         }
         let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
         for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
-            // So near, m is 1.
+            // At this distance m is 1.
             sum = sum + sums.add(side.i, left(side)) / side.m;
             count += 1;
         }
@@ -266,8 +267,8 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 }
 
-/// Whether bin `k`, so far `away` from the peak, is that of a constant offset, which is left out where a tone alone
-/// does not explain all bins. A tone beside it needs all three bins.
+/// Whether bin `k`, `away` from the peak, is that of a constant offset. It is left out if a tone
+/// alone does not explain all bins, but not beside the tone, which needs all three bins.
 pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
     away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
 }

@@ -1,17 +1,17 @@
 //! Least squares over FFT bins: the default methods.
 //!
-//! The bins around a line are, but for noise, an exact function of the line's offset and of its complex
+//! Without noise the bins around a line are an exact function of the line's offset and complex
 //! amplitude. Gauss-Newton fits that function to `2 K + 1` bins and so uses nearly all the
-//! information of the record: 1.00 to 1.03 times the Cramer-Rao bound for K = 16, 1.05 for K = 8, at any
-//! offset and at any SNR above the threshold. It reads nothing but bins: no second pass over the samples,
-//! no window. Both fits are this project's own.
+//! information of the record: 1.00 to 1.03 times the Cramer-Rao bound for K = 16, 1.05 for K = 8,
+//! at any offset and at any SNR above the threshold. It reads nothing but bins: no second pass
+//! over the samples, no window. Both fits are this project's own.
 //!
 //! - [`iq`]: complex tones.
 //! - [`real`]: real tones, by a model that contains the mirror image; no other method of the
 //!   registry is free of bias on real samples.
 //! - [`fixed`]: both again, with the sums over the bins in integers, for cores without an FPU.
 //!
-//! Besides the offset a [`Fit`] carries amplitude, phase and the information that gives sigma.
+//! Beside the offset a [`Fit`] holds amplitude, phase and the information that gives sigma.
 
 pub mod fixed;
 pub mod iq;
@@ -34,31 +34,33 @@ use crate::spectrum::fft::twiddle::sin_cos;
 use core::mem::MaybeUninit;
 use num_complex::Complex;
 
-/// A fit's limits: the start, a step, the offset, and how near DC or Nyquist a real tone may come, in
-/// bins.
+/// A fit's limits in bins: the start, a step, the offset, and how near DC or Nyquist a real tone
+/// may come.
 const START_LIMIT: f64 = 0.75;
 const STEP_LIMIT: f64 = 0.5;
 const OFFSET_LIMIT: f64 = 0.9;
 const EDGE_LIMIT: f64 = 0.3;
 
-/// A further step is made only where the last one moved more than this, in bins. Gauss-Newton squares an
-/// error of that size below the bound that comes with it.
+/// A further step follows only if the last one moved more than this, in bins. Gauss-Newton then
+/// squares the error to less than the bound.
 const SETTLED: f64 = 0.02;
 
-/// Where a fit begins and how many steps it may take.
+/// Where a fit begins, and how many steps it may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Course<T> {
-    /// From the three middle bins; two steps, three near DC and Nyquist, each further one only
-    /// where the last moved more than 0.02 bin.
+    /// From the three middle bins. Two steps, three near DC and Nyquist; each further one only if
+    /// the last moved more than 0.02 bin.
     Usual,
-    /// From a given offset, so many steps. No step: amplitude and information at that offset.
+    /// From a given offset, with this many steps. Without a step: amplitude and information at
+    /// that offset.
     From(T, u32),
-    /// The same, but with steps that lead to least squares where more than noise is left, as of a tone whose amplitude changes.
-    /// The usual steps to I/Q tones end a little beside it then. I/Q fits leave out bin 0, which holds a constant offset.
+    /// The same, but with steps that end at least squares even if the residual is more than noise,
+    /// as of a tone whose amplitude changes. The usual steps to I/Q tones end a little beside it
+    /// then. I/Q fits leave out bin 0, which holds a constant offset.
     Further(T, u32),
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit<T> {
     /// The tone's distance from the peak bin, in bins.
@@ -66,18 +68,18 @@ pub struct Fit<T> {
     /// The tone's amplitude times half the record (real) or the record (I/Q), turned as the line is:
     /// `amplitude * exp(j phase)` follows by [`Fit::tone`].
     pub line: Complex<T>,
-    /// How well the bins pin the offset: the noise power of a bin divided by twice this is the variance of the
-    /// offset in bins^2.
+    /// The information about the offset: the noise power of a bin divided by twice this is the
+    /// variance of the offset in bins^2.
     pub information: T,
     /// The model's value of the peak bin.
     pub(crate) peak: Complex<T>,
-    /// How far the peak bin is from the tone, in the measure of the noise estimate: `p` of [`real`], or
-    /// `1 - exp(j 2 pi offset / N)` for I/Q.
+    /// The distance of the peak bin from the tone as the noise estimate uses it: `p` of [`real`],
+    /// or `1 - exp(j 2 pi offset / N)` for I/Q.
     pub(crate) lever: Complex<T>,
     /// The power that the model leaves in the fitted bins, in squared codes.
     pub residual: T,
-    /// How many real numbers of the bins the parameters leave free: noise alone leaves half this number
-    /// times the noise power of a bin.
+    /// The real numbers of the bins less the parameters. Noise alone leaves half this number times
+    /// the noise power of a bin.
     pub freedom: u32,
     /// What the model leaves near the line.
     pub rest: Rest<T>,
@@ -127,7 +129,7 @@ fn gain<T: Scalar>(iq: bool, n: usize) -> T {
     T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
 }
 
-/// How many bins on each side of the peak a fit reads.
+/// The bins that a fit reads on each side of the peak.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -142,13 +144,13 @@ pub enum Reach {
 }
 
 impl Reach {
-    /// How many bins on each side: 4, 8 or 16.
+    /// The number of bins on each side: 4, 8 or 16.
     pub const fn bins(self) -> usize {
         4 << self as usize
     }
 }
 
-/// Fits a tone to `2 reach + 1` bins of either kind of record; `None` where nothing can be fitted: no
+/// Fits a tone to `2 reach + 1` bins of either kind of record; `None` if nothing can be fitted: no
 /// signal, or the peak of a real record at DC or Nyquist.
 pub fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
@@ -158,8 +160,8 @@ pub fn fit<T: Scalar, R: Record>(
     fit_bins(bins, reach.bins(), course)
 }
 
-/// [`fit`] to the bins around `peak` of a record of N samples: only those within reach are looked at, and what depends
-/// on N alone is worked out by the compiler.
+/// [`fit`] to the bins around `peak` of a record of N samples. It reads only the bins within
+/// reach. What depends on N alone is computed at compile time.
 pub fn fit_at<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
@@ -178,7 +180,8 @@ pub fn fit_at<R: Record, const N: usize>(
     }
 }
 
-/// [`fit_at`] for a real record of N samples, of which these are the bins within reach of `peak`, in units of `2^exponent` codes.
+/// [`fit_at`] for a real record of N samples. `bins` are those within reach of `peak`, in units of
+/// `2^exponent` codes.
 pub(crate) fn fit_points<const N: usize>(
     points: &[Point],
     peak: i32,
@@ -198,8 +201,8 @@ pub(crate) fn fit_points<const N: usize>(
     real::fit(N as i32, peak, bins, reach, course, distance)
 }
 
-/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` where they do not matter, or cannot be told from
-/// the tone, and for I/Q.
+/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
+/// the slow terms do not matter or cannot be told from the tone.
 ///
 /// Cost: seven times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
@@ -215,7 +218,7 @@ pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     real::fit_beside_slow(N as i32, peak, |k| bins.at(k), reach.bins(), distance)
 }
 
-/// What the fit of a real tone needs to know of a bin i bins from the peak, with `e = 2 pi / N`.
+/// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
 #[derive(Clone, Copy)]
 pub(crate) struct Distance<T> {
     /// `sin(e i) / e`
@@ -236,16 +239,16 @@ impl<T: Scalar> Distance<T> {
     }
 }
 
-/// Every distance up to the reach.
+/// The constants of every distance up to the reach.
 const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     let mut table = [Distance { near: 0.0, bend: 0.0, versine: 0.0 }; REACH + 1];
     let e = core::f64::consts::TAU / N as f64;
     let mut i = 1;
     while i <= REACH {
-        // Half the angle: 1 - cos without cancellation.
+        // By half the angle, so that 1 - cos does not cancel.
         let (sin, cos) = sin_cos(i, 2 * N);
         let versine = 2.0 * sin * sin;
-        // The compiler runs this: an index out of range would not build.
+        // This runs at compile time: an index out of range would not compile.
         #[allow(clippy::indexing_slicing)]
         {
             table[i] = Distance {
@@ -272,7 +275,8 @@ pub(crate) fn fit_bins<T: Scalar, R: Record>(
     real::fit(n, bins.peak(), |k| bins.at(k), reach, course, |i| Distance::new(i, n))
 }
 
-/// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 where there is no signal.
+/// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 if there is no
+/// signal.
 ///
 /// 1.00 to 1.03 times the Cramer-Rao bound (K = 16). Cost for K = 16, counted at 20 dB: about
 /// 1000 multiplications and 180 divisions beyond the FFT.
@@ -280,8 +284,8 @@ pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>)
     fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
 }
 
-/// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 where there is no
-/// signal. Valid for 1.5 < f < N/2 - 1.5 bins; a DC offset has no effect.
+/// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 if there is no
+/// signal. Valid for 1.5 < f < N/2 - 1.5 bins. A DC offset has no effect.
 ///
 /// 1.03 (K = 16) to 1.05 (K = 8) times the Cramer-Rao bound. Cost for K = 16, counted at 20 dB:
 /// about 1250 multiplications and 120 divisions beyond the FFT.
@@ -296,12 +300,12 @@ fn distances(reach: usize) -> core::ops::RangeInclusive<i32> {
 
 fn limit<T: Scalar>(x: T, bound: f64) -> T {
     let bound = T::of(bound);
-    // `max` and `min` take the number where the other is not one.
+    // `max` and `min` return the number if the other is NaN.
     if x.is_nan() { T::zero() } else { x.max(-bound).min(bound) }
 }
 
-/// The first two, which are the peak's neighbours. (Collecting into a vector panics where it is full, and a compiler that
-/// wants a small image does not see that it never is.)
+/// The first two items, the peak's neighbours. Collecting into a full vector panics, and a
+/// compiler that optimises for size does not see that it never is full.
 fn first_two<T>(sides: impl Iterator<Item = T>) -> heapless::Vec<T, 2> {
     let mut near = heapless::Vec::new();
     for side in sides.take(2) {

@@ -41,7 +41,7 @@ use num_complex::Complex;
 /// A bin beside the peak.
 #[derive(Clone, Copy)]
 struct Side<T> {
-    /// How many bins from the peak.
+    /// The distance from the peak in bins.
     i: i32,
     u: T,
     s: T,
@@ -73,15 +73,16 @@ struct Problem<T> {
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
-    /// How far to move, in units of p.
+    /// The step, in units of p.
     forward: T,
     information: T,
     line: Complex<T>,
-    /// By how much `line` changes for each unit that p moves.
+    /// The slope of `line` over p.
     slope: Complex<T>,
 }
 
-/// Fits a tone to the bins around `peak` of a record of `n` samples; `bin(k)` is that k bins from the peak.
+/// Fits a tone to the bins around `peak` of a record of `n` samples. `bin(k)` is the bin k bins
+/// from the peak.
 pub(super) fn fit<T: Scalar>(
     n: i32,
     peak: i32,
@@ -93,10 +94,12 @@ pub(super) fn fit<T: Scalar>(
     Some(Problem::new(n, peak, bin, reach, distance)?.fit(course))
 }
 
-/// How often slow terms and the tone are fitted in turn. Each turn leaves a tenth of what is wrong at bin 5, a third at bin 3.
+/// Turns of fitting slow terms and the tone one after the other. Each turn leaves a tenth of the
+/// error at bin 5, a third at bin 3.
 const TURNS: u32 = 6;
 
-/// The same beside what a drift and a hum of up to one and a half cycles leave of their own bins, which lie below: see [`slow`].
+/// The same beside the leakage of a drift and of a hum of up to one and a half cycles, whose own
+/// bins lie below: see [`slow`].
 pub(super) fn fit_beside_slow<T: Scalar>(
     n: i32,
     peak: i32,
@@ -113,14 +116,14 @@ pub(super) fn fit_beside_slow<T: Scalar>(
         fit = problem.fit(Course::From(fit.offset, 1));
     }
     fit.freedom = fit.freedom.saturating_sub(slow::TERMS).max(1);
-    // What the slow terms take of the information.
+    // The information that the slow terms take.
     let far = T::of_i32(peak);
     fit.information = fit.information / (T::one() + T::of(4.5) / (far * far));
     Some(fit)
 }
 
 impl<T: Scalar> Problem<T> {
-    /// `None` where nothing can be fitted.
+    /// `None` if nothing can be fitted.
     fn new(
         n: i32,
         peak: i32,
@@ -134,7 +137,7 @@ impl<T: Scalar> Problem<T> {
         }
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
         let w = circle::<T>(peak, n);
-        // The bins are put in their place: a vector made elsewhere would be copied here.
+        // The bins are built in place: a vector made elsewhere would be copied here.
         let mut problem =
             Problem { peak, last, e, c: e * (w.re / w.im), centre, sides: Vec::new() };
         problem.read(bin, reach, distance);
@@ -148,7 +151,7 @@ impl<T: Scalar> Problem<T> {
         side.x - model * h
     }
 
-    /// Takes slow terms, as they are in what a fit leaves, away from the bins.
+    /// Subtracts slow terms, as the residual shows them, from the bins.
     fn take_slow_terms(&mut self, n: i32, fit: &Fit<T>) {
         let (p, line) = (fit.lever.re, fit.peak);
         let mut sums = slow::Sums::new();
@@ -164,7 +167,7 @@ impl<T: Scalar> Problem<T> {
         }
     }
 
-    /// Gauss and Newton's steps.
+    /// Gauss-Newton steps.
     fn fit(&self, course: Course<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
@@ -325,7 +328,7 @@ impl<T: Scalar> Problem<T> {
         sums
     }
 
-    /// The power that the model leaves, of which the peak's own bin has `centre`, and where.
+    /// The power that the model leaves and its places; the peak's own bin leaves `centre`.
     fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let left = |side: &Side<T>| self.left(p, line, side);
         let far = |sides: &[Side<T>], sum| {

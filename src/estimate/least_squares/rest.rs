@@ -1,10 +1,12 @@
-//! What a fit leaves near its line, and how much of that is along the ways in which a tone moves.
+//! What a fit leaves near its line, and how much of that lies along the directions in which a tone
+//! changes.
 //!
-//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. Besides its line c the tone then has
-//! the bins `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of `x = pi (d - i)`: these are orthogonal to one another. What
-//! is left along their real part is a change of the amplitude, along their imaginary part one of the phase. The fit takes order 0
-//! and the phase of order 1, which is a frequency. So a tone that moves shows in five directions above those, and noise has no
-//! more in them than elsewhere.
+//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. Beside
+//! its line c the tone then has the bins `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of
+//! `x = pi (d - i)`, which are orthogonal to one another. A residual along their real part is a
+//! change of the amplitude, one along their imaginary part a change of the phase. The fit itself
+//! takes order 0 and the phase of order 1, which is a frequency. So a tone that moves shows in
+//! five directions of higher order. Noise is no stronger in them than elsewhere.
 //!
 //! With s and c the sine and the cosine of `pi d`, and `y = 1/x`, the functions follow from one another:
 //!
@@ -17,7 +19,7 @@ use crate::math::series::line_shape;
 use core::f64::consts::{FRAC_PI_4, PI};
 use num_complex::Complex;
 
-/// Bins on each side that are looked at.
+/// Bins on each side that are read.
 pub(super) const NEAR: usize = 8;
 
 /// What a fit leaves near its line.
@@ -25,16 +27,16 @@ pub(super) const NEAR: usize = 8;
 pub struct Rest<T> {
     /// The power in the bins up to 2, 4 and 8 from the peak, in squared codes.
     pub within: [T; 3],
-    /// What is left, times the functions of order 1, 2 and 3, in codes.
+    /// The residual times the functions of order 1, 2 and 3, in codes.
     pub along: [Complex<T>; 3],
     /// The square of the cosine of pi times the offset.
     pub cosine_squared: T,
 }
 
-/// The sums over the bins, in the making.
+/// The sums over the bins while they grow.
 #[derive(Clone, Copy)]
 pub(super) struct Sums<T> {
-    /// pi times the offset, and the sine and cosine of that.
+    /// pi times the offset, with its sine and cosine.
     x: T,
     sine: T,
     cosine: T,
@@ -44,7 +46,7 @@ pub(super) struct Sums<T> {
 }
 
 impl<T: Scalar> Sums<T> {
-    /// Of a tone at the offset d, with what is left of the peak's own bin.
+    /// For a tone at the offset d; `centre` is the residual of the peak's own bin.
     pub fn new(d: T, centre: Complex<T>) -> Self {
         let (zero, of) = (T::zero(), T::of);
         let x = d * of(PI);
@@ -66,7 +68,7 @@ impl<T: Scalar> Sums<T> {
         }
     }
 
-    /// Adds what is left i bins from the peak, within [`NEAR`] and not 0. Returns its power.
+    /// Adds the residual i bins from the peak, within [`NEAR`] and not 0. Returns its power.
     #[inline(always)]
     pub fn add(&mut self, i: i32, left: Complex<T>) -> T {
         let power = left.norm_sqr();
@@ -100,7 +102,7 @@ impl<T: Scalar> Sums<T> {
 }
 
 impl<T: Scalar> Rest<T> {
-    /// Nothing is left, or nobody asks.
+    /// No residual, or none is wanted.
     pub(super) fn none() -> Self {
         let zero = T::zero();
         let along = [Complex::new(zero, zero); 3];
@@ -118,7 +120,7 @@ fn series<T: Scalar>(z: T, [a, b, c]: [f64; 3]) -> T {
 mod tests {
     use super::*;
 
-    /// Bins of a tone whose phase bends: what the line leaves of them is along the second function alone.
+    /// Bins of a tone whose phase bends: the line leaves only the second function of them.
     #[test]
     fn a_bent_phase_is_along_the_second_function() {
         for d in [-0.5, -0.1, 0.0, 0.3, 0.9] {

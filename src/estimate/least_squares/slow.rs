@@ -1,17 +1,19 @@
-//! What is slower than a tone and leaks into its bins: a drift, and hum of less than two cycles in the record.
+//! Slow terms, which leak into a tone's bins: a drift, and hum of less than two cycles in the
+//! record.
 //!
-//! With `t = pi k / N`, a straight line over the record has the bins `j exp(j t) / sin t`, a parabola
-//! `exp(j t) cos t / sin^2 t`, and all that is slow besides, far from its own bins, nearly `j exp(j t) / sin^3 t`. So three real
-//! numbers are fitted to what a tone leaves of its bins.
+//! With `t = pi k / N`, a straight line over the record has the bins `j exp(j t) / sin t`, and a
+//! parabola `exp(j t) cos t / sin^2 t`. Any other slow term, far from its own bins, has nearly `j
+//! exp(j t) / sin^3 t`. So three real numbers are fitted to the residual of a tone in its bins.
 
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;
 use num_complex::Complex;
 
-/// How many numbers are fitted.
+/// The number of fitted terms.
 pub(super) const TERMS: u32 = 3;
 
-/// Tones from this bin on have no slow terms worth mention among their bins; below the other they are not told from slow terms.
+/// The bins between which slow terms matter. Above them slow terms are negligible; below them they
+/// cannot be told from a tone.
 pub const HIGHEST: i32 = 48;
 pub const LOWEST: i32 = 3;
 
@@ -30,7 +32,7 @@ pub(super) struct Bin<T> {
 }
 
 impl<T: Scalar> Bin<T> {
-    /// Bin `k` of a record of `n` samples. Scaled so that all are about 1 at bin 8.
+    /// Bin `k` of a record of `n` samples. The scale makes all values about 1 at bin 8.
     pub fn new(k: i32, n: i32) -> Self {
         let turn = circle::<T>(k, n.saturating_mul(2));
         let near = T::of(8.0 * core::f64::consts::PI) / (T::of_i32(n) * turn.im);
@@ -38,7 +40,7 @@ impl<T: Scalar> Bin<T> {
         Self { turn, line: near, parabola: square * turn.re, rest: square * near }
     }
 
-    /// What the terms have in this bin.
+    /// The terms' sum in this bin.
     pub fn value(&self, &[line, parabola, rest]: &Terms<T>) -> Complex<T> {
         self.turn * Complex::new(parabola * self.parabola, line * self.line + rest * self.rest)
     }

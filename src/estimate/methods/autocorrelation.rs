@@ -1,7 +1,7 @@
 //! The phase of the autocorrelation, and FESA, which chooses between it and Quinn's estimator.
 //!
-//! All of them need the samples, and complex ones: on real records they are wrong by 0.2 to 0.5 bin, so
-//! they take [`Iq`] only.
+//! All of them need complex samples. On real records they are wrong by 0.2 to 0.5 bin, so they
+//! take [`Iq`] only.
 //!
 //! ```compile_fail,E0308
 //! use picket::acquire::sample::{Real, Iq};
@@ -12,8 +12,8 @@
 //! }
 //! ```
 //!
-//! Offsets are in bins from the peak, positive upwards; without noise any offset within half a period of
-//! the phase, `N / (2 m)` bins for lag `m`, is found.
+//! Offsets are in bins from the peak, positive upwards. Without noise they find any offset within
+//! half a period of the phase, `N / (2 m)` bins for lag `m`.
 
 use super::quinn::quinn2;
 use crate::acquire::sample::Iq;
@@ -66,8 +66,9 @@ pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
     lag.round().to_usize().unwrap_or(1).max(1).min(n.saturating_sub(1).max(1))
 }
 
-/// The offset from the phase of `r(m) = sum x[n] conj(x[n - m])`. The peak's own phase, `2 pi peak m / N`, is
-/// taken off in exact integers: that is the paper's coarse demodulation, without touching the samples.
+/// The offset from the phase of `r(m) = sum x[n] conj(x[n - m])`. The peak's own phase, `2 pi peak
+/// m / N`, is subtracted in exact integers. That is the paper's coarse demodulation, without a
+/// pass over the samples.
 fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     bins: &Bins<T, Iq, Rectangular>,
     samples: &S,
@@ -76,7 +77,7 @@ fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     let zero = Complex::new(T::zero(), T::zero());
     let mut pairs = samples.from(lag).zip(samples.from(0)).take(bins.n());
     let mut sum = zero;
-    // Sums of sums: in f32 a single one would lose digits at N = 4096.
+    // Sums of sums: a single f32 sum would lose digits at N = 4096.
     for _ in 0..bins.n().div_ceil(64) {
         sum = sum
             + pairs.by_ref().take(64).fold(zero, |part, (late, early)| part + late * early.conj());

@@ -14,13 +14,14 @@ use crate::math::scalar::Scalar;
 /// The least noise of a converter: its own rounding, one twelfth of a squared code for each part.
 pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
 
-/// A noise power, and how well it is known.
+/// A noise power and its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's rounding.
+    /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's
+    /// rounding.
     pub power: f32,
-    /// The number of independent real numbers whose mean square is as accurate: the relative variance of the power is two over
-    /// this.
+    /// The number of independent real numbers whose mean square is as accurate. The relative
+    /// variance of the power is two over this.
     pub freedom: f32,
 }
 
@@ -29,8 +30,8 @@ pub(crate) const fn rounding<R: Record>() -> f32 {
     ROUNDING as f32 * if R::IQ { 2.0 } else { 1.0 }
 }
 
-/// The signal-to-noise ratio per sample of a squared amplitude over a noise power, freed of the noise within the fitted
-/// amplitude; not negative.
+/// The signal-to-noise ratio per sample of a squared amplitude over a noise power. The noise
+/// within the fitted amplitude is subtracted. Not negative.
 pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, power: T) -> T {
     let ratio = amplitude_squared / power;
     let n = T::of_i32(n.max(1) as i32);

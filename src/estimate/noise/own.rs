@@ -1,4 +1,4 @@
-//! What a tone itself has in the second differences of bins, in floats and in integers.
+//! A tone's own share of the second differences of bins, in floats and in integers.
 
 use super::ring::STEP;
 use crate::acquire::sample::Record;
@@ -9,28 +9,29 @@ use crate::math::series::line_shape;
 use crate::spectrum::fft::integer::Point;
 use num_complex::Complex;
 
-/// What the tone itself has in second differences.
+/// A tone's own share of the second differences.
 pub(super) struct Own {
-    /// `line sin(pi d) / pi` in stored units, and what its mirror image has for it.
+    /// `line sin(pi d) / pi` in stored units, and the same of its mirror image.
     value: Complex<f32>,
     image: Complex<f32>,
     /// The tone's bin and its offset.
     pub(super) peak: i32,
     offset: f32,
-    /// The sum of the tone's bin and its image's: 0 or N. `None` where the image is far.
+    /// The sum of the tone's bin and its image's: 0 or N. `None` if the image is far away.
     mirror: Option<i32>,
 }
 
 /// Tones nearer than this to an end of the spectrum have an image among their ring's bins.
 const MIRRORED: i32 = 40;
 
-/// So far from the image its leakage is nothing.
+/// At this distance the image's leakage is negligible.
 const REACHED: i32 = 60;
 
 impl Own {
     pub(super) fn new<R: Record>(peak: i32, n: usize, fit: &Fit<f32>, exponent: i32) -> Self {
         let (n, d) = (n as i32, fit.offset);
-        // The lines of both kinds are turned differently, by as much as an angle here is small.
+        // A real line and an I/Q line are turned by different angles. The difference is small
+        // here.
         let angle = if R::IQ { d * core::f32::consts::PI / n as f32 } else { 0.0 };
         let turn = Complex::new(1.0, angle);
         let value = fit.line * turn * (d * line_shape(d) * f32::two_to(-exponent));

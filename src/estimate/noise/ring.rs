@@ -1,22 +1,26 @@
-//! The noise beside a tone: from the bins of a ring around it, where it is as strong as under the tone itself.
+//! The noise beside a tone, from the bins of a ring around it. There the noise is as strong as
+//! under the tone itself.
 //!
-//! Noise is seldom white. A filter, a converter's own noise and hum make it as much as a hundred times stronger in one part of a
-//! spectrum than in another, so only what is near the tone tells how far the tone may be off. Near it there is its own leakage,
-//! and that of whatever moves along with it. Second differences of the bins, which are Hann's window, lessen that by 18 dB
-//! an octave, and the tone's own is known and taken away: with c its line, d its offset and x bins from it,
+//! Noise is seldom white. A filter, a converter's own noise and hum make it as much as a hundred
+//! times stronger in one part of a spectrum than in another. So only the noise near the tone tells
+//! how far the tone may be off. But the tone leaks into the bins near it, and so does anything
+//! that moves along with the tone. Second differences of the bins, which are Hann's window, lessen
+//! leakage by 18 dB an octave. The tone's own leakage is known and subtracted. With c the tone's
+//! line, d its offset and x the distance of a bin from the tone in bins,
 //!
 //! ```text
 //! (X[k-1] + X[k+1]) / 2 - X[k]  =  noise + c sin(pi d) / (pi x (x^2 - 1))          white noise of power P: 3/2 P
 //! ```
 //!
-//! That is exact but for `(pi x / N)^4`: a tone's bins are cotangents less a constant, and what a cotangent differs by from `1/x` is
-//! nearly a straight line.
+//! The error of this equation is of the order of `(pi x / N)^4`: a tone's bins are cotangents less
+//! a constant, and the difference of a cotangent from `1/x` is nearly a straight line.
 //!
-//! Every second difference counts, from 7 bins off, in stretches of four. Other lines are no noise: of a side's stretches the
-//! loudest third is left out, for which what is left is too weak by a known factor. The geometric mean of both sides takes out
-//! any slope in decibels.
+//! The estimate takes every second difference from 7 bins off, in stretches of four. Other lines
+//! are no noise, so it leaves out the loudest third of each side's stretches. That lowers white
+//! noise by a known factor. The geometric mean of both sides cancels any slope in decibels.
 //!
-//! Four stretches on a side: standard deviation 0.85 dB, as good as fifty independent numbers.
+//! With four stretches on each side the standard deviation is 0.85 dB, as good as fifty
+//! independent numbers.
 
 use super::own::{Own, Whole};
 use super::whole::{self, NOISE_BINS};
@@ -34,12 +38,12 @@ use core::ops::Range;
 /// The noise beside a tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
-    /// As strong as under the tone.
+    /// The noise at the tone.
     pub noise: Noise,
-    /// The power on the louder side: what a peak must stand out from.
+    /// The power on the louder side, which a peak must exceed.
     pub loud: f32,
-    /// The powers between which the noise is: of the quieter side and the louder one. Of one side alone that of its quieter
-    /// stretches and the loudest one.
+    /// Two powers that enclose the noise: the quieter side's and the louder side's. If there is
+    /// only one side, they are that of its quieter stretches and that of its loudest one.
     range: [f32; 2],
     sides: [Side; 2],
 }
@@ -51,17 +55,17 @@ const FIRST: i32 = 7;
 const EACH: usize = 4;
 pub(super) const STEP: usize = 2 * EACH;
 
-/// Stretches on each side; a side cut short by an end of the spectrum lends the other at most two: farther away the noise is
-/// another one.
+/// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
+/// two more: the noise farther away is a different one.
 const WANTED: usize = 4;
 const LENT: usize = 2;
 const MOST: usize = WANTED + LENT;
 
-/// Drift has no second difference worth mention from this bin on.
+/// From this bin on the second difference of a drift is negligible.
 const DRIFT: i32 = 4;
 
-/// For each number of stretches: what is left of white noise's power in the mean of all but the loudest third, and the relative
-/// variance of that.
+/// For each number of stretches: the mean of all but the loudest third, as a share of white
+/// noise's power, and its relative variance.
 const KEPT: [(f32, f32); WIDE + 1] = [
     (1.0, 1.0),
     (1.0, 0.2600),
@@ -73,13 +77,14 @@ const KEPT: [(f32, f32); WIDE + 1] = [
     (0.7738, 0.0472),
 ];
 
-/// Bins from the tone to the last one of the ring where there is room on both sides.
+/// Bins from the tone to the last one of the ring, if there is room on both sides.
 const FARTHEST: i32 = FIRST - 1 + (STEP * WANTED) as i32;
 
-/// All bins about a tone that a fit and its ring read.
+/// All bins around a tone that a fit and its ring read.
 pub(crate) type Around = [Point; 2 * FARTHEST as usize + 1];
 
-/// The bins about the peak of a real record, in one read; `None` where an end of the spectrum is among them.
+/// The bins around the peak of a real record, in one read; `None` if an end of the spectrum is
+/// among them.
 pub(crate) fn around<'a, R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
@@ -93,14 +98,14 @@ pub(crate) fn around<'a, R: Record, const N: usize>(
     spectrum.window(peak - FARTHEST, places).first_chunk()
 }
 
-/// The bins of a side.
+/// The bins of one side.
 type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
-/// Stretches on each side of the wide ring, by which it is decided whether a weak peak is one.
+/// Stretches on each side of the wide ring, which decides whether a weak peak is a tone.
 const WIDE: usize = 7;
 
-/// The noise beside the tone that `fit` found at bin `peak`. Records of fewer than 256 samples (I/Q: 128) have no room for a ring:
-/// theirs is the noise of all bins, see [`whole::power`].
+/// The noise beside the tone that `fit` found at bin `peak`. Records of fewer than 256 samples
+/// (I/Q: 128) have no room for a ring. Their noise comes from all bins, see [`whole::power`].
 ///
 /// Cost: up to 66 bins read, 32 differences.
 pub fn beside<R: Record, const N: usize>(
@@ -112,7 +117,7 @@ pub fn beside<R: Record, const N: usize>(
     beside_within(spectrum, None, peak, fit, arithmetic)
 }
 
-/// The same with the bins that were read before.
+/// The same with bins that were read before.
 pub(crate) fn beside_within<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     around: Option<&Around>,
@@ -151,8 +156,9 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
     of_sides(sides, unit(spectrum), rounding::<R>())
 }
 
-/// The same from any bins of which the tone has been taken away: `rest(k)` is the square of the size of
-/// `(X[k-1] + X[k+1]) / 2 - X[k]` for a record of `n` samples, whatever their number. Not below the smallest float.
+/// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
+/// X[k+1]) / 2 - X[k]|^2` for a record of `n` samples. The noise is at least the smallest normal
+/// float.
 pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
     let [left, right] = shared(room(n as i32, iq, peak));
     let side = |towards: i32, count: usize| {
@@ -166,8 +172,8 @@ pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Besi
     of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
-/// The noise in a ring nearly twice as wide as the one that is `beside` a tone. A peak that is hardly stronger asks for more than a quiet
-/// ring beside it.
+/// The noise in a ring nearly twice as wide as the one of `beside`. A peak that is hardly stronger
+/// than the noise must exceed this one, too.
 ///
 /// Cost: up to 50 bins read, 24 differences.
 #[inline(never)]
@@ -206,18 +212,20 @@ const fn has_room<R: Record, const N: usize>() -> bool {
     N >= if R::IQ { 128 } else { 256 }
 }
 
-/// The noise power of a sample, in squared codes, of which a stretch has the power 1 in stored units. A stretch sums the halves of four
-/// differences; a bin's power is N times a sample's.
+/// The noise power of a sample, in squared codes, for which a stretch has the power 1 in stored
+/// units. A stretch sums the halves of four differences; a bin's power is N times a sample's.
 fn unit<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>) -> f32 {
     f32::two_to(2 * spectrum.exponent() - N.trailing_zeros() as i32) / 6.0
 }
 
-/// Where one side is so many times as loud as the other there is an edge of the noise among them: a slope is not as steep.
+/// If one side is this many times as loud as the other, the noise has an edge between them: a
+/// slope is less steep.
 const EDGE: f32 = 8.0;
 
 impl Beside {
-    /// Where the noise has an edge near the tone, neither side tells on which the tone is. Then what a fit leaves from five bins
-    /// off does, as far as it is between both: this power, an average of so many real numbers.
+    /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The
+    /// fit's residual from five bins off does: this power, an average of `freedom` real numbers,
+    /// held between the powers of both sides.
     #[inline]
     pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
         let [quiet, loud] = self.range;
@@ -229,10 +237,10 @@ impl Beside {
     }
 }
 
-/// How many stretches there are on each side of a tone.
+/// The number of stretches that fit on each side of a tone.
 fn room(n: i32, iq: bool, peak: i32) -> [usize; 2] {
     let half = n / 2;
-    // A spectrum of I/Q is a circle, of which the tone's far side is left out.
+    // A spectrum of I/Q is a circle. The tone's far side is left out.
     let room = if iq {
         [half - STEP as i32 - FIRST; 2]
     } else {
@@ -241,13 +249,13 @@ fn room(n: i32, iq: bool, peak: i32) -> [usize; 2] {
     room.map(|room| (room.max(0) / STEP as i32) as usize)
 }
 
-/// How many stretches each side gives, of those that it has.
+/// The number of stretches to take on each side.
 fn shared([left, right]: [usize; 2]) -> [usize; 2] {
     let lent = |other: usize| WANTED.saturating_sub(other).min(LENT);
     [left.min(WANTED + lent(right)), right.min(WANTED + lent(left))]
 }
 
-/// Both sides together.
+/// The noise from both sides.
 #[inline]
 fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
@@ -264,7 +272,8 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
         (power, variance, power, [power, loudest])
     } else {
         let variance = (left.1 + right.1) * 0.25;
-        // A quarter of the variance makes the mean right; the rest halves what it adds to that of (error / sigma)^2.
+        // A quarter of the variance makes the mean right. The rest halves the bias of (error /
+        // sigma)^2.
         let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
         let loud = left.0.max(right.0);
         (middle, variance, loud, [left.0.min(right.0), loud])
@@ -273,7 +282,7 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
 }
 
-/// The same, of four stretches each.
+/// The same, of four stretches on each side.
 #[inline]
 fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     const SHARE: f32 = KEPT[WANTED].0;
@@ -300,7 +309,7 @@ impl Side {
     fn add(&mut self, power: f32) {
         self.count += 1;
         self.sum += power;
-        // Not by `max`, which asks whether there are numbers.
+        // `max` would test for NaN as well.
         if power > self.loudest {
             self.second = self.loudest;
             self.loudest = power;
@@ -318,12 +327,12 @@ impl Side {
         }
     }
 
-    /// What is left of white noise in the mean of the quieter stretches, and its relative variance.
+    /// The mean of the quieter stretches as a share of white noise, and its relative variance.
     fn kept(&self) -> (f32, f32) {
         KEPT.get(self.count).copied().unwrap_or((1.0, 1.0))
     }
 
-    /// The mean without the loudest third, at most two.
+    /// The mean without the loudest third, which is at most two stretches.
     fn quiet(&self) -> f32 {
         let without = self.count / 3;
         let loud = match without {
@@ -336,7 +345,8 @@ impl Side {
 }
 
 impl Own {
-    /// Reads stretches on one side, outward from the tone by -1 or 1, numbered from the nearest one.
+    /// Reads stretches on one side. `outward` is -1 or 1; stretch 0 is the one nearest to the
+    /// tone.
     fn read<R: Record, const N: usize>(
         &self,
         spectrum: &Spectrum<R, N, impl Engine>,
@@ -353,7 +363,7 @@ impl Own {
         self.side(spectrum.fill(first, window), first, arithmetic)
     }
 
-    /// The stretches of bins that start at `first`.
+    /// The stretches of the bins from `first` on.
     #[inline(never)]
     fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
         match arithmetic {

@@ -1,17 +1,18 @@
 //! How strong the noise is: the power that the fitted tone leaves in bins all over the spectrum.
 //!
-//! Every bin of a tone is a constant (I/Q), or a constant and a turning one (real), over a factor
-//! that vanishes at the tone. Multiplied by that factor the residual needs no division, and a bin near
-//! the tone, where any misfit would show, hardly counts:
+//! A bin of a tone is a numerator over a factor that vanishes at the tone. The numerator is a
+//! constant (I/Q), or a constant and a turning term (real). Multiplied by that factor the residual
+//! needs no division, and a bin near the tone, where any misfit would show, hardly counts:
 //!
 //! ```text
 //! I/Q   w_k = 1 - exp(j 2 pi (f - k)/N)             noise N = sum |X_k w_k - G|^2 / sum |w_k|^2
 //! real  w_k = cos(2 pi k/N) - cos(2 pi f/N)         noise N = sum |X_k w_k - U - V exp(j 2 pi k/N)|^2 / sum w_k^2
 //! ```
 //!
-//! over every s-th bin, DC left out. The sums of weights are known: `2 N' - 2 + 2 cos(2 pi f/N)`
-//! and `N'/4 - 1 + (N'/2 - 1) cos^2(2 pi f/N)` with N' = N/s. Total power less the tone's does not
-//! work (33 dB off at 60 dB), nor does the rest of the fit's own bins (few, and worst where the fit is).
+//! The sums run over every s-th bin without DC. The sums of weights are known: `2 N' - 2 + 2 cos(2
+//! pi f/N)` and `N'/4 - 1 + (N'/2 - 1) cos^2(2 pi f/N)` with N' = N/s. Two simpler ways fail.
+//! Total power less the tone's is 33 dB off at 60 dB. The residual of the fit's own bins has few
+//! numbers, and is worst where the fit is.
 //!
 //! Measured at 255 bins: standard deviation 0.38 dB, no bias; 127 bins 0.54 dB.
 //!
@@ -26,7 +27,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use num_complex::Complex;
 
-/// How many bins the default noise estimate reads, at most. Half as many cost half the time and spread
+/// The most bins that the default noise estimate reads. Half as many cost half the time and spread
 /// 1.4 times as far.
 pub const NOISE_BINS: usize = 255;
 
@@ -59,12 +60,12 @@ pub(crate) const fn stride<R: Record, const N: usize, const BINS: usize>() -> us
     stride
 }
 
-/// How many real numbers the estimate is an average of.
+/// The number of real numbers that the estimate averages.
 pub const fn freedom<R: Record, const N: usize, const BINS: usize>() -> u32 {
     2 * count::<R, N, BINS>() as u32
 }
 
-/// How many bins the estimate reads.
+/// The number of bins that the estimate reads.
 pub const fn count<R: Record, const N: usize, const BINS: usize>() -> usize {
     (if R::IQ { N } else { N / 2 }) / stride::<R, N, BINS>() - 1
 }

@@ -1,13 +1,14 @@
 //! The normal equations of [`super::super::real`] for cores without an FPU.
 //!
-//! V is left out of the sums: as `u h = p (h - 1)`, its share of them follows from the sums of `h Re`, `h' Re` and Re.
+//! V is not summed: as `u h = p (h - 1)`, its share follows from the sums of `h Re`, `h' Re` and
+//! Re.
 
 use super::scaled::Scaled;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// The sums over the bins beside the peak that change with p: those of the float fit, but `r2 = sum h s Im` and
-/// `q2 = sum h' s Im`.
+/// The sums over the bins beside the peak that change with p. They are those of the float fit,
+/// except `r2 = sum h s Im` and `q2 = sum h' s Im`.
 pub(super) struct Sums {
     pub aa: Scaled,
     pub s1: Scaled,
@@ -19,7 +20,7 @@ pub(super) struct Sums {
     pub q2: Scaled,
 }
 
-/// What the equations need to know besides the sums.
+/// What the equations need beside the sums.
 pub(super) struct Place {
     pub e: Scaled,
     pub twice_c: Scaled,
@@ -31,20 +32,21 @@ pub(super) struct Place {
 
 /// One evaluation of the normal equations at an offset.
 pub(super) struct Step {
-    /// How far to move, in units of p.
+    /// The step, in units of p.
     pub forward: Scaled,
     pub information: Scaled,
     pub line: Complex<Scaled>,
-    /// By how much `line` changes for each unit that p moves.
+    /// The slope of `line` over p.
     pub slope: Complex<Scaled>,
 }
 
 impl Place {
-    /// What follows from the sums at p.
+    /// Evaluates the equations from the sums at p.
     pub fn step(&self, p: Scaled, sums: Sums) -> Step {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
         let (e, c2, lean, rest) = (self.e, self.twice_c, self.e * p, s1 - bb);
-        // The data along the basis (1, 0) h and (-e u, s) h; e u h is e p (h - 1), and its derivative by p follows.
+        // The data along the basis (1, 0) h and (-e u, s) h; e u h is e p (h - 1), and its
+        // derivative by p follows.
         let beyond = r1 - self.total;
         let (r2, q2) = (r2 - lean * beyond, q2 - e * (beyond + p * q1));
         // The peak itself: h = 1, h' = 0.

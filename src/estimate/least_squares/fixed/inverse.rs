@@ -1,11 +1,13 @@
-//! A reciprocal in four multiplications: the cores without an FPU have a slow division, or none.
+//! A reciprocal in four multiplications, for cores without an FPU: their division is slow or
+//! missing.
 
-/// Every seed is the middle of its part of 1..2, inverted, with eight fractional bits less the leading one.
+/// The seeds: the inverse of the middle of each part of 1..2, with eight fractional bits without
+/// the leading one.
 const SEEDS: [u8; 128] = {
     let mut seeds = [0; 128];
     let mut i = 0;
     while i < 128 {
-        // The compiler runs this: an index out of range would not build.
+        // This runs at compile time: an index out of range would not compile.
         #[allow(clippy::indexing_slicing)]
         {
             seeds[i] = (512.0 / (1.0 + (i as f64 + 0.5) / 128.0) - 256.0 + 0.5) as u8;
@@ -15,10 +17,10 @@ const SEEDS: [u8; 128] = {
     seeds
 };
 
-/// `2^61 / m` within 2^-27 of itself, at most 2^31, for `m` within 2^30..2^31.
+/// `2^61 / m` with a relative error of 2^-27, at most 2^31, for `m` within 2^30..2^31.
 ///
-/// Newton's step is `r (2 - m r)`. What `m r` is off a power of two fits in 32 bits, so a product modulo 2^32 is all that it
-/// takes.
+/// Newton's step is `r (2 - m r)`. The difference of `m r` from a power of two fits in 32 bits, so
+/// a product modulo 2^32 is enough.
 pub(super) fn of(m: u32) -> u32 {
     let rough = rough(m);
     // r = 2^46 / m to 14 bits: 2^45 - (m/2) r is below 2^31.

@@ -17,8 +17,8 @@ const SINGLE: f32 = 1.0 / 67_108_864.0; // 2^-26
 /// 2^-32, the unit of sums of weights.
 const WEIGHT: f32 = SINGLE / 64.0;
 
-/// For a distance i of 1..=16 bins, `e = pi/N`: `tan(e i)/e` in Q23, `tan(e i)` in Q29, its square in Q29 and
-/// `cos^2(e i)` in Q26.
+/// The constants of a distance i of 1..=16 bins, with `e = pi/N`: `tan(e i)/e` in Q23, `tan(e i)`
+/// in Q29, its square in Q29 and `cos^2(e i)` in Q26.
 pub(super) struct Distance {
     u: i32,
     tangent: i32,
@@ -26,14 +26,14 @@ pub(super) struct Distance {
     inverse_m: i32,
 }
 
-/// Those of i = 1..=16.
+/// The constants of i = 1..=16.
 pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
     let mut table = [const { Distance { u: 0, tangent: 0, square: 0, inverse_m: 0 } }; REACH];
     let mut i = 1;
     while i <= REACH {
         let (sin, cos) = sin_cos(i, 2 * N);
         let tangent = sin / cos;
-        // The compiler runs this: an index out of range would not build.
+        // This runs at compile time: an index out of range would not compile.
         #[allow(clippy::indexing_slicing)]
         {
             table[i - 1] = Distance {
@@ -48,7 +48,7 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
     table
 }
 
-/// Fits a tone to `bins`, of which the middle one is the peak; their unit is `2^exponent` codes.
+/// Fits a tone to `bins`, of which the middle one is the peak. Their unit is `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
     peak: i32,
@@ -84,7 +84,7 @@ pub(super) fn fit(
 
 /// One bin of an I/Q record.
 struct Side {
-    /// How many bins from the peak.
+    /// The distance from the peak in bins.
     i: i32,
     u: i32,
     m: i32,
@@ -94,7 +94,7 @@ struct Side {
 
 struct Sides {
     scale: f32,
-    /// The power of two that `scale` is.
+    /// `scale` as a power of two.
     unit: i32,
     sides: Vec<Side, { 2 * REACH }>,
 }

@@ -1,9 +1,10 @@
-//! Both fits for cores without an FPU: the sums over the bins in integers, what follows from them in numbers that are
-//! cheaper there than floats; only the [`Fit`] itself is `f32`.
+//! Both fits for cores without an FPU. The sums over the bins are integers. What follows from the
+//! sums uses numbers that are cheaper there than floats. Only the [`Fit`] itself is `f32`.
 //!
-//! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256), h in Q26, h' in Q22,
-//! sines in Q26; bins as the FFT stores them, less two bits. The difference from `f32` is 0.02 of the
-//! Cramer-Rao bound at 60 dB and N = 4096, rms, and less elsewhere.
+//! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256);
+//! h in Q26, h' in Q22, sines in Q26; bins as the FFT stores them, less two bits. The rms
+//! difference from `f32` is 0.02 of the Cramer-Rao bound at 60 dB and N = 4096, and less
+//! elsewhere.
 
 mod equations;
 mod inverse;
@@ -78,7 +79,7 @@ const fn nearest(x: f64, bits: u32) -> i32 {
     (x * (1u64 << bits) as f64 + 0.5) as i32
 }
 
-/// `x` with so many fractional bits, saturated.
+/// `x` with this many fractional bits, saturated.
 pub(crate) fn quantised(x: f32, bits: u32) -> i32 {
     (x * (1u32 << bits) as f32) as i32
 }
@@ -87,7 +88,7 @@ pub(crate) fn quantised(x: f32, bits: u32) -> i32 {
 #[inline(always)]
 pub(crate) fn product(a: i32, b: i32) -> i64 {
     if cfg!(short_products) {
-        // Without an instruction for it a library would take 64 bits times 64.
+        // Without an instruction for it a library would multiply 64 bits by 64.
         let [a, b] = [a, b].map(|x| [x >> 16, x & 0xffff]);
         let low = (a[1] as u32).wrapping_mul(b[1] as u32);
         let middle = i64::from(a[0].wrapping_mul(b[1])) + i64::from(a[1].wrapping_mul(b[0]));
@@ -96,7 +97,7 @@ pub(crate) fn product(a: i32, b: i32) -> i64 {
     i64::from(a) * i64::from(b)
 }
 
-/// The product of two numbers, of which `a` is 2^30 in size or less, shifted down by K bits, 16 to 31.
+/// The product of two numbers, shifted down by K bits, 16 to 31. The size of `a` is at most 2^30.
 #[inline(always)]
 fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
     if cfg!(short_products) { by_halves::<K>(a, b) } else { (product(a, b) >> K) as i32 }
@@ -114,14 +115,14 @@ pub(crate) fn square(a: i32) -> i64 {
     product(a, a)
 }
 
-/// How many bits above the highest set one are zero, of a number that has one.
+/// The number of zero bits above the highest set one. The number must not be 0.
 #[inline(always)]
 fn zeros(x: u32) -> u32 {
     if cfg!(short_products) { zeros_by_table(x) } else { x.leading_zeros() }
 }
 
-/// [`zeros`] in half the time of a library's search, for the cores without an instruction for it: all bits below the highest
-/// are set, and of the 32 such numbers a product tells which it is.
+/// [`zeros`] in half the time of a library's search, for cores without an instruction for it. It
+/// sets all bits below the highest; a product tells which of the 32 such numbers it is.
 #[inline(always)]
 fn zeros_by_table(x: u32) -> u32 {
     const FACTOR: u32 = 0x07c4_acdd;
@@ -130,7 +131,7 @@ fn zeros_by_table(x: u32) -> u32 {
         let mut bits = 1;
         while bits <= 32 {
             let filled = (((1u64 << bits) - 1) as u32).wrapping_mul(FACTOR);
-            // The compiler runs this: an index out of range would not build.
+            // This runs at compile time: an index out of range would not compile.
             #[allow(clippy::indexing_slicing)]
             {
                 table[(filled >> 27) as usize] = 32 - bits;
@@ -147,8 +148,8 @@ fn zeros_by_table(x: u32) -> u32 {
     TABLE.get((x.wrapping_mul(FACTOR) >> 27) as usize).map_or(32, |&zeros| zeros.into())
 }
 
-/// [`shifted`] without the whole product. Halves are signed, the upper ones rounded: so the mixed products and the carry
-/// together fit in 32 bits.
+/// [`shifted`] without the whole product. Halves are signed, the upper ones rounded, so that the
+/// mixed products and the carry together fit in 32 bits.
 #[inline(always)]
 fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
     let [(a, b), (c, d)] = [a, b].map(halves);
@@ -157,7 +158,7 @@ fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
     (a.wrapping_mul(c) << (32 - K)).wrapping_add(middle >> (K - 16))
 }
 
-/// [`product`] where `a` is 2^30 in size or less.
+/// [`product`] if the size of `a` is at most 2^30.
 #[inline(always)]
 fn product_by_halves(a: i32, b: i32) -> i64 {
     let [(a, b), (c, d)] = [a, b].map(halves);
@@ -167,13 +168,13 @@ fn product_by_halves(a: i32, b: i32) -> i64 {
     both.wrapping_add(i64::from(b.wrapping_mul(d)))
 }
 
-/// The upper half, rounded, and the rest, signed.
+/// The upper half, rounded, and the signed rest.
 #[inline(always)]
 fn halves(x: i32) -> (i32, i32) {
     (((x >> 15) + 1) >> 1, i32::from(x as i16))
 }
 
-/// The product of two numbers in Q30, or of one with any other, in the other's format.
+/// The product of two numbers in Q30. If one number has another format, so has the product.
 #[inline(always)]
 fn times(a: i32, b: i32) -> i32 {
     shifted::<30>(a, b)
@@ -184,8 +185,8 @@ pub(crate) fn held(x: i64) -> i32 {
     x.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32
 }
 
-/// h in Q26 and h' in Q22, for p and u in Q23. Nearer than 1/16 bin a frequency counts as 1/16 away, so nothing
-/// overflows.
+/// h in Q26 and h' in Q22, for p and u in Q23. A frequency nearer than 1/16 bin counts as 1/16 bin
+/// away, so that nothing overflows.
 #[inline(always)]
 fn shape(p: i32, u: i32) -> (i32, i32) {
     let difference = p.wrapping_sub(u);
@@ -199,7 +200,7 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
     (h, slope)
 }
 
-/// Adds the product of two numbers, of which `a` is 2^30 in size or less, to the sum of others.
+/// Adds the product of two numbers to the sum of others. The size of `a` is at most 2^30.
 #[inline(always)]
 fn add(sum: &mut i64, a: i32, b: i32) {
     let product = if cfg!(short_products) { product_by_halves(a, b) } else { product(a, b) };

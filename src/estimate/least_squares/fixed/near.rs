@@ -1,4 +1,5 @@
-//! The sums of [`super::super::rest`] in integers of 16 bits and their products, which every core multiplies in one instruction.
+//! The sums of [`super::super::rest`] in integers of 16 bits, whose products are one instruction
+//! on every core.
 
 use super::real::{cosine, sinc};
 use super::{inverse, nearest, shifted, square, zeros};
@@ -7,14 +8,14 @@ use crate::math::scalar::Scalar as _;
 use core::f64::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 use num_complex::Complex;
 
-/// What is left in the bins near the peak, as [`super`] stores bins.
+/// The residual in the bins near the peak, as [`super`] stores bins.
 pub(super) struct Near {
     centre: [i32; 2],
-    /// By distance, the lower side first.
+    /// By distance from the peak, the lower side first.
     sides: [[[i32; 2]; 2]; NEAR],
 }
 
-/// Bits of what is left after it was scaled, and of a function's values.
+/// Bits of a scaled residual, and of a function's values.
 const WIDTH: u32 = 13;
 const SHAPE: u32 = 14;
 
@@ -23,7 +24,7 @@ impl Near {
         Self { centre, sides: [[[0; 2]; 2]; NEAR] }
     }
 
-    /// Takes what is left i bins from the peak.
+    /// Takes the residual i bins from the peak.
     #[inline(always)]
     pub fn take(&mut self, i: i32, left: [i32; 2]) {
         let place = i.unsigned_abs().wrapping_sub(1) as usize;
@@ -101,7 +102,7 @@ impl Functions {
         Self { d: d >> 4, sine: sine >> down, cosine: cosine >> down }
     }
 
-    /// Those of the peak's own bin: j_p = x^p g_p, and g_1 = 5 g_2 - x^2 g_3.
+    /// The functions of the peak's own bin: j_p = x^p g_p, and g_1 = 5 g_2 - x^2 g_3.
     fn at_centre(&self) -> [i32; 3] {
         let x = shifted::<28>(const { nearest(PI, 28) }, self.d);
         let z = shifted::<26>(x, x);
@@ -125,7 +126,7 @@ impl Functions {
             .map(|value| value >> (26 - SHAPE))
     }
 
-    /// Those of the bin i from it, with alternating signs left out.
+    /// The functions of the bin i bins from it, without alternating signs.
     #[inline(always)]
     fn beside(&self, i: i32) -> [i32; 3] {
         let y = reciprocal(self.d, i);

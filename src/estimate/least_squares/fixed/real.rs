@@ -16,15 +16,15 @@ use heapless::Vec;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// What the fit needs to know of a bin `i` bins from the peak, `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 - cos e i)/e^2` in
-/// Q22 and `1 - cos e i` in Q26.
+/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 -
+/// cos e i)/e^2` in Q22 and `1 - cos e i` in Q26.
 pub(super) struct Distance {
     near: i32,
     bend: i32,
     versine: i32,
 }
 
-/// Those of i = 1..=16.
+/// The constants of i = 1..=16.
 pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
     let mut table = [const { Distance { near: 0, bend: 0, versine: 0 } }; REACH];
     let e = TAU / N as f64;
@@ -32,7 +32,7 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
     while i <= REACH {
         let (sin, cos) = sin_cos(i, 2 * N);
         let versine = 2.0 * sin * sin;
-        // The compiler runs this: an index out of range would not build.
+        // This runs at compile time: an index out of range would not compile.
         #[allow(clippy::indexing_slicing)]
         {
             table[i - 1] = Distance {
@@ -48,19 +48,19 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 
 /// A bin beside the peak.
 struct Side {
-    /// How many bins from the peak.
+    /// The distance from the peak in bins.
     i: i32,
     u: i32,
     s: i32,
     x: [i32; 2],
     /// s Im
     y: i32,
-    /// h and h' where the sums were last taken.
+    /// h and h' at the last sums.
     h: i32,
     slope: i32,
 }
 
-/// Where the peak is, in Q30.
+/// The peak's place, in Q30.
 struct Peak {
     e: i32,
     c: i32,
@@ -79,7 +79,8 @@ const fn bins(x: f64) -> i32 {
     nearest(x, 30)
 }
 
-/// Fits a tone to the bins around `peak`, the middle one of `bins`, whose unit is `2^exponent` codes.
+/// Fits a tone to the bins around `peak`, which is the middle one of `bins`. Their unit is
+/// `2^exponent` codes.
 pub(super) fn fit(
     n: i32,
     peak: i32,
@@ -93,7 +94,7 @@ pub(super) fn fit(
     if peak < 1 || peak > last || centre == [0; 2] {
         return None;
     }
-    // One turn in Q30, less as many bits as N has.
+    // One turn in Q30, divided by N.
     let e = (TAU * f64::from(ONE) + 0.5) as i64 >> n.trailing_zeros();
     let place = Peak { e: e as i32, c: lean(peak, n), centre };
     let mut sides: Vec<Side, { 2 * REACH }> = Vec::new();
@@ -112,13 +113,13 @@ pub(super) fn fit(
     Some(place.fit(peak, last, &mut sides, exponent + ROOM as i32, course))
 }
 
-/// c = e cot(2 pi peak / n) in Q30, which is never above 1. Towards DC and Nyquist, where it matters, it is computed
-/// without the sine of a small angle.
+/// c = e cot(2 pi peak / n) in Q30, which is never above 1. Near DC and Nyquist, where c matters,
+/// no sine of a small angle is needed.
 fn lean(peak: i32, n: i32) -> i32 {
     let mirrored = n / 2 - peak;
     let k = peak.min(mirrored);
     let low = 8 * k <= n;
-    // The angle, or what a right one is more, as a share of a right angle in Q30.
+    // The angle, or its complement, as a share of a right angle in Q30.
     let bits = 32u32.wrapping_sub(n.trailing_zeros()) & 31;
     let share = if low { k << bits } else { (n / 4 - k) << bits };
     let x = shifted::<29>(share, const { nearest(FRAC_PI_2, 29) });
@@ -228,7 +229,7 @@ impl Peak {
     /// `1 + 2 c p - e^2 p^2`, the square of the ratio of the sines of tone and peak.
     fn root(&self, p: i32) -> Scaled {
         let angle = times(self.e, p);
-        // In Q28, as it may be up to 4.
+        // In Q28, because it may reach 4.
         root((ONE >> 2) + (times(self.c, p) >> 1) - (times(angle, angle) >> 2))
     }
 
@@ -252,7 +253,7 @@ impl Peak {
         times(half, ONE - third) << 1
     }
 
-    /// As [`super::super::real::Problem::finish`], `onward` in p from where the sums were last taken.
+    /// As [`super::super::real::Problem::finish`], `onward` in p from the last sums.
     fn finish(&self, at: &Offset, step: &Step, onward: i32, sides: &[Side], unit: i32) -> Fit<f32> {
         let Complex { re: a, im: b } = step.line;
         // sin(pi d) / (pi d), by doubling the angle twice.
@@ -279,8 +280,9 @@ impl Peak {
         }
     }
 
-    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e p b`, and its imaginary
-    /// part `b s h`. A last step that is settled changes h as h' says, but for less than a hundredth of what is left.
+    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e
+    /// p b`, and its imaginary part `b s h`. A last step that has settled changes h as h' says,
+    /// with an error below a hundredth of the residual.
     fn residual(
         &self,
         at: &Offset,
@@ -309,7 +311,7 @@ impl Peak {
     }
 }
 
-/// Powers of bins sum to less than 2^60; what a fitted model leaves of them to less than all of it.
+/// Powers of bins sum to less than 2^60; the residuals of a fitted model to less than that.
 fn squares(re: i32, im: i32) -> u64 {
     (square(re) as u64).wrapping_add(square(im) as u64)
 }

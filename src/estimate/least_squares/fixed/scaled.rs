@@ -1,11 +1,12 @@
-//! A number for cores without an FPU: a fifth of the cost of a software `f32`, and six bits finer.
+//! A number for cores without an FPU. It costs a fifth of a software `f32` and is six bits finer.
 
 use super::{inverse, shifted, zeros};
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use num_traits::One;
 
-/// `mantissa * 2^exponent`. The mantissa is 0 or within 2^29..2^30; results are rounded towards minus infinity. Exponents
-/// stay far from the ends of their type: nothing here multiplies more than a few numbers.
+/// `mantissa * 2^exponent`. The mantissa is 0 or within 2^29..2^30. Results are rounded towards
+/// minus infinity. Exponents stay far from the ends of their type, because nothing here multiplies
+/// more than a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scaled {
     mantissa: i32,
@@ -16,7 +17,7 @@ pub(crate) struct Scaled {
 const WIDTH: u32 = 30;
 
 impl Scaled {
-    /// Below every other number's exponent, so that nothing is lost by adding it.
+    /// Below every other number's exponent, so that adding it loses nothing.
     const ZERO: Self = Self { mantissa: 0, exponent: -(1 << 20) };
 
     /// `integer * 2^exponent`.
@@ -26,7 +27,7 @@ impl Scaled {
             return Self::ZERO;
         }
         if size >> WIDTH != 0 {
-            // Of 2^31 itself one bit more must go.
+            // The size 2^31 itself needs one bit less.
             let down = size >> (WIDTH + 1);
             return Self { mantissa: integer >> (1 + down), exponent: exponent + 1 + down as i32 };
         }
@@ -40,17 +41,17 @@ impl Scaled {
     /// `sum * 2^exponent`.
     pub fn of_sum(sum: i64, exponent: i32) -> Self {
         let (high, low) = ((sum >> 32) as i32, sum as u32);
-        // The upper word is the sign alone: the lower one, but for its top bits, is the number.
+        // If the upper word is the sign alone, the lower word without its top bits is the number.
         if high == high >> 31 && (low as i32 >> 31) == high {
             return Self::new(low as i32, exponent);
         }
-        // By so much the sum can go up; then its upper word is the number.
+        // The sum goes up by this many bits. Then its upper word is the number.
         let room = zeros(((high ^ (high >> 31)) as u32) << 1 | 1) & 31;
         let high = (high << room) | ((low >> 1) >> (31 - room)) as i32;
         Self::new(high, exponent.wrapping_add(32).wrapping_sub(room as i32))
     }
 
-    /// `x * 2^exponent`; 0 for what is not a number or too small to be normal.
+    /// `x * 2^exponent`; 0 if `x` is not a number or too small to be normal.
     pub fn of_float(x: f32, exponent: i32) -> Self {
         let bits = x.to_bits();
         let power = (bits >> 23 & 0xff) as i32;
@@ -62,7 +63,7 @@ impl Scaled {
         Self { mantissa, exponent: power - 156 + exponent }
     }
 
-    /// With so many fractional bits; saturated.
+    /// With this many fractional bits, saturated.
     pub fn bits(self, fraction: u32) -> i32 {
         let up = self.exponent.wrapping_add(fraction as i32);
         match up {
@@ -74,7 +75,7 @@ impl Scaled {
         }
     }
 
-    /// As a float, times `2^exponent`; what is too small for one is 0.
+    /// As a float, times `2^exponent`; 0 if that is too small for a float.
     pub fn float(self, exponent: i32) -> f32 {
         let bits = (self.mantissa as f32).to_bits();
         let power = (bits >> 23 & 0xff) as i32 + self.exponent + exponent;
@@ -139,7 +140,7 @@ impl Sub for Scaled {
     }
 }
 
-/// By zero it is zero.
+/// A quotient by zero is zero.
 impl Div for Scaled {
     type Output = Self;
 
