@@ -52,6 +52,11 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
+/// How many records a statistical test takes: `short` ones, or `long` if the variable `PICKET_LONG` is set.
+pub fn sized(short: u64, long: u64) -> u64 {
+    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
+}
+
 /// What a tool gave. What a machine without network or without a program cannot have is skipped, and the reason is printed; any
 /// other failure fails the test.
 pub fn had<T>(result: Result<T, ToolError>) -> Option<T> {

@@ -3,6 +3,7 @@
 
 use crate::signal::*;
 use crate::vectors::{Case, golden};
+use host_tests::sized;
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::least_squares::{
@@ -223,7 +224,7 @@ fn cell<R: Kind, const N: usize>(reach: Reach, snr_db: f64, count: u64) -> (Rati
 /// DC and Nyquist the asymptotic one does not hold; rounding to codes counts as noise.
 fn bar<R: Kind, const N: usize>(reach: Reach, threshold_db: f64, most: f64) {
     for snr_db in [threshold_db + 2.0, threshold_db + 8.0, 20.0, 40.0, 60.0] {
-        let count = if N == 4096 { 3000 } else { 6000 };
+        let count = if N == 4096 { sized(1000, 3000) } else { sized(2000, 6000) };
         let (to_bound, to_sigma) = cell::<R, N>(reach, snr_db, count);
         assert!(to_bound.rms - 2.0 * to_bound.error <= most);
         assert!(to_bound.outliers <= 1e-3);

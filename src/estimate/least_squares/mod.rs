@@ -204,7 +204,7 @@ pub(crate) fn fit_points<const N: usize>(
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
 /// the slow terms do not matter or cannot be told from the tone.
 ///
-/// Cost: seven times that of a fit.
+/// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,

@@ -81,6 +81,79 @@ struct Step<T> {
     slope: Complex<T>,
 }
 
+/// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
+/// and of the data.
+struct Products<T> {
+    g11: T,
+    g12: T,
+    g22: T,
+    /// F1 and F2 with the data.
+    r: [T; 2],
+    /// G1 F1, G1 F2, G2 F1, G2 F2.
+    b11: T,
+    b12: T,
+    b21: T,
+    b22: T,
+    /// G1 G1, G1 G2, G2 G2.
+    d11: T,
+    d12: T,
+    d22: T,
+    /// G1 and G2 with the data.
+    q: [T; 2],
+}
+
+impl<T: Scalar> Products<T> {
+    /// The normal equations: the line by elimination, and the step that follows from it.
+    #[inline(always)]
+    fn step(&self) -> Step<T> {
+        let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
+        let inverse = T::one() / (g11 * g22 - g12 * g12);
+        let a = (g22 * r1 - g12 * r2) * inverse;
+        let b = (g11 * r2 - g12 * r1) * inverse;
+        let x1 = a * self.b11 + b * self.b21;
+        let x2 = a * self.b12 + b * self.b22;
+        let own = a * a * self.d11 + (a + a) * b * self.d12 + b * b * self.d22;
+        let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (g11 * x2 - g12 * x1) * inverse);
+        let information = own - (x1 * slope.re + x2 * slope.im);
+        Step {
+            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
+            information,
+            line: Complex::new(a, b),
+            slope: -slope,
+        }
+    }
+
+    /// Takes out what lies along a vector of length 1, from its products with F1, F2, G1, G2 and the
+    /// data.
+    fn less(&mut self, f1: T, f2: T, g1: T, g2: T, data: T) {
+        self.g11 = self.g11 - f1 * f1;
+        self.g12 = self.g12 - f1 * f2;
+        self.g22 = self.g22 - f2 * f2;
+        self.r = [self.r[0] - f1 * data, self.r[1] - f2 * data];
+        self.b11 = self.b11 - g1 * f1;
+        self.b12 = self.b12 - g1 * f2;
+        self.b21 = self.b21 - g2 * f1;
+        self.b22 = self.b22 - g2 * f2;
+        self.d11 = self.d11 - g1 * g1;
+        self.d12 = self.d12 - g1 * g2;
+        self.d22 = self.d22 - g2 * g2;
+        self.q = [self.q[0] - g1 * data, self.q[1] - g2 * data];
+    }
+}
+
+/// The slow terms in the bins of a fit.
+struct Slow<T> {
+    centre: [Complex<T>; slow::TERMS],
+    sides: Vec<[Complex<T>; slow::TERMS], { 2 * REACH }>,
+    /// Their products with the data.
+    data: [T; slow::TERMS],
+}
+
+/// The inner product of two bins as real vectors.
+fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
+    a.re * b.re + a.im * b.im
+}
+
 /// Fits a tone to the bins around `peak` of a record of `n` samples. `bin(k)` is the bin k bins
 /// from the peak.
 pub(super) fn fit<T: Scalar>(
@@ -94,9 +167,8 @@ pub(super) fn fit<T: Scalar>(
     Some(Problem::new(n, peak, bin, reach, distance)?.fit(course))
 }
 
-/// Turns of fitting slow terms and the tone one after the other. Each turn leaves a tenth of the
-/// error at bin 5, a third at bin 3.
-const TURNS: u32 = 6;
+/// Gauss-Newton steps of a fit beside slow terms.
+const STEPS: u32 = 2;
 
 /// The same beside the leakage of a drift and of a hum of up to one and a half cycles, whose own
 /// bins lie below: see [`slow`].
@@ -110,15 +182,20 @@ pub(super) fn fit_beside_slow<T: Scalar>(
     let mut problem = Problem::new(n, peak, bin, reach, distance)?;
     let first = slow::FIRST.min(peak - 2);
     problem.sides.retain(|side| peak + side.i >= first);
-    let mut fit = problem.fit(Course::Usual);
-    for _ in 0..TURNS {
-        problem.take_slow_terms(n, &fit);
-        fit = problem.fit(Course::From(fit.offset, 1));
+    let slow = problem.slow_terms(n);
+    let (low, high) = problem.limits();
+    let mut d = limit(problem.start(), START_LIMIT).max(low).min(high);
+    let (mut p, mut speed) = problem.cosine_offset(d);
+    let mut step = problem.step_beside(p, &slow);
+    for _ in 0..STEPS {
+        d = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+        (p, speed) = problem.cosine_offset(d);
+        step = problem.step_beside(p, &slow);
     }
-    fit.freedom = fit.freedom.saturating_sub(slow::TERMS).max(1);
-    // The information that the slow terms take.
-    let far = T::of_i32(peak);
-    fit.information = fit.information / (T::one() + T::of(4.5) / (far * far));
+    step.information = step.information * speed * speed;
+    problem.take_slow_terms(p, step.line, &slow);
+    let mut fit = problem.finish(d, p, &step);
+    fit.freedom = fit.freedom.saturating_sub(slow::TERMS as u32).max(1);
     Some(fit)
 }
 
@@ -151,20 +228,78 @@ impl<T: Scalar> Problem<T> {
         side.x - model * h
     }
 
-    /// Subtracts slow terms, as the residual shows them, from the bins.
-    fn take_slow_terms(&mut self, n: i32, fit: &Fit<T>) {
-        let (p, line) = (fit.lever.re, fit.peak);
-        let mut sums = slow::Sums::new();
-        sums.add(slow::Bin::new(self.peak, n), self.centre - line);
-        for side in &self.sides {
-            sums.add(slow::Bin::new(self.peak + side.i, n), self.left(p, line, side));
+    /// The slow terms in these bins, and their products with the data.
+    fn slow_terms(&self, n: i32) -> Slow<T> {
+        let bins = || self.sides.iter().map(|side| (self.peak + side.i, side.x));
+        let all = || core::iter::once((self.peak, self.centre)).chain(bins());
+        let basis = slow::Basis::of(n, all().map(|(k, _)| k));
+        let mut slow = Slow {
+            centre: basis.bin(self.peak),
+            sides: Vec::new(),
+            data: [T::zero(); slow::TERMS],
+        };
+        for (k, x) in all() {
+            let terms = basis.bin(k).into_iter();
+            slow.data.iter_mut().zip(terms).for_each(|(sum, q)| *sum = *sum + dot(q, x));
         }
-        let terms = sums.solve();
-        self.centre = self.centre - slow::Bin::new(self.peak, n).value(&terms);
-        for side in &mut self.sides {
-            side.x = side.x - slow::Bin::new(self.peak + side.i, n).value(&terms);
+        for side in &self.sides {
+            // The vector holds as many as there are sides.
+            let _ = slow.sides.push(basis.bin(self.peak + side.i));
+        }
+        slow
+    }
+
+    /// The slow terms' products with the model's basis and with its derivative at p: with `(1, 0) h`,
+    /// `(-e u, s) h`, `(1, 0) h'` and `(-e u, s) h'`.
+    fn shares(&self, p: T, slow: &Slow<T>) -> [[T; 4]; slow::TERMS] {
+        // The peak itself: h = 1, h' = 0.
+        let mut shares = slow.centre.map(|q| [q.re, q.im, T::zero(), T::zero()]);
+        for (side, terms) in self.sides.iter().zip(&slow.sides) {
+            let r = T::one() / (p - side.u);
+            let h = p * r;
+            let slope = (T::one() - h) * r;
+            for (share, q) in shares.iter_mut().zip(terms) {
+                let v = side.s * q.im - self.e * side.u * q.re;
+                let parts = [h * q.re, h * v, slope * q.re, slope * v];
+                share.iter_mut().zip(parts).for_each(|(sum, part)| *sum = *sum + part);
+            }
+        }
+        shares
+    }
+
+    /// [`Problem::step`] with slow terms as further linear unknowns: what lies along them is taken
+    /// out of every inner product.
+    fn step_beside(&self, p: T, slow: &Slow<T>) -> Step<T> {
+        let mut products = self.products(p);
+        for ([f1, f2, g1, g2], data) in self.shares(p, slow).into_iter().zip(slow.data) {
+            products.less(f1, f2, g1, g2, data);
+        }
+        products.step()
+    }
+
+    /// Subtracts the slow terms from the bins, as this line at p leaves them.
+    fn take_slow_terms(&mut self, p: T, line: Complex<T>, slow: &Slow<T>) {
+        let mut heights = slow.data;
+        for (height, [f1, f2, ..]) in heights.iter_mut().zip(self.shares(p, slow)) {
+            *height = *height - line.re * f1 - line.im * f2;
+        }
+        let sum = |terms: &[Complex<T>; slow::TERMS]| {
+            let zero = Complex::new(T::zero(), T::zero());
+            terms.iter().zip(heights).fold(zero, |sum, (&q, height)| sum + q * height)
+        };
+        self.centre = self.centre - sum(&slow.centre);
+        for (side, terms) in self.sides.iter_mut().zip(&slow.sides) {
+            side.x = side.x - sum(terms);
             side.v = side.s * side.x.im - self.e * side.u * side.x.re;
         }
+    }
+
+    /// The least and the largest offset: the tone stays between DC and Nyquist.
+    fn limits(&self) -> (T, T) {
+        let low = (T::of(EDGE_LIMIT) - T::of_i32(self.peak)).max(T::of(-OFFSET_LIMIT));
+        let high =
+            (T::of_i32(self.last - self.peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
+        (low, high)
     }
 
     /// Gauss-Newton steps.
@@ -175,9 +310,7 @@ impl<T: Scalar> Problem<T> {
             Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
             Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
         };
-        // The tone stays between DC and Nyquist.
-        let low = (T::of(EDGE_LIMIT) - T::of_i32(peak)).max(T::of(-OFFSET_LIMIT));
-        let high = (T::of_i32(last - peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
+        let (low, high) = problem.limits();
         let mut d = limit(start, START_LIMIT).max(low).min(high);
         let (mut p, mut speed) = problem.cosine_offset(d);
         let mut step = problem.step(p);
@@ -233,8 +366,13 @@ impl<T: Scalar> Problem<T> {
         (half + half) * (T::one() - tangent * tangent * T::of(1.0 / 3.0))
     }
 
-    /// The sums at p, and what follows from them.
     fn step(&self, p: T) -> Step<T> {
+        self.products(p).step()
+    }
+
+    /// The inner products at p, from the sums.
+    #[inline(always)]
+    fn products(&self, p: T) -> Products<T> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sums(p);
         // The peak itself: h = 1, h' = 0.
         let (aa, r1, r2) = (aa + T::one(), r1 + self.centre.re, r2 + self.centre.im);
@@ -243,22 +381,21 @@ impl<T: Scalar> Problem<T> {
         // Inner products of the basis (1, 0) h and (-e u, s) h.
         let g12 = lean * p * s1;
         let g22 = aa - c2 * p * p * s1;
-        let inverse = T::one() / (aa * g22 - g12 * g12);
-        let a = (g22 * r1 - g12 * r2) * inverse;
-        let b = (aa * r2 - g12 * r1) * inverse;
         // Those of the model's derivative with the basis, with itself and with the data.
         let b2 = lean * rest;
-        let d2 = e * (rest - p * dd);
-        let x1 = a * bb + b * b2;
-        let x2 = a * b2 + b * (bb - c2 * p * rest);
-        let own = a * a * dd + (a + a) * b * d2 + b * b * (dd - c2 * (rest - p * dd));
-        let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (aa * x2 - g12 * x1) * inverse);
-        let information = own - (x1 * slope.re + x2 * slope.im);
-        Step {
-            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
-            information,
-            line: Complex::new(a, b),
-            slope: -slope,
+        Products {
+            g11: aa,
+            g12,
+            g22,
+            r: [r1, r2],
+            b11: bb,
+            b12: b2,
+            b21: b2,
+            b22: bb - c2 * p * rest,
+            d11: dd,
+            d12: e * (rest - p * dd),
+            d22: dd - c2 * (rest - p * dd),
+            q: [q1, q2],
         }
     }
 

@@ -10,7 +10,7 @@ use crate::math::series::circle;
 use num_complex::Complex;
 
 /// The number of fitted terms.
-pub(super) const TERMS: u32 = 3;
+pub(super) const TERMS: usize = 3;
 
 /// The bins between which slow terms matter. Above them slow terms are negligible; below them they
 /// cannot be told from a tone.
@@ -20,11 +20,8 @@ pub const LOWEST: i32 = 3;
 /// Bins below this one may hold a hum's own line.
 pub(super) const FIRST: i32 = 4;
 
-/// The three terms: line, parabola, and the rest.
-pub(super) type Terms<T> = [T; TERMS as usize];
-
-/// The terms' values in a bin: `turn` times `j line`, `parabola` and `j rest`.
-pub(super) struct Bin<T> {
+/// The values of the terms in a bin: `turn` times `j line`, `parabola` and `j rest`.
+struct Bin<T> {
     turn: Complex<T>,
     line: T,
     parabola: T,
@@ -33,51 +30,47 @@ pub(super) struct Bin<T> {
 
 impl<T: Scalar> Bin<T> {
     /// Bin `k` of a record of `n` samples. The scale makes all values about 1 at bin 8.
-    pub fn new(k: i32, n: i32) -> Self {
+    fn new(k: i32, n: i32) -> Self {
         let turn = circle::<T>(k, n.saturating_mul(2));
         let near = T::of(8.0 * core::f64::consts::PI) / (T::of_i32(n) * turn.im);
         let square = near * near;
         Self { turn, line: near, parabola: square * turn.re, rest: square * near }
     }
-
-    /// The terms' sum in this bin.
-    pub fn value(&self, &[line, parabola, rest]: &Terms<T>) -> Complex<T> {
-        self.turn * Complex::new(parabola * self.parabola, line * self.line + rest * self.rest)
-    }
 }
 
-/// The sums of the normal equations, which fall into two parts.
-pub(super) struct Sums<T> {
-    pp: T,
-    py: T,
-    ll: T,
-    lr: T,
-    rr: T,
-    ly: T,
-    ry: T,
+/// The terms as vectors over some bins, of length 1 and orthogonal to one another.
+pub(super) struct Basis<T> {
+    n: i32,
+    /// One over the lengths of line, parabola, and of the rest less its share of the line.
+    line: T,
+    parabola: T,
+    rest: T,
+    /// The share.
+    share: T,
 }
 
-impl<T: Scalar> Sums<T> {
-    pub fn new() -> Self {
+impl<T: Scalar> Basis<T> {
+    /// Over these bins of a record of `n` samples, three or more.
+    pub fn of(n: i32, bins: impl Iterator<Item = i32>) -> Self {
         let zero = T::zero();
-        Self { pp: zero, py: zero, ll: zero, lr: zero, rr: zero, ly: zero, ry: zero }
+        let [mut pp, mut ll, mut lr, mut rr] = [zero; 4];
+        for Bin { line, parabola, rest, .. } in bins.map(|k| Bin::<T>::new(k, n)) {
+            pp = pp + parabola * parabola;
+            ll = ll + line * line;
+            lr = lr + line * rest;
+            rr = rr + rest * rest;
+        }
+        let share = lr / ll;
+        let one = T::one();
+        let left = (rr - share * lr).max(T::epsilon() * rr);
+        Self { n, line: one / ll.root(), parabola: one / pp.root(), rest: one / left.root(), share }
     }
 
-    pub fn add(&mut self, bin: Bin<T>, left: Complex<T>) {
-        let y = left * bin.turn.conj();
-        self.pp = self.pp + bin.parabola * bin.parabola;
-        self.py = self.py + bin.parabola * y.re;
-        self.ll = self.ll + bin.line * bin.line;
-        self.lr = self.lr + bin.line * bin.rest;
-        self.rr = self.rr + bin.rest * bin.rest;
-        self.ly = self.ly + bin.line * y.im;
-        self.ry = self.ry + bin.rest * y.im;
-    }
-
-    /// The terms.
-    pub fn solve(&self) -> Terms<T> {
-        let Self { pp, py, ll, lr, rr, ly, ry } = *self;
-        let inverse = T::one() / (ll * rr - lr * lr);
-        [(rr * ly - lr * ry) * inverse, py / pp, (ll * ry - lr * ly) * inverse]
+    /// The vectors' values in bin `k`.
+    pub fn bin(&self, k: i32) -> [Complex<T>; TERMS] {
+        let Bin { turn, line, parabola, rest }: Bin<T> = Bin::new(k, self.n);
+        let across = Complex::new(-turn.im, turn.re);
+        let rest = (rest - self.share * line) * self.rest;
+        [turn * (parabola * self.parabola), across * (line * self.line), across * rest]
     }
 }
