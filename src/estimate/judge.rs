@@ -51,8 +51,10 @@ const FIRES: f32 = 5.026;
 /// 5e-4.
 const CLEAN: f32 = 3.291;
 
-/// It is also clean if the directions explain all but this share.
-const SHARE: f32 = 0.1;
+/// A tone still moves if the directions leave less than this share of what they explain. A tone that
+/// wanders, or swings once or twice within the record, mostly leaves less; two lines 1.5 bins apart
+/// leave more.
+const SHARE: f32 = 0.5;
 
 /// Above this power in the five directions sigma grows: three blocks of noise in a hundred.
 const SUSPICIOUS: f32 = 12.37;

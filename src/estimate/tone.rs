@@ -13,7 +13,7 @@ pub enum Verdict {
     /// Use it: sigma is its error.
     Good = 0,
     /// One tone whose frequency or level changes within the record. Use it within sigma, as the
-    /// mean over the record. Two lines less than a bin apart look the same.
+    /// mean over the record. Two lines less than one and a half bins apart look the same.
     Moving = 8,
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate.
     NearEdge = 1,
