@@ -143,8 +143,8 @@ impl<T: Scalar> Products<T> {
 
 /// The slow terms in the bins of a fit.
 struct Slow<T> {
-    centre: [Complex<T>; slow::TERMS],
-    sides: Vec<[Complex<T>; slow::TERMS], { 2 * REACH }>,
+    centre: slow::Values<T>,
+    sides: Vec<slow::Values<T>, { 2 * REACH }>,
     /// Their products with the data.
     data: [T; slow::TERMS],
 }
@@ -230,21 +230,22 @@ impl<T: Scalar> Problem<T> {
 
     /// The slow terms in these bins, and their products with the data.
     fn slow_terms(&self, n: i32) -> Slow<T> {
-        let bins = || self.sides.iter().map(|side| (self.peak + side.i, side.x));
-        let all = || core::iter::once((self.peak, self.centre)).chain(bins());
-        let basis = slow::Basis::of(n, all().map(|(k, _)| k));
         let mut slow = Slow {
-            centre: basis.bin(self.peak),
+            centre: slow::values(self.peak, n),
             sides: Vec::new(),
             data: [T::zero(); slow::TERMS],
         };
-        for (k, x) in all() {
-            let terms = basis.bin(k).into_iter();
-            slow.data.iter_mut().zip(terms).for_each(|(sum, q)| *sum = *sum + dot(q, x));
-        }
         for side in &self.sides {
             // The vector holds as many as there are sides.
-            let _ = slow.sides.push(basis.bin(self.peak + side.i));
+            let _ = slow.sides.push(slow::values(self.peak + side.i, n));
+        }
+        let basis = slow::Basis::of(core::iter::once(&slow.centre).chain(&slow.sides));
+        slow.centre = basis.turned(&slow.centre);
+        slow.data = slow.centre.map(|q| dot(q, self.centre));
+        for (terms, side) in slow.sides.iter_mut().zip(&self.sides) {
+            *terms = basis.turned(terms);
+            let data = slow.data.iter_mut().zip(terms);
+            data.for_each(|(sum, &mut q)| *sum = *sum + dot(q, side.x));
         }
         slow
     }
@@ -283,7 +284,7 @@ impl<T: Scalar> Problem<T> {
         for (height, [f1, f2, ..]) in heights.iter_mut().zip(self.shares(p, slow)) {
             *height = *height - line.re * f1 - line.im * f2;
         }
-        let sum = |terms: &[Complex<T>; slow::TERMS]| {
+        let sum = |terms: &slow::Values<T>| {
             let zero = Complex::new(T::zero(), T::zero());
             terms.iter().zip(heights).fold(zero, |sum, (&q, height)| sum + q * height)
         };

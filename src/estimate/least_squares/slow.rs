@@ -20,57 +20,49 @@ pub const LOWEST: i32 = 3;
 /// Bins below this one may hold a hum's own line.
 pub(super) const FIRST: i32 = 4;
 
-/// The values of the terms in a bin: `turn` times `j line`, `parabola` and `j rest`.
-struct Bin<T> {
-    turn: Complex<T>,
-    line: T,
-    parabola: T,
-    rest: T,
+/// The terms' values in a bin.
+pub(super) type Values<T> = [Complex<T>; TERMS];
+
+/// The terms' values in bin `k` of a record of `n` samples: line, parabola and the rest. The scale makes
+/// their sizes about 1 at bin 8.
+pub(super) fn values<T: Scalar>(k: i32, n: i32) -> Values<T> {
+    let turn = circle::<T>(k, n.saturating_mul(2));
+    let near = T::of(8.0 * core::f64::consts::PI) / (T::of_i32(n) * turn.im);
+    let square = near * near;
+    let line = Complex::new(-turn.im, turn.re) * near;
+    [line, turn * (square * turn.re), line * square]
 }
 
-impl<T: Scalar> Bin<T> {
-    /// Bin `k` of a record of `n` samples. The scale makes all values about 1 at bin 8.
-    fn new(k: i32, n: i32) -> Self {
-        let turn = circle::<T>(k, n.saturating_mul(2));
-        let near = T::of(8.0 * core::f64::consts::PI) / (T::of_i32(n) * turn.im);
-        let square = near * near;
-        Self { turn, line: near, parabola: square * turn.re, rest: square * near }
-    }
-}
-
-/// The terms as vectors over some bins, of length 1 and orthogonal to one another.
+/// What makes the terms vectors of length 1 over some bins, orthogonal to one another. Line and
+/// parabola are orthogonal as they are: one is a quarter turn on.
 pub(super) struct Basis<T> {
-    n: i32,
-    /// One over the lengths of line, parabola, and of the rest less its share of the line.
-    line: T,
-    parabola: T,
-    rest: T,
-    /// The share.
+    /// One over the lengths: of the line, of the parabola, and of the rest less its share of the line.
+    scales: [T; TERMS],
     share: T,
 }
 
 impl<T: Scalar> Basis<T> {
-    /// Over these bins of a record of `n` samples, three or more.
-    pub fn of(n: i32, bins: impl Iterator<Item = i32>) -> Self {
+    /// From the terms' values in all of the bins, three or more.
+    pub fn of<'a>(bins: impl Iterator<Item = &'a Values<T>>) -> Self
+    where
+        T: 'a,
+    {
         let zero = T::zero();
-        let [mut pp, mut ll, mut lr, mut rr] = [zero; 4];
-        for Bin { line, parabola, rest, .. } in bins.map(|k| Bin::<T>::new(k, n)) {
-            pp = pp + parabola * parabola;
-            ll = ll + line * line;
-            lr = lr + line * rest;
-            rr = rr + rest * rest;
+        let [mut ll, mut pp, mut lr, mut rr] = [zero; 4];
+        for &[line, parabola, rest] in bins {
+            ll = ll + line.norm_sqr();
+            pp = pp + parabola.norm_sqr();
+            lr = lr + line.re * rest.re + line.im * rest.im;
+            rr = rr + rest.norm_sqr();
         }
         let share = lr / ll;
-        let one = T::one();
         let left = (rr - share * lr).max(T::epsilon() * rr);
-        Self { n, line: one / ll.root(), parabola: one / pp.root(), rest: one / left.root(), share }
+        Self { scales: [ll, pp, left].map(|square| T::one() / square.root()), share }
     }
 
-    /// The vectors' values in bin `k`.
-    pub fn bin(&self, k: i32) -> [Complex<T>; TERMS] {
-        let Bin { turn, line, parabola, rest }: Bin<T> = Bin::new(k, self.n);
-        let across = Complex::new(-turn.im, turn.re);
-        let rest = (rest - self.share * line) * self.rest;
-        [turn * (parabola * self.parabola), across * (line * self.line), across * rest]
+    /// The vectors' values in a bin, from the terms'.
+    pub fn turned(&self, &[line, parabola, rest]: &Values<T>) -> Values<T> {
+        let [l, p, r] = self.scales;
+        [line * l, parabola * p, (rest - line * self.share) * r]
     }
 }
