@@ -249,6 +249,12 @@ impl Elapsed {
         completed
     }
 
+    /// Of `seen` completed blocks before a fault, those that [`Elapsed::late`] will not count: by the
+    /// clock it counts them all.
+    pub fn beside(&self, seen: u32) -> u32 {
+        if self.block == 0 { seen } else { 0 }
+    }
+
     /// Blocks that begin now have to leave out so many: those whose time has come since the last
     /// one that was counted, begun ones included, and at least one.
     pub fn late(&self, now: u32) -> u32 {
