@@ -140,7 +140,7 @@ pub enum ConfigError {
     Scene,
     /// A ramp is shorter than a record.
     Ramp,
-    /// One cycle per sample is more than 2^31 metres or metres per second.
+    /// One cycle per sample is more than 2^31 metres or metres per second, or less than 2^-32.
     Scale,
     /// The method does not work on this kind of record.
     Method,
@@ -166,7 +166,9 @@ impl ConfigError {
                 "wavelength, bandwidth and duration must be positive, the angle below 90 degrees"
             }
             ConfigError::Ramp => "a ramp must last at least as long as a record",
-            ConfigError::Scale => "range or velocity per cycle does not fit: use a lower rate",
+            ConfigError::Scale => {
+                "range or velocity per cycle must lie between 2^-32 and 2^31: use another rate"
+            }
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Following => {
                 "follow at most 4 tones, agility 1e-6 to 1e3, rate 1e-6 to 4096, acceleration 0 to 4096 bins"
@@ -333,6 +335,20 @@ mod tests {
         }
         let slow = Config::new(1e-291, Codes::signed::<12>());
         assert_eq!(slow.terms::<Iq>(1024), Err(ConfigError::Rate));
+    }
+
+    /// A velocity without a step once had a sigma that was no number.
+    #[test]
+    fn a_scale_below_the_least_step_is_refused() {
+        let of = |wavelength_m| {
+            let scene = Scene::Doppler { wavelength_m, angle_rad: 0.0 };
+            let config = Config { scene, ..Config::new(1e3, Codes::signed::<12>()) };
+            config.terms::<Real>(1024).map(|_| ())
+        };
+        assert_eq!(of(1e-12), Ok(()));
+        for wavelength_m in [1e-14, 1e-60, 1e8] {
+            assert_eq!(of(wavelength_m), Err(ConfigError::Scale), "{wavelength_m}");
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod field;
 mod figures;
 mod front_door;
 mod frontend;
+mod fuzz;
 mod golden;
 mod least_squares;
 mod locked;

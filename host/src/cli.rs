@@ -1,6 +1,6 @@
 //! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
-use crate::{analyze, bench, demo, end, firmware, flash, report, shell, sweep, watch, web};
+use crate::{analyze, bench, demo, end, firmware, flash, report, shell, soak, sweep, watch, web};
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::fmt::Display;
@@ -27,6 +27,7 @@ enum Command {
     Report(report::command::Options),
     Bench(bench::command::Options),
     Firmware(firmware::Options),
+    Soak(soak::Options),
     Flash(flash::Options),
     Watch(watch::Options),
     Web(web::Options),
@@ -43,6 +44,7 @@ impl Command {
             Command::Report(options) => report::command::run(options)?,
             Command::Bench(options) => bench::command::run(options)?,
             Command::Firmware(options) => firmware::run(options).map_err(told)?,
+            Command::Soak(options) => soak::run(options)?,
             Command::Flash(options) => flash::run(options).map_err(told)?,
             Command::Watch(options) => watch::run(options)?,
             Command::Web(options) => web::run(options).map_err(told)?,

@@ -31,6 +31,7 @@ pub mod report;
 pub mod scenario;
 pub mod shell;
 pub mod simulate;
+pub mod soak;
 pub mod spectrogram;
 pub mod survey;
 pub mod sweep;

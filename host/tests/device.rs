@@ -9,10 +9,10 @@ use picket::estimate::method::Method;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::{Measurement, Outcome};
 use picket_wire::boot::Boot;
-use picket_wire::command::{Answer, Command as Order, Request};
+use picket_wire::command::{Answer, Command as Order, Refusal, Request};
 use picket_wire::frame::Reader;
 use picket_wire::settings::Settings;
-use picket_wire::status::Status;
+use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::{Health, Telemetry};
 use serialport::{SerialPort, TTYPort};
 use std::fs;
@@ -360,6 +360,139 @@ fn silence_and_noise_are_told_after_two_seconds() {
         let waited = begun.elapsed().as_secs_f64();
         assert!((1.5..4.0).contains(&waited), "{waited} s");
     }
+}
+
+/// A wrong port, or a wrong rate of bits: whoever orders something is told within three seconds or so, and the program ends.
+#[test]
+fn orders_that_no_board_hears_end() {
+    for (name, noise, says) in [
+        ("port-deaf", &b""[..], "it says nothing"),
+        (
+            "port-modem",
+            &b"\xf8\x00\x80\xff\x00AT+OK\r\n"[..],
+            "bytes came, and no frame; is it the board's port?",
+        ),
+    ] {
+        let name = path(name);
+        let (mut ours, _theirs) = plug(&name);
+        let begun = Instant::now();
+        let running = start(&["watch", name.to_str().unwrap(), "--get-settings"]);
+        ours.read_exact(&mut [0; 8]).unwrap();
+        ours.write_all(noise).unwrap();
+        let output = ended(running);
+        let message = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.lines().count() == 1 && message.contains(says), "{message}");
+        let waited = begun.elapsed().as_secs_f64();
+        assert!((2.5..5.0).contains(&waited), "{waited} s");
+    }
+}
+
+/// Without an order it waits longer, for a board that is being switched on, and not for ever.
+#[test]
+fn a_port_that_stays_silent_is_given_up() {
+    let name = path("port-for-ever");
+    let (_ours, _theirs) = plug(&name);
+    let output = ended(start(&["watch", name.to_str().unwrap(), "--jsonl"]));
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    let [waiting, gives_up] = message.lines().collect::<Vec<_>>()[..] else { panic!("{message}") };
+    assert!(waiting.starts_with("waiting for the device"), "{message}");
+    assert!(gives_up.starts_with("error: asked 8 times: it says nothing"), "{message}");
+}
+
+/// A board that is heard and does not hear.
+#[test]
+fn an_order_without_an_answer_ends() {
+    let name = path("port-one-way");
+    let (ours, _theirs) = plug(&name);
+    board(ours, |_| Vec::new());
+    let output = ended(start(&["watch", name.to_str().unwrap(), "--stop"]));
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("sent 8 times without an answer"), "{message}");
+}
+
+/// The first command arrives damaged: the board says so, and the command comes again at once.
+#[test]
+fn a_damaged_command_is_sent_again() {
+    let name = path("port-damaged");
+    let (ours, _theirs) = plug(&name);
+    let mut first = true;
+    board(ours, move |request| match request.command {
+        _ if std::mem::take(&mut first) => Answer::default().refusal(Refusal::Damaged).to_vec(),
+        Order::GetSettings => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),
+        _ => request.answer().reply(&[]).to_vec(),
+    });
+    let begun = Instant::now();
+    let output = ended(start(&["watch", name.to_str().unwrap(), "--get-settings"]));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    // Sooner than an order is repeated that was not answered.
+    assert!(begun.elapsed() < Duration::from_millis(900), "{:?}", begun.elapsed());
+}
+
+/// Blocks as a board sends them, of samples that all are their block's number. The line loses the pieces that `lost` names.
+fn blocks(sequences: std::ops::Range<u32>, lost: impl Fn(u32, u16) -> bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for sequence in sequences {
+        for offset in (0..2048).step_by(Raw::PIECE) {
+            let length = Raw::PIECE.min(2048 - offset);
+            let bytes_of_it = std::iter::repeat_n(sequence as u8, length).collect();
+            let raw = Raw { sequence, offset: offset as u16, bytes: bytes_of_it };
+            if !lost(sequence, raw.offset) {
+                bytes.extend(raw.to_frame());
+            }
+        }
+    }
+    bytes
+}
+
+/// A piece of a capture is lost: its block is asked for again, and the file has as many blocks as were wanted.
+#[test]
+fn a_lost_piece_of_a_capture_is_asked_for_again() {
+    let (name, file) = (path("port-hole"), path("hole.i16"));
+    let (ours, _theirs) = plug(&name);
+    let mut next = 0;
+    board(ours, move |request| match request.command {
+        Order::GetSettings => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),
+        Order::Capture(count) => {
+            let from = next;
+            next += u32::from(count);
+            // A piece in the middle, and a whole block at the end.
+            let lost = |sequence, offset| (sequence, offset) == (1, 384) || sequence == 3;
+            [request.answer().reply(&[]).to_vec(), blocks(from..next, lost)].concat()
+        }
+        _ => request.answer().reply(&[]).to_vec(),
+    });
+    let (port, to) = (name.to_str().unwrap(), file.to_str().unwrap());
+    let output = ended(start(&["watch", port, "--capture", "4", "--capture-to", to]));
+    let message = text(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert!(message.contains("2 of 4 blocks did not come whole"), "{message}");
+    let captured = fs::read(&file).unwrap();
+    let sequences: Vec<u8> = captured.chunks(2048).map(|block| block[0]).collect();
+    assert_eq!((captured.len(), &sequences[..]), (4 * 2048, &[0, 2, 4, 5][..]));
+    assert!(captured.chunks(2048).all(|block| block.iter().all(|&byte| byte == block[0])));
+}
+
+/// A line that loses a piece of every block: the capture ends, and says what came.
+#[test]
+fn a_capture_that_never_comes_whole_ends() {
+    let (name, file) = (path("port-holes"), path("holes.i16"));
+    let (ours, _theirs) = plug(&name);
+    board(ours, |request| match request.command {
+        Order::GetSettings => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),
+        Order::Capture(count) => {
+            let pieces = blocks(0..count.into(), |_, offset| offset == 192);
+            [request.answer().reply(&[]).to_vec(), pieces].concat()
+        }
+        _ => request.answer().reply(&[]).to_vec(),
+    });
+    let (port, to) = (name.to_str().unwrap(), file.to_str().unwrap());
+    let output = ended(start(&["watch", port, "--capture", "2", "--capture-to", to]));
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("--capture: 0 of 2 blocks came whole"), "{message}");
 }
 
 #[test]

@@ -25,9 +25,11 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit in 31 bits.
+    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit in 31 bits, or is
+    /// less than a step of 2^-32: results would be 0, and an infinite sigma times 0 no number.
     pub fn new(per_cycle: f64) -> Option<Self> {
-        Some(Scale { fixed: I32F32::checked_from_num(per_cycle)?, float: per_cycle as f32 })
+        let fixed = I32F32::checked_from_num(per_cycle).filter(|&fixed| fixed != I32F32::ZERO)?;
+        Some(Scale { fixed, float: per_cycle as f32 })
     }
 }
 

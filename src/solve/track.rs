@@ -257,10 +257,11 @@ impl Track {
         tone.frequency.beyond(self.tone.frequency)
     }
 
-    /// The distance of a tone from the prediction in half gates; `None` outside the gate.
+    /// The distance of a tone from the prediction in half gates; `None` outside the gate, and of a
+    /// tone that does not tell where it is.
     pub fn distance(&self, tone: &Tone) -> Option<f32> {
         let distance = self.innovation(tone).abs() / self.gate(tone.sigma);
-        (distance <= 1.0).then_some(distance)
+        (distance <= 1.0 && tells(tone)).then_some(distance)
     }
 
     /// Updates the track with this block's measurement.
@@ -303,6 +304,12 @@ impl Track {
         let [variance, _, _] = self.motion.covariance;
         self.tone.sigma = variance.root();
     }
+}
+
+/// Whether a tone tells where it is: a sigma of a cycle per sample is the whole spectrum. An infinite
+/// one, as of a record that sits on a rail, would make the filter's covariance no number.
+pub(super) fn tells(tone: &Tone) -> bool {
+    tone.sigma < 1.0
 }
 
 fn square(x: f32) -> f32 {
@@ -357,6 +364,16 @@ mod tests {
         assert!((track.tone.frequency.cycles() - cycles).abs() < 1e-8);
         assert!((track.rate() - 1e-4).abs() < 1e-8);
         assert_eq!(track.state, State::Held);
+    }
+
+    #[test]
+    fn a_tone_of_unknown_place_is_in_no_gate() {
+        let mut track = Track::start(0, &tone(0.1, 1e-6), &TRACKING);
+        track.predict(1, false, &TRACKING);
+        assert!(track.distance(&tone(0.1, 1e-6)).is_some());
+        for sigma in [1.0, 1e30, f32::INFINITY, f32::NAN] {
+            assert_eq!(track.distance(&tone(0.1, sigma)), None, "{sigma}");
+        }
     }
 
     #[test]

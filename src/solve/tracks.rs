@@ -1,6 +1,6 @@
 //! All the tones that are followed, and which measurement belongs to which track.
 
-use super::track::{State, Track, Tracking};
+use super::track::{State, Track, Tracking, tells};
 use crate::acquire::sample::Stamp;
 use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
@@ -105,7 +105,8 @@ impl Tracks {
         let blocks = self.elapsed(stamp.sequence, every);
         self.tracks.retain(|track| track.state != State::Lost);
         self.tracks.iter_mut().for_each(|track| track.predict(blocks, stamp.gap, tracking));
-        let seen_well = tones.iter().filter(|tone| tone.verdict < Verdict::Weak).copied();
+        let seen_well =
+            tones.iter().filter(|tone| tone.verdict < Verdict::Weak && tells(tone)).copied();
         let mut tones: Vec<Tone, MOST> = first(seen_well);
         let mut seen = [false; SLOTS];
         self.merge(&mut tones, &mut seen, bin);

@@ -80,15 +80,16 @@ impl Scan {
     }
 }
 
-/// Scans stored bins, the first of which is bin `first`; `point` converts one to integers.
+/// Scans stored bins, the first of which is bin `first`; `point` converts one to integers. A bin
+/// below 0 is two's complement, so the count may pass from the largest number to 0.
 #[inline(always)]
 pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Scan {
     let (mut scan, mut total) = (Scan::from(first), 0u64);
-    for (&bin, k) in bins.iter().zip(first..) {
+    for (k, &bin) in bins.iter().enumerate() {
         let power = power(point(bin));
         total = total.wrapping_add(power);
         if power > scan.power {
-            scan.rise(power, k);
+            scan.rise(power, first.wrapping_add(k));
         }
     }
     Scan { total, ..scan }
@@ -273,6 +274,16 @@ mod tests {
                 }
                 compare::<512>(&points);
             }
+        }
+    }
+
+    /// The count of bins once went past the largest number where a band ends below 0 Hz.
+    #[test]
+    fn bins_below_zero_are_counted() {
+        let points = [[1, 0], [5, 0], [2, 0], [1, 1]];
+        for first in [-9i32, -4, -3, -2, -1, 0] {
+            let scan = over(&points, first as usize, core::convert::identity);
+            assert_eq!((scan.bin, scan.power, scan.total), (first + 1, 25, 32), "{first}");
         }
     }
 

@@ -71,6 +71,25 @@ impl Default for Calibration {
 }
 
 impl Calibration {
+    /// The clock's error beyond which a board refuses the settings, parts per million.
+    pub const MOST_PPM: f32 = 1e3;
+
+    /// The true rate, Hz, of a clock that runs at `nominal_hz` by the board's crystal.
+    pub fn true_hz(&self, nominal_hz: f64) -> f64 {
+        nominal_hz * self.pace()
+    }
+
+    /// The rate by the board's crystal, Hz, of a clock that truly runs at `true_hz`.
+    pub fn nominal_hz(&self, true_hz: f64) -> f64 {
+        true_hz / self.pace()
+    }
+
+    /// How fast the clock runs, 1 for the nominal pace. An error that no board accepts counts as none.
+    fn pace(&self) -> f64 {
+        let accepted = self.clock_ppm.abs() <= Self::MOST_PPM;
+        if accepted { 1.0 + f64::from(self.clock_ppm) * 1e-6 } else { 1.0 }
+    }
+
     /// Corrects the range of a measurement.
     pub fn apply(&self, measurement: &mut Measurement) {
         if *self == Self::default() {

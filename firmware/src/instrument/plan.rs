@@ -31,7 +31,7 @@ impl<const N: usize> Plan<N> {
     /// The settings contradict each other, or cannot be measured.
     pub fn new(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         let Calibration { clock_ppm, range_offset_m, range_slope } = settings.calibration;
-        let right = clock_ppm.abs() <= 1e3 && range_offset_m.is_finite();
+        let right = clock_ppm.abs() <= Calibration::MOST_PPM && range_offset_m.is_finite();
         if !(right && (0.5..=2.0).contains(&range_slope)) {
             return Err(SettingsError::Calibration);
         }
@@ -73,7 +73,7 @@ impl<const N: usize> Plan<N> {
 
 /// The configuration with the board's rate, the converter's codes and the ramp's true duration.
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
-    let rate_hz = rate_hz * (1.0 + f64::from(settings.calibration.clock_ppm) * 1e-6);
+    let rate_hz = settings.calibration.true_hz(rate_hz);
     let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
     if let Scene::Chirp { duration_s, .. } = &mut config.scene {
         // A board's rate is above 0. The last bit is rounded up, so that a record fits its ramp.

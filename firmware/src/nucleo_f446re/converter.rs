@@ -118,18 +118,27 @@ impl Dma for Chain {
     type Slot = Slot;
 
     fn status(&mut self) -> Status {
+        // The time comes first: a block that ends after it is counted by the flags alone, while one
+        // that ended before the time and after the flags would count twice.
+        let now = ticks();
         let flags = dma2().lisr().read().bits() & STREAM_0_FLAGS;
         // The order matters: a block that ends in between is counted now or next time, never twice.
         let target = self.target();
         put!(dma2().lifcr(), flags);
-        let completed = self.time.completed(completed(flags, target != self.target), ticks());
+        let adc_overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
+        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || chirp::underrun();
+        let seen = completed(flags, target != self.target);
+        let completed = if dma_error || adc_overrun {
+            // Of a stream that stands still, the flags do not tell how many blocks passed since.
+            self.time.beside(seen)
+        } else {
+            self.time.completed(seen, now)
+        };
         if completed > 0 {
             self.target = target;
         }
         self.passed = self.passed.wrapping_add(completed.into());
-        let overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
-        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || chirp::underrun();
-        Status { completed, dma_error, adc_overrun: overrun }
+        Status { completed, dma_error, adc_overrun }
     }
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {

@@ -1,6 +1,6 @@
 //! Why a recording cannot be read.
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::io;
 use std::path::PathBuf;
 
@@ -49,6 +49,7 @@ pub enum RecordingError {
 impl fmt::Display for RecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use RecordingError::*;
+        let f = &mut Plain { line: f, left: LONGEST };
         match self {
             Io(path, error) if error.kind() == io::ErrorKind::NotFound => {
                 write!(f, "{}: no such file", path.display())
@@ -133,3 +134,41 @@ impl fmt::Display for RecordingError {
 }
 
 impl std::error::Error for RecordingError {}
+
+/// The longest message, in characters.
+const LONGEST: usize = 500;
+
+/// A line of a message. What it quotes of a file can neither break the line nor reach the terminal
+/// as a command, and is cut where it is too long to read.
+struct Plain<'a, 'b> {
+    line: &'a mut fmt::Formatter<'b>,
+    left: usize,
+}
+
+impl Write for Plain<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for letter in text.chars() {
+            match self.left.checked_sub(1) {
+                None => return Ok(()),
+                Some(0) => self.line.write_str("...")?,
+                Some(_) if letter.is_control() => write!(self.line, "{}", letter.escape_debug())?,
+                Some(_) => self.line.write_char(letter)?,
+            }
+            self.left -= 1;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_whatever_the_file_holds() {
+        let quoted = RecordingError::Npy("x".into(), "kind \"<f8\n\u{1b}[2J\"".into()).to_string();
+        assert!(quoted.ends_with(r#"kind "<f8\n\u{1b}[2J""#), "{quoted}");
+        let long = RecordingError::Comma("x".into(), "1,".repeat(1 << 20)).to_string();
+        assert!(long.len() < 600 && long.ends_with("..."), "{long}");
+    }
+}

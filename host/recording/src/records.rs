@@ -40,13 +40,21 @@ pub struct Records {
 impl Records {
     /// Opens a file of JSON lines.
     pub fn open(path: &Path, options: Options) -> Result<Self, RecordingError> {
-        let input = Input::open(path)?;
-        Ok(Records {
+        Ok(Self::of(path, Input::open(path)?, options))
+    }
+
+    /// The records in these bytes of a file of this name, for whom has no file system.
+    pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
+        Ok(Self::of(name, Input::of_bytes(name, bytes)?, options))
+    }
+
+    fn of(path: &Path, input: Input, options: Options) -> Self {
+        Records {
             path: path.into(),
             reader: Box::new(input.reader()),
             line: 0,
             scale: options.scale,
-        })
+        }
     }
 
     fn parse(&self, text: &str) -> Result<JsonRecord, String> {

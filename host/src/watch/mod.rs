@@ -1,5 +1,6 @@
 //! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
+mod capture;
 pub mod line;
 mod live;
 pub mod orders;
@@ -8,11 +9,13 @@ pub mod ports;
 pub mod settings;
 
 use crate::cli::{self, Failure, print_line};
-use crate::device::{Blocks, Listener, Said};
+use crate::device::{Listener, Said};
 use crate::end;
+use capture::Capture;
 use clap::Args;
 use line::Scale;
 use orders::{Orders, Pending};
+use picket_wire::command::Command;
 use port::{Piece, Source};
 use std::fmt;
 use std::fs::File;
@@ -89,8 +92,27 @@ pub enum WatchError {
     },
     /// The source ended, and nothing in it was a frame.
     Nothing(String),
-    /// An order.
-    Unanswered(&'static str),
+    /// An order that a board does not answer.
+    Unanswered {
+        /// Which.
+        order: &'static str,
+        /// How often it was sent.
+        tries: u32,
+    },
+    /// Nothing that came was a board's.
+    Unheard {
+        /// How often was asked.
+        tries: u32,
+        /// How much came.
+        bytes: u64,
+    },
+    /// Captured blocks that did not come whole.
+    Holes {
+        /// Those that did.
+        got: u16,
+        /// Those that were wanted.
+        wanted: u16,
+    },
     /// Orders need a port.
     Orders,
     /// The settings' file.
@@ -114,9 +136,16 @@ impl fmt::Display for WatchError {
             WatchError::Nothing(what) => {
                 write!(f, "{what}: no frame of a board is in it: give what --record has kept")
             }
-            WatchError::Unanswered(order) => write!(
+            WatchError::Unanswered { order, tries } => write!(
                 f,
-                "{order}: no answer in 20 s: is it the board's port, and has the board its image (picket flash)?"
+                "{order}: sent {tries} times without an answer: the board is heard and does not hear, so look at its receiving wire"
+            ),
+            WatchError::Unheard { tries, bytes } => {
+                write!(f, "asked {tries} times: {}", unheard(*bytes))
+            }
+            WatchError::Holes { got, wanted } => write!(
+                f,
+                "--capture: {got} of {wanted} blocks came whole: the line loses bytes, so try a shorter cable or another USB socket"
             ),
             WatchError::Orders => {
                 f.write_str("orders need a port: neither stdin nor a file listens")
@@ -178,8 +207,8 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     }
     let record = options.record.as_deref().map(Kept::create).transpose()?;
     let capture = options.orders.capture();
-    let capture = capture.map(|(blocks, path)| Ok((Kept::create(path)?, blocks.into())));
-    let mut watch = Watch::new(style, options, orders.alone(), capture.transpose()?);
+    let capture = capture.map(|(blocks, path)| Capture::create(path, blocks)).transpose()?;
+    let mut watch = Watch::new(style, options, orders.alone(), capture);
     end::look();
     let ended = watch.until_the_end(&mut source, orders, record, options.count);
     if watch.heard || ended.is_ok() && source.listens() {
@@ -233,8 +262,7 @@ struct Watch {
     header: bool,
     /// The last row for people: not more than they can read.
     shown: Option<Instant>,
-    blocks: Blocks,
-    capture: Option<(Kept, u64)>,
+    capture: Option<Capture>,
     /// The orders' answers are wanted, not what is measured meanwhile.
     quiet: bool,
     /// A frame was understood.
@@ -259,29 +287,32 @@ impl Patience {
             return None;
         }
         self.told = true;
-        Some(match self.bytes {
-            0 => "waiting for the device: it says nothing; has it power and its image (picket flash), and is it stopped (--start)?".into(),
-            bytes => format!(
-                "waiting for the device: {bytes} bytes came, and no frame; is it the board's port? It speaks at {} baud",
-                picket_firmware::nucleo_f446re::words::serial::BAUD
-            ),
-        })
+        Some(format!("waiting for the device: {}", unheard(self.bytes)))
+    }
+}
+
+/// What may be the matter where so many bytes came, and no frame.
+fn unheard(bytes: u64) -> String {
+    let baud = picket_firmware::nucleo_f446re::words::serial::BAUD;
+    match bytes {
+        0 => "it says nothing; is it the board's port, and has the board power and its image (picket flash)?".into(),
+        bytes => format!("{bytes} bytes came, and no frame; is it the board's port? It speaks at {baud} baud"),
     }
 }
 
 impl Watch {
-    fn new(style: Style, options: &Options, quiet: bool, capture: Option<(Kept, u64)>) -> Self {
+    fn new(style: Style, options: &Options, quiet: bool, capture: Option<Capture>) -> Self {
         Self {
             style,
             listener: Listener::default(),
             scale: Scale { rate_hz: options.rate, ..Scale::default() },
             header: false,
             shown: None,
-            blocks: Blocks::default(),
             capture,
             quiet,
             heard: false,
-            patience: Patience { since: Instant::now(), bytes: 0, told: false },
+            // Orders that nobody hears end the program, and say why.
+            patience: Patience { since: Instant::now(), bytes: 0, told: options.orders.any() },
         }
     }
 
@@ -321,13 +352,34 @@ impl Watch {
             if let Some(line) = self.patience.line() {
                 eprintln!("{line}");
             }
-            orders.again(source)?;
+            orders.again(source, self.heard, self.patience.bytes)?;
+            self.capture_again(&mut orders, source)?;
         }
         Ok(())
     }
 
     fn capturing(&self) -> bool {
-        self.capture.as_ref().is_some_and(|(_, left)| *left > 0)
+        self.capture.as_ref().is_some_and(Capture::misses)
+    }
+
+    /// Asks for captured blocks again that did not come whole.
+    fn capture_again(
+        &mut self,
+        orders: &mut Pending,
+        source: &mut Source,
+    ) -> Result<(), WatchError> {
+        let Some(capture) = &mut self.capture else { return Ok(()) };
+        if !orders.done() {
+            capture.begin();
+            return Ok(());
+        }
+        let Scale { n, rate_hz, .. } = self.scale;
+        let seconds = n.unwrap_or(1024) as f64 / rate_hz.unwrap_or(f64::INFINITY);
+        let block = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        if let Some(left) = capture.again(block)? {
+            orders.add(Command::Capture(left), source);
+        }
+        Ok(())
     }
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
@@ -351,11 +403,8 @@ impl Watch {
             }
             Said::Raw(raw) => {
                 let length = self.scale.n.unwrap_or(1024) * if self.scale.iq { 4 } else { 2 };
-                if let Some((_, bytes)) = self.blocks.push(&raw, length)
-                    && let Some((file, left)) = &mut self.capture
-                {
-                    file.write(&bytes)?;
-                    *left = left.saturating_sub(1);
+                if let Some(capture) = &mut self.capture {
+                    capture.push(&raw, length)?;
                 }
             }
             Said::Status(status) if self.style == Style::Jsonl => {

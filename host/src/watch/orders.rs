@@ -1,11 +1,11 @@
-//! Orders to a device, one after the other: each is sent again until it is answered.
+//! Orders to a device, one after the other: each is sent again until it is answered, and not for ever.
 
 use super::port::Source;
 use super::{WatchError, settings};
 use crate::cli::print_line;
 use crate::device::Said;
 use clap::Args;
-use picket_wire::command::{Command, Request};
+use picket_wire::command::{Answer, Command, Refusal, Request};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -39,10 +39,12 @@ pub struct Orders {
     capture_to: Option<PathBuf>,
 }
 
-/// After this an order is sent again.
+/// After this an order is sent again. A board that erases its flash is deaf for as long.
 const AGAIN: Duration = Duration::from_secs(1);
-/// After this nobody will answer.
-const ENOUGH: Duration = Duration::from_secs(20);
+/// So often an order is sent.
+const TRIES: u32 = 8;
+/// So often, where nothing that was heard was a board: it is the wrong port.
+const TRIES_UNHEARD: u32 = 3;
 
 /// An order as the user typed it.
 const fn told(command: &Command) -> &'static str {
@@ -61,15 +63,17 @@ const fn told(command: &Command) -> &'static str {
 
 /// Whether an order changes something.
 const fn changes(command: &Command) -> bool {
-    !matches!(command, Command::Identify | Command::GetSettings | Command::Status)
+    // A capture is done when its blocks are here.
+    use Command::{Capture, GetSettings, Identify, Status};
+    !matches!(command, Identify | GetSettings | Status | Capture(_))
 }
 
 /// Orders on their way.
 pub struct Pending {
     queue: VecDeque<Command>,
     sent: Option<Request>,
-    /// When it was last sent, and when first.
-    times: Option<(Instant, Instant)>,
+    /// When it was last sent, and how often.
+    asked: Option<(Instant, u32)>,
     tag: u8,
     ends: bool,
     print: bool,
@@ -109,7 +113,7 @@ impl Orders {
         Ok(Pending {
             queue,
             sent: None,
-            times: None,
+            asked: None,
             tag: 0,
             ends,
             print: self.get_settings,
@@ -139,19 +143,36 @@ impl Pending {
 
     fn send(&mut self, request: Request, source: &mut Source) {
         source.send(&request.to_frame());
-        let now = Instant::now();
-        self.times = Some((now, self.times.map_or(now, |(_, first)| first)));
+        let tries = self.asked.map_or(0, |(_, tries)| tries);
+        self.asked = Some((Instant::now(), tries + 1));
     }
 
-    /// Sends an order again that was not answered: a board that starts anew, as after new settings, does not hear. An order that
-    /// nobody answers ends the program, unless it only asked what the device is.
-    pub fn again(&mut self, source: &mut Source) -> Result<(), WatchError> {
-        let (Some(request), Some((last, first))) = (self.sent, self.times) else { return Ok(()) };
+    /// Sends an order again that was not answered: a board that starts anew, as after new settings, does not hear. `heard` is
+    /// whether anything that was heard was a board, `bytes` how much was. Questions that nobody ordered are given up quietly where
+    /// a board was heard.
+    ///
+    /// # Errors
+    /// The order was sent often enough.
+    pub fn again(
+        &mut self,
+        source: &mut Source,
+        heard: bool,
+        bytes: u64,
+    ) -> Result<(), WatchError> {
+        let (Some(request), Some((last, tries))) = (self.sent, self.asked) else { return Ok(()) };
         if last.elapsed() < AGAIN || !source.listens() {
             return Ok(());
         }
-        if first.elapsed() > ENOUGH && self.ordered {
-            return Err(WatchError::Unanswered(told(&request.command)));
+        if !heard && tries >= if self.ordered { TRIES_UNHEARD } else { TRIES } {
+            return Err(WatchError::Unheard { tries, bytes });
+        }
+        if tries >= TRIES {
+            if self.ordered {
+                return Err(WatchError::Unanswered { order: told(&request.command), tries });
+            }
+            (self.sent, self.asked) = (None, None);
+            self.queue.clear();
+            return Ok(());
         }
         // A zero ends whatever came of the last one.
         source.send(&[0]);
@@ -159,10 +180,18 @@ impl Pending {
         Ok(())
     }
 
+    /// Another order behind the others.
+    pub fn add(&mut self, command: Command, source: &mut Source) {
+        self.queue.push_back(command);
+        if self.sent.is_none() {
+            self.next(source);
+        }
+    }
+
     fn next(&mut self, source: &mut Source) {
         self.tag = self.tag.wrapping_add(1);
         self.sent = self.queue.pop_front().map(|command| Request { tag: self.tag, command });
-        self.times = None;
+        self.asked = None;
         if let Some(request) = self.sent {
             self.send(request, source);
         }
@@ -171,12 +200,18 @@ impl Pending {
     /// Looks for the answer.
     pub fn hear(&mut self, said: &Said, source: &mut Source) -> Result<(), WatchError> {
         let (Some(request), Said::Answer(answer, body)) = (self.sent, said) else { return Ok(()) };
+        // What arrives damaged has lost its tag.
+        let damaged = *answer == Answer::default() && *body == Err(Refusal::Damaged);
+        if damaged && self.asked.is_some_and(|(_, tries)| tries < TRIES) {
+            self.send(request, source);
+        }
         if *answer != request.answer() {
             return Ok(());
         }
         self.sent = None;
         match body {
-            Err(refusal) => return Err(WatchError::Refused(*refusal)),
+            Err(refusal) if self.ordered => return Err(WatchError::Refused(*refusal)),
+            Err(_) => {}
             Ok(body) if self.print && request.command == Command::GetSettings => {
                 if let Some((settings, n)) = settings::of_answer(body) {
                     print_line(&settings::to_json(&settings, n));

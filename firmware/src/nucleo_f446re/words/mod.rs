@@ -45,7 +45,8 @@ impl Words {
         tree: &Tree,
     ) -> Result<(Plan<N>, Self), SettingsError> {
         let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
-        let sampling = Sampling::plan(tree, settings.config.rate_hz, settings.iq);
+        let rate_hz = settings.calibration.nominal_hz(settings.config.rate_hz);
+        let sampling = Sampling::plan(tree, rate_hz, settings.iq);
         let sampling = sampling.map_err(SettingsError::Rate)?;
         let slots = if settings.slots == 0 { USUAL_SLOTS } else { settings.slots };
         if !(USUAL_SLOTS..=SLOTS as u16).contains(&slots) {
@@ -141,6 +142,21 @@ mod tests {
             settings.config.rate_hz = rate_hz;
             settings.calibration.clock_ppm = ppm;
             plan(&settings).unwrap();
+        }
+    }
+
+    /// Each time they were set again, a correction of the clock once moved the rate a little further.
+    #[test]
+    fn settings_that_were_answered_stay_when_they_are_set_again() {
+        for rate_hz in [500e3, 48e3, 100.0, 3.3, 1.0] {
+            for clock_ppm in [0.0, 12.5, -999.0, 1e3] {
+                let mut settings = Settings::default();
+                settings.calibration.clock_ppm = clock_ppm;
+                settings.config.rate_hz = settings.calibration.true_hz(rate_hz);
+                let (first, _) = plan(&settings).unwrap();
+                let (second, _) = plan(&first.settings).unwrap();
+                assert_eq!(second, first, "{rate_hz} {clock_ppm}");
+            }
         }
     }
 

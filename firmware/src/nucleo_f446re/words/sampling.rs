@@ -71,12 +71,16 @@ impl Sampling {
     /// # Errors
     /// The converter or the timer cannot make the rate.
     pub fn plan(tree: &Tree, rate_hz: f64, iq: bool) -> Result<Self, RateError> {
-        if !(rate_hz >= 1.0 && rate_hz.is_finite()) {
+        if !(rate_hz > 0.0 && rate_hz.is_finite()) {
             return Err(RateError::Slow);
         }
         let ratio = tree.timer_hz.checked_div(tree.adc_hz).unwrap_or(1).max(1);
         // The period in the converter's cycles.
         let wanted = libm::round(f64::from(tree.adc_hz) / rate_hz) as u32;
+        // The slowest rate is 1 Hz.
+        if wanted > tree.adc_hz {
+            return Err(RateError::Slow);
+        }
         let shortest = SAMPLING_CYCLES[0] + CONVERSION;
         // A period up to half a cycle too short is rounding; below that, the rate is too fast.
         if wanted < shortest {
@@ -84,10 +88,11 @@ impl Sampling {
         }
         let cycles = if wanted == shortest { wanted } else { wanted.max(shortest + SLACK) };
         let ticks = cycles.saturating_mul(ratio);
-        // The prescaler itself is a whole number of the converter's cycles.
+        // The prescaler itself is a whole number of the converter's cycles, and doubles from step to
+        // step: so a rate that was answered comes out as it is when it is set again.
         let scale = match ticks.div_ceil(1 << 16) {
             0 | 1 => 1,
-            more => more.checked_next_multiple_of(ratio).unwrap_or(more),
+            more => more.next_power_of_two().max(ratio),
         };
         let reload = (ticks.saturating_add(scale / 2)).checked_div(scale).unwrap_or(1);
         let (Ok(prescaler), Ok(reload)) =
@@ -244,6 +249,12 @@ impl Elapsed {
         completed
     }
 
+    /// Of `seen` completed blocks before a fault, those that [`Elapsed::late`] will not count: by the
+    /// clock it counts them all.
+    pub fn beside(&self, seen: u32) -> u32 {
+        if self.block == 0 { seen } else { 0 }
+    }
+
     /// Blocks that begin now have to leave out so many: those whose time has come since the last
     /// one that was counted, begun ones included, and at least one.
     pub fn late(&self, now: u32) -> u32 {
@@ -283,13 +294,13 @@ mod tests {
         // 225 cycles of 22.5 MHz: 144 + 12 fit, 480 + 12 do not.
         assert_eq!((slow.period.ticks(), slow.sampling_cycles, slow.continuous), (900, 144, false));
         let slow = plan(Speed::Mhz180, 10.0, false).unwrap();
-        // 9,000,000 ticks: the prescaler must be 138 or more, a multiple of 4 is 140, and 64,286
-        // periods of 140 are the nearest.
+        // 9,000,000 ticks: the prescaler must be 138 or more, a power of two is 256, and 35,156
+        // periods of 256 are the nearest.
         assert_eq!(
             (slow.period, slow.sampling_cycles),
-            (Period { prescaler: 139, reload: 64_285 }, 480)
+            (Period { prescaler: 255, reload: 35_155 }, 480)
         );
-        assert_eq!(slow.rate_hz, 90e6 / 9_000_040.0);
+        assert_eq!(slow.rate_hz, 90e6 / 8_999_936.0);
         for rate in [0.0, -5.0, f64::NAN, f64::INFINITY, 0.01] {
             assert_eq!(plan(Speed::Mhz180, rate, false), Err(RateError::Slow), "{rate}");
         }
@@ -324,6 +335,26 @@ mod tests {
     }
 
     // RM 13.13: bit by bit.
+    /// Of slow rates, in which the prescaler takes part, one in some ten thousand once moved.
+    #[test]
+    fn a_rate_that_was_answered_stays_when_it_is_set_again() {
+        for speed in [Speed::Mhz144, Speed::Mhz180] {
+            for source in [Source::HsePll, Source::Hsi] {
+                let tree = Tree::new(speed, source);
+                // Rates about each place where the prescaler changes, which is where they moved.
+                for scale in 1..=1500u32 {
+                    let edge = f64::from(tree.timer_hz) / (65536.0 * f64::from(scale));
+                    for near in -40..40 {
+                        let rate_hz = edge * (1.0 + f64::from(near) * 1e-6);
+                        let plan = |rate_hz| Sampling::plan(&tree, rate_hz, false);
+                        let Ok(Sampling { rate_hz: first, .. }) = plan(rate_hz) else { continue };
+                        assert_eq!(plan(first).map(|again| again.rate_hz), Ok(first));
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_converters_words() {
         let tree = Tree::new(Speed::Mhz180, Source::HsePll);

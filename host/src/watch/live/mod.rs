@@ -3,6 +3,7 @@
 mod screen;
 
 use super::line::Scale;
+use super::orders::Pending;
 use super::port::{Piece, Source};
 use super::settings::of_answer;
 use super::{Kept, Options, WatchError, io};
@@ -10,7 +11,6 @@ use crate::device::{Listener, Said};
 use crate::end;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
-use picket_wire::command::{Command, Request};
 use picket_wire::follow::Follow;
 use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
@@ -64,6 +64,7 @@ struct Live {
     quantity: Option<Quantity>,
     paused: bool,
     ended: bool,
+    heard: bool,
     bytes: u64,
 }
 
@@ -77,8 +78,9 @@ pub(super) fn run(options: &Options) -> Result<ExitCode, WatchError> {
         ..Live::default()
     };
     end::look();
+    let mut orders = options.orders.prepare()?;
     let mut terminal = ratatui::try_init().map_err(io("the terminal"))?;
-    let ended = live.until_the_end(&mut terminal, &mut source, &mut record);
+    let ended = live.until_the_end(&mut terminal, &mut source, &mut orders, &mut record);
     ratatui::restore();
     ended.map(|()| ExitCode::SUCCESS)
 }
@@ -96,12 +98,13 @@ impl Live {
         &mut self,
         terminal: &mut DefaultTerminal,
         source: &mut Source,
+        orders: &mut Pending,
         record: &mut Option<Kept>,
     ) -> Result<(), WatchError> {
         let mut drawn: Option<Instant> = None;
         while end::asked().is_none() {
             if !self.ended && !self.paused {
-                self.hear(source, record)?;
+                self.hear(source, orders, record)?;
             }
             if drawn.is_none_or(|drawn| drawn.elapsed() >= FRAME) {
                 drawn = Some(Instant::now());
@@ -125,14 +128,15 @@ impl Live {
         Ok(())
     }
 
-    fn hear(&mut self, source: &mut Source, record: &mut Option<Kept>) -> Result<(), WatchError> {
+    fn hear(
+        &mut self,
+        source: &mut Source,
+        orders: &mut Pending,
+        record: &mut Option<Kept>,
+    ) -> Result<(), WatchError> {
         match source.piece()? {
             Piece::End => self.ended = true,
-            Piece::Opened => {
-                for command in [Command::Identify, Command::GetSettings] {
-                    source.send(&Request { tag: 1, command }.to_frame());
-                }
-            }
+            Piece::Opened => orders.ask(source)?,
             Piece::Bytes(bytes) => {
                 if let Some(file) = record {
                     file.write(&bytes)?;
@@ -140,12 +144,14 @@ impl Live {
                 self.bytes += bytes.len() as u64;
                 for byte in bytes {
                     if let Some(said) = self.listener.push(byte) {
+                        self.heard = true;
+                        orders.hear(&said, source)?;
                         self.take(said);
                     }
                 }
             }
         }
-        Ok(())
+        orders.again(source, self.heard, self.bytes)
     }
 
     fn take(&mut self, said: Said) {

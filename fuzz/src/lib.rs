@@ -1,0 +1,29 @@
+//! What random bytes are given to, and what must hold whatever they are. libFuzzer calls these
+//! functions by `fuzz/run`, and a test gives them the kept corpus.
+
+mod input;
+mod line;
+mod measure;
+mod recordings;
+
+pub use line::{command, frame, message, settings};
+pub use measure::{pipeline, tracker};
+pub use recordings::{csv, json, npy, raw, wav};
+
+/// A target: its name, which is also its corpus's folder, and its body.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+pub const TARGETS: [Target; 11] = [
+    ("frame", frame),
+    ("message", message),
+    ("command", command),
+    ("settings", settings),
+    ("pipeline", pipeline),
+    ("tracker", tracker),
+    ("wav", wav),
+    ("npy", npy),
+    ("raw", raw),
+    ("csv", csv),
+    ("json", json),
+];

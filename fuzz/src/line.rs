@@ -1,0 +1,102 @@
+//! What comes over the line.
+
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_wire::boot::Boot;
+use picket_wire::command::{Answer, Command, Request};
+use picket_wire::follow::Follow;
+use picket_wire::frame::{self, Frame, Kind, PAYLOAD, Reader};
+use picket_wire::settings::Settings;
+use picket_wire::status::{Raw, Status};
+use picket_wire::telemetry::Telemetry;
+
+/// Bytes as they come over a line. Each frame that is accepted is what its sender would have sent.
+pub fn frame(bytes: &[u8]) {
+    let mut reader = Reader::default();
+    for &byte in bytes {
+        if let Some(Ok(frame)) = reader.push(byte)
+            && frame.payload.len() <= PAYLOAD
+        {
+            let again = frame::encode(frame.kind, &frame.payload).expect("it came as a frame");
+            assert_eq!(read(&again), frame);
+        }
+    }
+}
+
+/// The only frame in these bytes.
+fn read(wire: &[u8]) -> Frame {
+    let mut reader = Reader::default();
+    let mut frames = wire.iter().filter_map(|&byte| reader.push(byte));
+    let frame = frames.next().expect("a frame").expect("a whole frame");
+    assert!(frames.next().is_none());
+    frame
+}
+
+/// A kind and a payload whose checksum was right. What is understood comes back as it was.
+pub fn message(bytes: &[u8]) {
+    let Some((&kind, payload)) = bytes.split_first() else { return };
+    let Ok(payload) = payload.try_into() else { return };
+    let Some(kind) = Kind::from_u8(kind) else { return };
+    let frame = Frame { kind, payload };
+    match kind {
+        Kind::Telemetry => same(&frame, |it| Telemetry::of_frame(it).ok(), |it| it.to_frame()),
+        Kind::Boot => same(&frame, Boot::of_frame, |it| it.to_frame()),
+        Kind::Status => same(&frame, Status::of_frame, |it| it.to_frame()),
+        Kind::Raw => same(&frame, Raw::of_frame, |it| it.to_frame()),
+        Kind::Follow => same(&frame, |it| Follow::of_frame(it).ok(), |it| it.to_frame()),
+        Kind::Command => drop(Request::of_frame(&frame)),
+        Kind::Reply | Kind::Refusal => {
+            if let Some((answer, said)) = Answer::of_frame(&frame) {
+                let again = match said {
+                    Ok(body) => answer.reply(body),
+                    Err(refusal) => answer.refusal(refusal),
+                };
+                // A body that no frame holds is not sent.
+                let again = (!again.is_empty()).then(|| read(&again));
+                let told = again.as_ref().map(|it| Answer::of_frame(it).expect("an answer"));
+                assert!(told.is_none_or(|told| told == (answer, said)));
+            }
+        }
+        Kind::End => {}
+    }
+}
+
+/// What `of` reads in a frame is sent by `to` so that `of` reads the same again.
+fn same<T, W: AsRef<[u8]>>(frame: &Frame, of: impl Fn(&Frame) -> Option<T>, to: impl Fn(&T) -> W) {
+    if let Some(first) = of(frame) {
+        let sent = to(&first);
+        let second = of(&read(sent.as_ref())).expect("what was sent is understood");
+        // Bytes, not values: a value that is no number is not equal to itself.
+        assert_eq!(to(&second).as_ref(), sent.as_ref());
+    }
+}
+
+/// A command whose checksum was right.
+pub fn command(bytes: &[u8]) {
+    let Ok(payload) = bytes.try_into() else { return };
+    let Ok(request) = Request::of_frame(&Frame { kind: Kind::Command, payload }) else { return };
+    assert_eq!([request.tag, request.command.number()], bytes[..2]);
+    match request.command {
+        Command::SetSettings(settings, n) => {
+            let again = settings.to_bytes(n);
+            let (told, length) = Settings::of_bytes(&again).expect("settings of ours");
+            assert_eq!((told.to_bytes(length), length), (again, n));
+        }
+        Command::Capture(blocks) => assert_eq!(blocks.to_le_bytes(), bytes[2..]),
+        _ => assert_eq!(bytes.len(), 2),
+    }
+}
+
+/// Settings. What a board answers to them does not change when it is set again.
+pub fn settings(bytes: &[u8]) {
+    let Ok(bytes) = bytes.try_into() else { return };
+    let Ok((settings, n)) = Settings::of_bytes(bytes) else { return };
+    assert_eq!(Settings::of_bytes(&settings.to_bytes(n)).map(|(_, n)| n), Ok(n));
+    let speed = Speed::of_mhz(settings.core_mhz).unwrap_or_default();
+    let tree = Tree::new(speed, Source::HsePll);
+    if let Ok((plan, _)) = Words::plan::<1024>(&settings, &tree) {
+        let again = Words::plan::<1024>(&plan.settings, &tree);
+        let (again, _) = again.expect("settings that were answered");
+        assert_eq!(again.settings, plan.settings, "settings that were set again");
+    }
+}

@@ -1,0 +1,172 @@
+//! Whatever is set, and whatever the samples are, a measurement is a number.
+
+use super::input::Input;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket::config::{Config, Following, Scene};
+use picket::estimate::least_squares::Reach;
+use picket::estimate::measure::Arithmetic;
+use picket::estimate::method::Method;
+use picket::pipeline::{Measurement, Outcome, Pipeline};
+use picket::solve::chirp::Shape;
+use picket::tracker::Tracker;
+use picket_firmware::instrument::plan::Plan;
+use picket_wire::follow::Follow;
+use picket_wire::frame::Reader;
+use picket_wire::settings::Settings;
+use picket_wire::telemetry::{Health, Telemetry};
+
+/// Samples in a block.
+const N: usize = 64;
+
+/// Settings to a running pipeline: others are adopted between the blocks.
+pub fn pipeline(bytes: &[u8]) {
+    let mut input = Input(bytes);
+    let mut real = Pipeline::<Real, N>::new(picket::Plan::IDLE);
+    let mut iq = Pipeline::<Iq, N>::new(picket::Plan::IDLE);
+    for sequence in 0..2 {
+        let Ok((settings, _)) = Settings::of_bytes(&input.take()) else { return };
+        let Ok(plan) = Plan::<N>::new(&settings, settings.config.rate_hz) else { return };
+        let calibration = settings.calibration;
+        for sequence in 2 * sequence..2 * sequence + 2 {
+            let stamp = plan.timing.stamp(sequence, sequence == 2);
+            let mut measurement = match plan.plan {
+                picket::plan::EitherPlan::Real(plan) => {
+                    if sequence % 2 == 0 {
+                        real.adopt(plan);
+                    }
+                    real.block(stamp, &samples::<Real>(&mut input))
+                }
+                picket::plan::EitherPlan::Iq(plan) => {
+                    if sequence % 2 == 0 {
+                        iq.adopt(plan);
+                    }
+                    iq.block(stamp, &samples::<Iq>(&mut input))
+                }
+            };
+            calibration.apply(&mut measurement);
+            number(&measurement);
+        }
+    }
+}
+
+/// A configuration of random bits to a tracker and its pipeline, over several blocks.
+pub fn tracker(bytes: &[u8]) {
+    let mut input = Input(bytes);
+    let config = config(&mut input);
+    if input.byte() & 1 == 0 {
+        follow::<Real>(&config, &mut input);
+    } else {
+        follow::<Iq>(&config, &mut input);
+    }
+}
+
+fn follow<R: Record>(config: &Config, input: &mut Input) {
+    let Ok(plan) = config.plan::<R, N>() else { return };
+    let mut tracker = Tracker::<R, N>::new(plan);
+    let segments = config.scene.segments();
+    for number in 0..8u32 {
+        let phase = segments.get(number as usize % segments.len().max(1)).copied();
+        let stamp = Stamp {
+            sequence: number.wrapping_add(input.byte().into()),
+            clock: u64::from(number) * N as u64,
+            segment: phase.unwrap_or(Segment::Continuous),
+            gap: input.byte() & 1 != 0,
+        };
+        let measurement = tracker.block(stamp, &samples::<R>(input));
+        self::number(&measurement);
+        for track in tracker.tracks(stamp.segment) {
+            assert!(track.tone.sigma >= 0.0 && !track.rate().is_nan(), "{track:?}");
+        }
+        let report = Follow::of(&tracker, &stamp).to_frame();
+        let mut reader = Reader::default();
+        let frame = report.iter().find_map(|&byte| reader.push(byte)).expect("a frame");
+        assert!(Follow::of_frame(&frame.expect("a whole frame")).is_ok());
+    }
+}
+
+/// A record: a tone of any frequency, amplitude and noise, or any bits.
+fn samples<R: Record>(input: &mut Input) -> [R::Sample; N] {
+    let [kind, shift, frequency, phase] = input.take();
+    if kind & 1 == 0 {
+        return std::array::from_fn(|_| {
+            let [a, b, c, d] = input.take();
+            let bits = shift & 15;
+            R::of_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])].map(|x| x >> bits))
+        });
+    }
+    let amplitude = f64::from(1u32 << (shift & 15));
+    let cycles = f64::from(frequency) / 256.0 + f64::from(phase) / 65536.0;
+    let mut noise = u32::from(phase) | 1;
+    std::array::from_fn(|n| {
+        noise ^= noise << 13;
+        noise ^= noise >> 17;
+        noise ^= noise << 5;
+        let random = f64::from(noise >> 16) * f64::from(kind >> 1) / 65536.0;
+        let (sin, cos) = (std::f64::consts::TAU * cycles * n as f64).sin_cos();
+        R::of_parts([cos, sin].map(|part| (amplitude * part + random) as i16))
+    })
+}
+
+fn config(input: &mut Input) -> Config {
+    let [method, reach, arithmetic, scene, most, refresh, low, high] = input.take();
+    let codes = match low % 4 {
+        0 => Codes::between(i16::from(low) << 7, i16::MAX - (i16::from(high) << 7)),
+        1 => Some(Codes::unsigned::<12>()),
+        2 => Some(Codes::signed::<16>()),
+        _ => Codes::between(-i16::from(low), i16::from(high)),
+    };
+    let codes = codes.unwrap_or(Codes::signed::<16>());
+    Config {
+        rate_hz: input.number(),
+        band_hz: (input.byte() & 1 != 0).then(|| (-input.number(), input.number())),
+        method: Method::ALL[usize::from(method) % Method::ALL.len()],
+        reach: [Reach::Four, Reach::Eight, Reach::Sixteen][usize::from(reach) % 3],
+        arithmetic: [Arithmetic::Float, Arithmetic::Fixed][usize::from(arithmetic) % 2],
+        false_alarm: input.number(),
+        scene: match scene % 3 {
+            0 => Scene::Tone,
+            1 => Scene::Doppler { wavelength_m: input.number(), angle_rad: input.number() },
+            _ => Scene::Chirp {
+                shape: [Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth]
+                    [usize::from(scene / 3) % 3],
+                wavelength_m: input.number(),
+                bandwidth_hz: input.number(),
+                duration_s: input.number(),
+            },
+        },
+        following: Following {
+            agility: input.number() as f32,
+            acceleration_bins: input.number() as f32,
+            rate_bins: input.number() as f32,
+            most,
+            refresh,
+        },
+        ..Config::new(1.0, codes)
+    }
+}
+
+/// A measurement holds numbers, and comes back from its telemetry as it was.
+fn number(measurement: &Measurement) {
+    let tone = &measurement.tone;
+    for value in [tone.sigma, tone.snr, tone.amplitude] {
+        assert!(value >= 0.0, "{measurement:?}");
+    }
+    match &measurement.result {
+        Outcome::None => {}
+        Outcome::Velocity(velocity) => assert!(velocity.sigma >= 0.0, "{measurement:?}"),
+        Outcome::Target(target) => {
+            assert!(target.sigma_range >= 0.0 && target.sigma_velocity >= 0.0, "{measurement:?}");
+        }
+    }
+    let record = Telemetry {
+        measurement: *measurement,
+        method: Method::default(),
+        health: Health { lost: 0, faults: 0 },
+    };
+    let mut reader = Reader::default();
+    let frame = record.to_frame();
+    let frame = frame.iter().find_map(|&byte| reader.push(byte)).expect("a frame");
+    let told = Telemetry::of_frame(&frame.expect("a whole frame")).expect("telemetry of ours");
+    assert_eq!(told, record);
+}
