@@ -126,14 +126,19 @@ pub fn build(tracking: bool) -> Result<Image, FlashError> {
 pub fn checksum(elf: &Path) -> Result<u32, RunError> {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
-    parts(elf)?.iter().for_each(|(_, bytes)| digest.update(bytes));
+    parts(elf, START)?.iter().for_each(|(_, bytes)| digest.update(bytes));
     Ok(digest.finalize())
 }
 
 /// The image as it lies in flash, from its start on; erased flash between its parts.
 pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
+    binary_at(elf, START)
+}
+
+/// The same for flash that starts elsewhere.
+pub(crate) fn binary_at(elf: &Path, start: u32) -> Result<Vec<u8>, RunError> {
     let mut binary = Vec::new();
-    for (place, bytes) in parts(elf)? {
+    for (place, bytes) in parts(elf, start)? {
         binary.resize(binary.len().max(place + bytes.len()), 0xFF);
         binary[place..place + bytes.len()].copy_from_slice(&bytes);
     }
@@ -141,7 +146,7 @@ pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
 }
 
 /// The parts of an image with their places in flash.
-fn parts(elf: &Path) -> Result<Vec<(usize, Vec<u8>)>, RunError> {
+fn parts(elf: &Path, start: u32) -> Result<Vec<(usize, Vec<u8>)>, RunError> {
     let wrong = |error: &dyn fmt::Display| -> RunError {
         io_error(elf.display())(std::io::Error::other(error.to_string())).into()
     };
@@ -154,7 +159,7 @@ fn parts(elf: &Path) -> Result<Vec<(usize, Vec<u8>)>, RunError> {
         if segment.p_type(endian) != object::elf::PT_LOAD || bytes.is_empty() {
             continue;
         }
-        let place = segment.p_paddr(endian).checked_sub(START);
+        let place = segment.p_paddr(endian).checked_sub(start);
         let place = place.ok_or_else(|| wrong(&"the image is not for this board's flash"))?;
         parts.push((place as usize, bytes.to_vec()));
     }
