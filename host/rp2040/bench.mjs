@@ -11,6 +11,8 @@ let mcu = null;
 /** Nanoseconds before the last reset. */
 let before = 0;
 let samples = new Int16Array([2048]);
+/** The next of them. */
+let next = 0;
 let said = [];
 let again = null;
 let blocks = null;
@@ -53,7 +55,8 @@ function convert() {
   const { adc } = mcu;
   adc.onADCRead = (channel) => {
     adc.currentChannel = channel;
-    adc.channelValues[channel] = samples[figures.taken % samples.length];
+    adc.channelValues[channel] = samples[next];
+    next = (next + 1) % samples.length;
     figures.taken++;
     adc.sampleAlarm.schedule(2000);
   };
@@ -138,7 +141,7 @@ const orders = {
   samples(file) {
     const bytes = readFileSync(file);
     samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length >> 1);
-    figures.taken = 0;
+    next = 0;
   },
   load(address, file) {
     flash.set(readFileSync(file), Number(address) - FLASH);

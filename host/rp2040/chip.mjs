@@ -35,7 +35,10 @@ function power(mcu) {
   mcu.peripherals[0x40064].readUint32 = (offset) => (offset === 8 ? 1 << 8 : 0);
 }
 
-/** An exception's entry takes 15 cycles (Cortex-M0+ TRM, 3.4.1), not none. */
+/**
+ * An exception's entry takes 15 cycles (Cortex-M0+ TRM, 3.4.1), not none; and the handler's address has no bit 0, which the emulator
+ * leaves in the program counter, so that tables beside the handler's code are read from the wrong place.
+ */
 function exceptions(mcu) {
   const enter = mcu.core.exceptionEntry.bind(mcu.core);
   mcu.entries = 0;
@@ -44,6 +47,7 @@ function exceptions(mcu) {
     mcu.entries++;
     mcu.late += 15;
     enter(number);
+    mcu.core.PC &= ~1;
   };
 }
 

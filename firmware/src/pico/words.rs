@@ -2,6 +2,8 @@
 
 use super::{N, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
+use picket::config::Config;
+use picket::estimate::measure::Arithmetic;
 use picket_wire::boot::Causes;
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -94,7 +96,9 @@ impl Words {
             return Err(SettingsError::Slots);
         }
         let words = Self { period: period(settings.config.rate_hz).map_err(SettingsError::Rate)? };
-        let settings = Settings { core_mhz: CORE_MHZ, slots, ..*settings };
+        // Floats would take longer than a block: this core has none.
+        let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
+        let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
         Ok((Plan::undriven(&settings, words.rate_hz())?, words))
     }
 
@@ -197,7 +201,6 @@ impl Elapsed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::config::Config;
     use picket_wire::settings::Drive;
 
     fn at(rate_hz: f64) -> Settings {
@@ -214,6 +217,7 @@ mod tests {
             assert_eq!((words.period, words.divider()), (period, divider), "{wanted}");
             assert_eq!(plan.settings.config.rate_hz, 48e6 / f64::from(period));
             assert_eq!((plan.settings.core_mhz, plan.settings.slots), (144, 8));
+            assert_eq!(plan.settings.config.arithmetic, Arithmetic::Fixed);
         }
         let refused = |settings| Words::plan(&settings).map(|_| ()).unwrap_err();
         assert_eq!(refused(at(505e3)), SettingsError::Rate(RateError::Fast));
