@@ -1,6 +1,8 @@
 // An RP2040 with what rp2040js lacks or has otherwise than the chip, each in a function of its own that says so. docs/pico.md lists
 // them; host-tests/tests/pico.rs shows each on the emulator as it comes.
-import { ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
+import { corrected } from './correct.mjs';
+
+const { ConsoleLogger, LogLevel, RP2040 } = await corrected();
 
 export const FLASH = 0x10000000;
 const SRAM = 0x20000000;

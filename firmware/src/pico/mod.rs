@@ -19,6 +19,8 @@ pub mod converter;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod line;
 #[cfg(all(target_os = "none", feature = "pico"))]
+mod multiply;
+#[cfg(all(target_os = "none", feature = "pico"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod start;

@@ -114,7 +114,7 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
 }
 
 /// The record in a frame.
-fn record(frame: &[u8]) -> Option<Telemetry> {
+pub fn record(frame: &[u8]) -> Option<Telemetry> {
     Listener::default().read(frame).into_iter().find_map(|said| match said {
         Said::Telemetry(record) => Some(record),
         _ => None,

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 /// # Errors
 /// Node.js, npm or the package cannot be had: the error says what to type.
 pub fn emulator() -> Result<PathBuf, ToolError> {
-    let files = ["bench.mjs", "chip.mjs", "faults.mjs"];
+    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs"];
     scripts(&workspace().join("host/rp2040"), &files, "rp2040js", firmware_dir().join("rp2040"))
 }
 
