@@ -66,6 +66,8 @@ impl Figures {
 pub struct Completed {
     /// When, ns.
     pub nanos: f64,
+    /// How often the converter was started before.
+    pub starts: f64,
     /// Its samples.
     pub samples: Vec<i16>,
 }
@@ -237,10 +239,12 @@ impl Pico {
     pub fn kept(&self, n: usize) -> Result<Vec<Completed>, RunError> {
         let path = self.folder.path().join("blocks");
         let bytes = std::fs::read(&path).map_err(io_error(path.display()))?;
-        let blocks = bytes.chunks_exact(8 + 2 * n).filter_map(|block| {
-            let (head, samples) = block.split_first_chunk()?;
+        let blocks = bytes.chunks_exact(16 + 2 * n).filter_map(|block| {
+            let (nanos, rest) = block.split_first_chunk()?;
+            let (starts, samples) = rest.split_first_chunk()?;
+            let [nanos, starts] = [nanos, starts].map(|word| f64::from_le_bytes(*word));
             let samples = samples.as_chunks().0.iter().map(|&code| i16::from_le_bytes(code));
-            Some(Completed { nanos: f64::from_le_bytes(*head), samples: samples.collect() })
+            Some(Completed { nanos, starts, samples: samples.collect() })
         });
         Ok(blocks.collect())
     }
