@@ -10,6 +10,8 @@ type Map = [u32; 4];
 const AN386: Map = [0x0000_0000, 4 << 20, 0x2000_0000, 4 << 20];
 /// QEMU mps2-an505, secure side.
 const AN505: Map = [0x1000_0000, 4 << 20, 0x3800_0000, 4 << 20];
+/// RP2040 with 2 MiB of flash, behind the second boot stage; the last 8 KiB hold settings.
+const PICO: Map = [0x1000_0100, (2 << 20) - 256 - (8 << 10), 0x2000_0000, 264 << 10];
 
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
@@ -29,16 +31,19 @@ fn main() -> io::Result<()> {
         if armv8m {
             println!("cargo:rustc-cfg=an505");
         }
-        let names = ["_flash_origin", "_flash_length", "_ram_origin", "_ram_length"];
-        for (name, value) in names.iter().zip(if armv8m { AN505 } else { AN386 }) {
-            println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
-        }
+        define(if armv8m { AN505 } else { AN386 });
     }
     // The last 4 KiB of memory stand for the registers that the host plays.
     if has("PLAYED") {
         println!("cargo:rustc-link-arg-bins=--defsym=_ram_length={:#x}", 124 << 10);
     }
-    if has("MPS2") || has("NUCLEO") {
+    if has("PICO") {
+        println!("cargo:rerun-if-changed=pico.x");
+        define(PICO);
+        // Before the scripts of all images, so that it takes its sections first.
+        println!("cargo:rustc-link-arg-bins=-T{}/pico.x", variable("CARGO_MANIFEST_DIR"));
+    }
+    if has("MPS2") || has("NUCLEO") || has("PICO") {
         let out = PathBuf::from(variable("OUT_DIR"));
         let memory = Path::new(&variable("CARGO_MANIFEST_DIR")).join("../memory.x");
         fs::copy(memory, out.join("memory.x"))?;
@@ -51,6 +56,14 @@ fn main() -> io::Result<()> {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
     Ok(())
+}
+
+/// Gives memory.x its symbols.
+fn define(map: Map) {
+    let names = ["_flash_origin", "_flash_length", "_ram_origin", "_ram_length"];
+    for (name, value) in names.iter().zip(map) {
+        println!("cargo:rustc-link-arg-bins=--defsym={name}={value:#x}");
+    }
 }
 
 fn has(feature: &str) -> bool {

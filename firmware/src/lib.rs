@@ -9,6 +9,7 @@
 //! board.rs        what the instrument needs from a board
 //!   ^             (sampler.rs, shared.rs, slot.rs: what boards have in common)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
+//! pico/           another one, with words.rs
 //!
 //! mps2/           emulated boards that play a capture, for images of their own
 //! ```
@@ -30,6 +31,7 @@ pub mod instrument;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub mod mps2;
 pub mod nucleo_f446re;
+pub mod pico;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod sampler;
 #[cfg(all(target_os = "none", feature = "instrument"))]

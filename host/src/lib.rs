@@ -25,6 +25,7 @@ pub mod firmware;
 pub mod flash;
 pub mod follow;
 pub mod impair;
+pub mod pico;
 pub mod progress;
 pub mod reference;
 pub mod report;

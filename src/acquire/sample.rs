@@ -192,14 +192,19 @@ impl Statistics {
     /// samples at a time, some two instructions each, and a second pass if real samples touch a
     /// rail.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+        #[cfg(any(dsp, short_products))]
+        let (low, high) = codes.rails();
         // The loop loads several words at once. They must be aligned, or the core faults.
         #[cfg(dsp)]
         if samples.as_ptr().cast::<u32>().is_aligned() {
-            let (low, high) = codes.rails();
             let parts = crate::spectrum::fft::kernel_dsp::touching(R::pairs(samples), low, high);
             if !R::IQ || parts == 0 {
                 return parts;
             }
+        }
+        #[cfg(short_products)]
+        if all_inside(R::pairs(samples), low, high) {
+            return 0;
         }
         let inside = Between::of(codes.rails());
         let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
@@ -217,5 +222,55 @@ impl Statistics {
     pub fn mean(&self, samples: usize) -> Complex<f32> {
         let n = samples.max(1) as f32;
         Complex::new(self.sum[0] as f32 / n, self.sum[1] as f32 / n)
+    }
+}
+
+/// Whether all parts lie between the rails, for rails at 0 and at a power of two less one: neither a
+/// part less 1 nor a part plus 1 then has a bit beyond them. Two parts at a time. False for other
+/// rails, or if the parts are not aligned to words.
+#[cfg(any(short_products, test))]
+fn all_inside(pairs: &[[i16; 2]], low: i16, high: i16) -> bool {
+    const ONES: u32 = 0x1_0001;
+    // SAFETY: any bits are a valid word.
+    let (before, words, after) = unsafe { pairs.align_to::<u32>() };
+    let whole = before.is_empty() && after.is_empty();
+    if !whole || low != 0 || high < 1 || !(high as u16 + 1).is_power_of_two() {
+        return false;
+    }
+    let beyond = !(u32::from(high as u16) * ONES);
+    let around = |word: u32| word.wrapping_sub(ONES) | word.wrapping_add(ONES);
+    // Eight at a time, since a loop costs as much as a word.
+    let (eights, rest) = words.as_chunks::<8>();
+    let seen = eights.iter().fold(0, |seen, eight| {
+        eight.iter().fold(seen, |seen, &word| seen | around(word))
+    });
+    rest.iter().fold(seen, |seen, &word| seen | around(word)) & beyond == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every pair of parts near a rail, at every place of a record.
+    #[test]
+    fn a_part_at_a_rail_is_seen_among_two() {
+        let codes = Codes::unsigned::<12>();
+        let (low, high) = codes.rails();
+        let parts = [i16::MIN, -1, 0, 1, 2, 2048, 4093, 4094, 4095, 4096, 8191, i16::MAX];
+        for place in 0..20 {
+            for [a, b] in parts.iter().flat_map(|&a| parts.map(|b| [a, b])) {
+                // Aligned as the record of a meter is.
+                let mut words = [0x0800_0800u32; 21];
+                words[place] = u32::from(a as u16) | u32::from(b as u16) << 16;
+                let parts: [[i16; 2]; 21] = words.map(|word| [word as i16, (word >> 16) as i16]);
+                // SAFETY: a word is two parts, which lie as they are read here.
+                let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 21]>() };
+                assert_eq!(*pairs, parts);
+                let clipped = Statistics::of::<Real>(pairs.as_flattened(), codes).clipped;
+                assert_eq!(all_inside(pairs, low, high), clipped == 0, "{place}: {a} {b}");
+                assert_eq!(Statistics::clipped::<Real>(pairs.as_flattened(), codes), clipped);
+            }
+        }
+        assert!(!all_inside(&[[5, 5]], -2048, 2047));
     }
 }

@@ -75,6 +75,8 @@ pub enum SettingsError {
     Speed,
     /// The board does not have memory for so many slots, or needs more of them.
     Slots,
+    /// The board has no second converter.
+    Iq,
 }
 
 impl SettingsError {
@@ -95,6 +97,7 @@ impl SettingsError {
             SettingsError::Tracking => [12, 0],
             SettingsError::Speed => [13, 0],
             SettingsError::Slots => [14, 0],
+            SettingsError::Iq => [15, 0],
         }
     }
 
@@ -128,6 +131,7 @@ impl SettingsError {
                 "this image does not follow tones: flash one that is built with --tracking, or follow 0"
             }
             [14, _] => "slots: 4 to 16 on the NUCLEO, or 0 for the usual number",
+            [15, _] => "I/Q needs a second converter, which this board does not have",
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

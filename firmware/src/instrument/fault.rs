@@ -38,6 +38,10 @@ pub fn end(last: LastEnd) -> ! {
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 extern "C" fn HardFault() -> ! {
+    // A short branch may not reach; nothing returns to the long one's link.
+    #[cfg(short_products)]
+    naked_asm!("mrs r0, msp", "bl {}", sym hard_fault);
+    #[cfg(not(short_products))]
     naked_asm!("mrs r0, msp", "b {}", sym hard_fault)
 }
 

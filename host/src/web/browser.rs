@@ -1,7 +1,8 @@
 //! A browser without a window that opens the page: for pictures of it, and for its tests.
 
 use crate::end::Owned;
-use crate::toolchain::{ToolError, io_error, on_path, page_directory, workspace};
+pub use crate::toolchain::node;
+use crate::toolchain::{ToolError, io_error, on_path, page_directory, scripts, workspace};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Read;
@@ -9,8 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The scripts, and what they drive the browser by.
-const FILES: [&str; 6] =
-    ["package.json", "package-lock.json", "browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
+const FILES: [&str; 4] = ["browser.mjs", "pictures.mjs", "page.mjs", "bits.mjs"];
 const BROWSERS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
@@ -18,45 +18,10 @@ fn missing(what: &str, command: &str, reason: Option<String>) -> ToolError {
     ToolError::Missing { what: what.into(), command: command.into(), reason }
 }
 
-/// The program that runs scripts.
-///
-/// # Errors
-/// There is none.
-pub fn node() -> Result<PathBuf, ToolError> {
-    on_path("node").ok_or_else(|| missing("node", "apt-get install nodejs npm", None))
-}
-
-/// Where the scripts are, with playwright-core, which npm gets once.
+/// Where the scripts are, with playwright-core.
 fn prepared() -> Result<PathBuf, ToolError> {
-    node()?;
-    if on_path("npm").is_none() {
-        return Err(missing("npm", "apt-get install npm", None));
-    }
     let folder = page_directory().join("browser");
-    fs::create_dir_all(&folder).map_err(io_error(folder.display()))?;
-    let source = workspace().join("web/browser");
-    let read = |path: PathBuf| fs::read(&path).ok();
-    let installed = folder.join("node_modules/playwright-core/package.json").is_file()
-        && read(folder.join(FILES[1])) == read(source.join(FILES[1]));
-    for name in FILES {
-        let from = source.join(name);
-        fs::copy(&from, folder.join(name)).map_err(io_error(from.display()))?;
-    }
-    if !installed {
-        let mut npm = Command::new("npm");
-        npm.args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]).current_dir(&folder);
-        let output = npm.stdin(Stdio::null()).output().map_err(io_error("npm"))?;
-        if !output.status.success() {
-            let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-            let line = errors
-                .lines()
-                .find(|line| line.starts_with("npm error"))
-                .unwrap_or("npm ci failed");
-            let command = format!("cd {} && npm ci", folder.display());
-            return Err(missing("playwright-core", &command, Some(line.into())));
-        }
-    }
-    Ok(folder)
+    scripts(&workspace().join("web/browser"), &FILES, "playwright-core", folder)
 }
 
 /// The browser.

@@ -1,0 +1,122 @@
+//! The implementation of [`Board`](crate::board::Board).
+
+use super::line::Serial;
+use super::storage::{self, Flash};
+use super::words::{BAUD, CORE_MHZ, Words};
+use super::{N, SLOT, converter, start};
+use crate::board::Board;
+use crate::instrument::plan::Plan;
+use crate::slot::Slot;
+use picket::acquire::frontend::{Blocks, Counters};
+use picket_wire::boot::{Causes, Clock};
+use picket_wire::settings::Settings;
+use picket_wire::settings_error::SettingsError;
+use rp2040_hal::adc::{Adc, AdcPin};
+use rp2040_hal::dma::DMAExt;
+use rp2040_hal::fugit::RateExtU32;
+use rp2040_hal::gpio::{FunctionUart, Pins};
+use rp2040_hal::uart::{DataBits, StopBits, UartConfig, UartPeripheral};
+use rp2040_hal::{Clock as _, Sio, Timer, pac};
+
+/// The Raspberry Pi Pico.
+pub struct Pico {
+    serial: Serial,
+}
+
+impl Board<N, SLOT> for Pico {
+    const NAME: &'static str = "pico";
+    type Words = Words;
+    type Storage = Flash;
+
+    fn causes() -> Causes {
+        start::causes()
+    }
+
+    fn start(_: &Settings) -> Option<Self> {
+        let mut chip = pac::Peripherals::take()?;
+        let resets = &mut chip.RESETS;
+        let sources = (chip.XOSC, chip.PLL_SYS, chip.PLL_USB);
+        let clocks = start::clocks(sources, chip.CLOCKS, resets)?;
+        Timer::new(chip.TIMER, resets, &clocks);
+        start::alarm();
+        let sio = Sio::new(chip.SIO);
+        let pins = Pins::new(chip.IO_BANK0, chip.PADS_BANK0, sio.gpio_bank0, resets);
+        let serial = (
+            pins.gpio0.into_function::<FunctionUart>(),
+            pins.gpio1.into_function::<FunctionUart>(),
+        );
+        let config = UartConfig::new(BAUD.Hz(), DataBits::Eight, None, StopBits::One);
+        UartPeripheral::new(chip.UART0, serial, resets)
+            .enable(config, clocks.peripheral_clock.freq())
+            .ok()?;
+        // The pad without its digital input and its pulls.
+        AdcPin::new(pins.gpio26.into_floating_input()).ok()?;
+        Adc::new(chip.ADC, resets);
+        chip.DMA.split(resets);
+        Some(Self { serial: Serial::start()? })
+    }
+
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
+        Words::plan(settings)
+    }
+
+    fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
+        converter::start(plan, words)
+    }
+
+    fn counters(&self) -> Counters {
+        converter::counters()
+    }
+
+    fn clock(&self) -> Clock {
+        Clock::External
+    }
+
+    fn core_hz(&self) -> u32 {
+        1_000_000 * u32::from(CORE_MHZ)
+    }
+
+    fn ticks(&self) -> u32 {
+        start::ticks()
+    }
+
+    fn ticks_hz(&self) -> u32 {
+        1_000_000
+    }
+
+    fn has_room(&self, bytes: usize) -> bool {
+        self.serial.has_room(bytes)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.serial.send(frame)
+    }
+
+    fn receive(&mut self) -> Option<u8> {
+        self.serial.receive()
+    }
+
+    fn flush(&mut self) {
+        self.serial.flush();
+    }
+
+    fn pause(&mut self) {
+        converter::pause();
+    }
+
+    fn resume(&mut self) {
+        converter::resume();
+    }
+
+    fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {
+        converter::sleep(blocks);
+    }
+
+    fn feed(&mut self) {
+        start::feed();
+    }
+
+    fn program() -> u32 {
+        storage::program()
+    }
+}

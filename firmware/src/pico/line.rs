@@ -1,0 +1,164 @@
+//! UART0: a ring that a DMA channel empties, and a queue that an interrupt fills. Nobody waits for the
+//! line. A frame without room is dropped whole and counted.
+
+use super::registers::{dma, enable, put, uart};
+use super::start::within;
+use super::words::{ERRORS, OUT_BITS, TRANSMIT, TRANSMITTED};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use core::cell::RefCell;
+use cortex_m::interrupt::{Mutex, free};
+use heapless::spsc::{Consumer, Producer, Queue};
+use picket::acquire::queue::{put as enqueue, take as dequeue};
+use rp2040_hal::pac;
+use static_cell::ConstStaticCell;
+
+/// Room for bytes to the host: 20 records.
+const OUT: usize = 1 << OUT_BITS;
+/// Room for bytes from the host: two of the largest frames.
+const IN: usize = 512;
+
+/// The bytes to the host, at a multiple of their number: the channel's address wraps there.
+#[repr(C, align(2048))]
+struct Ring([u8; OUT]);
+const _: () = assert!(size_of::<Ring>() == align_of::<Ring>());
+
+/// Bytes written to the ring, and those of them that the channel was told of; modulo 2^32.
+static WRITTEN: AtomicU32 = AtomicU32::new(0);
+static TOLD: AtomicU32 = AtomicU32::new(0);
+/// Bytes received, and bytes taken from their queue; modulo 2^32.
+static RECEIVED: AtomicU32 = AtomicU32::new(0);
+static TAKEN: AtomicU32 = AtomicU32::new(0);
+
+static INTO: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell::new(None));
+
+/// The main loop's ends.
+pub struct Serial {
+    ring: &'static mut [u8; OUT],
+    into: Consumer<'static, u8>,
+}
+
+/// Adds to a count that one place alone writes.
+fn add(count: &AtomicU32, more: u32) {
+    count.store(count.load(Relaxed).wrapping_add(more), Relaxed);
+}
+
+impl Serial {
+    /// Sets up channel and queue of a port that runs; `None` at the second call.
+    pub fn start() -> Option<Self> {
+        static RING: ConstStaticCell<Ring> = ConstStaticCell::new(Ring([0; OUT]));
+        static FROM_HOST: ConstStaticCell<Queue<u8, IN>> = ConstStaticCell::new(Queue::new());
+        let ring = &mut RING.try_take()?.0;
+        let (line_into, into) = FROM_HOST.try_take()?.split();
+        free(|token| {
+            if let Ok(mut line) = INTO.borrow(token).try_borrow_mut() {
+                *line = Some(line_into);
+            }
+        });
+        let channel = dma().ch(TRANSMIT);
+        put!(channel.ch_read_addr(), ring.as_ptr().expose_provenance() as u32);
+        put!(channel.ch_write_addr(), uart().uartdr().as_ptr() as u32);
+        put!(channel.ch_al1_ctrl(), TRANSMITTED);
+        put!(dma().inte1(), 1 << TRANSMIT);
+        // TXDMAE 1.
+        put!(uart().uartdmacr(), 1 << 1);
+        // An interrupt at four bytes received, and after a pause: RXIFLSEL 5:3, RTIM 6, RXIM 4.
+        put!(uart().uartifls(), 0);
+        put!(uart().uartimsc(), 1 << 6 | 1 << 4);
+        enable(pac::Interrupt::DMA_IRQ_1);
+        enable(pac::Interrupt::UART0_IRQ);
+        Some(Self { ring, into })
+    }
+
+    /// Whether there is room for this many bytes.
+    pub fn has_room(&self, bytes: usize) -> bool {
+        OUT.saturating_sub(unsent() as usize) >= bytes
+    }
+
+    /// Sends a frame whole and returns true, or drops it and returns false.
+    pub fn send(&mut self, frame: &[u8]) -> bool {
+        if !self.has_room(frame.len()) {
+            return false;
+        }
+        let begin = WRITTEN.load(Relaxed) as usize;
+        for (offset, &byte) in frame.iter().enumerate() {
+            if let Some(place) = self.ring.get_mut(begin.wrapping_add(offset) % OUT) {
+                *place = byte;
+            }
+        }
+        // The barrier puts the bytes in memory before the channel reads them.
+        cortex_m::asm::dmb();
+        add(&WRITTEN, frame.len() as u32);
+        tell();
+        true
+    }
+
+    /// The next byte from the host; `None` if none waits.
+    pub fn receive(&mut self) -> Option<u8> {
+        let byte = dequeue(&mut self.into)?;
+        add(&TAKEN, 1);
+        Some(byte)
+    }
+
+    /// Waits, within bounded time, until the line has sent everything. Called before a reset.
+    pub fn flush(&mut self) {
+        // The ring alone takes 23 ms. BUSY 3: the last bit is not out.
+        let _ = within(100, || unsent() == 0 && uart().uartfr().read().bits() & 1 << 3 == 0);
+    }
+}
+
+/// Bytes in the ring.
+fn unsent() -> u32 {
+    free(|_| {
+        let left = dma().ch(TRANSMIT).ch_trans_count().read().bits();
+        WRITTEN.load(Relaxed).wrapping_sub(TOLD.load(Relaxed)).wrapping_add(left)
+    })
+}
+
+/// Gives the channel what was written since it started, unless it runs.
+fn tell() {
+    free(|_| {
+        let channel = dma().ch(TRANSMIT);
+        let state = channel.ch_ctrl_trig().read();
+        let more = WRITTEN.load(Relaxed).wrapping_sub(TOLD.load(Relaxed));
+        if state.busy().bit_is_set() || more == 0 {
+            return;
+        }
+        if state.bits() & ERRORS != 0 {
+            put!(channel.ch_al1_ctrl(), TRANSMITTED);
+        }
+        add(&TOLD, more);
+        // Its address is where the last transfer ended.
+        put!(channel.ch_al1_trans_count_trig(), more);
+    });
+}
+
+/// Handles the interrupt of the channel: it is at its end.
+pub extern "C" fn sent() {
+    put!(dma().ints1(), 1 << TRANSMIT);
+    tell();
+}
+
+/// Whether a byte from the host waits. The loop must not sleep then.
+pub fn waiting() -> bool {
+    RECEIVED.load(Relaxed) != TAKEN.load(Relaxed)
+}
+
+/// Handles the interrupt of the port: bytes were received.
+pub extern "C" fn received() {
+    free(|token| {
+        let Ok(mut into) = INTO.borrow(token).try_borrow_mut() else { return };
+        let Some(into) = into.as_mut() else { return };
+        // The port's own queue has 32 places. RXFE 4: it is empty.
+        for _ in 0..32 {
+            if uart().uartfr().read().bits() & 1 << 4 != 0 {
+                break;
+            }
+            // A byte without room spoils its frame, which is then refused.
+            if enqueue(into, uart().uartdr().read().bits() as u8).is_ok() {
+                add(&RECEIVED, 1);
+            }
+        }
+        // Errors, timeout and received bytes: bits 10:6 and 4.
+        put!(uart().uarticr(), 0x7D0);
+    });
+}

@@ -1,0 +1,43 @@
+//! The Raspberry Pi Pico: an RP2040, its converter, and two DMA channels that start each other.
+//!
+//! ```text
+//! converter -> FIFO -> channel 0 -> slot --+
+//!                   -> channel 1 -> slot --+-> interrupt -> main loop -> UART0 by channel 2, USB
+//! ```
+//!
+//! What runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's
+//! cache of 16 KiB it would take longer than a block. [`words`] computes what goes into the registers,
+//! and has tests on the host; the other modules only write it. Sections named DS are of the RP2040's
+//! data sheet.
+
+pub mod words;
+
+#[cfg(all(target_os = "none", feature = "pico"))]
+mod board;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod converter;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod line;
+#[cfg(all(target_os = "none", feature = "pico"))]
+mod multiply;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod registers;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod start;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod storage;
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub mod vectors;
+
+#[cfg(all(target_os = "none", feature = "pico"))]
+pub use board::Pico;
+
+/// Samples in a block of this image.
+pub const N: usize = 1024;
+/// Words in a slot: an I/Q block, or twice a real one.
+pub const SLOT: usize = N;
+/// Slots: what memory has room for. The settings say how many are in use.
+pub const SLOTS: usize = 16;
+/// Slots in use unless the settings say otherwise: two that the channels fill in turn, one that is
+/// measured, and five that wait while a block takes longer than its time.
+pub const USUAL_SLOTS: u16 = 8;

@@ -1,0 +1,285 @@
+//! The values of the RP2040's registers, computed by pure functions, and how many blocks have passed.
+
+use super::{N, SLOTS, USUAL_SLOTS};
+use crate::instrument::plan::Plan;
+use picket::config::Config;
+use picket::estimate::measure::Arithmetic;
+use picket_wire::boot::Causes;
+use picket_wire::settings::Settings;
+use picket_wire::settings_error::{RateError, SettingsError};
+
+/// The crystal of the board, Hz.
+pub const CRYSTAL_HZ: u32 = 12_000_000;
+/// The core's clock, MHz, and that of the buses. The multiplier runs at 1440 MHz, divided by 5 and 2.
+pub const CORE_MHZ: u16 = 144;
+/// The converter's clock, Hz: the second multiplier's, from the same crystal.
+pub const ADC_HZ: u32 = 48_000_000;
+/// Cycles of the converter's clock for a sample (DS 4.9.2).
+pub const SAMPLE_CYCLES: u32 = 96;
+/// The rate of the serial port, baud: that of the other board.
+pub const BAUD: u32 = 921_600;
+
+/// The channels that fill slots, and the one that feeds the serial port.
+pub const CHAINED: [usize; 2] = [0, 1];
+/// The channel that feeds the serial port.
+pub const TRANSMIT: usize = 2;
+/// The flags of the two chained channels.
+pub const BOTH: u32 = 0b11;
+
+/// CHn_CTRL (DS 2.5.7): EN 0, HIGH_PRIORITY 1, DATA_SIZE 3:2, INCR_READ 4, INCR_WRITE 5, RING_SIZE
+/// 9:6, RING_SEL 10 (the written address), CHAIN_TO 14:11, TREQ_SEL 20:15; WRITE_ERROR 29 and
+/// READ_ERROR 30 are cleared by ones.
+pub const ERRORS: u32 = 3 << 29;
+const DREQ_UART0_TX: u32 = 20;
+const DREQ_ADC: u32 = 36;
+
+/// Bytes of a real block. The channel's address wraps inside a slot of this size: a channel that is
+/// started again before it has a new address writes over its own slot, and over nothing else.
+pub const BLOCK_BYTES: usize = 2 * N;
+
+/// The control word of a chained channel: half words from the converter, which start `other` at their
+/// end.
+pub const fn chained(other: usize) -> u32 {
+    let ring = BLOCK_BYTES.trailing_zeros();
+    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 5 | ring << 6 | 1 << 10 | (other as u32) << 11 | DREQ_ADC << 15
+}
+
+/// Bits of the ring that the serial port is fed from.
+pub const OUT_BITS: u32 = 11;
+
+/// The control word of the channel that feeds the serial port: bytes from a ring of 2^[`OUT_BITS`]. It
+/// starts nothing at its end, since it names itself.
+pub const TRANSMITTED: u32 =
+    ERRORS | 1 | 1 << 4 | OUT_BITS << 6 | (TRANSMIT as u32) << 11 | DREQ_UART0_TX << 15;
+
+/// ADC_FCS (DS 4.9.6): THRESH 27:24 of one sample, OVER 11 and UNDER 10 cleared by ones, DREQ_EN 3, EN
+/// 0.
+pub const FIFO: u32 = 1 << 24 | 1 << 11 | 1 << 10 | 1 << 3 | 1;
+
+/// The watchdog's count for 4 s: it counts each microsecond twice (RP2040-E1).
+pub const WATCHDOG_LOAD: u32 = 2 * 4_000_000;
+/// PSM_WDSEL (DS 2.13.5): the watchdog resets everything but the two oscillators, bits 0 and 1.
+pub const RESET_ALL: u32 = 0x1_FFFC;
+
+/// Reset causes from WATCHDOG_REASON (DS 4.7.6: FORCE 1, TIMER 0), and if the watchdog had no part in it,
+/// from CHIP_RESET (DS 2.12.7: HAD_PSM_RESTART 20, HAD_RUN 16, HAD_POR 8).
+pub const fn causes(reason: u32, chip: u32) -> Causes {
+    Causes(match reason & 3 {
+        0 => {
+            (chip >> 8 & 1) as u8 | ((chip >> 16 & 1) as u8) << 1 | ((chip >> 20 & 1) as u8) << 4
+        }
+        reason => ((reason >> 1) as u8) << 2 | ((reason & 1) as u8) << 3,
+    })
+}
+
+/// The register words of an instrument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Words {
+    /// Cycles of the converter's clock from a sample to the next: 96 to 65536.
+    pub period: u32,
+}
+
+impl Words {
+    /// Checks settings, and computes their words.
+    ///
+    /// # Errors
+    /// The settings cannot work on this board.
+    pub fn plan(settings: &Settings) -> Result<(Plan<N>, Self), SettingsError> {
+        if !matches!(settings.core_mhz, 0 | CORE_MHZ) {
+            return Err(SettingsError::Speed);
+        }
+        if settings.iq {
+            return Err(SettingsError::Iq);
+        }
+        let slots = if settings.slots == 0 { USUAL_SLOTS } else { settings.slots };
+        if !(4..=SLOTS as u16).contains(&slots) {
+            return Err(SettingsError::Slots);
+        }
+        let words = Self { period: period(settings.config.rate_hz).map_err(SettingsError::Rate)? };
+        // Floats would take longer than a block: this core has none.
+        let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
+        let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
+        Ok((Plan::undriven(&settings, words.rate_hz())?, words))
+    }
+
+    /// The sample rate, Hz.
+    pub fn rate_hz(self) -> f64 {
+        f64::from(ADC_HZ) / f64::from(self.period)
+    }
+
+    /// ADC_DIV (DS 4.9.6): INT 23:8 is a cycle less than the period. 0 samples back to back.
+    pub const fn divider(self) -> u32 {
+        if self.period <= SAMPLE_CYCLES { 0 } else { (self.period - 1) << 8 }
+    }
+
+    /// Cycles of the converter's clock in a block.
+    pub const fn block_cycles(self) -> u32 {
+        self.period.saturating_mul(N as u32)
+    }
+}
+
+/// The period nearest to a rate, in cycles of the converter's clock.
+fn period(rate_hz: f64) -> Result<u32, RateError> {
+    let cycles = f64::from(ADC_HZ) / rate_hz;
+    // A hair above the fastest rate is that rate, as for any other.
+    if cycles < f64::from(SAMPLE_CYCLES) - 0.5 {
+        return Err(RateError::Fast);
+    }
+    // NaN is refused, too.
+    if !(cycles <= 65_536.5) {
+        return Err(RateError::Slow);
+    }
+    Ok(((cycles + 0.5) as u32).clamp(SAMPLE_CYCLES, 65_536))
+}
+
+/// When blocks end: the flags of two channels cannot count above two, but the timer can.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Elapsed {
+    /// Cycles of a block.
+    block: u32,
+    /// When the last counted block ended: microseconds of the timer, and cycles less than one.
+    micros: u32,
+    cycles: u32,
+}
+
+/// Cycles of the converter's clock in a microsecond.
+const PER_MICROSECOND: u32 = ADC_HZ / 1_000_000;
+
+impl Elapsed {
+    /// Blocks of so many cycles, from now on.
+    pub const fn new(block: u32, now: u32) -> Self {
+        Self { block, micros: now, cycles: 0 }
+    }
+
+    /// Cycles since the last counted block's end. Up to half an hour, positive or negative.
+    fn since(&self, now: u32) -> i64 {
+        let micros = i64::from(now.wrapping_sub(self.micros) as i32);
+        micros * i64::from(PER_MICROSECOND) - i64::from(self.cycles)
+    }
+
+    /// Blocks completed since the last call, if at least one was; `odd` says that the channel which
+    /// completed last is not the one of the last call. The timer may be early or late by less than a
+    /// block: the parity corrects it.
+    pub fn completed(&mut self, odd: bool, now: u32) -> u32 {
+        let since = self.since(now);
+        let block = i64::from(self.block);
+        let blocks = if odd && 2 * since < 5 * block {
+            // The usual case, without a division.
+            1
+        } else {
+            // The count of this parity nearest to the middle of the block that is being filled.
+            let whole = since.div_euclid(block.max(1));
+            let late = 2 * since.rem_euclid(block.max(1)) >= block;
+            match (whole & 1 == i64::from(odd), late) {
+                (true, _) => whole,
+                (false, true) => whole + 1,
+                (false, false) => whole - 1,
+            }
+        };
+        let blocks = blocks.clamp(0, u32::MAX.into()) as u32;
+        self.pass(blocks);
+        blocks
+    }
+
+    /// Counts blocks.
+    fn pass(&mut self, blocks: u32) {
+        let cycles = u64::from(blocks) * u64::from(self.block) + u64::from(self.cycles);
+        let per = u64::from(PER_MICROSECOND);
+        self.micros = self.micros.wrapping_add((cycles / per) as u32);
+        self.cycles = (cycles % per) as u32;
+    }
+
+    /// Blocks that have begun since the last counted one: at least one. Counting begins again now.
+    pub fn restart(&mut self, now: u32) -> u32 {
+        let block = i64::from(self.block.max(1));
+        let passed = (self.since(now).max(1) + block - 1) / block;
+        *self = Self::new(self.block, now);
+        passed.clamp(1, u32::MAX.into()) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use picket_wire::settings::Drive;
+
+    fn at(rate_hz: f64) -> Settings {
+        let settings = Settings::default();
+        Settings { config: Config { rate_hz, ..settings.config }, ..settings }
+    }
+
+    #[test]
+    fn rates_are_whole_periods_of_the_converter() {
+        for (wanted, period, divider) in
+            [(500e3, 96, 0), (501e3, 96, 0), (250e3, 192, 191 << 8), (100e3, 480, 479 << 8)]
+        {
+            let (plan, words) = Words::plan(&at(wanted)).unwrap();
+            assert_eq!((words.period, words.divider()), (period, divider), "{wanted}");
+            assert_eq!(plan.settings.config.rate_hz, 48e6 / f64::from(period));
+            assert_eq!((plan.settings.core_mhz, plan.settings.slots), (144, 8));
+            assert_eq!(plan.settings.config.arithmetic, Arithmetic::Fixed);
+        }
+        let refused = |settings| Words::plan(&settings).map(|_| ()).unwrap_err();
+        assert_eq!(refused(at(505e3)), SettingsError::Rate(RateError::Fast));
+        assert_eq!(refused(at(700.0)), SettingsError::Rate(RateError::Slow));
+        assert_eq!(refused(at(f64::NAN)), SettingsError::Rate(RateError::Slow));
+        let settings = at(500e3);
+        assert_eq!(refused(Settings { core_mhz: 180, ..settings }), SettingsError::Speed);
+        assert_eq!(refused(Settings { slots: 17, ..settings }), SettingsError::Slots);
+        assert_eq!(refused(Settings { slots: 3, ..settings }), SettingsError::Slots);
+        assert_eq!(refused(Settings { iq: true, ..settings }), SettingsError::Iq);
+        let dac = Drive::Dac { low: 0, high: 1 };
+        assert_eq!(refused(Settings { drive: dac, ..settings }), SettingsError::Drive);
+    }
+
+    /// Interrupts late by any time, over hours, with a timer that is early or late by 2 us.
+    #[test]
+    fn blocks_are_counted_by_time_and_parity() {
+        for period in [96, 97, 480, 65_536] {
+            let words = Words { period };
+            let block = u64::from(words.block_cycles());
+            for error in [-2i64, 0, 2] {
+                let begun = 0xFFFF_0000u32;
+                let mut elapsed = Elapsed::new(words.block_cycles(), begun);
+                let (mut seen, mut random) = (0u64, 1u64);
+                for _ in 0..20_000 {
+                    random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    let more = if random >> 62 == 0 { 1 + (random >> 40) % 9 } else { 1 };
+                    let total = seen + more;
+                    // Anywhere in the block after it.
+                    let cycles = total * block + (random >> 20) % block;
+                    let micros = (cycles / 48) as i64 + error;
+                    let now = begun.wrapping_add(micros as u32);
+                    let counted = elapsed.completed(more % 2 == 1, now);
+                    assert_eq!(u64::from(counted), more, "{period} {error}");
+                    seen = total;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_doubled_interrupt_counts_nothing() {
+        let mut elapsed = Elapsed::new(96 * 1024, 0);
+        assert_eq!(elapsed.completed(true, 2050), 1);
+        assert_eq!(elapsed.completed(false, 2060), 0);
+        assert_eq!(elapsed.completed(true, 4100), 1);
+    }
+
+    #[test]
+    fn a_restart_rounds_up() {
+        for (now, passed) in [(0, 1), (1, 1), (2048, 1), (2049, 2), (4096, 2), (20_481, 11)] {
+            let mut elapsed = Elapsed::new(96 * 1024, 0);
+            assert_eq!(elapsed.restart(now), passed, "{now}");
+            assert_eq!(elapsed.completed(true, now + 2049), 1);
+        }
+    }
+
+    #[test]
+    fn the_words_are_those_of_the_data_sheet() {
+        // EN, HIGH_PRIORITY, half words, INCR_WRITE, a ring of 2^11 written bytes, the other channel, DREQ 36.
+        assert_eq!(chained(1), ERRORS | 0x12_0000 | 1 << 11 | 1 << 10 | 11 << 6 | 0x27);
+        assert_eq!(chained(0) ^ chained(1), 1 << 11);
+        assert_eq!(TRANSMITTED, ERRORS | 20 << 15 | 2 << 11 | 11 << 6 | 0x11);
+    }
+}

@@ -1,0 +1,170 @@
+//! The Pico's real image on other people's emulator of its chip (`rp2040js`, `host/rp2040`): the whole signal path, from the
+//! converter's queue by DMA and interrupt to records on the line.
+//!
+//! Each test has a short form. `PICKET_LONG=1 cargo test -p host-tests --test pico --release` runs the long ones.
+
+#[path = "pico/faults.rs"]
+mod faults;
+#[path = "pico/scene.rs"]
+mod scene;
+
+use picket_firmware::pico::N;
+use picket_host::pico::bench::Pico;
+use picket_wire::boot::Clock;
+use picket_wire::command::{Command, Refusal};
+use picket_wire::settings::Settings;
+use picket_wire::settings_error::SettingsError;
+use scene::{Hard, expected, frames, plug, settings, sized, status, stream};
+
+/// Measures so many blocks, of which one in `hard_one_in` takes longest, and holds every record against the host's.
+fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Vec<u32>)> {
+    let samples = stream(blocks as usize, hard_one_in.map(|every| (every, Hard::Mixed)), seed);
+    let mut pico = plug()?;
+    pico.samples(&samples).unwrap();
+    let boot = pico.power().unwrap();
+    assert_eq!((boot.board.as_str(), boot.clock, boot.core_hz), ("pico", Clock::External, 144_000_000));
+    assert!(boot.measuring && !boot.unfit && boot.n == N as u32, "{boot:?}");
+    assert_eq!(boot.program, scene::program());
+    pico.zero().unwrap();
+    while pico.listener().records < blocks {
+        let before = pico.listener().records;
+        pico.frames(200.min(blocks - before), 3_000).unwrap();
+        assert!(pico.listener().records > before, "it measures no more");
+    }
+    let wanted = expected(&settings(), &samples);
+    let records = frames(&pico.sent);
+    for ((sequence, frame), number) in records.iter().zip(0..) {
+        assert_eq!(*sequence, number, "lost before block {number}, seed {seed}");
+        let block = number as usize % wanted.len();
+        let pair = [frame, &wanted[block]].map(|frame| scene::record(frame));
+        assert!(*frame == wanted[block], "block {number} differs, seed {seed}: {pair:#?}");
+    }
+    assert!(records.len() as u64 >= blocks);
+    Some((pico, records.into_iter().map(|(sequence, _)| sequence).collect()))
+}
+
+/// Gapless at 500 kS/s and the default clock; the core sleeps at least a quarter of the time.
+#[test]
+fn every_record_is_the_hosts_and_none_is_lost() {
+    let blocks = sized(100, 10_000);
+    let Some((mut pico, records)) = compare(blocks, None, 18) else { return };
+    let figures = pico.figures().unwrap();
+    let status = status(&mut pico);
+    println!(
+        "{} records byte for byte, load {:.1} %, {:.0} cycles and {:.2} exceptions a block, longest measurement {} us, \
+         queue at most {}, samples without a place {}, stack {} B",
+        records.len(),
+        100.0 * figures.load(),
+        figures.cycles / records.len() as f64,
+        figures.entries / records.len() as f64,
+        status.longest,
+        figures.level,
+        figures.overruns,
+        status.stack
+    );
+    assert_eq!((status.counters.lost(), status.counters.faults(), status.dropped), (0, 0, 0));
+    assert!(figures.level <= 2 && figures.overruns == 0, "{figures:?}");
+    assert!(figures.load() <= 0.75, "{figures:?}");
+    assert_eq!((figures.core_hz, figures.baud), (144e6, 921_600.0));
+}
+
+/// Blocks that take longer than their time wait in the spare slots.
+#[test]
+fn one_hard_block_in_ten_loses_none() {
+    let blocks = sized(60, 5_000);
+    let Some((mut pico, _)) = compare(blocks, Some(10), 19) else { return };
+    let (figures, status) = (pico.figures().unwrap(), status(&mut pico));
+    println!("load {:.1} %, longest {} us of 2048", 100.0 * figures.load(), status.longest);
+    assert!(status.longest > 2_048, "no block is hard: {status:?}");
+    assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0));
+    assert!(figures.level <= 2 && figures.overruns == 0, "{figures:?}");
+}
+
+/// Where all blocks are hard, the rest is dropped and counted: no record is wrong.
+#[test]
+fn where_all_blocks_are_hard_the_losses_are_counted() {
+    for hard in [Hard::Constant, Hard::Clipped, Hard::Noise] {
+        let Some(mut pico) = plug() else { return };
+        let samples = stream(64, Some((1, hard)), 20);
+        pico.samples(&samples).unwrap();
+        pico.power().unwrap();
+        pico.run(1_000 * sized(150, 10_000)).unwrap();
+        let status = status(&mut pico);
+        let records = frames(&pico.sent);
+        let wanted = expected(&settings(), &samples);
+        // A record tells of its own losses; the rest of it is the host's.
+        for (sequence, frame) in &records {
+            let number = *sequence as usize % wanted.len();
+            assert!(scene::measured(frame) == scene::measured(&wanted[number]), "{hard:?} {sequence}");
+        }
+        let last = records.last().unwrap().0;
+        let passed = status.counters.filled();
+        println!(
+            "{hard:?}: {} of {} blocks measured, {} dropped, longest {} us",
+            records.len(),
+            last + 1,
+            status.counters.overruns,
+            status.longest
+        );
+        // Blocks may wait yet.
+        assert!(passed.abs_diff(last + 1) <= 12, "{passed} {last}");
+        assert_eq!(status.counters.lost(), status.counters.overruns);
+        assert_eq!(status.counters.faults(), 0);
+        let missing = last + 1 - records.len() as u32;
+        assert!(missing.abs_diff(status.counters.overruns) <= 12, "{missing} {status:?}");
+    }
+}
+
+#[test]
+fn settings_outlive_a_restart_and_are_kept_in_flash() {
+    let Some(mut pico) = plug() else { return };
+    pico.samples(&stream(8, None, 21)).unwrap();
+    let boot = pico.power().unwrap();
+    assert_eq!((boot.causes.message(), boot.stored), ("power", false));
+    let mut slow = settings();
+    slow.config.rate_hz = 100e3;
+    slow.report_every = 5;
+    pico.request(Command::SetSettings(slow, N)).unwrap().unwrap();
+    let boot = pico.boot().unwrap();
+    assert_eq!((boot.causes.message(), boot.stored, boot.last.kind), ("software", false, 0));
+    let rate = |pico: &mut Pico| {
+        let body = pico.request(Command::GetSettings).unwrap().unwrap();
+        Settings::of_bytes(body.as_slice().try_into().unwrap()).unwrap().0.config.rate_hz
+    };
+    assert_eq!(rate(&mut pico), 100e3);
+    assert_eq!(pico.request(Command::Save).unwrap(), Ok(vec![]));
+    let saved = status(&mut pico).counters;
+    // An erasure takes the model 45 ms: five blocks of 10 ms, and words that take less than a block.
+    println!("a save: {} blocks lost of {}", saved.lost(), saved.filled());
+    assert!((4..12).contains(&saved.lost()) && saved.lost() == saved.broken && saved.faults() == 0);
+    let boot = pico.power().unwrap();
+    assert_eq!((boot.causes.message(), boot.stored, boot.unfit), ("power", true, false));
+    assert_eq!(rate(&mut pico), 100e3);
+    pico.request(Command::Reboot).unwrap().unwrap();
+    assert!(pico.boot().unwrap().stored);
+    let iq = Settings { iq: true, ..settings() };
+    let refused = Err(Refusal::Settings(SettingsError::Iq.code()));
+    assert_eq!(pico.request(Command::SetSettings(iq, N)).unwrap(), refused);
+}
+
+/// Without blocks the timer wakes the core, and the watchdog is fed; when blocks stay away, it bites.
+#[test]
+fn the_watchdog_bites_only_when_blocks_stay_away() {
+    let Some(mut pico) = plug() else { return };
+    pico.power().unwrap();
+    pico.request(Command::Stop).unwrap().unwrap();
+    pico.boot().unwrap();
+    let resets = pico.resets.len();
+    pico.run(6_000_000).unwrap();
+    assert_eq!(pico.resets.len(), resets, "the watchdog bit a board that is stopped");
+    pico.request(Command::Start).unwrap().unwrap();
+    assert!(pico.boot().unwrap().measuring);
+    let (resets, at) = (pico.resets.len(), pico.now);
+    // The converter stops: START_MANY off.
+    pico.order("write 0x4004c000 1").unwrap();
+    while pico.resets.len() == resets && pico.now < at + 8_000_000 {
+        pico.run(50_000).unwrap();
+    }
+    assert!((4_900_000..5_300_000).contains(&(pico.resets[resets] - at)), "{:?}", pico.resets);
+    assert_eq!(pico.boot().unwrap().causes.message(), "watchdog");
+}

@@ -1,0 +1,141 @@
+//! What goes wrong: no record is of a mixed block, every loss is counted, and the stamps are right after it.
+
+use super::scene::{expected, measured, plug, record, settings, sized, status};
+use picket_firmware::pico::N;
+use picket_host::pico::bench::{Completed, Pico};
+use picket_wire::telemetry::Telemetry;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+/// A block's time, ns.
+const BLOCK: f64 = 2_048_000.0;
+
+/// A fault: its kind, and how long it lasts, us.
+type Fault = (&'static str, f64);
+
+/// A tone without a jump, in noise: each window of it is measured otherwise, wherever it begins.
+fn steady(blocks: usize, seed: u64) -> Vec<i16> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // Whole cycles in all of it, since it comes again and again.
+    let step = TAU * (100 * blocks + 37) as f64 / (N * blocks) as f64;
+    let sample = |n: usize| {
+        let noise: f64 = StandardNormal.sample(&mut rng);
+        (2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise).round() as i16
+    };
+    (0..N * blocks).map(sample).collect()
+}
+
+/// What a block's noise makes of its tone; the verdict also tells of a gap before it.
+fn key(record: &Telemetry) -> String {
+    let tone = &record.measurement.tone;
+    format!("{:?} {:?} {:?}", tone.frequency, tone.snr, tone.amplitude)
+}
+
+/// The number that each completed block must have: one more than the last, and if the channels started anew in between, the
+/// blocks that have begun since, too.
+fn numbers(blocks: &[Completed]) -> Vec<u64> {
+    let mut numbers = vec![0];
+    for pair in blocks.windows(2) {
+        let idle = pair[1].nanos - BLOCK - pair[0].nanos;
+        let anew = pair[1].starts > pair[0].starts;
+        let passed = if anew { (idle / BLOCK).ceil().max(1.0) as u64 } else { 0 };
+        numbers.push(numbers[numbers.len() - 1] + 1 + passed);
+    }
+    numbers
+}
+
+/// Lets these faults happen, each some time after the one before, and checks everything.
+fn play(faults: &[(f64, Fault)], seed: u64) -> Option<Pico> {
+    let samples = steady(300, seed);
+    let mut pico = plug()?;
+    pico.samples(&samples).unwrap();
+    pico.keep().unwrap();
+    pico.power().unwrap();
+    pico.run(6_000).unwrap();
+    for &(after, (kind, duration)) in faults {
+        pico.run(after as u64).unwrap();
+        pico.fault(kind, duration).unwrap();
+        pico.run(duration as u64).unwrap();
+    }
+    pico.run(16_000).unwrap();
+    let counters = status(&mut pico).counters;
+    let told = |kind: &str| faults.iter().filter(|(_, (k, _))| *k == kind).count() as u32;
+    assert_eq!(counters.dma_errors, told("error"), "seed {seed}: {counters:?}");
+    assert_eq!(counters.adc_overruns, told("overrun"), "seed {seed}: {counters:?}");
+    assert!(counters.spurious >= told("doubled"), "seed {seed}: {counters:?}");
+    let kept = pico.kept(N).unwrap();
+    let flat: Vec<i16> = kept.iter().flat_map(|block| block.samples.iter().copied()).collect();
+    let frames = expected(&settings(), &flat);
+    let mut places = HashMap::new();
+    for (place, frame) in frames.iter().enumerate() {
+        places.insert(key(&measured(frame).unwrap()), place);
+    }
+    let numbers = numbers(&kept);
+    let frames = pico.sent.split_inclusive(|&byte| byte == 0);
+    let records: Vec<Telemetry> = frames.filter_map(record).collect();
+    let mut next = 0;
+    for (count, record) in records.iter().enumerate() {
+        let stamp = &record.measurement.stamp;
+        let at = format!("seed {seed}, {stamp:?}, {faults:?}");
+        let place = *places.get(&key(record)).unwrap_or_else(|| panic!("mixed: {at}"));
+        assert_eq!(u64::from(stamp.sequence), numbers[place], "number of block {place}: {at}");
+        assert_eq!(stamp.clock, numbers[place] * N as u64, "{at}");
+        assert_eq!(stamp.gap, stamp.sequence != next, "{at}");
+        assert_eq!(record.health.lost, stamp.sequence - count as u32, "{at}");
+        next = stamp.sequence + 1;
+    }
+    assert!(records.len() > 4, "{faults:?}");
+    println!(
+        "{} faults: {} of {} completed blocks delivered, {counters:?}",
+        faults.len(),
+        records.len(),
+        kept.len()
+    );
+    Some(pico)
+}
+
+#[test]
+fn each_fault_alone_is_counted_exactly() {
+    let all: [Fault; 8] = [
+        ("late", 1_500.0),
+        ("late", 3_000.0),
+        ("late", 5_000.0),
+        ("late", 15_000.0),
+        ("doubled", 0.0),
+        ("lost", 0.0),
+        ("overrun", 40.0),
+        ("error", 0.0),
+    ];
+    let each: Vec<(f64, Fault)> = all.iter().map(|&fault| (9_300.0, fault)).collect();
+    play(&each, 81);
+}
+
+/// Faults of every kind at any moment.
+#[test]
+fn random_faults_mix_no_block() {
+    let mut rng = ChaCha8Rng::seed_from_u64(82);
+    let rounds = sized(1, 25);
+    for seed in 0..rounds {
+        let mut fault = || -> Fault {
+            match rng.random_range(0..5) {
+                0 => ("late", rng.random_range(10.0..15_000.0)),
+                1 => ("doubled", 0.0),
+                2 => ("lost", 0.0),
+                3 => ("overrun", rng.random_range(12.0..500.0)),
+                _ => ("error", 0.0),
+            }
+        };
+        let mut faults = Vec::new();
+        for _ in 0..sized(16, 40) {
+            faults.push(fault());
+        }
+        let faults: Vec<(f64, Fault)> =
+            faults.into_iter().map(|fault| (rng.random_range(4_200.0..9_000.0), fault)).collect();
+        if play(&faults, 1_000 + seed).is_none() {
+            return;
+        }
+    }
+}

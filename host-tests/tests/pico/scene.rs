@@ -1,0 +1,149 @@
+//! What is in front of the converter, and what the host makes of it.
+
+use picket::acquire::sample::Real;
+use picket::pipeline::Pipeline;
+use picket::plan::Plan;
+use picket_firmware::pico::N;
+use picket_firmware::pico::words::Words;
+use picket_host::device::{Listener, Said};
+use picket_host::pico::bench::Pico;
+use picket_host::pico;
+use picket_wire::command::Command;
+use picket_wire::settings::Settings;
+use picket_wire::status::Status;
+use picket_wire::telemetry::{Health, Telemetry};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// The short or the long form's number.
+pub fn sized(short: u64, long: u64) -> u64 {
+    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
+}
+
+/// The image as it lies in flash. `PICKET_PICO` names another one than this source's.
+pub fn image() -> &'static [u8] {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        if let Some(other) = std::env::var_os("PICKET_PICO") {
+            return std::fs::read(other).unwrap();
+        }
+        let elf = pico::image().unwrap_or_else(|error| panic!("{error}"));
+        pico::binary(&elf).unwrap_or_else(|error| panic!("{error}"))
+    })
+}
+
+/// The image's checksum.
+pub fn program() -> u32 {
+    crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(image())
+}
+
+/// A board with this source's image; `None` where the emulator cannot be had, which is said.
+pub fn plug() -> Option<Pico> {
+    if let Err(error) = pico::bench::emulator() {
+        println!("skipped: {error}");
+        return None;
+    }
+    Some(Pico::plug(image()).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// What the board measures by unless told otherwise.
+pub fn settings() -> Settings {
+    Settings::default()
+}
+
+/// Blocks whose measurement takes longest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hard {
+    /// A code or two.
+    Constant,
+    /// Half of the samples at the rails.
+    Clipped,
+    /// No tone.
+    Noise,
+    /// These in turn.
+    Mixed,
+}
+
+/// Blocks one after the other, each with a tone of its own, some of them hard: one in so many.
+pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut samples = Vec::with_capacity(blocks * N);
+    let mut mixed = [Hard::Constant, Hard::Clipped, Hard::Noise].into_iter().cycle();
+    for number in 0..blocks as u64 {
+        let kind = match hard {
+            Some((every, kind)) if number % every == every - 1 => match kind {
+                Hard::Mixed => mixed.next(),
+                kind => Some(kind),
+            },
+            _ => None,
+        };
+        samples.extend(block(kind, &mut rng));
+    }
+    samples
+}
+
+fn block(kind: Option<Hard>, rng: &mut impl Rng) -> [i16; N] {
+    let (bin, phase) = (rng.random_range(3.0..500.0), rng.random_range(0.0..TAU));
+    let (amplitude, noise) = match kind {
+        None => (10f64.powf(rng.random_range(2.0..3.25)), rng.random_range(0.5..8.0)),
+        Some(Hard::Constant) => (0.0, 0.3),
+        Some(Hard::Clipped) => (4_000.0, 3.0),
+        Some(Hard::Noise) | Some(Hard::Mixed) => (0.0, 300.0),
+    };
+    let noise = Normal::new(0.0, noise).unwrap();
+    std::array::from_fn(|n| {
+        let tone = amplitude * (TAU * bin * n as f64 / N as f64 + phase).cos();
+        (2048.0 + tone + noise.sample(rng)).round().clamp(0.0, 4095.0) as i16
+    })
+}
+
+/// The frames that a board sends which measures these blocks and loses none.
+pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
+    let (plan, _) = Words::plan(settings).unwrap();
+    let method = plan.plan.options.method;
+    let mut pipeline = Box::new(Pipeline::<Real, N>::new(Plan::of_terms(*plan.plan).unwrap()));
+    let blocks = samples.as_chunks::<N>().0.iter().zip(0..);
+    let frames = blocks.map(|(block, number)| {
+        let measurement = pipeline.block(plan.timing.stamp(number, false), block);
+        Telemetry { measurement, method, health: Health::default() }.to_frame().to_vec()
+    });
+    frames.collect()
+}
+
+/// The record in a frame.
+pub fn record(frame: &[u8]) -> Option<Telemetry> {
+    Listener::default().read(frame).into_iter().find_map(|said| match said {
+        Said::Telemetry(record) => Some(record),
+        _ => None,
+    })
+}
+
+/// The records in what a board has sent: their sequence and their frames.
+pub fn frames(sent: &[u8]) -> Vec<(u32, Vec<u8>)> {
+    let frames = sent.split_inclusive(|&byte| byte == 0);
+    frames
+        .filter_map(|frame| Some((record(frame)?.measurement.stamp.sequence, frame.to_vec())))
+        .collect()
+}
+
+/// A record without what tells of losses, and without its place in the sequence.
+pub fn measured(frame: &[u8]) -> Option<Telemetry> {
+    let mut record = record(frame)?;
+    record.health = Health::default();
+    let stamp = &mut record.measurement.stamp;
+    (stamp.gap, stamp.sequence, stamp.clock) = (false, 0, 0);
+    Some(record)
+}
+
+/// The board's status.
+pub fn status(pico: &mut Pico) -> Status {
+    pico.request(Command::Status).unwrap().unwrap();
+    pico.expect(|said| match said {
+        Said::Status(status) => Some(*status),
+        _ => None,
+    })
+    .unwrap()
+}

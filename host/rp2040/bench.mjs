@@ -1,0 +1,202 @@
+// A Pico on a bench: `node bench.mjs IMAGE.bin` takes orders, a line each, and answers each with lines and `ok`.
+import { closeSync, openSync, readFileSync, writeSync } from 'node:fs';
+import { createInterface } from 'node:readline';
+import { chip, FLASH } from './chip.mjs';
+import { faults } from './faults.mjs';
+
+const flash = new Uint8Array(16 << 20).fill(0xff);
+flash.set(readFileSync(process.argv[2]));
+let sram = new Uint8Array(264 << 10);
+let mcu = null;
+/** Nanoseconds before the last reset. */
+let before = 0;
+let samples = new Int16Array([2048]);
+/** The next of them. */
+let next = 0;
+let said = [];
+let again = null;
+let blocks = null;
+/** How often the converter was started. */
+let starts = 0;
+let figures;
+
+const now = () => before + (mcu ? mcu.clock.nanos : 0);
+
+function zero() {
+  figures = { at: now(), cycles: 0, idle: 0, instructions: 0, entries: 0, frames: 0, level: 0, overruns: 0, taken: 0 };
+}
+zero();
+
+function plug(reason) {
+  if (mcu) {
+    before += mcu.clock.nanos;
+    sram = mcu.sram;
+    flash.set(mcu.flash);
+  }
+  mcu = chip(flash, sram, reason);
+  again = null;
+  mcu.onSent = (byte) => {
+    said.push(byte);
+    if (byte === 0) figures.frames++;
+  };
+  const watchdog = mcu.peripherals[0x40058];
+  watchdog.onWatchdogTrigger = () => (again ??= watchdog.reason);
+  // The core asks for its own reset by AIRCR.
+  const { ppb } = mcu;
+  const write = ppb.writeUint32.bind(ppb);
+  ppb.writeUint32 = (offset, value) => {
+    if (offset === 0xd0c) again ??= value & 4 ? 'core' : null;
+    else write(offset, value);
+  };
+  convert();
+  watch();
+}
+
+/** The converter gives the samples in turn; what it does to its queue is watched. */
+function convert() {
+  const { adc } = mcu;
+  adc.onADCRead = (channel) => {
+    adc.currentChannel = channel;
+    adc.channelValues[channel] = samples[next];
+    next = (next + 1) % samples.length;
+    figures.taken++;
+    adc.sampleAlarm.schedule(2000);
+  };
+  const write = adc.writeUint32.bind(adc);
+  adc.writeUint32 = (offset, value) => {
+    // START_MANY.
+    if (offset === 0 && value & ~adc.cs & 8) starts++;
+    write(offset, value);
+  };
+  const complete = adc.completeADCRead.bind(adc);
+  adc.completeADCRead = (value, error) => {
+    if (adc.fifo.full && adc.fcs & 1) figures.overruns++;
+    complete(value, error);
+    figures.level = Math.max(figures.level, adc.fifo.itemCount);
+  };
+}
+
+/** Blocks as the two channels complete them, with the moment, into a file. */
+function watch() {
+  for (const channel of mcu.dma.channels.slice(0, 2)) {
+    const transfer = channel.transfer;
+    channel.transferAlarm.callback = () => {
+      const last = channel.transCount === 1;
+      transfer();
+      if (last && blocks !== null) {
+        const end = channel.ringMask + 1;
+        // The address has just come round to its slot.
+        const base = channel.writeAddr & ~channel.ringMask & 0xfffff;
+        const head = Buffer.alloc(16);
+        head.writeDoubleLE(now());
+        head.writeDoubleLE(starts, 8);
+        writeSync(blocks, head);
+        writeSync(blocks, mcu.sram.subarray(base, base + end));
+      }
+    };
+  }
+}
+
+/** Restarts the chip where it asked for it. A core that resets itself keeps the rest of the chip as it is. */
+function restart() {
+  const held = again === 'core' ? mcu.peripherals[0x4000c].reset : 0x1ffffff;
+  plug(again === 'core' ? mcu.peripherals[0x40058].reason : again);
+  mcu.peripherals[0x4000c].reset = held;
+  console.log(`reset ${Math.round(now() / 1e3)}`);
+}
+
+/** Lets time pass until `done`. */
+function run(done) {
+  while (!done()) {
+    const { core, clock } = mcu;
+    const cycle = 1e9 / mcu.clkSys;
+    // A millisecond, or until something happens that is for this loop.
+    const end = clock.nanos + 1e6;
+    const change = mcu.clkSys;
+    while (clock.nanosCounter < end && again === null && mcu.clkSys === change && !done()) {
+      for (let burst = 0; burst < 64; burst++) {
+        if (core.waiting) {
+          const next = Math.max(clock.nanosToNextAlarm, 0);
+          clock.tick(next);
+          figures.idle += next;
+          break;
+        }
+        let cycles = core.executeInstruction() + mcu.late;
+        figures.entries += mcu.late / 15;
+        mcu.late = 0;
+        figures.instructions++;
+        figures.cycles += cycles;
+        const time = clock.nanosCounter + cycles * cycle;
+        if (mcu.pause) {
+          clock.tick(mcu.pause);
+          mcu.pause = 0;
+        } else if (clock.nextAlarm && clock.nextAlarm.nanos <= time) {
+          clock.tick(time - clock.nanosCounter);
+        } else {
+          clock.nanosCounter = time;
+        }
+        if (again !== null) break;
+      }
+    }
+    if (again !== null) restart();
+  }
+}
+
+const orders = {
+  power() {
+    sram.fill(0xa5);
+    if (mcu) mcu.sram.fill(0xa5);
+    plug(0);
+  },
+  samples(file) {
+    const bytes = readFileSync(file);
+    samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length >> 1);
+    next = 0;
+  },
+  load(address, file) {
+    flash.set(readFileSync(file), Number(address) - FLASH);
+  },
+  run(microseconds) {
+    const end = now() + 1e3 * Number(microseconds);
+    run(() => now() >= end);
+  },
+  frames(count, milliseconds) {
+    const [wanted, end] = [figures.frames + Number(count), now() + 1e6 * Number(milliseconds)];
+    run(() => figures.frames >= wanted || now() >= end);
+  },
+  hear(hex) {
+    mcu.hear(Buffer.from(hex, 'hex'));
+  },
+  read(address) {
+    console.log(`word ${mcu.readUint32(Number(address)) >>> 0}`);
+  },
+  write(address, word) {
+    mcu.writeUint32(Number(address), Number(word));
+  },
+  blocks(file) {
+    if (blocks !== null) closeSync(blocks);
+    blocks = openSync(file, 'w');
+  },
+  fault(kind, microseconds) {
+    faults[kind](mcu, 1e3 * Number(microseconds));
+  },
+  zero,
+  figures() {
+    const nanos = now() - figures.at;
+    console.log(`figures ${JSON.stringify({ ...figures, nanos, clkSys: mcu.clkSys, baud: mcu.uart[0].baudRate })}`);
+  },
+};
+
+for await (const line of createInterface({ input: process.stdin })) {
+  const [order, ...words] = line.trim().split(' ');
+  let failure = '';
+  try {
+    orders[order](...words);
+  } catch (error) {
+    failure = ` ${String(error.stack).split('\n').slice(0, 3).join(' | ')}`;
+  }
+  if (said.length > 0) console.log(`say ${Buffer.from(said).toString('hex')}`);
+  said = [];
+  console.log(`at ${Math.round(now() / 1e3)}`);
+  console.log(`ok${failure}`);
+}

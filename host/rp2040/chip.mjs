@@ -1,0 +1,140 @@
+// An RP2040 with what rp2040js lacks or has otherwise than the chip, each in a function of its own that says so. docs/pico.md lists
+// them; host-tests/tests/pico.rs shows each on the emulator as it comes.
+import { corrected } from './correct.mjs';
+
+const { ConsoleLogger, LogLevel, RP2040 } = await corrected();
+
+export const FLASH = 0x10000000;
+const SRAM = 0x20000000;
+
+/** A chip after a reset with these contents of its memories, and why it was reset (WATCHDOG_REASON). */
+export function chip(flash, sram, reason) {
+  const mcu = new RP2040();
+  mcu.logger = new ConsoleLogger(LogLevel.Error, true);
+  mcu.flash.set(flash);
+  mcu.sram.set(sram);
+  mcu.peripherals[0x40058].reason = reason;
+  resets(mcu);
+  power(mcu);
+  exceptions(mcu);
+  serial(mcu);
+  aborts(mcu);
+  rom(mcu);
+  boot(mcu);
+  return mcu;
+}
+
+/** RESETS: after a reset the subsystems are held; the emulator's never are. */
+export function resets(mcu) {
+  const block = mcu.peripherals[0x4000c];
+  block.reset = 0x1ffffff;
+  const read = block.readUint32.bind(block);
+  block.readUint32 = (offset) => (offset === 8 ? ~block.reset & 0x1ffffff : read(offset));
+}
+
+/** CHIP_RESET, which the emulator does not have: power-on. */
+function power(mcu) {
+  mcu.peripherals[0x40064].readUint32 = (offset) => (offset === 8 ? 1 << 8 : 0);
+}
+
+/**
+ * An exception's entry takes 15 cycles (Cortex-M0+ TRM, 3.4.1), not none; and the handler's address has no bit 0, which the emulator
+ * leaves in the program counter, so that tables beside the handler's code are read from the wrong place.
+ */
+function exceptions(mcu) {
+  const enter = mcu.core.exceptionEntry.bind(mcu.core);
+  mcu.entries = 0;
+  mcu.late = 0;
+  mcu.core.exceptionEntry = (number) => {
+    mcu.entries++;
+    mcu.late += 15;
+    enter(number);
+    mcu.core.PC &= ~1;
+  };
+}
+
+/** UART0 at its rate, with its queue of 32 bytes both ways; the emulator's sends at once. `onSent` gets the bytes, `hear` takes them. */
+function serial(mcu) {
+  const uart = mcu.uart[0];
+  const waiting = [];
+  const coming = [];
+  const TX = 20;
+  const byte = () => (10 * 1e9) / (uart.baudRate || 921600);
+  const [write, read] = [uart.writeUint32.bind(uart), uart.readUint32.bind(uart)];
+  const out = mcu.clock.createAlarm(() => {
+    mcu.onSent?.(waiting.shift());
+    if (waiting.length > 0) out.schedule(byte());
+    mcu.dma.setDREQ(TX);
+  });
+  const into = mcu.clock.createAlarm(() => {
+    uart.feedByte(coming.shift());
+    if (coming.length > 0) into.schedule(byte());
+  });
+  uart.writeUint32 = (offset, value) => {
+    if (offset !== 0) return write(offset, value);
+    waiting.push(value & 0xff);
+    if (waiting.length === 1) out.schedule(byte());
+    if (waiting.length >= 32) mcu.dma.clearDREQ(TX);
+  };
+  uart.readUint32 = (offset) => {
+    if (offset !== 0x18) return read(offset);
+    // BUSY 3, TXFF 5, TXFE 7.
+    const flags = (waiting.length > 0 ? 1 << 3 : 1 << 7) | (waiting.length >= 32 ? 1 << 5 : 0);
+    return (read(offset) & ~(1 << 7)) | flags;
+  };
+  mcu.hear = (bytes) => {
+    if (coming.length === 0 && bytes.length > 0) into.schedule(byte());
+    coming.push(...bytes);
+  };
+}
+
+/** CHAN_ABORT reads what is still being aborted: nothing. */
+function aborts(mcu) {
+  const read = mcu.dma.readUint32.bind(mcu.dma);
+  mcu.dma.readUint32 = (offset) => (offset === 0x444 ? 0 : read(offset));
+}
+
+/** The boot ROM's functions for the flash: a look-up by their two letters, and each a breakpoint that does here what it does there. */
+function rom(mcu) {
+  const LOOKUP = 0x100;
+  const names = ['IF', 'EX', 'RE', 'RP', 'FC', 'CX'];
+  const half = (address, value) => {
+    const word = mcu.bootrom[address >> 2];
+    const shift = 8 * (address & 2);
+    mcu.bootrom[address >> 2] = ((word & ~(0xffff << shift)) | (value << shift)) >>> 0;
+  };
+  half(0x14, 0x80);
+  half(0x18, LOOKUP | 1);
+  for (let index = 0; index <= names.length; index++) {
+    // bkpt, bx lr
+    half(LOOKUP + 4 * index, 0xbe00 | (0x40 + index));
+    half(LOOKUP + 4 * index + 2, 0x4770);
+  }
+  const core = mcu.core;
+  mcu.onBreak = (code) => {
+    const [a, b, c] = core.registers;
+    if (code === 0x40) {
+      const name = String.fromCharCode(b & 0xff, b >> 8);
+      core.registers[0] = names.includes(name) ? (LOOKUP + 4 * (names.indexOf(name) + 1)) | 1 : 0;
+    } else if (names[code - 0x41] === 'RE') {
+      mcu.flash.fill(0xff, a, a + b);
+      mcu.pause = 45e6;
+    } else if (names[code - 0x41] === 'RP') {
+      for (let i = 0; i < c; i++) mcu.flash[a + i] &= mcu.readUint8(b + i);
+      mcu.pause = 0.4e6;
+    } else if (code < 0x40 || code > 0x40 + names.length) {
+      throw new Error(`breakpoint ${code} at ${core.PC.toString(16)}`);
+    }
+  };
+}
+
+/** As the ROM does: the second stage is copied to the end of SRAM and called; it finds the program's vectors. */
+function boot(mcu) {
+  const core = mcu.core;
+  const place = 0x41f00;
+  mcu.sram.set(mcu.flash.subarray(0, 252), place);
+  core.SP = SRAM + place;
+  core.LR = 0;
+  core.PC = SRAM + place;
+  core.PM = false;
+}
