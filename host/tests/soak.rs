@@ -50,7 +50,7 @@ fn the_emulated_nucleo_comes_through() {
 /// The emulated board with DMA, at paces at which it loses blocks.
 #[test]
 fn the_emulated_mps2_comes_through() {
-    let summary = soak(&["--board", "mps2", "--lives", &lives("2", "60")]);
+    let summary = soak(&["--board", "mps2", "--lives", &lives("1", "60")]);
     let of = |key: &str| summary[key].as_u64().unwrap();
     assert_eq!(of("blocks") + of("lost"), 20_000 * of("lives"), "{summary}");
     assert!(of("lost") > 100, "{summary}");
