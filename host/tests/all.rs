@@ -11,6 +11,7 @@ mod impair;
 mod readme;
 mod report;
 mod session;
+mod soak;
 mod trust;
 mod typed;
 mod unknown;

@@ -73,8 +73,9 @@ fn with_spares<const SPARES: usize>(mut rng: ChaCha8Rng) -> Result<Tally, String
         life.event()?;
     }
     life.quiet()?;
-    let Counters { blocks, .. } = *life.filler.counters();
+    let Counters { blocks, overruns, .. } = *life.filler.counters();
     life.tally.blocks += u64::from(blocks);
+    life.tally.faults[Fault::Stall as usize] += u64::from(overruns);
     life.tally.lost += u64::from(life.filler.counters().filled().wrapping_sub(blocks));
     life.tally.wraps += u64::from(life.follows > u64::from(u32::MAX));
     Ok(life.tally)
@@ -84,7 +85,7 @@ impl Life<'_> {
     fn event(&mut self) -> Result<(), String> {
         match self.rng.random_range(0..100) {
             0..40 => {
-                self.to_the_end_of_a_block();
+                self.end_of_a_block();
                 self.serve();
             }
             40..48 => self.held_up(),
@@ -115,7 +116,7 @@ impl Life<'_> {
         self.hardware.borrow_mut().run(samples);
     }
 
-    fn to_the_end_of_a_block(&mut self) {
+    fn end_of_a_block(&mut self) {
         let mut hardware = self.hardware.borrow_mut();
         for _ in 0..hardware.length {
             hardware.run(1);
@@ -135,7 +136,7 @@ impl Life<'_> {
     fn held_up(&mut self) {
         self.tally.fault(Fault::HeldUp);
         let before = self.rng.random_range(0..4);
-        self.to_the_end_of_a_block();
+        self.end_of_a_block();
         self.run(before);
         let mut left = self.hardware.borrow().length - 1;
         let steps: VecDeque<u64> = (0..10)
@@ -230,7 +231,7 @@ impl Life<'_> {
                 self.release()?;
             }
             let (before, follows) = (self.received, self.follows);
-            self.to_the_end_of_a_block();
+            self.end_of_a_block();
             self.serve();
             if round > 2 {
                 self.receive()?;

@@ -2,6 +2,7 @@
 
 pub mod life;
 pub mod line;
+mod mps2;
 mod nucleo;
 mod stream;
 pub mod tally;
@@ -41,6 +42,8 @@ enum Board {
     Host,
     /// The NUCLEO's image on QEMU, block by block
     Nucleo,
+    /// The front end on QEMU's AN505, at a pace at which it loses blocks
+    Mps2,
 }
 
 impl Board {
@@ -48,6 +51,7 @@ impl Board {
         match self {
             Board::Host => "host",
             Board::Nucleo => "nucleo",
+            Board::Mps2 => "mps2",
         }
     }
 
@@ -59,6 +63,7 @@ impl Board {
                 Ok(tally)
             }
             Board::Nucleo => nucleo::live(seed, number),
+            Board::Mps2 => mps2::live(seed, number),
         }
     }
 }

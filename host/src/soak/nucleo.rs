@@ -19,6 +19,8 @@ use picket_wire::status::Status;
 use picket_wire::telemetry::{Health, Telemetry};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
+use std::sync::OnceLock;
 
 const N: usize = 1024;
 /// Blocks in a life.
@@ -44,8 +46,9 @@ struct Life {
 pub fn live(seed: u64, number: u64) -> Result<Tally, String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
-    let path = image(true, false).map_err(|error| error.to_string())?;
-    let board = Board::start(&path).map_err(told)?;
+    static IMAGE: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let path = IMAGE.get_or_init(|| image(true, false).map_err(|error| error.to_string()));
+    let board = Board::start(path.as_ref()?).map_err(told)?;
     let tree = Tree::new(Speed::Mhz180, Source::Hsi);
     let planned = Words::plan::<N>(&Settings::default(), &tree);
     let (plan, _) = planned.map_err(|error| format!("{error:?}"))?;

@@ -17,17 +17,20 @@ pub enum Fault {
     Overrun,
     /// The samples stop and start again.
     Pause,
+    /// The main loop holds every slot at the end of a block.
+    Stall,
 }
 
 impl Fault {
     /// Every fault with its key in JSON.
-    pub const ALL: [(Fault, &'static str); 6] = [
+    pub const ALL: [(Fault, &'static str); 7] = [
         (Fault::Late, "late"),
         (Fault::Doubled, "doubled"),
         (Fault::HeldUp, "held_up"),
         (Fault::Transfer, "transfer"),
         (Fault::Overrun, "overrun"),
         (Fault::Pause, "pause"),
+        (Fault::Stall, "stall"),
     ];
 }
 
@@ -45,7 +48,7 @@ pub struct Tally {
     /// Damaged frames, and those of them that were accepted.
     pub damaged: u64,
     /// Faults, in the order of [`Fault::ALL`].
-    pub faults: [u64; 6],
+    pub faults: [u64; 7],
 }
 
 impl Tally {

@@ -402,6 +402,13 @@ mod tests {
             (1, 2)
         );
         assert_eq!(time.completed(0, start.wrapping_add(9999)), 0);
+        // The second block ends after the time was read and before the flags were.
+        let mut time = Elapsed::new(Some(1000));
+        time.begin(start);
+        assert_eq!(time.completed(2, start.wrapping_add(1999)), 2);
+        assert_eq!(time.completed(1, start.wrapping_add(3000)), 1);
+        // Before a fault, what the flags say counts only where time tells nothing.
+        assert_eq!((time.beside(2), Elapsed::new(None).beside(2)), (0, 2));
         // Without a clock the flags alone count.
         for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {
             assert_eq!((time.completed(2, 5), time.late(12345)), (2, 1));
