@@ -50,6 +50,13 @@ fn the_boards_image_cannot_panic() {
     }
 }
 
+#[test]
+fn the_picos_image_cannot_panic() {
+    if let Err(error) = link("frontend_pico", Target::M0, Profile::Release, &["pico"]) {
+        panic!("{error}\n{error:?}");
+    }
+}
+
 /// The proof can fail: a panic that can be reached, though only by a capture of a million blocks, is
 /// found.
 #[test]

@@ -16,6 +16,8 @@ let next = 0;
 let said = [];
 let again = null;
 let blocks = null;
+/** How often the converter was started. */
+let starts = 0;
 let figures;
 
 const now = () => before + (mcu ? mcu.clock.nanos : 0);
@@ -38,7 +40,12 @@ function plug(reason) {
     if (byte === 0) figures.frames++;
   };
   const watchdog = mcu.peripherals[0x40058];
-  watchdog.onWatchdogTrigger = () => (again ??= watchdog.reason);
+  watchdog.onWatchdogTrigger = () => {
+    again ??= watchdog.reason;
+    // It would go on at this very moment for ever.
+    watchdog.timer.enable = false;
+    watchdog.alarm.enable = false;
+  };
   // The core asks for its own reset by AIRCR.
   const { ppb } = mcu;
   const write = ppb.writeUint32.bind(ppb);
@@ -60,6 +67,12 @@ function convert() {
     figures.taken++;
     adc.sampleAlarm.schedule(2000);
   };
+  const write = adc.writeUint32.bind(adc);
+  adc.writeUint32 = (offset, value) => {
+    // START_MANY.
+    if (offset === 0 && value & ~adc.cs & 8) starts++;
+    write(offset, value);
+  };
   const complete = adc.completeADCRead.bind(adc);
   adc.completeADCRead = (value, error) => {
     if (adc.fifo.full && adc.fcs & 1) figures.overruns++;
@@ -77,9 +90,11 @@ function watch() {
       transfer();
       if (last && blocks !== null) {
         const end = channel.ringMask + 1;
-        const base = (channel.writeAddr - 1) & ~channel.ringMask & 0xfffff;
-        const head = Buffer.alloc(8);
+        // The address has just come round to its slot.
+        const base = channel.writeAddr & ~channel.ringMask & 0xfffff;
+        const head = Buffer.alloc(16);
         head.writeDoubleLE(now());
+        head.writeDoubleLE(starts, 8);
         writeSync(blocks, head);
         writeSync(blocks, mcu.sram.subarray(base, base + end));
       }

@@ -1,33 +1,62 @@
-//! `picket flash`: the NUCLEO's image on its way to the board.
+//! `picket flash`: the image on its way to the board; here the NUCLEO's.
 
 use crate::board;
 use crate::emulator::{Footprint, RunError};
+use crate::pico;
 use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use object::read::elf::{ElfFile32, ProgramHeader};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-/// Builds the NUCLEO-F446RE's image and writes it to the board.
+/// A board that has an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Board {
+    /// The NUCLEO-F446RE, by probe-rs
+    Nucleo,
+    /// The Raspberry Pi Pico, by its drive
+    Pico,
+}
+
+/// Builds the board's image and writes it to the board.
 #[derive(Args, Debug)]
 pub struct Options {
+    /// The board
+    #[arg(long, value_enum, default_value_t = Board::Nucleo)]
+    board: Board,
     /// The image that also follows tones from block to block: see `follow` in docs/board.md
     #[arg(long)]
     tracking: bool,
-    /// Stops before the probe
+    /// Stops before the board
     #[arg(long)]
     dry_run: bool,
 }
 
 /// Builds the image, shows its size and writes it.
 pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
+    if options.board == Board::Pico {
+        return to_pico(options);
+    }
     let image = build(options.tracking)?;
     outln!("{image}");
     if !options.dry_run {
         write(&image)?;
         outln!("written: picket watch lists the ports");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
+    if options.tracking {
+        return Err(FlashError::NoTracking);
+    }
+    let image = pico::flash::build()?;
+    outln!("{image}");
+    if !options.dry_run {
+        let drive = pico::flash::write(&image)?;
+        outln!("copied to {}: picket watch lists the ports", drive.display());
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -51,6 +80,10 @@ pub enum FlashError {
     Missing(PathBuf),
     /// probe-rs found no board, or failed.
     Probe(String),
+    /// No drive of a Pico is mounted.
+    NoDrive(PathBuf),
+    /// The Pico has no image that follows tones.
+    NoTracking,
 }
 
 impl fmt::Display for FlashError {
@@ -62,6 +95,14 @@ impl fmt::Display for FlashError {
                 "probe-rs is missing: type `cargo install probe-rs-tools --locked`, or copy {} to the drive that the board shows",
                 binary.display()
             ),
+            FlashError::NoDrive(file) => write!(
+                f,
+                "no drive RPI-RP2 is mounted: hold BOOTSEL while you plug the Pico in, then try again or copy {} to its drive",
+                file.display()
+            ),
+            FlashError::NoTracking => {
+                write!(f, "the Pico has no image that follows tones: leave --tracking out")
+            }
             FlashError::Probe(text) => {
                 write!(f, "{text}: is the board plugged in by its USB socket?")
             }

@@ -6,12 +6,13 @@
 use core::arch::global_asm;
 use cortex_m_rt::entry;
 use picket_firmware::instrument::Instrument;
-use picket_firmware::pico::{N, Pico, SLOT};
+use picket_firmware::pico::{N, Pico, SLOT, start};
 
 picket_firmware::pico_vectors!();
 
 #[entry]
 fn main() -> ! {
+    start::whole();
     match Instrument::<Pico, N, SLOT>::start(picket_firmware::meters!(N)) {
         Some(instrument) => instrument.run(),
         // The crystal did not come: the watchdog restarts the chip.

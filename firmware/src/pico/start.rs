@@ -10,19 +10,22 @@ use rp2040_hal::pll::common_configs::PLL_USB_48MHZ;
 use rp2040_hal::pll::{Locked, PLLConfig, PhaseLockedLoop, PhaseLockedLoopDevice};
 use rp2040_hal::xosc::{CrystalOscillator, Stable};
 
-/// Why the chip was reset.
-///
-/// The core can reset itself alone, and a debugger does so: channels, converter and USB would run on.
-/// The whole chip is then reset before anything else.
-pub fn causes() -> Causes {
+/// Resets the whole chip if only the core was reset, as it does itself and a debugger does: channels,
+/// converter and USB would run on. To be called first: what the last program left is still there after
+/// it.
+pub fn whole() {
     // DMA 2: only this program takes the controller out of its reset.
     if resets().reset_done().read().bits() & 1 << 2 != 0 {
         put!(psm().wdsel(), RESET_ALL);
         // TRIGGER 31.
         put!(watchdog().ctrl(), 1 << 31);
-        // Nothing is left to wait for: the reset comes within cycles.
+        // The reset comes within cycles.
         cortex_m::asm::delay(10_000);
     }
+}
+
+/// Why the chip was reset.
+pub fn causes() -> Causes {
     // SAFETY: the chip has this register, and reading changes nothing (DS 2.12.7, CHIP_RESET).
     let chip = unsafe { (0x4006_4008 as *const u32).read_volatile() };
     causes_of(watchdog().reason().read().bits(), chip)

@@ -28,8 +28,10 @@ fn steady(blocks: usize, seed: u64) -> Vec<i16> {
     (0..N * blocks).map(sample).collect()
 }
 
+/// What a block's noise makes of its tone; the verdict also tells of a gap before it.
 fn key(record: &Telemetry) -> String {
-    format!("{:?}", record.measurement.tone)
+    let tone = &record.measurement.tone;
+    format!("{:?} {:?} {:?}", tone.frequency, tone.snr, tone.amplitude)
 }
 
 /// The number that each completed block must have: one more than the last, and if the channels started anew in between, the
@@ -37,9 +39,9 @@ fn key(record: &Telemetry) -> String {
 fn numbers(blocks: &[Completed]) -> Vec<u64> {
     let mut numbers = vec![0];
     for pair in blocks.windows(2) {
-        // What the queue does to a moment is less than a sample.
         let idle = pair[1].nanos - BLOCK - pair[0].nanos;
-        let passed = if idle < 2_500.0 { 0 } else { (idle / BLOCK).ceil() as u64 };
+        let anew = pair[1].starts > pair[0].starts;
+        let passed = if anew { (idle / BLOCK).ceil().max(1.0) as u64 } else { 0 };
         numbers.push(numbers[numbers.len() - 1] + 1 + passed);
     }
     numbers
@@ -127,7 +129,7 @@ fn random_faults_mix_no_block() {
             }
         };
         let mut faults = Vec::new();
-        for _ in 0..sized(16, 40) {
+        for _ in 0..sized(5, 40) {
             faults.push(fault());
         }
         let faults: Vec<(f64, Fault)> =

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 /// # Errors
 /// Node.js, npm or the package cannot be had: the error says what to type.
 pub fn emulator() -> Result<PathBuf, ToolError> {
-    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs"];
+    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs", "otherwise.mjs"];
     scripts(&workspace().join("host/rp2040"), &files, "rp2040js", firmware_dir().join("rp2040"))
 }
 
@@ -66,6 +66,8 @@ impl Figures {
 pub struct Completed {
     /// When, ns.
     pub nanos: f64,
+    /// How often the converter was started before.
+    pub starts: f64,
     /// Its samples.
     pub samples: Vec<i16>,
 }
@@ -237,19 +239,18 @@ impl Pico {
     pub fn kept(&self, n: usize) -> Result<Vec<Completed>, RunError> {
         let path = self.folder.path().join("blocks");
         let bytes = std::fs::read(&path).map_err(io_error(path.display()))?;
-        let blocks = bytes.chunks_exact(8 + 2 * n).filter_map(|block| {
-            let (head, samples) = block.split_first_chunk()?;
+        let blocks = bytes.chunks_exact(16 + 2 * n).filter_map(|block| {
+            let (nanos, rest) = block.split_first_chunk()?;
+            let (starts, samples) = rest.split_first_chunk()?;
+            let [nanos, starts] = [nanos, starts].map(|word| f64::from_le_bytes(*word));
             let samples = samples.as_chunks().0.iter().map(|&code| i16::from_le_bytes(code));
-            Some(Completed { nanos: f64::from_le_bytes(*head), samples: samples.collect() })
+            Some(Completed { nanos, starts, samples: samples.collect() })
         });
         Ok(blocks.collect())
     }
 
     /// Waits for something that is said, which it takes away; everything else stays.
-    pub fn expect<T>(
-        &mut self,
-        mut wanted: impl FnMut(&Said) -> Option<T>,
-    ) -> Result<T, RunError> {
+    pub fn expect<T>(&mut self, mut wanted: impl FnMut(&Said) -> Option<T>) -> Result<T, RunError> {
         const PATIENCE: u64 = 6_000_000;
         let end = self.now + PATIENCE;
         let mut seen = 0;

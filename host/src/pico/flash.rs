@@ -1,0 +1,132 @@
+//! The Pico's image on its way to the board: a file that its drive takes.
+
+use super::{FLASH, binary, image};
+use crate::emulator::{Footprint, RunError};
+use crate::flash::{FlashError, Image};
+use crate::toolchain::{firmware_dir, io_error};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use object::{Object, ObjectSection};
+use std::path::{Path, PathBuf};
+
+/// Flash and RAM that the image may take. The chip has 2 MiB and 264 KiB; the stack needs 12 KiB.
+pub const BUDGET: Footprint = Footprint { flash: 184 << 10, ram: 252 << 10 };
+
+/// What the image takes: what runs from SRAM is stored in flash, too.
+pub fn footprint(elf: &Path) -> Result<Footprint, RunError> {
+    let mut footprint = Footprint::of(elf)?;
+    let data = std::fs::read(elf).map_err(io_error(elf.display()))?;
+    let file = object::File::parse(&*data)
+        .map_err(|error| io_error(elf.display())(std::io::Error::other(error)))?;
+    footprint.ram += file.section_by_name(".hot").map_or(0, |section| section.size());
+    Ok(footprint)
+}
+
+/// Builds the image, and the file for its drive.
+pub fn build() -> Result<Image, FlashError> {
+    let elf = image()?;
+    let bytes = binary(&elf)?;
+    let path = firmware_dir().join("picket-pico.uf2");
+    std::fs::write(&path, uf2(&bytes)).map_err(io_error(path.display()))?;
+    let program = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes);
+    Ok(Image { footprint: footprint(&elf)?, budget: BUDGET, program, elf, binary: path })
+}
+
+/// The image in blocks of UF2, each with 256 bytes and their address: Microsoft's format, with the number of the RP2040's family.
+pub fn uf2(binary: &[u8]) -> Vec<u8> {
+    const FAMILY: u32 = 0xE48B_FF56;
+    const PAGE: usize = 256;
+    let count = binary.len().div_ceil(PAGE) as u32;
+    let mut blocks = Vec::new();
+    for (number, page) in (0u32..).zip(binary.chunks(PAGE)) {
+        let mut block = [0; 512];
+        let address = FLASH + number * PAGE as u32;
+        // Two magic numbers, a family follows, address, length, number and count, the family; the page; a third magic number.
+        let head = [0x0A32_4655, 0x9E5D_5157, 0x2000, address, PAGE as u32, number, count, FAMILY];
+        let words = block.as_chunks_mut().0.iter_mut();
+        words.zip(head).for_each(|(place, word)| *place = word.to_le_bytes());
+        // What follows the image in its last page stays erased.
+        block[32..32 + PAGE].fill(0xFF);
+        block[32..32 + page.len()].copy_from_slice(page);
+        block[508..].copy_from_slice(&0x0AB1_6F30u32.to_le_bytes());
+        blocks.extend_from_slice(&block);
+    }
+    blocks
+}
+
+/// Where systems mount drives: the folder of all, or those of each user.
+const MOUNTS: [&str; 4] = ["/media", "/run/media", "/Volumes", "/mnt"];
+
+/// The drive of a board that waits for a program, if one is mounted.
+pub fn drive() -> Option<PathBuf> {
+    MOUNTS.iter().find_map(|folder| drive_in(Path::new(folder), 2))
+}
+
+/// The same within a folder, so many levels deep.
+fn drive_in(folder: &Path, levels: u32) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok()?.flatten();
+    entries.map(|entry| entry.path()).find_map(|path| {
+        let about = std::fs::read_to_string(path.join("INFO_UF2.TXT")).unwrap_or_default();
+        if about.contains("RPI-RP2") {
+            return Some(path);
+        }
+        if levels > 1 { drive_in(&path, levels - 1) } else { None }
+    })
+}
+
+/// Copies the file to the board's drive; gives the drive.
+pub fn write(image: &Image) -> Result<PathBuf, FlashError> {
+    let Some(drive) = drive() else { return Err(FlashError::NoDrive(image.binary.clone())) };
+    copy(&image.binary, &drive)?;
+    Ok(drive)
+}
+
+fn copy(file: &Path, drive: &Path) -> Result<(), FlashError> {
+    let to = drive.join("picket-pico.uf2");
+    std::fs::copy(file, &to).map_err(io_error(to.display()))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Read back by the format's rules.
+    #[test]
+    fn a_file_of_blocks_holds_the_image() {
+        let image: Vec<u8> = (0..1000u32).map(|n| (n * 7) as u8).collect();
+        let blocks = uf2(&image);
+        assert_eq!(blocks.len(), 4 * 512);
+        let mut flash = vec![0; 1024];
+        for block in blocks.chunks_exact(512) {
+            let word = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().unwrap());
+            assert_eq!([word(0), word(4), word(508)], [0x0A32_4655, 0x9E5D_5157, 0x0AB1_6F30]);
+            assert_eq!([word(8), word(16), word(24), word(28)], [0x2000, 256, 4, 0xE48B_FF56]);
+            let at = (word(12) - FLASH) as usize;
+            assert_eq!(at, 256 * word(20) as usize);
+            flash[at..at + 256].copy_from_slice(&block[32..288]);
+        }
+        assert_eq!(flash[..1000], image);
+        assert!(flash[1000..].iter().all(|&byte| byte == 0xFF));
+    }
+
+    #[test]
+    fn the_boards_drive_is_found_among_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let user = folder.path().join("user");
+        for (name, about) in
+            [("STICK", "a stick"), ("RPI-RP2", "UF2 Bootloader v3.0\nBoard-ID: RPI-RP2\n")]
+        {
+            std::fs::create_dir_all(user.join(name)).unwrap();
+            std::fs::write(user.join(name).join("INFO_UF2.TXT"), about).unwrap();
+        }
+        let drive = drive_in(folder.path(), 2).unwrap();
+        assert_eq!(drive, user.join("RPI-RP2"));
+        assert_eq!(drive_in(folder.path(), 1), None);
+        let file = folder.path().join("image");
+        std::fs::write(&file, b"blocks").unwrap();
+        copy(&file, &drive).unwrap();
+        assert_eq!(std::fs::read(drive.join("picket-pico.uf2")).unwrap(), b"blocks");
+        let missing = FlashError::NoDrive("picket.uf2".into()).to_string();
+        assert!(missing.contains("BOOTSEL") && !missing.contains('\n'), "{missing}");
+    }
+}
