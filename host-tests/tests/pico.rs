@@ -22,7 +22,10 @@ fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Ve
     let mut pico = plug()?;
     pico.samples(&samples).unwrap();
     let boot = pico.power().unwrap();
-    assert_eq!((boot.board.as_str(), boot.clock, boot.core_hz), ("pico", Clock::External, 144_000_000));
+    assert_eq!(
+        (boot.board.as_str(), boot.clock, boot.core_hz),
+        ("pico", Clock::External, 144_000_000)
+    );
     assert!(boot.measuring && !boot.unfit && boot.n == N as u32, "{boot:?}");
     assert_eq!(boot.program, scene::program());
     pico.zero().unwrap();
@@ -71,7 +74,7 @@ fn every_record_is_the_hosts_and_none_is_lost() {
 /// Blocks that take longer than their time wait in the spare slots.
 #[test]
 fn one_hard_block_in_ten_loses_none() {
-    let blocks = sized(60, 5_000);
+    let blocks = sized(30, 5_000);
     let Some((mut pico, _)) = compare(blocks, Some(10), 19) else { return };
     let (figures, status) = (pico.figures().unwrap(), status(&mut pico));
     println!("load {:.1} %, longest {} us of 2048", 100.0 * figures.load(), status.longest);
@@ -83,35 +86,33 @@ fn one_hard_block_in_ten_loses_none() {
 /// Where all blocks are hard, the rest is dropped and counted: no record is wrong.
 #[test]
 fn where_all_blocks_are_hard_the_losses_are_counted() {
-    for hard in [Hard::Constant, Hard::Clipped, Hard::Noise] {
+    let kinds = [Hard::Clipped, Hard::Noise, Hard::Constant];
+    for &hard in kinds.iter().take(sized(1, 3) as usize) {
         let Some(mut pico) = plug() else { return };
         let samples = stream(64, Some((1, hard)), 20);
         pico.samples(&samples).unwrap();
         pico.power().unwrap();
-        pico.run(1_000 * sized(150, 10_000)).unwrap();
+        pico.run(1_000 * sized(100, 10_000)).unwrap();
         let status = status(&mut pico);
         let records = frames(&pico.sent);
         let wanted = expected(&settings(), &samples);
-        // A record tells of its own losses; the rest of it is the host's.
-        for (sequence, frame) in &records {
+        for ((sequence, frame), count) in records.iter().zip(0..) {
             let number = *sequence as usize % wanted.len();
-            assert!(scene::measured(frame) == scene::measured(&wanted[number]), "{hard:?} {sequence}");
+            let (got, want) = (scene::measured(frame), scene::measured(&wanted[number]));
+            assert!(got == want, "{hard:?} {sequence}");
+            let told = scene::record(frame).unwrap().health;
+            assert_eq!((told.lost, told.faults), (sequence - count, 0), "{hard:?} {sequence}");
         }
-        let last = records.last().unwrap().0;
-        let passed = status.counters.filled();
         println!(
-            "{hard:?}: {} of {} blocks measured, {} dropped, longest {} us",
+            "{hard:?}: {} records of {} blocks, {} dropped, longest {} us",
             records.len(),
-            last + 1,
+            status.counters.filled(),
             status.counters.overruns,
             status.longest
         );
-        // Blocks may wait yet.
-        assert!(passed.abs_diff(last + 1) <= 12, "{passed} {last}");
+        assert!(!records.is_empty() && status.counters.filled() > 40);
         assert_eq!(status.counters.lost(), status.counters.overruns);
         assert_eq!(status.counters.faults(), 0);
-        let missing = last + 1 - records.len() as u32;
-        assert!(missing.abs_diff(status.counters.overruns) <= 12, "{missing} {status:?}");
     }
 }
 
@@ -167,4 +168,46 @@ fn the_watchdog_bites_only_when_blocks_stay_away() {
     }
     assert!((4_900_000..5_300_000).contains(&(pico.resets[resets] - at)), "{:?}", pico.resets);
     assert_eq!(pico.boot().unwrap().causes.message(), "watchdog");
+}
+
+/// What the emulator, as npm gets it, does otherwise than the chip: docs/pico.md lists it. A line that is false has been mended.
+#[test]
+fn the_emulator_does_so_otherwise() {
+    let scripts = match picket_host::pico::bench::emulator() {
+        Ok(scripts) => scripts,
+        Err(error) => {
+            println!("skipped: {error}");
+            return;
+        }
+    };
+    let node = picket_host::toolchain::node().unwrap();
+    let output = std::process::Command::new(node).arg(scripts.join("otherwise.mjs")).output();
+    let text = String::from_utf8(output.unwrap().stdout).unwrap();
+    println!("{text}");
+    assert_eq!(text.lines().count(), 11);
+    for line in text.lines() {
+        assert!(line.ends_with(" true"), "mended: {line}");
+    }
+}
+
+/// Flash and RAM, with the stack that was seen.
+#[test]
+fn the_image_keeps_its_budget() {
+    let budget: serde_json::Value = serde_json::from_str(include_str!("../budget.json")).unwrap();
+    let elf = picket_host::pico::image().unwrap_or_else(|error| panic!("{error}"));
+    let footprint = picket_host::pico::flash::footprint(&elf).unwrap();
+    for (what, spent) in [("flash", footprint.flash), ("ram", footprint.ram)] {
+        let allowed = budget["pico"][what].as_u64().unwrap();
+        println!("{what}: {spent} of {allowed} B");
+        assert!(spent as f64 <= 1.01 * allowed as f64, "{what}: {spent} of {allowed} B");
+    }
+    let most = picket_host::pico::flash::BUDGET;
+    assert!(footprint.flash <= most.flash && footprint.ram <= most.ram, "{footprint:?}");
+    let Some(mut pico) = plug() else { return };
+    pico.samples(&stream(20, Some((4, Hard::Mixed)), 22)).unwrap();
+    pico.power().unwrap();
+    pico.run(60_000).unwrap();
+    let stack = u64::from(status(&mut pico).stack);
+    println!("stack: {stack} B");
+    assert!(footprint.ram + stack <= 264 << 10, "{footprint:?} and {stack} of stack");
 }

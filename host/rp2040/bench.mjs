@@ -40,7 +40,12 @@ function plug(reason) {
     if (byte === 0) figures.frames++;
   };
   const watchdog = mcu.peripherals[0x40058];
-  watchdog.onWatchdogTrigger = () => (again ??= watchdog.reason);
+  watchdog.onWatchdogTrigger = () => {
+    again ??= watchdog.reason;
+    // It would go on at this very moment for ever.
+    watchdog.timer.enable = false;
+    watchdog.alarm.enable = false;
+  };
   // The core asks for its own reset by AIRCR.
   const { ppb } = mcu;
   const write = ppb.writeUint32.bind(ppb);

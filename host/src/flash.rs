@@ -2,8 +2,8 @@
 
 use crate::board;
 use crate::emulator::{Footprint, RunError};
-use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
 use crate::pico;
+use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
 use clap::{Args, ValueEnum};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use object::read::elf::{ElfFile32, ProgramHeader};

@@ -241,9 +241,9 @@ fn all_inside(pairs: &[[i16; 2]], low: i16, high: i16) -> bool {
     let around = |word: u32| word.wrapping_sub(ONES) | word.wrapping_add(ONES);
     // Eight at a time, since a loop costs as much as a word.
     let (eights, rest) = words.as_chunks::<8>();
-    let seen = eights.iter().fold(0, |seen, eight| {
-        eight.iter().fold(seen, |seen, &word| seen | around(word))
-    });
+    let seen = eights
+        .iter()
+        .fold(0, |seen, eight| eight.iter().fold(seen, |seen, &word| seen | around(word)));
     rest.iter().fold(seen, |seen, &word| seen | around(word)) & beyond == 0
 }
 

@@ -102,11 +102,15 @@ impl Dma for Chain {
             // Of both, the one that does not run completed last.
             _ => busy(false),
         };
-        let completed =
-            if flags == 0 { 0 } else { self.time.completed(last != self.last, ticks()) };
+        let broken = failed(false) || failed(true);
+        let completed = match flags {
+            _ if broken => self.time.ended(ticks()),
+            0 => 0,
+            _ => self.time.completed(last != self.last, ticks()),
+        };
         self.last = last;
         let adc_overrun = adc().fcs().read().over().bit_is_set();
-        let dma_error = self.stopped || failed(false) || failed(true);
+        let dma_error = self.stopped || broken;
         Status { completed, dma_error, adc_overrun }
     }
 

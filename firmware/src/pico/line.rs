@@ -4,8 +4,8 @@
 use super::registers::{dma, enable, put, uart};
 use super::start::within;
 use super::words::{ERRORS, OUT_BITS, TRANSMIT, TRANSMITTED};
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::interrupt::{Mutex, free};
 use heapless::spsc::{Consumer, Producer, Queue};
 use picket::acquire::queue::{put as enqueue, take as dequeue};

@@ -41,7 +41,15 @@ pub const BLOCK_BYTES: usize = 2 * N;
 /// end.
 pub const fn chained(other: usize) -> u32 {
     let ring = BLOCK_BYTES.trailing_zeros();
-    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 5 | ring << 6 | 1 << 10 | (other as u32) << 11 | DREQ_ADC << 15
+    ERRORS
+        | 1
+        | 1 << 1
+        | 1 << 2
+        | 1 << 5
+        | ring << 6
+        | 1 << 10
+        | (other as u32) << 11
+        | DREQ_ADC << 15
 }
 
 /// Bits of the ring that the serial port is fed from.
@@ -65,9 +73,7 @@ pub const RESET_ALL: u32 = 0x1_FFFC;
 /// from CHIP_RESET (DS 2.12.7: HAD_PSM_RESTART 20, HAD_RUN 16, HAD_POR 8).
 pub const fn causes(reason: u32, chip: u32) -> Causes {
     Causes(match reason & 3 {
-        0 => {
-            (chip >> 8 & 1) as u8 | ((chip >> 16 & 1) as u8) << 1 | ((chip >> 20 & 1) as u8) << 4
-        }
+        0 => (chip >> 8 & 1) as u8 | ((chip >> 16 & 1) as u8) << 1 | ((chip >> 20 & 1) as u8) << 4,
         reason => ((reason >> 1) as u8) << 2 | ((reason & 1) as u8) << 3,
     })
 }
@@ -181,6 +187,15 @@ impl Elapsed {
         blocks
     }
 
+    /// Blocks whose time is over since the last call, where a channel has failed: it tells of an end that
+    /// its block does not have.
+    pub fn ended(&mut self, now: u32) -> u32 {
+        let blocks = self.since(now).div_euclid(i64::from(self.block.max(1)));
+        let blocks = blocks.clamp(0, u32::MAX.into()) as u32;
+        self.pass(blocks);
+        blocks
+    }
+
     /// Counts blocks.
     fn pass(&mut self, blocks: u32) {
         let cycles = u64::from(blocks) * u64::from(self.block) + u64::from(self.cycles);
@@ -264,6 +279,13 @@ mod tests {
         assert_eq!(elapsed.completed(true, 2050), 1);
         assert_eq!(elapsed.completed(false, 2060), 0);
         assert_eq!(elapsed.completed(true, 4100), 1);
+    }
+
+    #[test]
+    fn a_block_that_failed_has_not_ended() {
+        let mut elapsed = Elapsed::new(96 * 1024, 0);
+        assert_eq!((elapsed.ended(900), elapsed.restart(900)), (0, 1));
+        assert_eq!((elapsed.ended(900 + 5000), elapsed.restart(900 + 5000)), (2, 1));
     }
 
     #[test]

@@ -129,7 +129,7 @@ fn random_faults_mix_no_block() {
             }
         };
         let mut faults = Vec::new();
-        for _ in 0..sized(16, 40) {
+        for _ in 0..sized(5, 40) {
             faults.push(fault());
         }
         let faults: Vec<(f64, Fault)> =

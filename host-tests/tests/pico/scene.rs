@@ -1,13 +1,14 @@
 //! What is in front of the converter, and what the host makes of it.
 
 use picket::acquire::sample::Real;
+use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_host::device::{Listener, Said};
-use picket_host::pico::bench::Pico;
 use picket_host::pico;
+use picket_host::pico::bench::Pico;
 use picket_wire::command::Command;
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
@@ -129,10 +130,11 @@ pub fn frames(sent: &[u8]) -> Vec<(u32, Vec<u8>)> {
         .collect()
 }
 
-/// A record without what tells of losses, and without its place in the sequence.
+/// A record without what tells of losses and gaps, and without its place in the sequence.
 pub fn measured(frame: &[u8]) -> Option<Telemetry> {
     let mut record = record(frame)?;
     record.health = Health::default();
+    record.measurement.tone.verdict = Verdict::default();
     let stamp = &mut record.measurement.stamp;
     (stamp.gap, stamp.sequence, stamp.clock) = (false, 0, 0);
     Some(record)

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 /// # Errors
 /// Node.js, npm or the package cannot be had: the error says what to type.
 pub fn emulator() -> Result<PathBuf, ToolError> {
-    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs"];
+    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs", "otherwise.mjs"];
     scripts(&workspace().join("host/rp2040"), &files, "rp2040js", firmware_dir().join("rp2040"))
 }
 
@@ -250,10 +250,7 @@ impl Pico {
     }
 
     /// Waits for something that is said, which it takes away; everything else stays.
-    pub fn expect<T>(
-        &mut self,
-        mut wanted: impl FnMut(&Said) -> Option<T>,
-    ) -> Result<T, RunError> {
+    pub fn expect<T>(&mut self, mut wanted: impl FnMut(&Said) -> Option<T>) -> Result<T, RunError> {
         const PATIENCE: u64 = 6_000_000;
         let end = self.now + PATIENCE;
         let mut seen = 0;

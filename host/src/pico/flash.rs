@@ -41,16 +41,7 @@ pub fn uf2(binary: &[u8]) -> Vec<u8> {
         let mut block = [0; 512];
         let address = FLASH + number * PAGE as u32;
         // Two magic numbers, a family follows, address, length, number and count, the family; the page; a third magic number.
-        let head = [
-            0x0A32_4655,
-            0x9E5D_5157,
-            0x2000,
-            address,
-            PAGE as u32,
-            number,
-            count,
-            FAMILY,
-        ];
+        let head = [0x0A32_4655, 0x9E5D_5157, 0x2000, address, PAGE as u32, number, count, FAMILY];
         let words = block.as_chunks_mut().0.iter_mut();
         words.zip(head).for_each(|(place, word)| *place = word.to_le_bytes());
         // What follows the image in its last page stays erased.
@@ -122,7 +113,9 @@ mod tests {
     fn the_boards_drive_is_found_among_others() {
         let folder = tempfile::tempdir().unwrap();
         let user = folder.path().join("user");
-        for (name, about) in [("STICK", "a stick"), ("RPI-RP2", "UF2 Bootloader v3.0\nBoard-ID: RPI-RP2\n")] {
+        for (name, about) in
+            [("STICK", "a stick"), ("RPI-RP2", "UF2 Bootloader v3.0\nBoard-ID: RPI-RP2\n")]
+        {
             std::fs::create_dir_all(user.join(name)).unwrap();
             std::fs::write(user.join(name).join("INFO_UF2.TXT"), about).unwrap();
         }

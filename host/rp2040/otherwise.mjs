@@ -1,0 +1,81 @@
+// What the emulator, as npm got it, does otherwise than the chip: a line for each, `name true` while it does.
+import { ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
+
+const make = () => {
+  const mcu = new RP2040();
+  mcu.logger = new ConsoleLogger(LogLevel.Error, false);
+  return mcu;
+};
+const [ADC, DMA, RESETS, UART] = [0x4004c000, 0x50000000, 0x4000c000, 0x40034000];
+const tell = (name, otherwise) => console.log(`${name} ${otherwise}`);
+
+/** Runs instructions from the start of SRAM. */
+const run = (mcu, opcodes, registers, carry) => {
+  const { core } = mcu;
+  opcodes.forEach((opcode, index) => mcu.writeUint16(0x20000000 + 2 * index, opcode));
+  core.PC = 0x20000000;
+  core.SP = 0x20040000;
+  registers.forEach((value, index) => (core.registers[index] = value));
+  core.C = carry;
+  for (let index = 0; index < opcodes.length; index++) core.executeInstruction();
+  return core;
+};
+
+// adcs r0, r1: 0x7fffffff + 0 + 1 overflows.
+tell('adcs', run(make(), [0x4148], [0x7fffffff, 0], true).V !== true);
+// sbcs r0, r1: 0 - 0x7fffffff - 1 does not.
+tell('sbcs', run(make(), [0x4188], [0, 0x7fffffff], false).V !== false);
+{
+  const mcu = make();
+  const { core } = mcu;
+  // A handler with `movs r0, #1`.
+  mcu.writeUint16(0x20000100, 0x2001);
+  mcu.writeUint32(0x20000000 + 4 * 27, 0x20000101);
+  core.VTOR = 0x20000000;
+  core.PC = 0x20000200;
+  core.SP = 0x20040000;
+  core.enabledInterrupts = 1 << 11;
+  mcu.setInterrupt(11, true);
+  const cycles = core.executeInstruction();
+  tell('exception-entry-takes-no-cycles', cycles === 1);
+  tell('bit-0-stays-in-the-program-counter', (core.PC & 1) === 1);
+}
+tell('resets-are-always-done', make().readUint32(RESETS + 8) === 0x1ffffff);
+tell('abort-reads-ones', make().readUint32(DMA + 0x444) >>> 0 !== 0);
+{
+  const mcu = make();
+  let sent = 0;
+  mcu.uart[0].onByte = () => sent++;
+  for (let byte = 0; byte < 100; byte++) mcu.writeUint32(UART, byte);
+  tell('uart-has-no-rate', sent === 100);
+}
+{
+  const mcu = make();
+  const channels = [];
+  mcu.adc.onADCRead = (channel) => {
+    channels.push(channel);
+    mcu.adc.sampleAlarm.schedule(2000);
+  };
+  mcu.writeUint32(ADC, 1 | 8 | (3 << 16));
+  mcu.clock.tick(20000);
+  tell('round-robin-stays', !channels.includes(1));
+}
+{
+  const mcu = make();
+  mcu.adc.completeADCRead(5, true);
+  mcu.writeUint32(ADC, 1 | (1 << 10));
+  tell('err-sticky-stays', (mcu.readUint32(ADC) & (1 << 10)) !== 0);
+}
+{
+  const mcu = make();
+  mcu.writeUint32(ADC + 8, (1 << 24) | 1);
+  mcu.adc.completeADCRead(7, false);
+  mcu.writeUint32(ADC + 8, (1 << 24) | 1 | 8);
+  tell('dreq-of-a-waiting-sample-is-missing', !mcu.dma.dreq[36]);
+}
+{
+  const mcu = make();
+  // X / Y = 1 / 250 of 125 MHz: a request in 2 us.
+  mcu.writeUint32(DMA + 0x420, (1 << 16) | 250);
+  tell('pacing-timers-are-inverted', mcu.dma.getTimer(59) !== 2);
+}
