@@ -2,8 +2,8 @@
 //! prints each item as a line, ticked or not, to be pasted into a report.
 //!
 //! Each item begins with a reset, as the instrument's settings do, so it meets the board as the
-//! instrument would. Any byte from the host begins the list anew; the byte `q` shortens it to a moment
-//! at each rate.
+//! instrument would. After its end any byte from the host begins the list anew; the byte `q` during it
+//! shortens it to a moment at each rate.
 #![no_std]
 #![no_main]
 
@@ -112,6 +112,8 @@ fn end(bench: &mut Bench) {
     let (stack, room) = (bench.state.stack, Stack::room());
     let line = Line::new("stack: ").number(stack).text(" of ").number(room).text(" B");
     tell(bench, (stack > 0 && stack < room, line));
+    // What was sent during the list begins no other.
+    while bench.board.receive().is_some() {}
     let [held, failed] = bench.state.outcomes;
     let line = Line::new("result: ").number(held).text(" of ").number(held + failed);
     say(bench, &line.text(" hold"));
@@ -126,15 +128,16 @@ fn end(bench: &mut Bench) {
 
 /// Resets the board, for the next item or for the list from its beginning.
 fn next(mut bench: Bench) -> ! {
-    let again = bench.board.receive();
-    let over = bench.state.item as usize >= ITEMS.len();
-    let state = match again {
-        Some(byte) if byte != b'q' => State::default(),
-        _ if over => State::default(),
-        other => State {
+    let mut quick = false;
+    while let Some(byte) = bench.board.receive() {
+        quick |= byte == b'q';
+    }
+    let state = match bench.state.item as usize >= ITEMS.len() {
+        true => State::default(),
+        false => State {
             item: bench.state.item + 1,
             begun: false,
-            quick: bench.state.quick || other.is_some(),
+            quick: bench.state.quick || quick,
             ..*bench.state
         },
     };

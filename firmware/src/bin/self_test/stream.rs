@@ -34,7 +34,7 @@ pub struct Found {
 
 /// How long a rate is watched, seconds; and blocks for a moment only.
 const SECONDS: u32 = 10;
-const MOMENT: u32 = 16;
+const MOMENT: u32 = 8;
 
 /// Measures blocks by these settings; `None` if the board does not start. `deviation` judges each.
 pub fn stream(
