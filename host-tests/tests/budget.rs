@@ -4,6 +4,8 @@ use host_tests::{prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
+use picket_host::board::self_test;
+use picket_host::emulator::Footprint;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,6 +27,8 @@ struct Budgets {
     portable_worst: BTreeMap<String, BTreeMap<String, [u64; 2]>>,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
     smallest_image: BTreeMap<String, u64>,
+    /// Bytes of program memory and of RAM of the board's self-test.
+    self_test_image: [u64; 2],
 }
 
 /// What an engine may spend.
@@ -176,6 +180,22 @@ fn the_smallest_image_keeps_its_size() {
     for (name, &allowed) in &budgets.smallest_image {
         let spent = size::smallest(core(name)).unwrap_or_else(|error| panic!("{error}"));
         excess.check(&format!("{name}, bytes of the smallest image"), spent, allowed);
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+#[test]
+fn the_self_test_keeps_its_size() {
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    let image = self_test().unwrap_or_else(|error| panic!("{error}"));
+    let Footprint { flash, ram } = Footprint::of(&image).unwrap();
+    for (what, spent, allowed) in ["flash", "RAM"]
+        .into_iter()
+        .zip([flash, ram])
+        .zip(budgets.self_test_image)
+        .map(|((w, s), a)| (w, s, a))
+    {
+        excess.check(&format!("self-test, bytes of {what}"), spent, allowed);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

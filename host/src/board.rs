@@ -28,6 +28,12 @@ pub fn image(played: bool, tracking: bool) -> Result<PathBuf, toolchain::ToolErr
     Firmware { bin: IMAGE, target, features: &features, profile }.build()
 }
 
+/// The image that goes through the board's list by itself.
+pub fn self_test() -> Result<PathBuf, toolchain::ToolError> {
+    let (target, profile) = (Target::M4f, Profile::Size);
+    Firmware { bin: "self_test_nucleo", target, features: &["self-test"], profile }.build()
+}
+
 /// Addresses of what is played; see `board::nucleo_f446re::PLAYED`.
 mod at {
     pub const LISR: u32 = 0x2001_F000;

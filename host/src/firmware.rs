@@ -32,6 +32,7 @@ const IMAGES: [(Target, &[&str], &[&str]); 7] = [
     ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),
     (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
+    (Target::M4f, &["self_test_nucleo"], &["self-test"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
 ];
 

@@ -1,15 +1,20 @@
 //! `picket flash`: the image on its way to the board; here the NUCLEO's.
 
 use crate::board;
+use crate::cli::print_line;
 use crate::emulator::{Footprint, RunError};
+use crate::end;
 use crate::pico;
 use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
+use crate::watch::WatchError;
+use crate::watch::port::{Piece, Source};
 use clap::{Args, ValueEnum};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use object::read::elf::{ElfFile32, ProgramHeader};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
 
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -29,9 +34,29 @@ pub struct Options {
     /// The image that also follows tones from block to block: see `follow` in docs/board.md
     #[arg(long)]
     tracking: bool,
+    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    #[arg(long, conflicts_with = "tracking")]
+    self_test: bool,
+    /// Writes nothing: begins the self-test that is on the board anew, and prints its list
+    #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
+    listen: Option<String>,
+    /// With --listen: watches each rate for a moment instead of ten seconds
+    #[arg(long, requires = "listen")]
+    quick: bool,
     /// Stops before the board
     #[arg(long)]
     dry_run: bool,
+}
+
+/// The images for the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Measures block by block.
+    Usual,
+    /// Follows tones.
+    Tracking,
+    /// Goes through the board's list.
+    SelfTest,
 }
 
 /// Builds the image, shows its size and writes it.
@@ -39,18 +64,31 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
     if options.board == Board::Pico {
         return to_pico(options);
     }
-    let image = build(options.tracking)?;
+    let kind = match (options.tracking, options.self_test) {
+        (_, true) => Kind::SelfTest,
+        (true, false) => Kind::Tracking,
+        (false, false) => Kind::Usual,
+    };
+    let image = build(kind)?;
+    if let Some(port) = &options.listen {
+        return listen(port, options.quick, image.program);
+    }
     outln!("{image}");
     if !options.dry_run {
         write(&image)?;
-        outln!("written: picket watch lists the ports");
+        match kind {
+            Kind::SelfTest => {
+                outln!("written: wire A2 to A0, then picket flash --self-test --listen PORT")
+            }
+            _ => outln!("written: picket watch lists the ports"),
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
-    if options.tracking {
-        return Err(FlashError::NoTracking);
+    if options.tracking || options.self_test {
+        return Err(FlashError::NoSuchImage);
     }
     let image = pico::flash::build()?;
     outln!("{image}");
@@ -67,6 +105,9 @@ pub const BUDGET: Footprint = Footprint { flash: 112 << 10, ram: 100 << 10 };
 /// What the image that follows tones may take: the chip has 256 KB of flash for it, and 128 KB of RAM.
 pub const TRACKING: Footprint = Footprint { flash: 136 << 10, ram: 112 << 10 };
 
+/// What the self-test may take: its code lies in RAM as well, and its DAC's table of 10 KB.
+pub const SELF_TEST: Footprint = Footprint { flash: 80 << 10, ram: 116 << 10 };
+
 const CHIP: &str = "STM32F446RETx";
 const START: u32 = 0x0800_0000;
 
@@ -82,8 +123,12 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has no image that follows tones.
-    NoTracking,
+    /// The Pico has neither an image that follows tones nor a self-test.
+    NoSuchImage,
+    /// The board's port.
+    Port(WatchError),
+    /// The self-test says nothing more.
+    Silent,
 }
 
 impl fmt::Display for FlashError {
@@ -100,9 +145,13 @@ impl fmt::Display for FlashError {
                 "no drive RPI-RP2 is mounted: hold BOOTSEL while you plug the Pico in, then try again or copy {} to its drive",
                 file.display()
             ),
-            FlashError::NoTracking => {
-                write!(f, "the Pico has no image that follows tones: leave --tracking out")
+            FlashError::NoSuchImage => {
+                write!(f, "the Pico has one image: leave --tracking and --self-test out")
             }
+            FlashError::Port(error) => error.fmt(f),
+            FlashError::Silent => f.write_str(
+                "the board says nothing more: is the self-test on it (picket flash --self-test), and is it the board's port?",
+            ),
             FlashError::Probe(text) => {
                 write!(f, "{text}: is the board plugged in by its USB socket?")
             }
@@ -115,6 +164,12 @@ impl std::error::Error for FlashError {}
 impl From<ToolError> for FlashError {
     fn from(error: ToolError) -> Self {
         FlashError::Image(error.into())
+    }
+}
+
+impl From<WatchError> for FlashError {
+    fn from(error: WatchError) -> Self {
+        FlashError::Port(error)
     }
 }
 
@@ -152,13 +207,22 @@ impl fmt::Display for Image {
     }
 }
 
-/// Builds the image, or the one that follows tones.
-pub fn build(tracking: bool) -> Result<Image, FlashError> {
-    let elf = board::image(false, tracking)?;
+/// Builds one of the images.
+pub fn build(kind: Kind) -> Result<Image, FlashError> {
+    let elf = match kind {
+        Kind::Usual => board::image(false, false)?,
+        Kind::Tracking => board::image(false, true)?,
+        Kind::SelfTest => board::self_test()?,
+    };
     let bytes = binary(&elf)?;
-    let binary = firmware_dir().join("picket-nucleo.bin");
+    let name = if kind == Kind::SelfTest { "picket-self-test.bin" } else { "picket-nucleo.bin" };
+    let binary = firmware_dir().join(name);
     std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
-    let budget = if tracking { TRACKING } else { BUDGET };
+    let budget = match kind {
+        Kind::Usual => BUDGET,
+        Kind::Tracking => TRACKING,
+        Kind::SelfTest => SELF_TEST,
+    };
     Ok(Image { footprint: Footprint::of(&elf)?, budget, program: checksum(&elf)?, elf, binary })
 }
 
@@ -228,6 +292,95 @@ pub fn write(image: &Image) -> Result<(), FlashError> {
     Ok(())
 }
 
+/// The longest silence of a self-test, which starves its watchdog: eight seconds, and a rate's ten.
+const PATIENCE: Duration = Duration::from_secs(25);
+
+/// Begins the self-test on the board anew and prints its list. The exit code is 1 if an item does not hold.
+fn listen(port: &str, quick: bool, program: u32) -> Result<ExitCode, FlashError> {
+    let mut source = Source::open(Some(port), None)?;
+    let mut list = List::new(program);
+    let mut heard = Instant::now();
+    let (mut asked, mut text) = (None, Vec::new());
+    while end::asked().is_none() {
+        match source.piece()? {
+            // What waited in the port belongs to an older list.
+            Piece::Opened => {
+                source.send(b"\n");
+                asked = Some(Instant::now());
+            }
+            Piece::End => break,
+            Piece::Bytes(bytes) => {
+                if !bytes.is_empty() {
+                    heard = Instant::now();
+                }
+                text.extend(bytes);
+            }
+        }
+        while let Some(length) = text.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = text.drain(..=length).collect();
+            let line = String::from_utf8_lossy(&line);
+            if list.line(line.trim()) && quick {
+                source.send(b"q");
+            }
+        }
+        if let Some(held) = list.held {
+            return Ok(if held { ExitCode::SUCCESS } else { ExitCode::from(1) });
+        }
+        // An item that is under way begins nothing anew: asked again, the next one does.
+        if !list.begun
+            && asked.is_some_and(|asked: Instant| asked.elapsed() > Duration::from_secs(3))
+        {
+            source.send(b"\n");
+            asked = Some(Instant::now());
+        }
+        if heard.elapsed() > PATIENCE {
+            return Err(FlashError::Silent);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The list as it comes.
+#[derive(Debug)]
+struct List {
+    /// The checksum of the image that was built.
+    program: u32,
+    begun: bool,
+    wrong: bool,
+    /// Whether every item held, at the end.
+    held: Option<bool>,
+}
+
+impl List {
+    const fn new(program: u32) -> Self {
+        Self { program, begun: false, wrong: false, held: None }
+    }
+
+    /// Prints a line from the list's beginning on. True at the beginning.
+    fn line(&mut self, line: &str) -> bool {
+        let head = line.starts_with("picket self-test");
+        self.begun |= head;
+        if !self.begun || line.is_empty() {
+            return false;
+        }
+        print_line(line);
+        if head {
+            let same = line.contains(&format!("program {:08x}", self.program));
+            self.wrong = !same;
+            print_line(if same {
+                "- [x] the program is the one that was built here"
+            } else {
+                "- [ ] WRONG: the program is not the one that is built here"
+            });
+        }
+        self.wrong |= line.contains("WRONG");
+        if line.starts_with("result:") {
+            self.held = Some(!self.wrong);
+        }
+        head
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,8 +390,26 @@ mod tests {
         let missing = FlashError::Missing("picket.bin".into()).to_string();
         assert!(missing.contains("type `cargo install probe-rs-tools --locked`"), "{missing}");
         assert!(missing.contains("copy picket.bin"), "{missing}");
+        let silent = FlashError::Silent.to_string();
+        assert!(silent.contains("--self-test") && !silent.contains('\n'));
         let absent = FlashError::Probe("probe-rs: no probe was found".into()).to_string();
         assert!(absent.contains("plugged in"), "{absent}");
         assert!(!missing.contains('\n') && !absent.contains('\n'));
+    }
+
+    #[test]
+    fn a_list_holds_if_each_item_does() {
+        let head = "picket self-test 0.1.0 on nucleo-f446re, program 0000abcd, started by power";
+        for (program, item, held) in [
+            (0xABCD, "- [x] clock", true),
+            (0xABCD, "- [ ] WRONG: clock", false),
+            (0xABCE, "- [x] clock", false),
+        ] {
+            let mut list = List::new(program);
+            assert!(!list.line("result: 0 of 1 hold") && list.held.is_none());
+            assert!(list.line(head));
+            assert!(!list.line(item) && !list.line("result: 1 of 1 hold"));
+            assert_eq!(list.held, Some(held));
+        }
     }
 }

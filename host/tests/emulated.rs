@@ -15,10 +15,14 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Runs `picket watch` on a board until it ends: the board's time passes at most as fast as the host's.
+/// Runs `picket watch` on a board until it ends.
 fn watch(board: &mut Emulated, port: &mut TTYPort, name: &str, arguments: &[&str]) -> Output {
+    picket(board, port, &[&["watch", name], arguments].concat(), 60)
+}
+
+/// Runs `picket` until it ends. The board's time passes from its first byte on, at most as fast as the host's.
+fn picket(board: &mut Emulated, port: &mut TTYPort, arguments: &[&str], limit_s: u64) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_picket"))
-        .args(["watch", name])
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -26,11 +30,16 @@ fn watch(board: &mut Emulated, port: &mut TTYPort, name: &str, arguments: &[&str
         .spawn()
         .unwrap();
     let begun = Instant::now();
+    let mut heard = false;
     while running(&mut child) {
-        assert!(begun.elapsed() < Duration::from_secs(60), "{arguments:?}: it does not end");
+        assert!(begun.elapsed() < Duration::from_secs(limit_s), "{arguments:?}: it does not end");
         let mut bytes = [0; 512];
         if let Ok(count @ 1..) = port.read(&mut bytes) {
             board.hear(&bytes[..count]);
+            heard = true;
+        }
+        if !heard {
+            continue;
         }
         let sent = board.sent.len();
         board.run(2_000);
@@ -50,8 +59,9 @@ fn running(child: &mut Child) -> bool {
 /// board, deaf meanwhile, has answered.
 #[test]
 fn settings_go_round() {
-    let rounds = if std::env::var_os("PICKET_LONG").is_some() { 50 } else { 1 };
-    for start in [true, false] {
+    let long = std::env::var_os("PICKET_LONG").is_some();
+    for (start, rounds) in [(true, if long { 100 } else { 2 }), (false, if long { 100 } else { 1 })]
+    {
         let settings = Settings { start, ..Settings::default() };
         let Some((mut board, _)) = Emulated::start(&settings) else { return };
         let (mut ours, theirs) = TTYPort::pair().unwrap();
@@ -78,5 +88,55 @@ fn settings_go_round() {
             assert!((kept.config.rate_hz - rate).abs() < 1.0 && kept.start == start, "{kept:?}");
         }
         assert!(board.resets.iter().all(|(_, cause)| cause == "software"), "{:?}", board.resets);
+        println!("{rounds} round trips, measuring: {start}");
     }
+}
+
+/// The board goes through its list, and a person gets it to paste into a report.
+#[test]
+fn the_self_test_prints_its_list() {
+    let Some(mut board) = Emulated::plug_with(board::self_test()) else { return };
+    let (mut ours, theirs) = TTYPort::pair().unwrap();
+    ours.set_timeout(Duration::from_millis(1)).unwrap();
+    let name = theirs.name().unwrap();
+    // Settings that somebody has saved stay.
+    let saved = Settings { report_every: 7, ..Settings::default() };
+    let mut sectors = board::Sectors::new();
+    sectors.save(&saved);
+    board.load(&sectors);
+    for order in ["erase 150", "input 0 dac", "oscillator 1", "power"] {
+        board.order(order);
+    }
+    let arguments = ["flash", "--self-test", "--listen", &name, "--quick"];
+    let listened = picket(&mut board, &mut ours, &arguments, 240);
+    let (out, err) =
+        (String::from_utf8(listened.stdout).unwrap(), String::from_utf8(listened.stderr).unwrap());
+    println!("{out}{err}");
+    assert!(listened.status.success(), "{err}");
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[0].starts_with("picket self-test ") && lines[0].ends_with("started by power"));
+    assert_eq!(lines[1], "- [x] the program is the one that was built here");
+    for (line, wanted) in lines[2..].iter().zip([
+        "clock of 180 MHz from the crystal: the probe's 8 MHz are 8.000000 by it, the watchdog's 32 kHz 32.00",
+        "clock of 144 MHz from the crystal",
+        "brown-out reset",
+        "cycles of a block from flash: transform ",
+        "500 kS/s: 8 blocks, 0 lost, 0 faults",
+        "10 kS/s: 8 blocks, 0 lost, 0 faults",
+        "100 kS/s: 8 blocks, 0 lost, 0 faults",
+        "1500 kS/s: 8 blocks, 0 lost, 0 faults",
+        "1200 kS/s: 8 blocks, 0 lost, 0 faults",
+        "chirp of A2 at A0, in step: 8 blocks, 0 lost, 0 faults",
+        "settings saved in 15",
+        "settings loaded after a reset",
+        "watchdog: it bites after ",
+        "stack: ",
+    ]) {
+        assert!(line.starts_with(&format!("- [x] {wanted}")), "{wanted}: {line}");
+    }
+    assert_eq!(lines[16], "result: 14 of 14 hold");
+    assert_eq!(lines.len(), 17);
+    assert_eq!(board.resets.iter().filter(|(_, cause)| cause == "watchdog").count(), 1);
+    assert_eq!(board.sectors().settings().map(|settings| settings.report_every), Some(7));
+    board.assert_rules();
 }

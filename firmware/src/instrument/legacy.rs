@@ -1,7 +1,6 @@
 //! What survives a reset: how the last program ended, and the settings for the next one.
 
-use core::cell::UnsafeCell;
-use core::ptr::{read_volatile, write_volatile};
+use super::retained::Retained;
 use cortex_m::peripheral::SCB;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use picket_wire::boot::LastEnd;
@@ -23,35 +22,16 @@ const MAGIC: u32 = 0x5049_434B;
 /// Magic, last end, a flag for settings, settings, CRC.
 const LENGTH: usize = 1 + 4 + 1 + WORDS + 1;
 
-/// Memory that the start-up code does not touch.
-#[repr(transparent)]
-struct Retained(UnsafeCell<[u32; LENGTH]>);
-
-// SAFETY: every access is volatile and of one word, by the main loop before anything else runs, or
-// by the code that ends the program.
-unsafe impl Sync for Retained {}
-
 #[unsafe(link_section = ".uninit.retained")]
-static RETAINED: Retained = Retained(UnsafeCell::new([0; LENGTH]));
+static RETAINED: Retained<LENGTH> = Retained::new();
 
-impl Retained {
-    fn words(&self) -> [u32; LENGTH] {
-        let mut words = [0; LENGTH];
-        let first = self.0.get().cast::<u32>();
-        for (index, word) in words.iter_mut().enumerate() {
-            // SAFETY: within the array; the chip's memory holds some value.
-            *word = unsafe { read_volatile(first.add(index)) };
-        }
-        words
-    }
-
-    fn keep(&self, words: &[u32; LENGTH]) {
-        let first = self.0.get().cast::<u32>();
-        for (index, &word) in words.iter().enumerate() {
-            // SAFETY: within the array, to which nothing else refers.
-            unsafe { write_volatile(first.add(index), word) };
-        }
-    }
+/// Settings for blocks of `n` samples as words.
+pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
+    let bytes = settings.to_bytes(n);
+    let mut words = [0; WORDS];
+    let fields = bytes.as_chunks().0.iter().map(|&field| u32::from_le_bytes(field));
+    words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
+    words
 }
 
 fn checksum(words: &[u32]) -> u32 {

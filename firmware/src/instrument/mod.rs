@@ -10,9 +10,11 @@ pub mod legacy;
 pub mod measurer;
 pub mod plan;
 #[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod retained;
+#[cfg(all(target_os = "none", feature = "instrument"))]
 mod run;
 #[cfg(all(target_os = "none", feature = "instrument"))]
-mod stack;
+pub mod stack;
 pub mod storage;
 
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -4,7 +4,7 @@
 //! settings, leaves them to the next program and resets the chip. Start and stop are settings like
 //! the others.
 
-use super::legacy::{Legacy, WORDS};
+use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, Measurer, Meters};
 use super::plan::Plan;
 use super::stack::Stack;
@@ -52,14 +52,6 @@ pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     /// The ticks at the last look, and since the last progress.
     seen: u32,
     idle: u64,
-}
-
-fn words<const N: usize>(settings: &Settings) -> [u32; WORDS] {
-    let bytes = settings.to_bytes(N);
-    let mut words = [0; WORDS];
-    let fields = bytes.as_chunks().0.iter().map(|&field| u32::from_le_bytes(field));
-    words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
-    words
 }
 
 fn of_words<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
@@ -136,6 +128,8 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             seen: since,
             idle: 0,
         };
+        // A zero ends what a program left on the line that could not wait for it.
+        let _ = instrument.board.send(&[0]);
         let frame = instrument.boot.to_frame();
         instrument.send(&frame);
         Some(instrument)
@@ -301,7 +295,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
             Command::Stop => self.restart(answer, Settings { start: false, ..self.plan.settings }),
             Command::Reboot => self.reboot(answer),
             Command::Save => {
-                let words = words::<N>(&self.plan.settings);
+                let words = words(&self.plan.settings, N);
                 let saved = self.save(&words);
                 saved.map_err(|_| Refusal::Flash)?;
                 self.send(&answer.reply(&[]));
@@ -359,7 +353,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
     fn restart(&mut self, answer: Answer, settings: Settings) {
         self.send(&answer.reply(&settings.to_bytes(N)));
         self.board.flush();
-        let settings = Some(words::<N>(&settings));
+        let settings = Some(words(&settings, N));
         Legacy { last: LastEnd::default(), settings }.leave()
     }
 

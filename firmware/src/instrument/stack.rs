@@ -19,6 +19,15 @@ impl Stack {
         Stack(&raw const _stack_start as usize)
     }
 
+    /// The room that there is, bytes.
+    pub fn room() -> u32 {
+        unsafe extern "C" {
+            static mut _stack_start: u32;
+            static mut _stack_end: u32;
+        }
+        (&raw const _stack_start as usize).saturating_sub(&raw const _stack_end as usize) as u32
+    }
+
     /// The largest stack so far, bytes. Cost: some reads for each word of growth, and a window.
     pub fn high_water(&mut self) -> u32 {
         unsafe extern "C" {

@@ -39,24 +39,29 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
         mark(segments, plan.length);
     }
     if let Some(wave) = &words.waveform {
-        FIRST.store(wave.code(0), Ordering::Relaxed);
-        LENGTH.store(wave.len() as u16, Ordering::Relaxed);
         static TABLE: ConstStaticCell<[u16; STEPS]> = ConstStaticCell::new([0; STEPS]);
         if let Some(table) = TABLE.try_take() {
-            let steps = wave.fill(table);
-            let stream = dma1().st(5);
-            // DAC_DHR12R1 (RM 14.5.3).
-            put!(stream.par(), 0x4000_7408);
-            put!(stream.m0ar(), steps.as_ptr().expose_provenance() as u32);
+            play(wave.code(0), wave.fill(table), wave.hold);
         }
-        put!(tim4().arr(), u32::from(wave.hold.saturating_sub(1)));
-        put!(tim4().cr2(), TIMER_CR2_UPDATE);
-        put!(tim4().smcr(), TIMER_SMCR_COUNT_TIM3);
     }
     match &words.synthesiser {
         Some(ramps) => Adf4159::new(Bus::new(), Enable).start(ramps).is_ok(),
         None => true,
     }
+}
+
+/// Sets up the DAC: a first code, then those of a table round and round, each for `hold` samples.
+/// The table's last code is the first one.
+pub fn play(first: u16, table: &'static [u16], hold: u16) {
+    FIRST.store(first, Ordering::Relaxed);
+    LENGTH.store(table.len() as u16, Ordering::Relaxed);
+    let stream = dma1().st(5);
+    // DAC_DHR12R1 (RM 14.5.3).
+    put!(stream.par(), 0x4000_7408);
+    put!(stream.m0ar(), table.as_ptr().expose_provenance() as u32);
+    put!(tim4().arr(), u32::from(hold.saturating_sub(1)));
+    put!(tim4().cr2(), TIMER_CR2_UPDATE);
+    put!(tim4().smcr(), TIMER_SMCR_COUNT_TIM3);
 }
 
 /// Sets up a pulse for each chirp.

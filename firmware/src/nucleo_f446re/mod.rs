@@ -12,6 +12,8 @@ mod board;
 pub mod chirp;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod converter;
+#[cfg(all(target_os = "none", feature = "self-test"))]
+pub mod gauge;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
@@ -32,8 +34,9 @@ use picket_wire::settings::GUARD;
 pub const N: usize = 1024;
 /// Words in a slot: an I/Q block with the guard before it.
 pub const SLOT: usize = N + GUARD as usize;
-/// Slots: what memory has room for. The settings say how many are in use.
-pub const SLOTS: usize = 16;
+/// Slots: what memory has room for. The settings say how many are in use. The self-test has its
+/// program in memory instead.
+pub const SLOTS: usize = if cfg!(feature = "self-test") { USUAL_SLOTS as usize } else { 16 };
 /// Slots in use unless the settings say otherwise: two that the stream fills in turn, one that is
 /// measured, and one that waits.
 pub const USUAL_SLOTS: u16 = 4;

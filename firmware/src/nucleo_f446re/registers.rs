@@ -64,6 +64,7 @@ peripheral! {
     tim3: pac::tim3::RegisterBlock = pac::TIM3::PTR;
     tim4: pac::tim3::RegisterBlock = pac::TIM4::PTR;
     tim5: pac::tim5::RegisterBlock = pac::TIM5::PTR;
+    tim11: pac::tim11::RegisterBlock = pac::TIM11::PTR;
     dac: pac::dac::RegisterBlock = pac::DAC::PTR;
     dma1: pac::dma2::RegisterBlock = pac::DMA1::PTR;
     dma2: pac::dma2::RegisterBlock = played(0x4002_6400, 0);

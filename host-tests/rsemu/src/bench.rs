@@ -42,6 +42,8 @@ pub struct Bench {
 }
 
 static BENCH: Mutex<Option<Bench>> = Mutex::new(None);
+/// Whether the watchdog's oscillator is at a timer's input: its edges cost time.
+pub static OSCILLATOR: AtomicBool = AtomicBool::new(false);
 /// The watchdog bit.
 pub static BITTEN: AtomicBool = AtomicBool::new(false);
 
@@ -104,6 +106,7 @@ struct Wires {
 struct Shared {
     time: Time,
     soft: Mutex<Option<WireSource>>,
+    nmi: Mutex<Option<WireSource>>,
 }
 
 #[derive(Debug)]
@@ -122,6 +125,14 @@ pub fn soft_reset() {
     if let Some(source) = source {
         source.set(Level::High);
         source.set(Level::Low);
+    }
+}
+
+/// The clock security system's line to the core.
+pub fn nmi(level: Level) {
+    let shared = lock(&SOFT).clone();
+    if let Some(source) = shared.and_then(|shared| lock(&shared.nmi).clone()) {
+        source.set(level);
     }
 }
 
@@ -162,8 +173,9 @@ impl Device for Wires {
         Some(SinkPin { sink: pin, line })
     }
 
-    fn connect(&self, _: &str, source: WireSource) -> Result<()> {
-        *lock(&self.shared.soft) = Some(source);
+    fn connect(&self, port: &str, source: WireSource) -> Result<()> {
+        let place = if port == "nmi" { &self.shared.nmi } else { &self.shared.soft };
+        *lock(place) = Some(source);
         Ok(())
     }
 
@@ -191,7 +203,8 @@ impl Device for Wires {
 impl Instance for Wires {}
 
 fn wires(_: &Props) -> Wires {
-    let shared = Arc::new(Shared { time: Time::new(), soft: Mutex::new(None) });
+    let shared =
+        Arc::new(Shared { time: Time::new(), soft: Mutex::new(None), nmi: Mutex::new(None) });
     Wires { shared, pins: Mutex::new(Vec::new()) }
 }
 
@@ -206,6 +219,6 @@ static CLASS: DeviceClass = DeviceClass {
 pub fn add(registry: &mut Registry, bindings: &mut Bindings) -> Result<ClassSchema> {
     registry.add(&CLASS)?;
     bindings.bind(CLASS.name, |props| Ok(Arc::new(wires(props))))?;
-    let schema = ClassSchema::new(CLASS.name).port("soft", PortDir::Out);
+    let schema = ClassSchema::new(CLASS.name).port("soft", PortDir::Out).port("nmi", PortDir::Out);
     Ok(NAMES.iter().fold(schema, |schema, name| schema.port(*name, PortDir::In)))
 }

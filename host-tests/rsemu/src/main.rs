@@ -5,6 +5,8 @@
 //! stall 0|1           whether the core stands still while flash is busy: it runs from flash, or from the cache
 //! quantum US          time passes in steps of this, 10 otherwise: for boards that sleep (before `power`)
 //! lsi HZ              the watchdog's oscillator (before `power`)
+//! hse HZ              the probe's clock; 0 without power: it does not come, and while it runs: it fails (RM 6.2.7)
+//! oscillator 0|1      whether the watchdog's oscillator is at TIM5's input (before `power`)
 //! power               off and on: flash is kept, memory is lost
 //! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset US CAUSE` for each reset, then `at US`
 //! hear HEX            the host sends bytes
@@ -13,6 +15,7 @@
 //! input CHANNEL table FILE | dac | pulse SCALE | none
 //! keep 0|1            whether the DAC's codes are kept
 //! overrun             the converter's result was not fetched in time
+//! underrun            the DAC's code was not fetched in time
 //! codes, edges, broken
 //! ```
 //!
@@ -21,12 +24,14 @@
 mod adc;
 mod bench;
 mod dac;
+mod pulses;
 
-use bench::{BITTEN, Input, bench};
+use bench::{BITTEN, Input, OSCILLATOR, bench, nmi};
 use rsemu::core::clock::GlobalTime;
 use rsemu::core::device::ResetKind;
 use rsemu::core::space::MemAttrs;
 use rsemu::core::value::Width;
+use rsemu::core::wire::Level;
 use rsemu::host::chardev::{CharPort, ports};
 use rsemu::machine::{Machine, catalog};
 use std::error::Error;
@@ -42,6 +47,11 @@ const SIZE: usize = 512 << 10;
 /// FLASH_SR and its bit BSY.
 const FLASH_SR: u64 = 0x4002_3C0C;
 const BUSY: u32 = 1 << 16;
+/// RCC_CR, with RCC_CFGR two words behind, and its bits.
+const RCC_CR: u64 = 0x4002_3800;
+const HSEON: u32 = 1 << 16;
+const CSSON: u32 = 1 << 19;
+const PLLON: u32 = 1 << 24;
 /// The longest piece of time without a look at the flash and the reset lines, us.
 const SLICE: u64 = 50;
 /// Time passes in multiples of this, us: a deadline within one of the scheduler's rounds would let events fall together.
@@ -52,6 +62,7 @@ struct Board {
     flash: Vec<u8>,
     erase_ms: u64,
     lsi_hz: u64,
+    hse_hz: u64,
     stall: bool,
     now: u64,
     quantum: u64,
@@ -98,11 +109,12 @@ impl Board {
     fn power(&mut self) -> Fallible<()> {
         self.off()?;
         let text = include_str!("../nucleo.machine");
-        let text = text.replace("ERASE", &(self.erase_ms * 8_000).to_string());
+        let text = text.replace("ERASE", &(self.erase_ms * self.hse_hz / 1_000).to_string());
+        let text = text.replace("HSE", &self.hse_hz.to_string());
         let text = text.replace("LSI", &self.lsi_hz.to_string()).replace("OPTR", "0x0FFFAAE1");
         let mut registry = catalog::registry()?;
         let mut options = catalog::build_options()?;
-        for add in [adc::add, dac::add, bench::add] {
+        for add in [adc::add, dac::add, bench::add, pulses::add] {
             let schema = add(&mut registry, &mut options.bindings)?;
             options.classes.insert(schema);
         }
@@ -123,6 +135,30 @@ impl Board {
                 .write(0x2000_0000 + 4 * n, Width::U32, word, MemAttrs::DEBUG)
                 .map_err(|e| format!("{e:?}"))?;
         }
+        Ok(())
+    }
+
+    /// The probe's clock fails: it and what multiplies it stop, the core goes on by HSI and is told, if CSSON asked for it; else
+    /// it stands.
+    fn fail(&mut self) -> Fallible<()> {
+        rsemu::NO_HSE.store(true, SeqCst);
+        let control = self.peek(RCC_CR)?;
+        if control & CSSON == 0 {
+            rsemu::HELD.store(true, SeqCst);
+            return Ok(());
+        }
+        let choice = self.peek(RCC_CR + 8)?;
+        let space = self.machine()?.space("mem").ok_or("no space")?.clone();
+        for (place, word) in
+            [(RCC_CR + 8, choice & !3), (RCC_CR, control & !(HSEON | PLLON | CSSON))]
+        {
+            space
+                .write(place, Width::U32, word.into(), MemAttrs::DEFAULT)
+                .map_err(|e| format!("{e:?}"))?;
+        }
+        nmi(Level::High);
+        self.run(SLICE)?;
+        nmi(Level::Low);
         Ok(())
     }
 
@@ -158,6 +194,13 @@ impl Board {
         match words[..] {
             ["erase", ms] => self.erase_ms = ms.parse()?,
             ["lsi", hz] => self.lsi_hz = hz.parse()?,
+            ["hse", "0"] if self.machine.is_some() => self.fail()?,
+            ["hse", "0"] => rsemu::NO_HSE.store(true, SeqCst),
+            ["hse", hz] => {
+                self.hse_hz = hz.parse()?;
+                rsemu::NO_HSE.store(false, SeqCst);
+            }
+            ["oscillator", on] => OSCILLATOR.store(on == "1", SeqCst),
             ["quantum", us] => self.quantum = us.parse()?,
             ["stall", on] => self.stall = on == "1",
             ["power"] => self.power()?,
@@ -199,6 +242,7 @@ impl Board {
                 bench.codes.clear();
             }),
             ["overrun"] => adc::overrun(),
+            ["underrun"] => dac::underrun(),
             ["codes"] => {
                 let codes = bench(|bench| std::mem::take(&mut bench.codes));
                 let text: Vec<String> =
@@ -243,6 +287,7 @@ fn main() -> Fallible<()> {
         flash,
         erase_ms: 1_000,
         lsi_hz: 32_000,
+        hse_hz: 8_000_000,
         stall: true,
         now: 0,
         quantum: QUANTUM,

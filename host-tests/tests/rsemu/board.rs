@@ -5,6 +5,7 @@ use picket::pipeline::Measurement;
 use picket_firmware::instrument::storage::{self, Page, Storage};
 use picket_firmware::nucleo_f446re::N;
 use picket_host::device::{Listener, Said};
+use picket_host::toolchain::ToolError;
 use picket_host::{board, flash};
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Refusal, Request};
@@ -13,7 +14,7 @@ use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -29,6 +30,23 @@ pub fn image() -> &'static PathBuf {
         let bytes = flash::binary(&elf).unwrap_or_else(|error| panic!("{error}"));
         file(&bytes)
     })
+}
+
+/// An image with this name as it lies in flash, built at the first need.
+pub fn built(
+    place: &'static OnceLock<PathBuf>,
+    build: fn() -> Result<PathBuf, ToolError>,
+) -> &'static Path {
+    place.get_or_init(|| {
+        let elf = build().unwrap_or_else(|error| panic!("{error}"));
+        file(&flash::binary(&elf).unwrap_or_else(|error| panic!("{error}")))
+    })
+}
+
+/// The self-test.
+pub fn self_test() -> &'static Path {
+    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+    built(&IMAGE, board::self_test)
 }
 
 /// A file with these bytes.
@@ -124,9 +142,14 @@ impl Storage for Sectors {
 impl Emulated {
     /// A board without power; `None` where the emulator cannot be had.
     pub fn plug() -> Option<Self> {
+        Self::plug_with(image())
+    }
+
+    /// The same with another image.
+    pub fn plug_with(image: &Path) -> Option<Self> {
         let program = source::program()?;
         let mut child = std::process::Command::new(program)
-            .arg(image())
+            .arg(image)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -147,7 +170,12 @@ impl Emulated {
 
     /// A board that was saved these settings, from power-on until it has told of its start.
     pub fn start(settings: &Settings) -> Option<(Self, Boot)> {
-        let mut board = Self::plug()?;
+        Self::start_with(image(), settings)
+    }
+
+    /// The same with another image.
+    pub fn start_with(image: &Path, settings: &Settings) -> Option<(Self, Boot)> {
+        let mut board = Self::plug_with(image)?;
         let mut sectors = Sectors::new();
         sectors.save(settings);
         board.load(&sectors);

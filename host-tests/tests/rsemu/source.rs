@@ -30,6 +30,23 @@ const CORRECTIONS: &[Correction] = &[
         from: "(self.state.xpsr & !(xpsr::EXCEPTION | 0x0600_fc00)) |",
         to: "(self.state.xpsr & !(xpsr::EXCEPTION | 1 << 9)) |",
     },
+    // A handler without floating point leaves FPSCR as it is: its default comes with the first instruction of a new context
+    // (Armv7-M, B1.5.7 and ExecuteFPCheck). Else an interrupt between a comparison and the branch by it would lose the flags.
+    Correction {
+        file: "src/cpu/arm/v7m/exec.rs",
+        from: "        #[cfg(feature = \"cpu-arm-v7m-fp\")]\n        if self.state.sys.fpccr & fpccr::ASPEN != 0 {\n            self.state.fp.fpscr = self.state.sys.fpdscr;\n        }\n",
+        to: "",
+    },
+    Correction {
+        file: "src/cpu/arm/v7m/exec.rs",
+        from: "        if self.state.sys.fpccr & fpccr::ASPEN != 0 {\n            self.state.control |= control::FPCA;",
+        to: "        if self.state.sys.fpccr & fpccr::ASPEN != 0 {
+            if self.state.control & control::FPCA == 0 {
+                let modes = 0x07C0_0000;
+                self.state.fp.fpscr = self.state.fp.fpscr & !modes | self.state.sys.fpdscr & modes;
+            }
+            self.state.control |= control::FPCA;",
+    },
     // In double-buffer mode the address that is not in use may be written; the one in use stops the stream with an error
     // (RM 9.3.10).
     Correction {
@@ -104,10 +121,16 @@ const CORRECTIONS: &[Correction] = &[
         from: "                    self.reset_requested = true;\n",
         to: "                    self.reset_requested = true;\n                    crate::RESET.store(true, ::core::sync::atomic::Ordering::SeqCst);\n",
     },
+    // A clock from outside may not come.
+    Correction {
+        file: "src/dev/stm32/rcc.rs",
+        from: "            if is_on && !was_on {\n                state.ready_at[i]",
+        to: "            if is_on && !was_on && bit.osc == Osc::Hse && crate::NO_HSE.load(Ordering::SeqCst) {\n                state.ready_at[i] = NO_DEADLINE;\n            } else if is_on && !was_on {\n                state.ready_at[i]",
+    },
     Correction {
         file: "src/lib.rs",
         from: "pub mod core;\n",
-        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core has written to a peripheral.\npub static STORED: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
+        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core has written to a peripheral.\npub static STORED: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The clock from outside is missing.\npub static NO_HSE: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
     },
 ];
 
@@ -146,8 +169,15 @@ fn build() -> Option<PathBuf> {
     let lock = File::create(place.join("build.lock")).unwrap();
     lock.lock().unwrap();
     let ours = workspace().join("host-tests/rsemu");
-    let files =
-        ["Cargo.toml", "nucleo.machine", "src/main.rs", "src/adc.rs", "src/dac.rs", "src/bench.rs"];
+    let files = [
+        "Cargo.toml",
+        "nucleo.machine",
+        "src/main.rs",
+        "src/adc.rs",
+        "src/dac.rs",
+        "src/bench.rs",
+        "src/pulses.rs",
+    ];
     files.iter().for_each(|file| copy(&ours.join(file), &program.join(file), |text| text));
     let source = place.join(CRATE);
     let done = source.join("corrected");

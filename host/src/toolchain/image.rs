@@ -64,7 +64,7 @@ impl Firmware<'_> {
             command.args(["--config", &format!("profile.release.package.{package}.opt-level='z'")]);
         }
         command.args(["--features", &self.features.join(",")]);
-        if self.bin == "single" {
+        if ["single", "self_test_nucleo"].contains(&self.bin) {
             // What a user who has nothing to choose builds.
             command.arg("--no-default-features");
         }

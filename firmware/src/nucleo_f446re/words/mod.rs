@@ -6,6 +6,7 @@
 //! (STM32F446xx), DS of the data sheet DS10693.
 
 pub mod clock;
+pub mod gauge;
 pub mod guard;
 pub mod pins;
 pub mod sampling;
@@ -165,14 +166,18 @@ mod tests {
         let following = Following { most: 1, ..Following::default() };
         for (rate_hz, iq, most, fits) in [
             (1.5e6, false, 0, true),
-            (1.6e6, false, 0, true),
-            (1.8e6, false, 0, false),
+            // 29 and 28 cycles of 36 MHz a sample.
+            (1.24e6, false, 0, true),
+            (1.29e6, false, 0, false),
+            (1.6e6, false, 0, false),
             (2.4e6, false, 0, false),
             (2.4e6, false, 1, true),
             (1.5e6, true, 0, false),
-            (1e6, true, 0, true),
+            // 25 and 26 cycles of 22.5 MHz.
+            (0.9e6, true, 0, false),
+            (0.865e6, true, 0, true),
         ] {
-            let core_mhz = if rate_hz > 1.5e6 { 144 } else { 180 };
+            let core_mhz = if iq || rate_hz == 1.5e6 { 180 } else { 144 };
             let tree = Tree::new(Speed::of_mhz(core_mhz).unwrap(), Source::HsePll);
             let band_hz = iq.then_some((1e4, 4e5));
             let following = Following { most, ..following };

@@ -1,0 +1,263 @@
+//! The items of the list: each is tried by itself after a reset, and says in a line what it found.
+
+use crate::line::Line;
+use crate::sram::Copy;
+use crate::stages::{STAGES, Work, cycles};
+use crate::state::State;
+use crate::stream::{Found, stream};
+use crate::tone;
+use picket::config::{Config, Scene};
+use picket::solve::chirp::Shape;
+use picket_firmware::board::Board;
+use picket_firmware::instrument::legacy::{WORDS, words};
+use picket_firmware::instrument::storage;
+use picket_firmware::nucleo_f446re::words::clock::HSE_HZ;
+use picket_firmware::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
+use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
+use picket_firmware::nucleo_f446re::{N, Nucleo, gauge, registers, storage::Flash};
+use picket_wire::boot::{Causes, Clock};
+use picket_wire::settings::{Drive, Settings};
+use static_cell::ConstStaticCell;
+
+/// What an item has to work with.
+pub struct Bench<'a> {
+    pub board: Nucleo,
+    pub state: &'a mut State,
+    /// Why the chip was reset before this item.
+    pub causes: Causes,
+    /// Settings that the last item left.
+    pub left: Option<[u32; WORDS]>,
+}
+
+/// Whether it holds, and the figures.
+pub type Outcome = (bool, Line);
+
+/// One item.
+pub struct Item {
+    /// The core's clock, MHz.
+    pub mhz: u16,
+    /// Tries it.
+    pub run: fn(&mut Bench) -> Outcome,
+}
+
+const fn item(mhz: u16, run: fn(&mut Bench) -> Outcome) -> Item {
+    Item { mhz, run }
+}
+
+/// The list.
+pub const ITEMS: [Item; 13] = [
+    item(180, clocks),
+    item(144, clocks),
+    item(180, level),
+    item(180, stages),
+    item(180, |bench| rate(bench, 500e3)),
+    item(180, |bench| rate(bench, 10e3)),
+    item(180, |bench| rate(bench, 100e3)),
+    item(180, |bench| rate(bench, 1.5e6)),
+    item(144, |bench| rate(bench, 1.2e6)),
+    item(180, chirp),
+    item(180, save),
+    item(180, reload),
+    item(180, starve),
+];
+
+fn clocks(bench: &mut Bench) -> Outcome {
+    let (core_hz, ticks_hz) = (bench.board.core_hz(), bench.board.ticks_hz());
+    let line = Line::new("clock of ").number(core_hz / 1_000_000).text(" MHz from ");
+    let line = line.text(match bench.board.clock() {
+        Clock::External => "the crystal",
+        Clock::Internal => "the internal oscillator",
+        Clock::Slow => "the internal oscillator, slow",
+    });
+    let (probe, watchdog) = (gauge::probe_hz(core_hz), gauge::watchdog_hz(ticks_hz));
+    let line = match probe {
+        Some(hz) => line.text(": the probe's 8 MHz are ").decimal(hz / 1e6, 6).text(" by it"),
+        None => line.text(": the probe's clock does not come"),
+    };
+    let line = match watchdog {
+        Some(hz) => line.text(", the watchdog's 32 kHz ").decimal(hz / 1e3, 2),
+        None => line.text(", the watchdog's oscillator does not come"),
+    };
+    let [_, slowest, fastest] = LSI_HZ.map(f64::from);
+    let exact = probe.is_some_and(|hz| libm::fabs(hz / f64::from(HSE_HZ) - 1.0) < 20e-6);
+    let near = watchdog.is_some_and(|hz| (slowest..=fastest).contains(&hz));
+    bench.state.watchdog_hz = watchdog.unwrap_or(0.0) as u32;
+    (bench.board.clock() == Clock::External && exact && near, line)
+}
+
+fn level(_: &mut Bench) -> Outcome {
+    let options = registers::flash().optcr().read().bits();
+    let line = Line::new("brown-out reset below 2.7 V: option word ").hex(options);
+    (brown_out(options).is_none(), line)
+}
+
+fn stages(bench: &mut Bench) -> Outcome {
+    static WORK: ConstStaticCell<Work> = ConstStaticCell::new(Work::new());
+    let (Some(work), Some(copy)) = (WORK.try_take(), Copy::make()) else {
+        return (false, Line::new("cycles of a block: the program has no room in SRAM"));
+    };
+    let samples = work.samples.iter_mut().enumerate();
+    samples.for_each(|(n, sample)| *sample = tone::code(n / tone::HOLD) as i16);
+    count_cycles();
+    let mut line = Line::new("cycles of a block from flash:");
+    let mut sums = [0; 2];
+    let mut tones = [None; 2];
+    let [in_flash, in_sram] = &mut sums;
+    let [by_flash, by_sram] = &mut tones;
+    for (name, stage) in STAGES {
+        let count = cycles(stage, work);
+        *in_flash += count;
+        line = line.text(" ").text(name).text(" ").number(count);
+    }
+    *by_flash = work.tone;
+    line = line.text(", in all ").number(*in_flash).text("; from SRAM:");
+    for (name, stage) in STAGES {
+        let count = cycles(copy.of(stage), work);
+        *in_sram += count;
+        line = line.text(" ").text(name).text(" ").number(count);
+    }
+    *by_sram = work.tone;
+    line = line.text(", in all ").number(*in_sram);
+    bench.board.feed();
+    let [most, _] = BLOCK_CYCLES;
+    let same = by_flash.is_some() && by_flash == by_sram;
+    (same && *in_flash > 0 && u64::from(*in_flash) < most, line)
+}
+
+/// Starts the core's counter of cycles.
+fn count_cycles() {
+    // SAFETY: nothing else uses the debugger's registers.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+}
+
+fn tone_at(rate_hz: f64, mhz: u16) -> Settings {
+    let settings = Settings::default();
+    let config = Config { rate_hz, ..settings.config };
+    Settings { core_mhz: mhz, config, ..settings }
+}
+
+fn rate(bench: &mut Bench, rate_hz: f64) -> Outcome {
+    tone::play();
+    let mhz = (bench.board.core_hz() / 1_000_000) as u16;
+    let line = Line::new("").decimal(rate_hz / 1e3, 0).text(" kS/s: ");
+    let Some(found) = stream(bench, &tone_at(rate_hz, mhz), |_, _| 0) else {
+        return (false, line.text("it does not start"));
+    };
+    let Found { lost, faults, good, blocks, punctual, peak, load, hertz, sigma, error, .. } = found;
+    let line = counted(line, &found);
+    let line = line.text(", the longest ").number(peak).text(" permille of its time, awake ");
+    let line = line.number(load).text("; the DAC's tone ").decimal(hertz, 3).text(" Hz +- ");
+    let line =
+        line.decimal(sigma, 3).text(", wrong by ").decimal(error, 2).text(" sigma, good in ");
+    let line = line.number(good);
+    let whole = blocks > 0 && lost == 0 && faults == 0 && punctual && peak <= 1_000;
+    // A tenth of a bin is no measurement.
+    let fine = sigma > 0.0 && sigma < 0.1 * rate_hz / N as f64;
+    // Nearly all are good, and the deviations are what their sigmas say.
+    (whole && fine && error < 1.5 && good >= blocks - blocks / 20, line)
+}
+
+fn counted(line: Line, found: &Found) -> Line {
+    let line = line.number(found.blocks).text(" blocks, ").number(found.lost).text(" lost, ");
+    let line = line.number(found.faults).text(" faults");
+    if found.punctual { line } else { line.text(", not in time") }
+}
+
+fn chirp(bench: &mut Bench) -> Outcome {
+    const GUARD: u16 = 32;
+    let scene = Scene::Chirp {
+        shape: Shape::Trapezoid,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 0.0,
+    };
+    let settings = tone_at(500e3, 180);
+    let settings = Settings {
+        config: Config { scene, ..settings.config },
+        guard: GUARD,
+        drive: Drive::Dac { low: 400, high: 3600 },
+        ..settings
+    };
+    let wave = bench.board.plan(&settings).ok().and_then(|(_, words)| words.waveform);
+    let Some(wave) = wave else { return (false, Line::new("chirp: it cannot be played")) };
+    let found = stream(bench, &settings, |stamp, samples| {
+        // The code on the DAC at the middle of the block; the ADC's average tells it.
+        let steps = usize::from(wave.steps);
+        let first = stamp.sequence as usize % 3 * steps;
+        let hold = usize::from(wave.hold).max(1);
+        let deviation = samples.iter().enumerate().fold(0, |sum, (n, sample)| {
+            let step = (n + usize::from(GUARD)).checked_div(hold).unwrap_or(0);
+            sum + i32::from(*sample) - i32::from(wave.code(first + step))
+        });
+        (deviation / N as i32).unsigned_abs()
+    });
+    let line = Line::new("chirp of A2 at A0, in step: ");
+    let Some(found) = found else { return (false, line.text("it does not start")) };
+    let line = counted(line, &found).text(", codes off by ").number(found.worst).text(" at most");
+    let whole = found.blocks > 0 && found.lost == 0 && found.faults == 0 && found.punctual;
+    (whole && found.worst <= 40, line)
+}
+
+/// Milliseconds since these ticks.
+fn since(bench: &Bench, begun: u32) -> u32 {
+    let ticks = bench.board.ticks().wrapping_sub(begun);
+    ticks.checked_div(bench.board.ticks_hz() / 1_000).unwrap_or(0)
+}
+
+/// Settings that nobody else saves.
+fn marked() -> [u32; WORDS] {
+    words(&Settings { start: false, ..tone_at(12_345.0, 180) }, N)
+}
+
+fn save(bench: &mut Bench) -> Outcome {
+    let before = storage::load::<WORDS, _>(&Flash).map(|(_, _, words)| words);
+    let begun = bench.board.ticks();
+    bench.board.feed();
+    let saved = storage::save(&mut Flash, &marked()).is_ok();
+    let milliseconds = since(bench, begun);
+    bench.board.feed();
+    let former = before.unwrap_or_else(|| words(&Settings::default(), N));
+    bench.left = Some(former);
+    (saved, Line::new("settings saved in ").number(milliseconds).text(" ms"))
+}
+
+fn reload(bench: &mut Bench) -> Outcome {
+    let loaded = storage::load::<WORDS, _>(&Flash).map(|(_, _, words)| words);
+    bench.board.feed();
+    let former = bench.left.unwrap_or_else(|| words(&Settings::default(), N));
+    let back = storage::save(&mut Flash, &former).is_ok();
+    bench.board.feed();
+    let line = Line::new("settings loaded after a reset, the former ones back");
+    (loaded == Some(marked()) && back, line)
+}
+
+/// The longest that a watchdog with the slowest oscillator takes, with a margin, ms.
+const TOO_LONG: u32 = 10_000;
+
+/// The last item ends by a reset; [`bitten`] tells its outcome.
+fn starve(bench: &mut Bench) -> Outcome {
+    let begun = bench.board.ticks();
+    bench.board.feed();
+    loop {
+        // A timer wakes the core ten times a second.
+        bench.board.sleep(None);
+        let starved = since(bench, begun);
+        if starved > TOO_LONG {
+            return (false, Line::new("watchdog: it does not bite"));
+        }
+        bench.state.starved_ms = starved;
+        bench.state.save();
+    }
+}
+
+/// What the watchdog's reset shows.
+pub fn bitten(bench: &mut Bench) -> Outcome {
+    let State { watchdog_hz, starved_ms, .. } = *bench.state;
+    let expected = WATCHDOG.milliseconds(watchdog_hz.max(1));
+    let line = Line::new("watchdog: it bites after ").number(starved_ms).text(" to ");
+    let line = line.number(starved_ms + 100).text(" ms, ").number(expected);
+    let near = (starved_ms + 50).abs_diff(expected) <= expected / 20 + 50;
+    (near, line.text(" by its oscillator"))
+}

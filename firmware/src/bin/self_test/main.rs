@@ -1,0 +1,147 @@
+//! The list of docs/board.md, gone through by the board itself, with one wire from A2 to A0. It
+//! prints each item as a line, ticked or not, to be pasted into a report.
+//!
+//! Each item begins with a reset, as the instrument's settings do, so it meets the board as the
+//! instrument would. After its end any byte from the host begins the list anew; the byte `q` during it
+//! shortens it to a moment at each rate.
+#![no_std]
+#![no_main]
+
+mod items;
+mod line;
+mod sram;
+mod stages;
+mod state;
+mod stream;
+mod tone;
+
+use cortex_m_rt::entry;
+use items::{Bench, ITEMS};
+use line::Line;
+use picket_firmware::board::Board;
+use picket_firmware::instrument::legacy::Legacy;
+use picket_firmware::instrument::stack::Stack;
+use picket_firmware::nucleo_f446re::Nucleo;
+use picket_wire::boot::LastEnd;
+use picket_wire::settings::Settings;
+use state::State;
+
+picket_firmware::nucleo_vectors!();
+
+#[entry]
+fn main() -> ! {
+    let Legacy { last, settings: left } = Legacy::take();
+    let causes = Nucleo::causes();
+    // Power and the button begin the list, a reset by program or watchdog goes on with it.
+    let goes_on = matches!(causes.message(), "software" | "watchdog");
+    let mut state = State::load().filter(|_| goes_on).unwrap_or_default();
+    let item = ITEMS.get(state.item as usize);
+    let settings = Settings { core_mhz: item.map_or(0, |item| item.mhz), ..Settings::default() };
+    let Some(board) = Nucleo::start(&settings) else {
+        // Memory is taken once, here, so this cannot happen; if it did, the watchdog would restart
+        // the chip.
+        loop {
+            cortex_m::asm::nop();
+        }
+    };
+    let mut bench = Bench { board, state: &mut state, causes, left };
+    if bench.state.item == 0 && !bench.state.begun {
+        head(&mut bench);
+    }
+    match item {
+        Some(_) if bench.state.begun => broken_off(&mut bench, last),
+        Some(item) => {
+            bench.state.begun = true;
+            bench.state.save();
+            let outcome = (item.run)(&mut bench);
+            tell(&mut bench, outcome);
+        }
+        None => end(&mut bench),
+    }
+    next(bench)
+}
+
+/// The item that starves the watchdog ends by a reset, and so do those that fail.
+fn broken_off(bench: &mut Bench, last: LastEnd) {
+    if bench.causes.message() == "watchdog" && bench.state.starved_ms > 0 {
+        let outcome = items::bitten(bench);
+        return tell(bench, outcome);
+    }
+    let line = Line::new("item ").number(bench.state.item + 1).text(" ended by ");
+    let line = line.text(bench.causes.message());
+    let line = if last.kind > 0 { line.text(", fault at 0x").hex(last.pc) } else { line };
+    tell(bench, (false, line));
+}
+
+fn head(bench: &mut Bench) {
+    // The host's port may open when the board's power comes.
+    let begun = bench.board.ticks();
+    while bench.board.ticks().wrapping_sub(begun) < bench.board.ticks_hz() / 4 {
+        bench.state.quick |= bench.board.receive() == Some(b'q');
+        bench.board.sleep(None);
+    }
+    say(bench, &Line::new(""));
+    let line = Line::new("picket self-test ").text(env!("CARGO_PKG_VERSION")).text(" on ");
+    let line = line.text(Nucleo::NAME).text(", program ").hex(Nucleo::program());
+    let line = line.text(", started by ").text(bench.causes.message());
+    say(bench, &line);
+}
+
+/// Says what an item showed, and counts it.
+fn tell(bench: &mut Bench, (holds, line): items::Outcome) {
+    let [held, failed] = &mut bench.state.outcomes;
+    *(if holds { held } else { failed }) += 1;
+    say_bytes(bench, if holds { b"- [x] " } else { b"- [ ] WRONG: " });
+    say(bench, &line);
+    bench.state.stack = bench.state.stack.max(Stack::unknown().high_water());
+}
+
+fn say(bench: &mut Bench, line: &Line) {
+    say_bytes(bench, line.bytes());
+    say_bytes(bench, b"\r\n");
+    bench.board.flush();
+}
+
+fn say_bytes(bench: &mut Bench, bytes: &[u8]) {
+    // The line has room for a whole list.
+    let _ = bench.board.send(bytes);
+}
+
+/// The last item, the sum, and a wait for the next list.
+fn end(bench: &mut Bench) {
+    let (stack, room) = (bench.state.stack, Stack::room());
+    let line = Line::new("stack: ").number(stack).text(" of ").number(room).text(" B");
+    tell(bench, (stack > 0 && stack < room, line));
+    // What was sent during the list begins no other.
+    while bench.board.receive().is_some() {}
+    let [held, failed] = bench.state.outcomes;
+    let line = Line::new("result: ").number(held).text(" of ").number(held + failed);
+    say(bench, &line.text(" hold"));
+    loop {
+        if bench.board.receive().is_some() {
+            return;
+        }
+        bench.board.feed();
+        bench.board.sleep(None);
+    }
+}
+
+/// Resets the board, for the next item or for the list from its beginning.
+fn next(mut bench: Bench) -> ! {
+    let mut quick = false;
+    while let Some(byte) = bench.board.receive() {
+        quick |= byte == b'q';
+    }
+    let state = match bench.state.item as usize >= ITEMS.len() {
+        true => State::default(),
+        false => State {
+            item: bench.state.item + 1,
+            begun: false,
+            quick: bench.state.quick || quick,
+            ..*bench.state
+        },
+    };
+    state.save();
+    bench.board.flush();
+    Legacy { last: LastEnd::default(), settings: bench.left }.leave()
+}

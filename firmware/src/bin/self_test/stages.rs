@@ -1,0 +1,69 @@
+//! The stages of a measurement, and the core's cycles in each.
+
+use core::hint::black_box;
+use cortex_m::peripheral::DWT;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::{Real, Stamp, Statistics};
+use picket::estimate::measure::measure;
+use picket::estimate::tone::Tone;
+use picket::plan::Plan;
+use picket::spectrum::Spectrum;
+use picket::spectrum::peak::{self, Peak};
+use picket_firmware::nucleo_f446re::N;
+
+const CODES: Codes = Codes::unsigned::<12>();
+const PLAN: Plan<Real, N> = Plan::tone(1.0, CODES);
+
+/// A block and what became of it.
+pub struct Work {
+    pub samples: [i16; N],
+    spectrum: Spectrum<Real, N>,
+    clipped: u32,
+    peak: Option<Peak>,
+    pub tone: Option<Tone>,
+}
+
+impl Work {
+    pub const fn new() -> Self {
+        let samples = [0; N];
+        Work { samples, spectrum: Spectrum::new(), clipped: 0, peak: None, tone: None }
+    }
+}
+
+#[inline(never)]
+fn transform(work: &mut Work) {
+    work.clipped = Statistics::clipped::<Real>(&work.samples, CODES);
+    work.spectrum.transform(&work.samples, CODES);
+}
+
+#[inline(never)]
+fn search(work: &mut Work) {
+    work.peak = peak::find(&work.spectrum, PLAN.band);
+}
+
+#[inline(never)]
+fn estimate(work: &mut Work) {
+    if let Some(peak) = &work.peak {
+        let (stamp, options) = (Stamp::default(), &PLAN.options);
+        let (spectrum, samples) = (&work.spectrum, &work.samples);
+        work.tone = Some(measure(spectrum, samples, peak, CODES, work.clipped, &stamp, options));
+    }
+}
+
+/// The stages in their order.
+pub const STAGES: [(&str, fn(&mut Work)); 3] =
+    [("transform", transform), ("search", search), ("estimate", estimate)];
+
+/// The cycles of a stage, without its call.
+pub fn cycles(stage: fn(&mut Work), work: &mut Work) -> u32 {
+    fn nothing(_: &mut Work) {}
+    let count = |stage: fn(&mut Work), work: &mut Work| {
+        cortex_m::interrupt::free(|_| {
+            let before = DWT::cycle_count();
+            black_box(stage)(work);
+            DWT::cycle_count().wrapping_sub(before)
+        })
+    };
+    let call = count(nothing, work);
+    count(stage, work).saturating_sub(call)
+}

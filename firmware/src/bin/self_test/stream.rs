@@ -1,0 +1,102 @@
+//! Blocks as the instrument takes them, and what is counted over them.
+
+use crate::items::Bench;
+use picket::acquire::sample::{Real, Stamp};
+use picket::estimate::tone::Verdict;
+use picket::pipeline::Pipeline;
+use picket::plan::{EitherPlan, Plan};
+use picket_firmware::board::Board;
+use picket_firmware::nucleo_f446re::N;
+use picket_wire::settings::Settings;
+use static_cell::ConstStaticCell;
+
+/// What the blocks showed.
+#[derive(Default)]
+pub struct Found {
+    pub blocks: u32,
+    pub lost: u32,
+    pub faults: u32,
+    /// Blocks with the verdict `good`.
+    pub good: u32,
+    /// As many blocks came as time passed.
+    pub punctual: bool,
+    /// The longest measurement of a block, and the time awake, permille of their time.
+    pub peak: u32,
+    pub load: u32,
+    /// The last frequency and its sigma, Hz.
+    pub hertz: f64,
+    pub sigma: f64,
+    /// The root of the mean square of the deviations from the DAC's tone, in sigmas.
+    pub error: f64,
+    /// The largest deviation that the item found.
+    pub worst: u32,
+}
+
+/// How long a rate is watched, seconds; and blocks for a moment only.
+const SECONDS: u32 = 10;
+const MOMENT: u32 = 8;
+
+/// Measures blocks by these settings; `None` if the board does not start. `deviation` judges each.
+pub fn stream(
+    bench: &mut Bench,
+    settings: &Settings,
+    deviation: impl Fn(&Stamp, &[i16; N]) -> u32,
+) -> Option<Found> {
+    static PIPELINE: ConstStaticCell<Pipeline<Real, N>> =
+        ConstStaticCell::new(Pipeline::new(Plan::IDLE));
+    let pipeline = PIPELINE.try_take()?;
+    let board = &mut bench.board;
+    let (plan, words) = board.plan(settings).ok()?;
+    let EitherPlan::Real(terms) = plan.plan else { return None };
+    pipeline.adopt(terms);
+    let rate_hz = plan.settings.config.rate_hz;
+    let ticks_hz = f64::from(board.ticks_hz());
+    let block_ticks = (f64::from(plan.length) / rate_hz * ticks_hz) as u32;
+    let blocks = (f64::from(SECONDS) * rate_hz / f64::from(plan.length)) as u32;
+    let wanted = if bench.state.quick { MOMENT } else { blocks.max(MOMENT) };
+    let mut found = Found::default();
+    let mut squares = 0.0;
+    let mut blocks = board.sample(&plan, &words)?;
+    let begun = board.ticks();
+    let (mut asleep, mut idle) = (0_u32, 0_u32);
+    let mut last = begun;
+    while found.blocks < wanted {
+        let now = board.ticks();
+        let Some(block) = blocks.receive() else {
+            // Two blocks' time and a tenth of a second: it hangs.
+            idle = idle.saturating_add(now.wrapping_sub(last));
+            last = now;
+            if idle > block_ticks.saturating_mul(2).saturating_add(board.ticks_hz() / 10) {
+                break;
+            }
+            board.sleep(Some(&blocks));
+            asleep = asleep.wrapping_add(board.ticks().wrapping_sub(now));
+            continue;
+        };
+        (idle, last) = (0, now);
+        let samples = block.slot.samples::<Real, N>(plan.settings.guard);
+        let tone = pipeline.block(block.stamp, samples).tone;
+        found.worst = found.worst.max(deviation(&block.stamp, samples));
+        found.peak = found.peak.max(board.ticks().wrapping_sub(now));
+        blocks.release(block.slot);
+        board.feed();
+        found.blocks += 1;
+        found.good += u32::from(tone.verdict == Verdict::Good);
+        (found.hertz, found.sigma) = (tone.hertz(), tone.sigma_hertz());
+        let error = (tone.frequency.cycles() - crate::tone::FREQUENCY) / f64::from(tone.sigma);
+        squares += error * error;
+    }
+    let passed = board.ticks().wrapping_sub(begun).max(1);
+    let counters = board.counters();
+    (found.lost, found.faults) = (counters.lost(), counters.faults());
+    // The timer wraps after 47 s, long after the last block.
+    let due = f64::from(passed) / f64::from(block_ticks.max(1));
+    found.punctual = libm::fabs(f64::from(counters.filled()) - due) < 2.0;
+    let permille = |ticks: u32, of: u32| {
+        (u64::from(ticks) * 1000).checked_div(u64::from(of)).unwrap_or(0) as u32
+    };
+    found.peak = permille(found.peak, block_ticks);
+    found.load = permille(passed.saturating_sub(asleep), passed);
+    found.error = libm::sqrt(squares / f64::from(found.blocks.max(1)));
+    Some(found)
+}

@@ -1,0 +1,159 @@
+//! Chirps: the DAC's codes, the sync pins, and what an overrun or an underrun does to them.
+
+use crate::board::{Emulated, built};
+use crate::saves::played;
+use crate::settings::{DAC, chirp, sized, words};
+use picket::acquire::sample::Segment;
+use picket::config::{Config, Following};
+use picket::solve::chirp::Shape;
+use picket_wire::settings::{Drive, Settings};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+/// The DAC plays the table, each code once a chirp, at even distances.
+#[test]
+fn a_chirp_is_played_code_by_code() {
+    // Above 1.5 MS/s only the image that follows tones keeps up.
+    let all: &[(f64, u16)] = &[
+        (500e3, 0),
+        (1.5e6, 32),
+        (100e3, 0),
+        (100e3, 32),
+        (500e3, 32),
+        (1e6, 0),
+        (1e6, 32),
+        (1.5e6, 0),
+        (1.8e6, 0),
+        (1.8e6, 32),
+        (2e6, 0),
+        (2e6, 32),
+        (2.4e6, 0),
+        (2.4e6, 32),
+    ];
+    for &(rate, guard) in &all[..sized(2, all.len() as u64) as usize] {
+        let core_mhz = if rate > 1.5e6 { 144 } else { 180 };
+        let mut settings =
+            Settings { core_mhz, report_every: 20, ..chirp(rate, Shape::Sawtooth, guard, DAC) };
+        let started = if rate > 1.5e6 {
+            static TRACKING: OnceLock<PathBuf> = OnceLock::new();
+            let following = Following { most: 1, refresh: 16, ..Following::default() };
+            settings.config = Config { following, ..settings.config };
+            let image = built(&TRACKING, || picket_host::board::image(false, true));
+            Emulated::start_with(image, &settings)
+        } else {
+            Emulated::start(&settings)
+        };
+        let Some((mut board, boot)) = started else { return };
+        assert!(boot.measuring, "{rate}, guard {guard}");
+        let wave = words(&settings).waveform.unwrap();
+        board.order("keep 1");
+        board.run((5.0 * f64::from(1024 + guard) / rate * 1e6) as u64);
+        let codes = board.pairs("codes");
+        assert!(codes.len() > 4 * wave.len(), "{rate}, guard {guard}: {} codes", codes.len());
+        let table: Vec<u32> = (0..wave.len()).map(|step| wave.code(step).into()).collect();
+        let first = table.iter().position(|code| *code == codes[0].1).unwrap();
+        for (n, (_, code)) in codes.iter().enumerate() {
+            assert_eq!(*code, table[(first + n) % table.len()], "{rate}, guard {guard}, code {n}");
+        }
+        // A step lasts `hold` samples; the first bus has half of the timers' rate.
+        let ticks = u64::from(wave.hold) * u64::from(words(&settings).sampling.period.ticks()) / 2;
+        for pair in codes.windows(2) {
+            assert!(
+                (pair[1].0 - pair[0].0).abs_diff(ticks) <= 1,
+                "{rate}, guard {guard}: {pair:?} {ticks}"
+            );
+        }
+        assert_eq!(board.status().counters.faults(), 0);
+        board.assert_rules();
+        println!("{:.1} MS/s, guard {guard}: {} codes right", rate / 1e6, codes.len());
+    }
+}
+
+/// A code of the DAC that is not fetched in time ends its requests: the chain starts anew, and counts what was lost.
+#[test]
+fn an_underrun_of_the_dac_is_told_and_mended() {
+    let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
+    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    board.order("input 0 dac");
+    for round in 1..=sized(2, 20) {
+        board.run(7_000 + 311 * round);
+        board.order("underrun");
+        board.run(20_000);
+        let counters = board.status().counters;
+        assert_eq!((counters.dma_errors, counters.faults()), (round as u32, round as u32));
+        // The rest of the chirp at most, and the block under way.
+        assert!((1..=4 * round as u32).contains(&counters.broken), "{counters:?}");
+        let (measurement, codes) = board.capture();
+        assert_eq!(measurement.stamp.segment, played(&codes), "round {round}");
+    }
+    board.assert_rules();
+}
+
+/// After each overrun the next chirp is met at its first sample.
+#[test]
+fn an_external_chirp_is_met_anew_after_each_overrun() {
+    let settings =
+        Settings { report_every: 30, ..chirp(500e3, Shape::Trapezoid, 32, Drive::External) };
+    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    // Ticks of the second bus since the pulse, 180 a sample.
+    board.order("input 0 pulse 180");
+    // A pulse of 1 ms every 8 ms: PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
+    for (at, word) in
+        [(0x28, 7), (0x2C, 7999), (0x34, 1000), (0x18, 0x60), (0x20, 1), (0x14, 1), (0, 1)]
+    {
+        board.write(0x4000_1000 + at, word);
+    }
+    board.run(20_000);
+    for round in 0..sized(4, 100) {
+        // A chirp lasts 6.3 of the 8 ms: the overrun comes anywhere in it.
+        board.run(8_000 + 731 * (round % 11));
+        board.order("overrun");
+        board.run(9_000);
+        let (measurement, codes) = board.capture();
+        let segment = match measurement.stamp.segment {
+            Segment::Up => 0,
+            Segment::Flat => 1,
+            Segment::Down => 2,
+            Segment::Continuous => panic!("a chirp"),
+        };
+        let first = 1056 * segment + 32;
+        for (n, code) in codes.iter().enumerate() {
+            // From the pulse to the first result pass a sample, and the conversion.
+            let late = i64::from(*code) - (first + n as i64);
+            assert!((0..=3).contains(&late), "round {round}, sample {n}: {late}");
+        }
+    }
+    board.assert_rules();
+}
+
+/// The sync output rises with the first sample of each chirp, and at no other time.
+#[test]
+fn the_sync_output_has_an_edge_a_chirp() {
+    let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
+    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    for round in 0..sized(4, 20) {
+        board.pairs("edges");
+        // The output is low for two thirds of a chirp, high for the first.
+        board.run(1_700 + 1_310 * (round % 7));
+        board.order("overrun");
+        board.run(30_000);
+        let edges = board.pairs("edges");
+        // 90 MHz; a segment has 1056 samples of 180 ticks, a chirp three.
+        let (segment, chirp) = (1056 * 180, 3 * 1056 * 180);
+        let rises: Vec<u64> =
+            edges.iter().filter(|(_, high)| *high == 1).map(|(at, _)| *at).collect();
+        let falls: Vec<u64> =
+            edges.iter().filter(|(_, high)| *high == 0).map(|(at, _)| *at).collect();
+        let mut uneven = 0;
+        for pair in rises.windows(2) {
+            uneven += u32::from((pair[1] - pair[0]).abs_diff(chirp) > 90);
+        }
+        // The restart shifts the chirps once.
+        assert!(uneven <= 1, "{edges:?}");
+        for rise in &rises[1..] {
+            if let Some(fall) = falls.iter().find(|fall| *fall > rise) {
+                assert!((fall - rise).abs_diff(segment) <= 90, "{edges:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Settings that the tests measure by, and how much of a test is run.
+
+use picket::config::{Config, Scene};
+use picket::solve::chirp::Shape;
+use picket_firmware::nucleo_f446re::N;
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_wire::settings::{Drive, Settings};
+
+/// The short or the long form's number.
+pub fn sized(short: u64, long: u64) -> u64 {
+    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
+}
+
+pub fn tone(rate_hz: f64) -> Settings {
+    let settings = Settings::default();
+    Settings { config: Config { rate_hz, ..settings.config }, ..settings }
+}
+
+pub const DAC: Drive = Drive::Dac { low: 400, high: 3600 };
+
+pub fn chirp(rate_hz: f64, shape: Shape, guard: u16, drive: Drive) -> Settings {
+    let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 0.0 };
+    let settings = tone(rate_hz);
+    Settings { config: Config { scene, ..settings.config }, guard, drive, ..settings }
+}
+
+pub fn words(settings: &Settings) -> Words {
+    let speed = Speed::of_mhz(settings.core_mhz).unwrap();
+    Words::plan::<N>(settings, &Tree::new(speed, Source::HsePll)).unwrap().1
+}

@@ -1,0 +1,98 @@
+//! Blocks without a pause: none is lost, each is right to the bit.
+
+use crate::board::{Emulated, Sectors, file};
+use crate::settings::{sized, tone};
+use picket::acquire::sample::Real;
+use picket::pipeline::Pipeline;
+use picket::plan::Plan as Terms;
+use picket_firmware::nucleo_f446re::N;
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_wire::command::{Command, Refusal};
+use picket_wire::settings::Settings;
+
+/// Codes of a converter: a tone over a table whose length has no factor in common with a block's.
+fn table(amplitude: f64) -> Vec<u16> {
+    let length = 8191;
+    let code = |n: usize| {
+        let angle = std::f64::consts::TAU * 1013.0 * n as f64 / length as f64;
+        let noise = ((n * 7919) % 61) as f64 - 30.0;
+        (2048.0 + amplitude * angle.sin() + noise).round().clamp(0.0, 4095.0) as u16
+    };
+    (0..length).map(code).collect()
+}
+
+/// Blocks without a pause, each measured to the bit. Returns what the board says at the end.
+fn stream(settings: &Settings, codes: &[u16], blocks: u64) -> Option<picket_wire::status::Status> {
+    let mut board = Emulated::plug()?;
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
+    board.order(&format!("input 0 table {}", file(&bytes).display()));
+    let mut sectors = Sectors::new();
+    sectors.save(settings);
+    board.load(&sectors);
+    let (mut board, boot) = board.power();
+    assert!(boot.measuring);
+    let speed = Speed::of_mhz(settings.core_mhz).unwrap();
+    let (plan, _) = Words::plan::<N>(settings, &Tree::new(speed, Source::HsePll)).unwrap();
+    let mut pipeline = Pipeline::<Real, N>::new(Terms::of_terms(*plan.plan).unwrap());
+    let time = blocks as f64 * N as f64 / settings.config.rate_hz;
+    let mut left = (time * 1e6) as u64;
+    let mut seen = 0;
+    while left > 0 {
+        let piece = left.min(100_000);
+        board.run(piece);
+        left -= piece;
+        for record in board.telemetry() {
+            let stamp = record.measurement.stamp;
+            let from = stamp.clock as usize;
+            let samples = std::array::from_fn(|n| codes[(from + n) % codes.len()] as i16);
+            let mut expected = pipeline.block(stamp, &samples);
+            settings.calibration.apply(&mut expected);
+            assert_eq!(record.measurement, expected, "block {}", stamp.sequence);
+            seen += 1;
+        }
+    }
+    let status = board.status();
+    println!(
+        "{:.2} MS/s: {seen} records right of {} blocks, {} lost; awake {} permille, the longest block {} permille, {:.0} cycles",
+        settings.config.rate_hz / 1e6,
+        status.counters.blocks,
+        status.counters.lost(),
+        status.load,
+        status.peak,
+        // The timer has half of the core's rate.
+        2.0 * f64::from(status.longest)
+    );
+    assert!(seen > 0);
+    board.assert_rules();
+    Some(status)
+}
+
+#[test]
+fn no_block_is_lost_at_one_and_a_half_million_samples_a_second() {
+    let blocks = sized(100, 10_000);
+    // Blocks that clip take three times as long.
+    for (rate_hz, amplitude, share) in [(1.5e6, 900.0, 1), (500e3, 6000.0, 4)] {
+        // A record of each block: more than the line takes.
+        let settings = tone(rate_hz);
+        let Some(status) = stream(&settings, &table(amplitude), blocks / share) else { return };
+        assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
+        assert!(u64::from(status.counters.blocks) >= blocks / share - 2);
+    }
+}
+
+/// What the settings allow is measured without a loss, and what is faster is refused: `sampling::BLOCK_CYCLES`.
+#[test]
+fn the_fastest_rate_that_is_not_refused_holds() {
+    // 29 cycles of 36 MHz a sample: a block lasts 118,784 cycles of the core. One cycle less is refused.
+    let settings = Settings { core_mhz: 144, ..tone(36e6 / 29.0) };
+    let blocks = sized(60, 2_000);
+    let Some(status) = stream(&settings, &table(900.0), blocks) else { return };
+    assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
+    let (mut board, _) = Emulated::start(&settings).unwrap();
+    for rate_hz in [36e6 / 28.0, 2.4e6] {
+        let faster = Settings { core_mhz: 144, ..tone(rate_hz) };
+        let refused = board.request(Command::SetSettings(faster, N));
+        assert_eq!(refused, Err(Refusal::Settings([3, 2])));
+    }
+}
