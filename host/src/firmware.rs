@@ -21,7 +21,7 @@ enum Work {
 }
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [(Target, &[&str], &[&str]); 7] = [
+const IMAGES: [(Target, &[&str], &[&str]); 8] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),

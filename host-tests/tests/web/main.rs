@@ -11,7 +11,6 @@ use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::device::{Listener, Said};
 use picket_host::recording::Options;
-use picket_host::toolchain::ToolError;
 use picket_host::watch::line::{Row, Scale};
 use picket_host::watch::settings::of_answer;
 use picket_host::web::{FILES, Site, browser};
