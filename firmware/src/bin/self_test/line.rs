@@ -27,7 +27,7 @@ impl Line {
     pub fn decimal(mut self, number: f64, decimals: u32) -> Self {
         let scale = 10_u64.saturating_pow(decimals);
         let scaled = libm::round(libm::fabs(number) * scale as f64);
-        if !(scaled < 1e18) {
+        if scaled.is_nan() || scaled >= 1e18 {
             return self.text("-");
         }
         if number < 0.0 && scaled > 0.0 {
