@@ -131,8 +131,7 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
     if cycles < f64::from(SAMPLE_CYCLES) - 0.5 {
         return Err(RateError::Fast);
     }
-    // NaN is refused, too.
-    if !(cycles <= 65_536.5) {
+    if cycles.is_nan() || cycles > 65_536.5 {
         return Err(RateError::Slow);
     }
     Ok(((cycles + 0.5) as u32).clamp(SAMPLE_CYCLES, 65_536))
