@@ -18,7 +18,8 @@ use static_cell::ConstStaticCell;
 /// Memory of a block, aligned to the ring of a channel's address.
 #[repr(C, align(4096))]
 struct Memory([u32; SLOT]);
-const _: () = assert!(align_of::<Memory>() % BLOCK_BYTES == 0 && BLOCK_BYTES.is_power_of_two());
+const _: () =
+    assert!(align_of::<Memory>().is_multiple_of(BLOCK_BYTES) && BLOCK_BYTES.is_power_of_two());
 
 type Slot = crate::slot::Slot<SLOT>;
 

@@ -83,7 +83,7 @@ pub fn clocks(
 /// Starts the watchdog; it counts microseconds of the reference clock, twice each (RP2040-E1).
 fn watch() {
     // ENABLE 9: a tick in 12 cycles of the crystal, or of the slower oscillator before it.
-    put!(watchdog().tick(), 1 << 9 | CRYSTAL_HZ / 1_000_000);
+    put!(watchdog().tick(), (1 << 9) | (CRYSTAL_HZ / 1_000_000));
     put!(psm().wdsel(), RESET_ALL);
     feed();
     // ENABLE 30; PAUSE 26:24 while a debugger holds the core.

@@ -50,14 +50,17 @@ fn estimate(work: &mut Work) {
     }
 }
 
-/// The stages in their order.
-pub const STAGES: [(&str, fn(&mut Work)); 3] =
+/// A stage of a measurement.
+pub type Stage = fn(&mut Work);
+
+/// The stages in their order, with their names.
+pub const STAGES: [(&str, Stage); 3] =
     [("transform", transform), ("search", search), ("estimate", estimate)];
 
 /// The cycles of a stage, without its call.
-pub fn cycles(stage: fn(&mut Work), work: &mut Work) -> u32 {
+pub fn cycles(stage: Stage, work: &mut Work) -> u32 {
     fn nothing(_: &mut Work) {}
-    let count = |stage: fn(&mut Work), work: &mut Work| {
+    let count = |stage: Stage, work: &mut Work| {
         cortex_m::interrupt::free(|_| {
             let before = DWT::cycle_count();
             black_box(stage)(work);
