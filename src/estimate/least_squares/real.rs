@@ -149,6 +149,9 @@ struct Slow<T> {
     data: [T; slow::TERMS],
 }
 
+/// The slow terms' products with the model's basis and its derivative.
+type Shares<T> = [[T; 4]; slow::TERMS];
+
 /// The inner product of two bins as real vectors.
 fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
     a.re * b.re + a.im * b.im
@@ -186,14 +189,14 @@ pub(super) fn fit_beside_slow<T: Scalar>(
     let (low, high) = problem.limits();
     let mut d = limit(problem.start(), START_LIMIT).max(low).min(high);
     let (mut p, mut speed) = problem.cosine_offset(d);
-    let mut step = problem.step_beside(p, &slow);
+    let (mut step, mut shares) = problem.step_beside(p, &slow);
     for _ in 0..STEPS {
         d = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
         (p, speed) = problem.cosine_offset(d);
-        step = problem.step_beside(p, &slow);
+        (step, shares) = problem.step_beside(p, &slow);
     }
     step.information = step.information * speed * speed;
-    problem.take_slow_terms(p, step.line, &slow);
+    problem.take_slow_terms(step.line, &shares, &slow);
     let mut fit = problem.finish(d, p, &step);
     fit.freedom = fit.freedom.saturating_sub(slow::TERMS as u32).max(1);
     Some(fit)
@@ -252,7 +255,7 @@ impl<T: Scalar> Problem<T> {
 
     /// The slow terms' products with the model's basis and with its derivative at p: with `(1, 0) h`,
     /// `(-e u, s) h`, `(1, 0) h'` and `(-e u, s) h'`.
-    fn shares(&self, p: T, slow: &Slow<T>) -> [[T; 4]; slow::TERMS] {
+    fn shares(&self, p: T, slow: &Slow<T>) -> Shares<T> {
         // The peak itself: h = 1, h' = 0.
         let mut shares = slow.centre.map(|q| [q.re, q.im, T::zero(), T::zero()]);
         for (side, terms) in self.sides.iter().zip(&slow.sides) {
@@ -270,18 +273,20 @@ impl<T: Scalar> Problem<T> {
 
     /// [`Problem::step`] with slow terms as further linear unknowns: what lies along them is taken
     /// out of every inner product.
-    fn step_beside(&self, p: T, slow: &Slow<T>) -> Step<T> {
+    #[inline(never)]
+    fn step_beside(&self, p: T, slow: &Slow<T>) -> (Step<T>, Shares<T>) {
+        let shares = self.shares(p, slow);
         let mut products = self.products(p);
-        for ([f1, f2, g1, g2], data) in self.shares(p, slow).into_iter().zip(slow.data) {
+        for (&[f1, f2, g1, g2], data) in shares.iter().zip(slow.data) {
             products.less(f1, f2, g1, g2, data);
         }
-        products.step()
+        (products.step(), shares)
     }
 
-    /// Subtracts the slow terms from the bins, as this line at p leaves them.
-    fn take_slow_terms(&mut self, p: T, line: Complex<T>, slow: &Slow<T>) {
+    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
+    fn take_slow_terms(&mut self, line: Complex<T>, shares: &Shares<T>, slow: &Slow<T>) {
         let mut heights = slow.data;
-        for (height, [f1, f2, ..]) in heights.iter_mut().zip(self.shares(p, slow)) {
+        for (height, &[f1, f2, ..]) in heights.iter_mut().zip(shares) {
             *height = *height - line.re * f1 - line.im * f2;
         }
         let sum = |terms: &slow::Values<T>| {
