@@ -22,7 +22,6 @@ mod protocol;
 mod q15;
 mod recordings;
 mod registers;
-mod ring;
 mod signal;
 mod solver;
 mod sweep;
