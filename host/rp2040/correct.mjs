@@ -1,5 +1,6 @@
 // The emulator with a few lines corrected, as a copy beside it: `await corrected()` gives its module. The package itself stays as npm
 // got it, and host-tests/tests/pico.rs shows on it what each correction is for.
+import { createHash } from 'node:crypto';
 import { cpSync, existsSync, readFileSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -31,10 +32,10 @@ const CORRECTIONS = [
 ];
 
 export async function corrected() {
-  const place = join(HERE, 'corrected');
-  const mark = join(place, 'mark.json');
-  const marks = JSON.stringify(CORRECTIONS);
-  if (!existsSync(mark) || readFileSync(mark, 'utf8') !== marks) {
+  // Named by what is corrected, so that no process removes what another has begun to read.
+  const corrections = createHash('sha256').update(JSON.stringify(CORRECTIONS)).digest('hex').slice(0, 16);
+  const place = join(HERE, `corrected-${corrections}`);
+  if (!existsSync(place)) {
     const part = `${place}.${process.pid}`;
     cpSync(join(HERE, 'node_modules/rp2040js/dist/esm'), part, { recursive: true });
     let text = readFileSync(join(part, CORE), 'utf8');
@@ -43,8 +44,6 @@ export async function corrected() {
       text = text.replace(from, to);
     }
     writeFileSync(join(part, CORE), text);
-    writeFileSync(join(part, 'mark.json'), marks);
-    rmSync(place, { recursive: true, force: true });
     // Another process may have been faster.
     try {
       renameSync(part, place);

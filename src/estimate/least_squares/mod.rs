@@ -214,8 +214,25 @@ pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
         return None;
     }
     let bins = Bins::<f32, R, _>::of(spectrum, peak);
-    let distance = |i| Distance::new(i, N as i32);
-    real::fit_beside_slow(N as i32, peak, |k| bins.at(k), reach.bins(), distance)
+    let first = -(REACH as i32);
+    let mut cells = [Complex::new(0.0, 0.0); 2 * REACH + 1];
+    cells.iter_mut().zip(first..).for_each(|(cell, k)| *cell = bins.at(k));
+    beside_slow(N as i32, peak, &cells, reach.bins())
+}
+
+/// The same from the bins around the peak, compiled once for all lengths.
+#[inline(never)]
+fn beside_slow(
+    n: i32,
+    peak: i32,
+    cells: &[Complex<f32>; 2 * REACH + 1],
+    reach: usize,
+) -> Option<Fit<f32>> {
+    let bin = |k: i32| {
+        let cell = cells.get(k.wrapping_add(REACH as i32) as usize);
+        cell.copied().unwrap_or(Complex::new(0.0, 0.0))
+    };
+    real::fit_beside_slow(n, peak, bin, reach, |i| Distance::new(i, n))
 }
 
 /// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
