@@ -188,17 +188,38 @@ pub(crate) fn fit_points<const N: usize>(
     exponent: i32,
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
-    let unit = f32::two_to(exponent);
+    real_points(N as i32, peak, points, exponent, course, const { &singles::<N>() })
+}
+
+/// The same, compiled once for all lengths.
+#[inline(never)]
+fn real_points(
+    n: i32,
+    peak: i32,
+    points: &[Point],
+    exponent: i32,
+    course: Course<f32>,
+    table: &[Distance<f32>; REACH + 1],
+) -> Option<Fit<f32>> {
     let reach = points.len() / 2;
-    let bins = |k: i32| {
-        let place = usize::try_from(k.wrapping_add(reach as i32)).unwrap_or(usize::MAX);
+    real::fit(n, peak, bins(points, exponent), reach, course, constants(table))
+}
+
+/// The bins of points, by their distance from the middle one.
+#[inline]
+fn bins(points: &[Point], exponent: i32) -> impl Fn(i32) -> Complex<f32> {
+    let (unit, middle) = (f32::two_to(exponent), points.len() as i32 / 2);
+    move |k| {
+        let place = usize::try_from(k.wrapping_add(middle)).unwrap_or(usize::MAX);
         let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
         Complex::new(re as f32 * unit, im as f32 * unit)
-    };
-    let table = const { &singles::<N>() };
-    const NONE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
-    let distance = |i: i32| table.get(i as usize).copied().unwrap_or(NONE);
-    real::fit(N as i32, peak, bins, reach, course, distance)
+    }
+}
+
+/// The constants of a distance.
+#[inline]
+fn constants(table: &[Distance<f32>; REACH + 1]) -> impl Fn(i32) -> Distance<f32> {
+    |i| table.get(i as usize).copied().unwrap_or(NO_DISTANCE)
 }
 
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
@@ -213,26 +234,24 @@ pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
         return None;
     }
-    let bins = Bins::<f32, R, _>::of(spectrum, peak);
-    let first = -(REACH as i32);
-    let mut cells = [Complex::new(0.0, 0.0); 2 * REACH + 1];
-    cells.iter_mut().zip(first..).for_each(|(cell, k)| *cell = bins.at(k));
-    beside_slow(N as i32, peak, &cells, reach.bins())
+    let mut place = MaybeUninit::<[Point; 2 * REACH + 1]>::uninit();
+    let points = spectrum.window(peak.wrapping_sub(REACH as i32), &mut place);
+    let table = const { &singles::<N>() };
+    beside_slow(N as i32, peak, points, spectrum.exponent(), reach.bins(), table)
 }
 
-/// The same from the bins around the peak, compiled once for all lengths.
+/// The same from the bins within [`REACH`] of the peak, in units of `2^exponent` codes. It is compiled
+/// once for all lengths.
 #[inline(never)]
 fn beside_slow(
     n: i32,
     peak: i32,
-    cells: &[Complex<f32>; 2 * REACH + 1],
+    points: &[Point],
+    exponent: i32,
     reach: usize,
+    table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
-    let bin = |k: i32| {
-        let cell = cells.get(k.wrapping_add(REACH as i32) as usize);
-        cell.copied().unwrap_or(Complex::new(0.0, 0.0))
-    };
-    real::fit_beside_slow(n, peak, bin, reach, |i| Distance::new(i, n))
+    real::fit_beside_slow(n, peak, bins(points, exponent), reach, constants(table))
 }
 
 /// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
@@ -246,6 +265,9 @@ pub(crate) struct Distance<T> {
     versine: T,
 }
 
+/// For a distance beyond the table, which no fit has.
+const NO_DISTANCE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
+
 impl<T: Scalar> Distance<T> {
     fn new(i: i32, n: i32) -> Self {
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
@@ -258,7 +280,7 @@ impl<T: Scalar> Distance<T> {
 
 /// The constants of every distance up to the reach.
 const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
-    let mut table = [Distance { near: 0.0, bend: 0.0, versine: 0.0 }; REACH + 1];
+    let mut table = [NO_DISTANCE; REACH + 1];
     let e = core::f64::consts::TAU / N as f64;
     let mut i = 1;
     while i <= REACH {
