@@ -208,7 +208,7 @@ fn real_points(
 }
 
 /// The bins of points, by their distance from the middle one.
-#[inline]
+#[inline(always)]
 fn bins(points: &[Point], exponent: i32) -> impl Fn(i32) -> Complex<f32> {
     let (unit, middle) = (f32::two_to(exponent), points.len() as i32 / 2);
     move |k| {
@@ -219,7 +219,7 @@ fn bins(points: &[Point], exponent: i32) -> impl Fn(i32) -> Complex<f32> {
 }
 
 /// The constants of a distance.
-#[inline]
+#[inline(always)]
 fn constants(table: &[Distance<f32>; REACH + 1]) -> impl Fn(i32) -> Distance<f32> {
     |i| table.get(i as usize).copied().unwrap_or(NO_DISTANCE)
 }

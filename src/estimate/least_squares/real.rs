@@ -104,7 +104,7 @@ struct Products<T> {
 
 impl<T: Scalar> Products<T> {
     /// The normal equations: the line by elimination, and the step that follows from it.
-    #[inline]
+    #[inline(always)]
     fn step(&self) -> Step<T> {
         let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
         let inverse = T::one() / (g11 * g22 - g12 * g12);
@@ -377,7 +377,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// The inner products at p, from the sums.
-    #[inline]
+    #[inline(always)]
     fn products(&self, p: T) -> Products<T> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sums(p);
         // The peak itself: h = 1, h' = 0.
