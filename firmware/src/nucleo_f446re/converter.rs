@@ -9,14 +9,11 @@ use super::registers::{adc_common, adc1, adc2, clear, dma2, enable, put, wait};
 use super::start::ticks;
 use super::words::Words;
 use super::words::clock::Tree;
-use super::words::sampling::{
-    ADC_SR_OVR, ConverterWords, Elapsed, STREAM_0_ERRORS, STREAM_0_FLAGS, STREAM_CT, STREAM_EN,
-    completed,
-};
+use super::words::passage::{Elapsed, Look, Passage};
+use super::words::sampling::{ADC_SR_OVR, ConverterWords, STREAM_0_FLAGS, STREAM_CT, STREAM_EN};
 use super::{N, SLOT, SLOTS};
 use crate::instrument::plan::Plan;
-use crate::shared::Shared;
-use cortex_m::interrupt::free;
+use crate::shared::{self, Shared};
 use cortex_m::peripheral::NVIC;
 use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
 use static_cell::ConstStaticCell;
@@ -34,15 +31,7 @@ pub struct Chain {
     converter: ConverterWords,
     length: u32,
     iq: bool,
-    /// CT at the last look.
-    target: bool,
-    /// Whether a late exchange has stopped the stream.
-    stopped: bool,
-    /// Blocks completed or passed, and the segments of a chirp.
-    passed: u64,
-    segments: u64,
-    /// When blocks end.
-    time: Elapsed,
+    passage: Passage,
 }
 
 impl Chain {
@@ -79,8 +68,6 @@ impl Chain {
         put!(stream.ndtr(), self.length as u16 as u32);
         // Direct mode: no FIFO.
         put!(stream.fcr(), 0);
-        self.target = false;
-        self.stopped = false;
         put!(stream.cr(), self.control);
         // The barrier puts the slots in memory before the stream writes them.
         cortex_m::asm::dmb();
@@ -101,16 +88,7 @@ impl Chain {
         // The converters settle in 3 us (DS 6.3.20): 540 cycles at most.
         cortex_m::asm::delay(600);
         chirp::run();
-        self.time.begin(ticks());
-    }
-
-    /// Passes blocks to the first one of a whole chirp, and returns their number.
-    fn skip(&mut self, blocks: u32) -> u32 {
-        let passed = self.passed.wrapping_add(blocks.into());
-        let within = passed.checked_rem(self.segments).unwrap_or(0);
-        let more = if within == 0 { 0 } else { self.segments.saturating_sub(within) };
-        self.passed = passed.wrapping_add(more);
-        blocks.saturating_add(more as u32)
+        self.passage.begin(ticks());
     }
 }
 
@@ -118,27 +96,13 @@ impl Dma for Chain {
     type Slot = Slot;
 
     fn status(&mut self) -> Status {
-        // The time comes first: a block that ends after it is counted by the flags alone, while one
-        // that ended before the time and after the flags would count twice.
+        // The order matters, see `Look`.
         let now = ticks();
         let flags = dma2().lisr().read().bits() & STREAM_0_FLAGS;
-        // The order matters: a block that ends in between is counted now or next time, never twice.
         let target = self.target();
         put!(dma2().lifcr(), flags);
         let adc_overrun = (adc1().sr().read().bits() | adc2().sr().read().bits()) & ADC_SR_OVR != 0;
-        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || chirp::underrun();
-        let seen = completed(flags, target != self.target);
-        let completed = if dma_error || adc_overrun {
-            // Of a stream that stands still, the flags do not tell how many blocks passed since.
-            self.time.beside(seen)
-        } else {
-            self.time.completed(seen, now)
-        };
-        if completed > 0 {
-            self.target = target;
-        }
-        self.passed = self.passed.wrapping_add(completed.into());
-        Status { completed, dma_error, adc_overrun }
+        self.passage.status(Look { now, flags, target, adc_overrun, underrun: chirp::underrun() })
     }
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
@@ -146,7 +110,8 @@ impl Dma for Chain {
         let [first, second] = &mut self.held;
         // The barrier completes all reads of the controller's data before the addresses change.
         cortex_m::asm::dmb();
-        let place = if self.target {
+        let seen = self.passage.target();
+        let place = if seen {
             put!(stream.m0ar(), empty.address());
             first
         } else {
@@ -154,22 +119,22 @@ impl Dma for Chain {
             second
         };
         let full = core::mem::replace(place, empty);
-        if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == self.target {
+        if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == seen {
             return Ok(full);
         }
         // The stream has meanwhile turned to this slot, and which address it uses is unknown.
         let empty = core::mem::replace(place, full);
         self.stop();
-        self.stopped = true;
+        self.passage.stop();
         NVIC::pend(pac::Interrupt::DMA2_STREAM0);
         Err(empty)
     }
 
     fn restart(&mut self) -> u32 {
         self.stop();
-        let late = self.time.late(ticks());
+        let late = self.passage.late(ticks());
         self.start();
-        self.skip(late)
+        self.passage.skip(late)
     }
 }
 
@@ -221,12 +186,11 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         converter: sampling.converter(tree),
         length: plan.length,
         iq: sampling.iq,
-        target: false,
-        stopped: false,
-        passed: 0,
-        segments: timing.segments.len().max(1) as u64,
-        // A host that plays the stream does so at its own pace.
-        time: Elapsed::new(words.block_ticks.filter(|_| !cfg!(feature = "played"))),
+        passage: Passage::new(
+            timing.segments.len(),
+            // A host that plays the stream does so at its own pace.
+            Elapsed::new(words.block_ticks.filter(|_| !cfg!(feature = "played"))),
+        ),
     };
     let (mut filler, mut blocks) = FRONT_END.try_take()?.split(chain, timing, [c]);
     let more = usize::from(plan.settings.slots).saturating_sub(3);
@@ -242,12 +206,5 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
 
 /// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
 pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
-    free(|_| {
-        let waits = blocks.is_some_and(Blocks::waiting) || super::serial::waiting();
-        if !waits {
-            // An interrupt ends the sleep, though it is served only after the critical section.
-            cortex_m::asm::dsb();
-            cortex_m::asm::wfi();
-        }
-    });
+    shared::sleep(|| blocks.is_some_and(Blocks::waiting) || super::serial::waiting());
 }

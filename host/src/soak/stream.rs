@@ -1,11 +1,10 @@
 //! A stream that fills two slots in turn, register by register: DMA2's stream 0 of an STM32F4 in double-buffer mode (RM0390,
-//! 9.3.10), and a driver that takes the steps of `firmware/src/nucleo_f446re/converter.rs` in their order. Time may pass before
-//! every access, so every fault can come at every step of the hand-over.
+//! 9.3.10), and a driver that does to it what `firmware/src/nucleo_f446re/converter.rs` does to the chip, in the same order, and counts
+//! by the same code. Time may pass before every access, so every fault can come at every step of the hand-over.
 
 use picket::acquire::frontend::{Dma, Status};
-use picket_firmware::nucleo_f446re::words::sampling::{
-    Elapsed, STREAM_0_COMPLETE, STREAM_0_ERRORS, STREAM_0_FLAGS, completed,
-};
+use picket_firmware::nucleo_f446re::words::passage::{Elapsed, Look, Passage};
+use picket_firmware::nucleo_f446re::words::sampling::{STREAM_0_COMPLETE, STREAM_0_FLAGS};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -128,11 +127,7 @@ impl Hardware {
 pub struct Chain {
     hardware: Rc<RefCell<Hardware>>,
     held: [Slot; 2],
-    target: bool,
-    stopped: bool,
-    passed: u64,
-    segments: u64,
-    time: Elapsed,
+    passage: Passage,
     /// Blocks that the next restart leaves out besides: a long time at once, so that counts wrap.
     pub skips: u32,
 }
@@ -147,11 +142,7 @@ impl Chain {
         let chain = Chain {
             hardware,
             held: [Slot(0), Slot(1)],
-            target: false,
-            stopped: false,
-            passed: 0,
-            segments: segments.max(1) as u64,
-            time: Elapsed::new(Some(block)),
+            passage: Passage::new(segments, Elapsed::new(Some(block))),
             skips: 0,
         };
         (chain, (2..slots).map(Slot).collect())
@@ -172,19 +163,9 @@ impl Chain {
         hardware.address = [self.held[0].0, self.held[1].0];
         (hardware.target, hardware.overrun, hardware.running) = (false, false, true);
         hardware.begun = (hardware.now, number);
-        (self.target, self.stopped) = (false, false);
         let held_up = std::mem::take(&mut hardware.held_up);
-        self.time.begin(hardware.ticks());
+        self.passage.begin(hardware.ticks());
         hardware.held_up = held_up;
-    }
-
-    /// Passes blocks to the first one of a whole chirp, and returns their number.
-    fn skip(&mut self, blocks: u32) -> u32 {
-        let passed = self.passed.wrapping_add(blocks.into());
-        let within = passed % self.segments;
-        let more = if within == 0 { 0 } else { self.segments - within };
-        self.passed = passed.wrapping_add(more);
-        blocks.saturating_add(more as u32)
     }
 }
 
@@ -202,35 +183,25 @@ impl Dma for Chain {
         hardware.flags &= !flags;
         hardware.access();
         let adc_overrun = hardware.overrun;
-        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped;
-        let seen = completed(flags, target != self.target);
-        let completed = if dma_error || adc_overrun {
-            self.time.beside(seen)
-        } else {
-            self.time.completed(seen, now)
-        };
-        if completed > 0 {
-            self.target = target;
-        }
-        self.passed = self.passed.wrapping_add(completed.into());
-        Status { completed, dma_error, adc_overrun }
+        self.passage.status(Look { now, flags, target, adc_overrun, underrun: false })
     }
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
-        let place = usize::from(!self.target);
-        self.hardware.borrow_mut().set_address(!self.target, &empty);
+        let seen = self.passage.target();
+        let place = usize::from(!seen);
+        self.hardware.borrow_mut().set_address(!seen, &empty);
         let full = std::mem::replace(&mut self.held[place], empty);
         let target = {
             let mut hardware = self.hardware.borrow_mut();
             hardware.access();
             hardware.target
         };
-        if target == self.target {
+        if target == seen {
             return Ok(full);
         }
         let empty = std::mem::replace(&mut self.held[place], full);
         self.stop();
-        self.stopped = true;
+        self.passage.stop();
         self.hardware.borrow_mut().pending = true;
         Err(empty)
     }
@@ -240,10 +211,10 @@ impl Dma for Chain {
         let (late, next) = {
             let mut hardware = self.hardware.borrow_mut();
             // The truth, by the stream's own count.
-            (self.time.late(hardware.ticks()), hardware.number() + 1)
+            (self.passage.late(hardware.ticks()), hardware.number() + 1)
         };
         let skips = std::mem::take(&mut self.skips);
-        let skipped = self.skip(late.saturating_add(skips));
+        let skipped = self.passage.skip(late.saturating_add(skips));
         let beyond = u64::from(skipped) - u64::from(late);
         self.start(next + beyond);
         skipped

@@ -8,6 +8,7 @@
 pub mod clock;
 pub mod gauge;
 pub mod guard;
+pub mod passage;
 pub mod pins;
 pub mod sampling;
 pub mod serial;

@@ -195,72 +195,10 @@ pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
 /// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
 pub const STREAM_0_FLAGS: u32 = 0x3D;
 
-/// The completed blocks that the stream's flags show (see
-/// [`picket::acquire::frontend::Status::completed`]): none without transfer complete, one if the
-/// slot being filled has changed since the last call, otherwise two.
-pub const fn completed(flags: u32, target_changed: bool) -> u32 {
-    match (flags & STREAM_0_COMPLETE != 0, target_changed) {
-        (false, _) => 0,
-        (true, true) => 1,
-        (true, false) => 2,
-    }
-}
-
 /// Cycles in which the core measures and reports a block of 1024 by the usual method, real and I/Q,
 /// while it sends as many records as the line takes, with some room. Counted on an emulated core
 /// without wait states (host-tests/tests/rsemu/streams.rs).
 pub const BLOCK_CYCLES: [u64; 2] = [115_000, 212_000];
-
-/// When blocks end, by a timer that never stops: how many have passed while nobody looked.
-#[derive(Clone, Copy, Debug)]
-pub struct Elapsed {
-    /// Ticks of a block; 0 if blocks do not follow the clock, or are too long for the timer.
-    block: u32,
-    /// The end of the last block that was counted.
-    last: u32,
-}
-
-impl Elapsed {
-    /// For blocks of this many ticks; `None` if they do not follow the clock.
-    pub const fn new(block_ticks: Option<u64>) -> Self {
-        match block_ticks {
-            // Half of the timer's range, so that a difference is never ambiguous.
-            Some(block @ 1..=0x7FFF_FFFF) => Elapsed { block: block as u32, last: 0 },
-            _ => Elapsed { block: 0, last: 0 },
-        }
-    }
-
-    /// The first block begins now.
-    pub fn begin(&mut self, now: u32) {
-        self.last = now;
-    }
-
-    /// The completed blocks, where the stream's flags show `seen` of them: the flags tell an odd
-    /// number from an even one, and time tells how many.
-    pub fn completed(&mut self, seen: u32, now: u32) -> u32 {
-        if seen == 0 || self.block == 0 {
-            return seen;
-        }
-        let beyond = now.wrapping_sub(self.last).saturating_sub(seen.saturating_mul(self.block));
-        // Pairs of blocks, to the nearest.
-        let pairs = beyond.saturating_add(self.block).checked_div(self.block.saturating_mul(2));
-        let completed = seen + 2 * pairs.unwrap_or(0);
-        self.last = self.last.wrapping_add(completed.wrapping_mul(self.block));
-        completed
-    }
-
-    /// Of `seen` completed blocks before a fault, those that [`Elapsed::late`] will not count: by the
-    /// clock it counts them all.
-    pub fn beside(&self, seen: u32) -> u32 {
-        if self.block == 0 { seen } else { 0 }
-    }
-
-    /// Blocks that begin now have to leave out so many: those whose time has come since the last
-    /// one that was counted, begun ones included, and at least one.
-    pub fn late(&self, now: u32) -> u32 {
-        now.wrapping_sub(self.last).checked_div(self.block).map_or(1, |whole| whole + 1)
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -334,7 +272,6 @@ mod tests {
         }
     }
 
-    // RM 13.13: bit by bit.
     /// Of slow rates, in which the prescaler takes part, one in some ten thousand once moved.
     #[test]
     fn a_rate_that_was_answered_stays_when_it_is_set_again() {
@@ -355,6 +292,7 @@ mod tests {
         }
     }
 
+    // RM 13.13: bit by bit.
     #[test]
     fn the_converters_words() {
         let tree = Tree::new(Speed::Mhz180, Source::HsePll);
@@ -379,48 +317,5 @@ mod tests {
         assert_eq!(real.control, 0x0007_2D16);
         let iq = plan(Speed::Mhz180, 1e5, true).unwrap().stream();
         assert_eq!(iq.control, 0x0007_5516);
-    }
-
-    #[test]
-    fn time_tells_how_many_blocks_passed() {
-        let start = u32::MAX - 500;
-        for late in [0, 40, 250, 490] {
-            for blocks in 1..2000_u32 {
-                let mut time = Elapsed::new(Some(1000));
-                time.begin(start);
-                let now = start.wrapping_add(1000 * blocks + late);
-                assert_eq!(time.completed(2 - blocks % 2, now), blocks, "{late}");
-                assert_eq!(time.late(now), 1);
-                // The next one, punctual.
-                assert_eq!(time.completed(1, now.wrapping_add(1000 - late)), 1);
-            }
-        }
-        let mut time = Elapsed::new(Some(1000));
-        time.begin(start);
-        assert_eq!(
-            (time.late(start.wrapping_add(999)), time.late(start.wrapping_add(1000))),
-            (1, 2)
-        );
-        assert_eq!(time.completed(0, start.wrapping_add(9999)), 0);
-        // The second block ends after the time was read and before the flags were.
-        let mut time = Elapsed::new(Some(1000));
-        time.begin(start);
-        assert_eq!(time.completed(2, start.wrapping_add(1999)), 2);
-        assert_eq!(time.completed(1, start.wrapping_add(3000)), 1);
-        // Before a fault, what the flags say counts only where time tells nothing.
-        assert_eq!((time.beside(2), Elapsed::new(None).beside(2)), (0, 2));
-        // Without a clock the flags alone count.
-        for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {
-            assert_eq!((time.completed(2, 5), time.late(12345)), (2, 1));
-        }
-    }
-
-    #[test]
-    fn what_the_streams_flags_mean() {
-        assert_eq!(completed(0, true), 0);
-        assert_eq!(completed(STREAM_0_ERRORS, false), 0);
-        assert_eq!(completed(STREAM_0_COMPLETE, true), 1);
-        assert_eq!(completed(STREAM_0_COMPLETE | 1 << 4, false), 2);
-        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS | 1, STREAM_0_FLAGS);
     }
 }

@@ -1,0 +1,202 @@
+//! How many blocks the stream has completed and passed: by its flags, by a timer, and by the segments
+//! of a chirp. Registers are read elsewhere, so a model of the stream can drive this, too.
+
+use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
+use picket::acquire::frontend::Status;
+
+/// What one look at the stream and the converters shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// The timer, read first: a block that ends after it is counted by the flags alone, while one
+    /// that ended before the time and after the flags would count twice.
+    pub now: u32,
+    /// The stream's flags, as [`STREAM_0_FLAGS`](super::sampling::STREAM_0_FLAGS) has them.
+    pub flags: u32,
+    /// Which slot is being filled (CT), read after the flags: a block that ends in between is counted
+    /// now or next time, never twice.
+    pub target: bool,
+    /// A converter had a sample before the last one was fetched.
+    pub adc_overrun: bool,
+    /// The chirp's table was not read in time.
+    pub underrun: bool,
+}
+
+/// The passage of blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct Passage {
+    /// CT at the last look that showed a completed block.
+    target: bool,
+    /// Whether a late exchange has stopped the stream.
+    stopped: bool,
+    /// Blocks completed or passed, and the segments of a chirp.
+    passed: u64,
+    segments: u64,
+    /// When blocks end.
+    time: Elapsed,
+}
+
+impl Passage {
+    /// Of a stream that stands still. `segments` are those of a chirp; none is one.
+    pub fn new(segments: usize, time: Elapsed) -> Self {
+        Self { target: false, stopped: false, passed: 0, segments: segments.max(1) as u64, time }
+    }
+
+    /// The stream begins its first block now, in the first slot.
+    pub fn begin(&mut self, now: u32) {
+        (self.target, self.stopped) = (false, false);
+        self.time.begin(now);
+    }
+
+    /// A late exchange has stopped the stream.
+    pub fn stop(&mut self) {
+        self.stopped = true;
+    }
+
+    /// Whether the second slot was being filled at the last look that showed a completed block.
+    pub const fn target(&self) -> bool {
+        self.target
+    }
+
+    /// Counts what a look shows.
+    pub fn status(&mut self, look: Look) -> Status {
+        let Look { now, flags, target, adc_overrun, underrun } = look;
+        let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || underrun;
+        let seen = completed(flags, target != self.target);
+        let completed = if dma_error || adc_overrun {
+            // Of a stream that stands still, the flags do not tell how many blocks passed since.
+            self.time.beside(seen)
+        } else {
+            self.time.completed(seen, now)
+        };
+        if completed > 0 {
+            self.target = target;
+        }
+        self.passed = self.passed.wrapping_add(completed.into());
+        Status { completed, dma_error, adc_overrun }
+    }
+
+    /// Blocks that have to be left out if the stream begins again now: see [`Elapsed::late`].
+    pub fn late(&self, now: u32) -> u32 {
+        self.time.late(now)
+    }
+
+    /// Passes blocks to the first one of a whole chirp, and returns their number.
+    pub fn skip(&mut self, blocks: u32) -> u32 {
+        let passed = self.passed.wrapping_add(blocks.into());
+        let within = passed.checked_rem(self.segments).unwrap_or(0);
+        let more = if within == 0 { 0 } else { self.segments.saturating_sub(within) };
+        self.passed = passed.wrapping_add(more);
+        blocks.saturating_add(more as u32)
+    }
+}
+
+/// The completed blocks that the stream's flags show (see
+/// [`picket::acquire::frontend::Status::completed`]): none without transfer complete, one if the
+/// slot being filled has changed since the last call, otherwise two.
+const fn completed(flags: u32, target_changed: bool) -> u32 {
+    match (flags & STREAM_0_COMPLETE != 0, target_changed) {
+        (false, _) => 0,
+        (true, true) => 1,
+        (true, false) => 2,
+    }
+}
+
+/// When blocks end, by a timer that never stops: how many have passed while nobody looked.
+#[derive(Clone, Copy, Debug)]
+pub struct Elapsed {
+    /// Ticks of a block; 0 if blocks do not follow the clock, or are too long for the timer.
+    block: u32,
+    /// The end of the last block that was counted.
+    last: u32,
+}
+
+impl Elapsed {
+    /// For blocks of this many ticks; `None` if they do not follow the clock.
+    pub const fn new(block_ticks: Option<u64>) -> Self {
+        match block_ticks {
+            // Half of the timer's range, so that a difference is never ambiguous.
+            Some(block @ 1..=0x7FFF_FFFF) => Elapsed { block: block as u32, last: 0 },
+            _ => Elapsed { block: 0, last: 0 },
+        }
+    }
+
+    /// The first block begins now.
+    pub fn begin(&mut self, now: u32) {
+        self.last = now;
+    }
+
+    /// The completed blocks, where the stream's flags show `seen` of them: the flags tell an odd
+    /// number from an even one, and time tells how many.
+    pub fn completed(&mut self, seen: u32, now: u32) -> u32 {
+        if seen == 0 || self.block == 0 {
+            return seen;
+        }
+        let beyond = now.wrapping_sub(self.last).saturating_sub(seen.saturating_mul(self.block));
+        // Pairs of blocks, to the nearest.
+        let pairs = beyond.saturating_add(self.block).checked_div(self.block.saturating_mul(2));
+        let completed = seen + 2 * pairs.unwrap_or(0);
+        self.last = self.last.wrapping_add(completed.wrapping_mul(self.block));
+        completed
+    }
+
+    /// Of `seen` completed blocks before a fault, those that [`Elapsed::late`] will not count: by the
+    /// clock it counts them all.
+    pub fn beside(&self, seen: u32) -> u32 {
+        if self.block == 0 { seen } else { 0 }
+    }
+
+    /// Blocks that begin now have to leave out so many: those whose time has come since the last
+    /// one that was counted, begun ones included, and at least one.
+    pub fn late(&self, now: u32) -> u32 {
+        now.wrapping_sub(self.last).checked_div(self.block).map_or(1, |whole| whole + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nucleo_f446re::words::sampling::STREAM_0_FLAGS;
+
+    #[test]
+    fn time_tells_how_many_blocks_passed() {
+        let start = u32::MAX - 500;
+        for late in [0, 40, 250, 490] {
+            for blocks in 1..2000_u32 {
+                let mut time = Elapsed::new(Some(1000));
+                time.begin(start);
+                let now = start.wrapping_add(1000 * blocks + late);
+                assert_eq!(time.completed(2 - blocks % 2, now), blocks, "{late}");
+                assert_eq!(time.late(now), 1);
+                // The next one, punctual.
+                assert_eq!(time.completed(1, now.wrapping_add(1000 - late)), 1);
+            }
+        }
+        let mut time = Elapsed::new(Some(1000));
+        time.begin(start);
+        assert_eq!(
+            (time.late(start.wrapping_add(999)), time.late(start.wrapping_add(1000))),
+            (1, 2)
+        );
+        assert_eq!(time.completed(0, start.wrapping_add(9999)), 0);
+        // The second block ends after the time was read and before the flags were.
+        let mut time = Elapsed::new(Some(1000));
+        time.begin(start);
+        assert_eq!(time.completed(2, start.wrapping_add(1999)), 2);
+        assert_eq!(time.completed(1, start.wrapping_add(3000)), 1);
+        // Before a fault, what the flags say counts only where time tells nothing.
+        assert_eq!((time.beside(2), Elapsed::new(None).beside(2)), (0, 2));
+        // Without a clock the flags alone count.
+        for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {
+            assert_eq!((time.completed(2, 5), time.late(12345)), (2, 1));
+        }
+    }
+
+    #[test]
+    fn what_the_streams_flags_mean() {
+        assert_eq!(completed(0, true), 0);
+        assert_eq!(completed(STREAM_0_ERRORS, false), 0);
+        assert_eq!(completed(STREAM_0_COMPLETE, true), 1);
+        assert_eq!(completed(STREAM_0_COMPLETE | 1 << 4, false), 2);
+        assert_eq!(STREAM_0_COMPLETE | 1 << 4 | STREAM_0_ERRORS | 1, STREAM_0_FLAGS);
+    }
+}
