@@ -4,6 +4,17 @@ use core::cell::RefCell;
 use cortex_m::interrupt::{Mutex, free};
 use picket::acquire::frontend::{Counters, Dma, Filler};
 
+/// Sleeps until an interrupt. It returns at once if something `waits`.
+pub fn sleep(waits: impl FnOnce() -> bool) {
+    free(|_| {
+        if !waits() {
+            // An interrupt ends the sleep, though it is served only after the critical section.
+            cortex_m::asm::dsb();
+            cortex_m::asm::wfi();
+        }
+    });
+}
+
 /// A [`Filler`], empty until the converter starts. Interrupts are masked during each access.
 pub struct Shared<D: Dma + 'static>(Mutex<RefCell<Option<Filler<'static, D>>>>);
 

@@ -3,6 +3,7 @@
 #[path = "../../fuzz/src/lib.rs"]
 mod targets;
 
+use host_tests::sized;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::fs;
@@ -40,11 +41,11 @@ fn every_kept_input_passes() {
 #[test]
 fn damage_to_the_corpus_passes() {
     println!("seed 231");
-    let long = std::env::var_os("PICKET_LONG").is_some();
+    let rounds = sized(2_000, 2_000_000);
     let mut rng = ChaCha8Rng::seed_from_u64(231);
     for (name, body) in TARGETS {
         let inputs = corpus(name);
-        for round in 0..if long { 2_000_000 } else { 2_000 } {
+        for round in 0..rounds {
             let (path, input) = &inputs[rng.random_range(0..inputs.len())];
             let mut input = input.clone();
             for _ in 0..rng.random_range(1..6) {

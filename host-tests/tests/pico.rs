@@ -8,13 +8,14 @@ mod faults;
 #[path = "pico/scene.rs"]
 mod scene;
 
+use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::Pico;
 use picket_wire::boot::Clock;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
-use scene::{Hard, expected, frames, plug, settings, sized, status, stream};
+use scene::{Hard, expected, frames, plug, settings, status, stream};
 
 /// Measures so many blocks, of which one in `hard_one_in` takes longest, and holds every record against the host's.
 fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Vec<u32>)> {

@@ -19,12 +19,13 @@ mod source;
 mod streams;
 
 use board::{Emulated, Sectors};
+use host_tests::sized;
 use picket::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::boot::Clock;
 use picket_wire::command::Command;
 use picket_wire::settings::{Drive, Settings};
-use settings::{chirp, sized, tone};
+use settings::{chirp, tone};
 
 #[test]
 fn it_starts_by_the_crystal_and_measures() {

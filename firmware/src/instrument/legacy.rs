@@ -1,8 +1,8 @@
 //! What survives a reset: how the last program ended, and the settings for the next one.
 
+use super::checksum;
 use super::retained::Retained;
 use cortex_m::peripheral::SCB;
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use picket_wire::boot::LastEnd;
 use picket_wire::settings::Settings;
 
@@ -34,13 +34,6 @@ pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
     words
 }
 
-fn checksum(words: &[u32]) -> u32 {
-    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
-    words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
-    digest.finalize()
-}
-
 impl Legacy {
     /// Takes what the last program left; nothing after power-on.
     pub fn take() -> Self {
@@ -50,7 +43,7 @@ impl Legacy {
         let Some((&[MAGIC, kind, pc, a, b, some], settings)) = body.split_first_chunk() else {
             return Self::default();
         };
-        if crc != checksum(body) {
+        if crc != checksum::of_words(body.iter().copied()) {
             return Self::default();
         }
         let settings = settings.first_chunk().filter(|_| some != 0).copied();
@@ -65,7 +58,7 @@ impl Legacy {
         let mut words = [0; LENGTH];
         words.iter_mut().zip(body).for_each(|(place, word)| *place = word);
         if let Some((last, body)) = words.split_last_mut() {
-            *last = checksum(body);
+            *last = checksum::of_words(body.iter().copied());
         }
         RETAINED.keep(&words);
         SCB::sys_reset()

@@ -4,6 +4,7 @@
 //! settings, leaves them to the next program and resets the chip. Start and stop are settings like
 //! the others.
 
+use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, Measurer, Meters};
 use super::plan::Plan;
@@ -11,7 +12,6 @@ use super::stack::Stack;
 use super::storage;
 use crate::board::Board;
 use crate::slot::Slot;
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use picket::acquire::frontend::{Block, Blocks, Counters};
 use picket::acquire::sample::{Iq, Real};
@@ -381,7 +381,6 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     stored: bool,
     unfit: bool,
 ) -> Boot {
-    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     Boot {
         board: const { Name::new(B::NAME) },
         clock: board.clock(),
@@ -390,7 +389,7 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
         stored,
         unfit,
         program: B::program(),
-        settings: crc.checksum(&plan.settings.to_bytes(N)),
+        settings: checksum::of_bytes(&plan.settings.to_bytes(N)),
         n: N as u32,
         core_hz: board.core_hz(),
         last,

@@ -7,7 +7,7 @@
 //! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC
 //! a page is invalid, and the other one counts. With it, the page with the higher sequence counts.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use super::checksum::of_words;
 
 /// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all
 /// ones.
@@ -78,7 +78,6 @@ pub enum SaveError<E> {
 }
 
 const MAGIC: u32 = 0x5049_0000;
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// The newest payload of `WORDS` words, with its page and sequence; `None` if no page is whole.
 pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [u32; WORDS])> {
@@ -123,11 +122,7 @@ const fn head(words: usize) -> u32 {
 }
 
 fn checksum<const WORDS: usize>(sequence: u32, payload: &[u32; WORDS]) -> u32 {
-    let mut digest = CRC.digest();
-    for word in [head(WORDS), sequence].iter().chain(payload) {
-        digest.update(&word.to_le_bytes());
-    }
-    digest.finalize()
+    of_words([head(WORDS), sequence].iter().chain(payload).copied())
 }
 
 /// The sequence and payload of a page; `None` unless the page is whole.

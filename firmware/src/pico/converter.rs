@@ -9,8 +9,7 @@ use super::start::ticks;
 use super::words::{BLOCK_BYTES, BOTH, CHAINED, ERRORS, Elapsed, FIFO, Words, chained};
 use super::{N, SLOT, SLOTS, line};
 use crate::instrument::plan::Plan;
-use crate::shared::Shared;
-use cortex_m::interrupt::free;
+use crate::shared::{self, Shared};
 use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status};
 use rp2040_hal::pac::{self, NVIC};
 use static_cell::ConstStaticCell;
@@ -198,12 +197,5 @@ pub fn start(plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot>> {
 
 /// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
 pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
-    free(|_| {
-        let waits = blocks.is_some_and(Blocks::waiting) || line::waiting();
-        if !waits {
-            // An interrupt ends the sleep, though it is served only after the critical section.
-            cortex_m::asm::dsb();
-            cortex_m::asm::wfi();
-        }
-    });
+    shared::sleep(|| blocks.is_some_and(Blocks::waiting) || line::waiting());
 }

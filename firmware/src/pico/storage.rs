@@ -1,8 +1,8 @@
 //! Settings in the last two sectors of flash, and the program's own checksum.
 
+use crate::instrument::checksum;
 use crate::instrument::storage::{Page, Storage};
 use core::ptr::{read_volatile, with_exposed_provenance};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use rp2040_hal::rom_data;
 
 /// Where flash is read.
@@ -109,11 +109,6 @@ pub fn program() -> u32 {
     unsafe extern "C" {
         static __image_end: u32;
     }
-    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
-    for address in START..&raw const __image_end as usize {
-        // SAFETY: the program lies at this address, and reading changes nothing.
-        digest.update(&[unsafe { read_volatile::<u8>(with_exposed_provenance(address)) }]);
-    }
-    digest.finalize()
+    // SAFETY: the program lies there, by the linker's script, and reading changes nothing.
+    unsafe { checksum::of_memory([START..&raw const __image_end as usize]) }
 }

@@ -1,6 +1,7 @@
 //! What goes wrong: no record is of a mixed block, every loss is counted, and the stamps are right after it.
 
-use super::scene::{expected, measured, plug, record, settings, sized, status};
+use super::scene::{expected, measured, plug, record, settings, status};
+use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::{Completed, Pico};
 use picket_wire::telemetry::Telemetry;

@@ -19,11 +19,6 @@ use rand_distr::{Distribution, Normal};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-/// The short or the long form's number.
-pub fn sized(short: u64, long: u64) -> u64 {
-    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
-}
-
 /// The image as it lies in flash. `PICKET_PICO` names another one than this source's.
 pub fn image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();

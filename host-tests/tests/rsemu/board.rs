@@ -26,9 +26,7 @@ pub fn image() -> &'static PathBuf {
         if let Some(other) = std::env::var_os("PICKET_IMAGE") {
             return other.into();
         }
-        let elf = board::image(false, false).unwrap_or_else(|error| panic!("{error}"));
-        let bytes = flash::binary(&elf).unwrap_or_else(|error| panic!("{error}"));
-        file(&bytes)
+        in_flash(board::image(false, false))
     })
 }
 
@@ -37,16 +35,19 @@ pub fn built(
     place: &'static OnceLock<PathBuf>,
     build: fn() -> Result<PathBuf, ToolError>,
 ) -> &'static Path {
-    place.get_or_init(|| {
-        let elf = build().unwrap_or_else(|error| panic!("{error}"));
-        file(&flash::binary(&elf).unwrap_or_else(|error| panic!("{error}")))
-    })
+    place.get_or_init(|| in_flash(build()))
 }
 
 /// The self-test.
 pub fn self_test() -> &'static Path {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     built(&IMAGE, board::self_test)
+}
+
+/// A built image as it lies in flash.
+fn in_flash(elf: Result<PathBuf, ToolError>) -> PathBuf {
+    let elf = elf.unwrap_or_else(|error| panic!("{error}"));
+    file(&flash::binary(&elf).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A file with these bytes.

@@ -2,7 +2,8 @@
 
 use crate::board::{Emulated, built};
 use crate::saves::played;
-use crate::settings::{DAC, chirp, sized, words};
+use crate::settings::{DAC, chirp, words};
+use host_tests::sized;
 use picket::acquire::sample::Segment;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Shape;

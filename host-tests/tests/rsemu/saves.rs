@@ -1,7 +1,8 @@
 //! Settings in flash: saved in every state, with the power lost at any moment.
 
 use crate::board::{Emulated, Sectors};
-use crate::settings::{DAC, chirp, sized, tone};
+use crate::settings::{DAC, chirp, tone};
+use host_tests::sized;
 use picket::acquire::sample::Segment;
 use picket::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::N;

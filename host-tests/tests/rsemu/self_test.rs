@@ -2,7 +2,7 @@
 //! gets it, is in `host/tests/emulated.rs`.
 
 use crate::board::{Emulated, self_test};
-use crate::settings::sized;
+use host_tests::sized;
 
 /// A board that goes through its list from power-on, until a line has `word`: that line.
 fn line(orders: &[&str], word: &str) -> Option<String> {

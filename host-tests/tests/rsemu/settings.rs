@@ -1,4 +1,4 @@
-//! Settings that the tests measure by, and how much of a test is run.
+//! Settings that the tests measure by.
 
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
@@ -6,11 +6,6 @@ use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_wire::settings::{Drive, Settings};
-
-/// The short or the long form's number.
-pub fn sized(short: u64, long: u64) -> u64 {
-    if std::env::var_os("PICKET_LONG").is_some() { long } else { short }
-}
 
 pub fn tone(rate_hz: f64) -> Settings {
     let settings = Settings::default();

@@ -1,7 +1,8 @@
 //! Blocks without a pause: none is lost, each is right to the bit.
 
 use crate::board::{Emulated, Sectors, file};
-use crate::settings::{sized, tone};
+use crate::settings::tone;
+use host_tests::sized;
 use picket::acquire::sample::Real;
 use picket::pipeline::Pipeline;
 use picket::plan::Plan as Terms;
