@@ -15,7 +15,18 @@ fn the_documents_state_the_budget() {
         |n: &str, stage: &str| figure(&format!("/engines/picket-i32/instructions/{n}/{stage}"));
     let q15 =
         |n: &str, stage: &str| figure(&format!("/engines/picket-q15/instructions/{n}/{stage}"));
+    let cycles = |engine: &str, n: &str, stage: &str| {
+        figure(&format!("/engines/{engine}/cycles/{n}/{stage}"))
+    };
     for document in [&page, &Document::readme()] {
+        document.assert_states(
+            "| **Picket: FFT, peak and noise floor**, cycles | # | # | # |",
+            &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "fft_peak")),
+        );
+        document.assert_states(
+            "| **Picket: all of it, to frequency, sigma and verdict**, cycles | # | # | # |",
+            &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "measurement")),
+        );
         document.assert_states(
             "| **Picket: FFT, peak and noise floor** | # | # | # |",
             &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
@@ -30,6 +41,24 @@ fn the_documents_state_the_budget() {
             document.assert_states(
                 &format!("| {row} | # | # | # |"),
                 &["256", "1024", "4096"].map(worst),
+            );
+        }
+    }
+    page.assert_states(
+        "| 16-bit engine: FFT, peak and noise floor | # | # | # |",
+        &["256", "1024", "4096"].map(|n| cycles("picket-q15", n, "fft_peak")),
+    );
+    page.assert_states(
+        "| 16-bit engine: all of it | | # |",
+        &[cycles("picket-q15", "1024", "measurement")],
+    );
+    for (row, core) in [("M3", "M3"), ("M0+", "M0")] {
+        for (what, stage) in
+            [("FFT, peak and noise floor", "fft_peak"), ("all of it", "measurement")]
+        {
+            page.assert_states(
+                &format!("| {row}: {what} | | # |"),
+                &[figure(&format!("/portable_cycles/{core}/{stage}"))],
             );
         }
     }

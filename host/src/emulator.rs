@@ -187,8 +187,38 @@ impl Capture {
         telemetry: impl FnMut(&[u8]),
     ) -> Result<Outcome, RunError> {
         self.file.flush().map_err(io_error("the capture"))?;
-        run(machine, image, self.directory.path(), limit, telemetry)
+        run(machine, image, self.directory.path(), limit, Told::Telemetry, telemetry)
     }
+
+    /// Likewise. What the emulator executes is given to `trace`, line by line (see [`crate::bench::trace`]).
+    pub fn trace(
+        mut self,
+        machine: Machine,
+        image: &Path,
+        limit: Duration,
+        mut trace: impl FnMut(&str),
+    ) -> Result<Outcome, RunError> {
+        self.file.flush().map_err(io_error("the capture"))?;
+        let mut line = Vec::new();
+        run(machine, image, self.directory.path(), limit, Told::Trace, |piece| {
+            for part in piece.split_inclusive(|&byte| byte == b'\n') {
+                line.extend_from_slice(part);
+                if line.ends_with(b"\n") {
+                    trace(String::from_utf8_lossy(&line).trim_end());
+                    line.clear();
+                }
+            }
+        })
+    }
+}
+
+/// What is given to the caller as it comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    /// What the image sends by its first serial port.
+    Telemetry,
+    /// What the emulator logs: each piece of the program as it is translated, and each that is executed.
+    Trace,
 }
 
 fn run(
@@ -196,7 +226,8 @@ fn run(
     image: &Path,
     directory: &Path,
     limit: Duration,
-    mut telemetry: impl FnMut(&[u8]),
+    told: Told,
+    mut tell: impl FnMut(&[u8]),
 ) -> Result<Outcome, RunError> {
     let image = fs::canonicalize(image).map_err(io_error(image.display()))?;
     let mut command = Command::new(toolchain::qemu()?);
@@ -207,15 +238,24 @@ fn run(
     command.args(["-serial", "file:messages"]);
     command.args(["-chardev", "file,id=log,path=log"]);
     command.args(["-semihosting-config", "enable=on,target=native,chardev=log"]);
-    command.stdin(Stdio::null()).stdout(Stdio::piped());
-    let errors = directory.join("errors");
-    command.stderr(File::create(&errors).map_err(io_error(errors.display()))?);
+    command.stdin(Stdio::null());
+    if told == Told::Trace {
+        // It logs beside its errors.
+        command.args(["-d", "in_asm,exec,nochain"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    } else {
+        let errors = directory.join("errors");
+        command.stdout(Stdio::piped());
+        command.stderr(File::create(&errors).map_err(io_error(errors.display()))?);
+    }
     let board = Owned::start(command).map_err(io_error("qemu-system-arm"))?;
     let end = Instant::now() + limit;
-    let pieces = reader(board.stdout());
+    let pieces = match told {
+        Told::Telemetry => reader(board.stdout()),
+        Told::Trace => reader(board.stderr()),
+    };
     loop {
         match pieces.recv_timeout(end.saturating_duration_since(Instant::now())) {
-            Ok(piece) => telemetry(&piece),
+            Ok(piece) => tell(&piece),
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => return Err(RunError::Timeout(limit)),
         }

@@ -1,5 +1,6 @@
 //! `picket bench`: instructions of every stage on emulated cores, beside other people's transforms.
 
+use super::model::Model;
 use super::{self as bench, CORES, Core, ENGINES, LENGTHS, Row, Scope};
 use crate::toolchain::ToolError;
 use crate::{cli, progress};
@@ -8,10 +9,10 @@ use picket::estimate::least_squares::Reach;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Counts the instructions of every stage of a measurement on emulated Cortex-M cores.
+/// Counts instructions and models cycles of every stage of a measurement on emulated Cortex-M cores.
 ///
-/// They are instructions, not cycles; the range of cycles is a model that leaves out wait states, caches and
-/// interrupts. The records are a seeded corpus: tones in noise at any frequency, at the threshold, at the edges, several
+/// Beside them are cycles, modelled by Arm's tables from the program as it was executed, without wait states, caches and interrupts, for
+/// cores of which there is such a table. The records are a seeded corpus: tones in noise at any frequency, at the threshold, at the edges, several
 /// lines, coloured noise, noise alone, silence, impulses, and records with samples at the rails, whose most is a column of
 /// its own. Figures marked with a star are quoted.
 #[derive(Args, Debug)]
@@ -78,12 +79,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         for &n in &lengths {
             let mut new = Vec::new();
             for (engine, image) in &images {
+                let model = Model::of(core, image, n, reach).map_err(|error| error.to_string())?;
                 let counts = bench::count(core, engine, image, n, reach, options.random);
                 let count = counts.map_err(|error| error.to_string())?;
                 let code = bench::size::code(image, n).map_err(|error| error.to_string())?;
                 let (blocks, different) = count.equality();
                 (compared, unequal) = (compared + blocks, unequal + different);
-                new.extend(count.rows(Some(code)));
+                new.extend(count.rows(Some(code), model.as_ref()));
                 bar.inc(1);
             }
             if core.name == "M4F" {
@@ -114,7 +116,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         cli::print_line(&bench::table::table(&rows).to_string());
         cli::print_line(&format!(
             "Instructions counted on emulated cores, least squares with K = {}, records of seed {}: median and worst of those \
-             without a sample at a rail, worst of those with. Cycles are a model.\n\
+             without a sample at a rail, worst of those with. Cycles are modelled: the median of a quarter of the records.\n\
              * {}\n\
              Kernel and portable definition: {compared} blocks compared, {unequal} differ.",
             options.k,

@@ -1,19 +1,23 @@
 //! Instructions on emulated cores: every stage of a measurement, and other people's transforms beside it.
 //!
 //! What is counted are executed instructions, exactly (QEMU's instruction clock), not cycles: the
-//! emulator knows no pipeline, no wait states and no cache. [`cycles`] gives a modelled range.
+//! emulator knows no pipeline, no wait states and no cache. [`cycles`] models them from the program as it was executed.
 
 pub mod command;
 pub mod corpus;
 pub mod cycles;
 pub mod locked;
+pub mod model;
 pub mod plot;
 pub mod quoted;
 pub mod size;
+pub mod step;
 pub mod table;
+pub mod trace;
 
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
+use model::Model;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
@@ -140,7 +144,9 @@ pub struct Row {
     pub snr_0_db: Option<f64>,
     /// The same for a tone 40 dB below full scale.
     pub snr_m40_db: Option<f64>,
-    /// A modelled range of cycles, see [`cycles`].
+    /// Modelled cycles, see [`cycles`]: the median, of a part of the records.
+    pub median_cycles: Option<u64>,
+    /// From the model to what published measurements were above it, see [`cycles::range`].
     pub model_cycles: Option<[u64; 2]>,
     /// "measured" in this run, or where the figure is from.
     pub source: &'static str,
@@ -195,8 +201,7 @@ pub fn count(
     reach: Reach,
     random: u32,
 ) -> Result<Count, RunError> {
-    let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
-    let config = Config { reach, arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
+    let config = config(core, reach);
     let corpus = corpus::corpus(n, SEED);
     let clipped = corpus.iter().map(|entry| entry.clipped).collect();
     let mut blocks = Vec::from(exact(n));
@@ -206,6 +211,11 @@ pub fn count(
     let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, clipped, snr_db })
+}
+
+fn config(core: &Core, reach: Reach) -> Config {
+    let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
+    Config { reach, arithmetic, ..Config::new(1.0, Codes::signed::<12>()) }
 }
 
 /// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.
@@ -352,13 +362,14 @@ impl Count {
     }
 
     /// Every stage of ours, then the rivals'.
-    pub fn rows(&self, code: Option<u64>) -> Vec<Row> {
+    pub fn rows(&self, code: Option<u64>, model: Option<&Model>) -> Vec<Row> {
         let snr = |engine: &str, which: usize| self.snr_db.get(engine).map(|pair| pair[which]);
         let spectrum = self.figures.get("spectrum_bytes").and_then(|f| f.last().copied());
         let row = |engine: &str, stage: &str, name: &str| {
             let ours = engine == self.engine.name;
             let instructions = self.median(name)?;
             let transform = stage.starts_with("fft");
+            let median_cycles = model.and_then(|model| model.median(name));
             Some(Row {
                 core: self.core.name,
                 engine: engine.into(),
@@ -377,7 +388,8 @@ impl Count {
                 code_bytes: code.filter(|_| ours && self.engine.is_own() && stage == "measurement"),
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
-                model_cycles: cycles::range(self.core.target, instructions),
+                median_cycles,
+                model_cycles: median_cycles.map(cycles::range),
                 source: "measured",
             })
         };

@@ -38,6 +38,7 @@ pub fn rows(n: usize) -> Vec<Row> {
         code_bytes: None,
         snr_0_db: (n == 1024).then_some(snr[0]),
         snr_m40_db: (n == 1024).then_some(snr[1]),
+        median_cycles: None,
         model_cycles: None,
         source: SOURCE,
     };

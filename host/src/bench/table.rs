@@ -8,27 +8,13 @@ pub fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header([
-        "core",
-        "N",
-        "engine",
-        "stage",
-        "median",
-        "worst",
-        "clipped",
-        "model cycles",
-        "RAM B",
-        "tables B",
-        "code B",
-        "0 dBFS",
-        "-40 dBFS",
+        "core", "N", "engine", "stage", "median", "worst", "clipped", "cycles", "RAM B",
+        "tables B", "code B", "0 dBFS", "-40 dBFS",
     ]);
     for row in rows {
         let number = |value: Option<u64>| value.map_or(String::new(), |value| value.to_string());
         let ratio = |value: Option<f64>| value.map_or(String::new(), |db| format!("{db:.1} dB"));
         let quoted = if row.source == "measured" { "" } else { " *" };
-        let cycles = row.model_cycles.map_or(String::new(), |[low, high]| {
-            format!("{:.1}-{:.1} k", low as f64 / 1000.0, high as f64 / 1000.0)
-        });
         table.add_row([
             row.core.to_string(),
             row.n.to_string(),
@@ -37,7 +23,7 @@ pub fn table(rows: &[Row]) -> Table {
             row.median.to_string(),
             number(row.worst),
             number(row.worst_clipped),
-            cycles,
+            number(row.median_cycles),
             number(row.ram_bytes),
             number(row.table_bytes),
             number(row.code_bytes),

@@ -1,0 +1,81 @@
+//! Cycles of every stage, modelled from the program as it was executed.
+
+use super::cycles::Clock;
+use super::trace::{Section, Trace};
+use super::{Core, SEED, config, corpus};
+use crate::emulator::{Capture, RunError};
+use picket::acquire::sample::Real;
+use picket::estimate::least_squares::Reach;
+use picket_wire::capture::Header;
+use std::collections::HashMap;
+use std::path::Path;
+use std::time::Duration;
+
+/// Every so manieth record of the corpus is followed: of each kind some.
+const STRIDE: usize = 4;
+/// Instructions that the compiler may put between the clock's readings and the marks.
+const BESIDE: f64 = 32.0;
+const LIMIT: Duration = Duration::from_secs(900);
+
+/// What an image executed.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Whether each record has a sample at a rail.
+    clipped: Vec<bool>,
+    stages: HashMap<String, Vec<Section>>,
+}
+
+impl Model {
+    /// Follows the image through a part of the records that [`super::count`] takes; `None` for a core whose timing is not published.
+    ///
+    /// # Errors
+    /// The emulator failed, or its log holds other instructions than its clock counted.
+    pub fn of(core: &Core, image: &Path, n: usize, reach: Reach) -> Result<Option<Self>, RunError> {
+        let Some(clock) = Clock::of(core.target) else { return Ok(None) };
+        let records: Vec<_> = corpus::corpus(n, SEED).into_iter().step_by(STRIDE).collect();
+        let header = Header::of::<Real>(config(core, reach), n as u32, records.len() as u32);
+        let mut capture = Capture::create(&Header { period_us: 0, ..header })?;
+        for record in &records {
+            capture.push::<Real>(&record.samples)?;
+        }
+        let mut trace = Trace::new(clock);
+        let outcome = capture.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
+        let mut stages = HashMap::<String, Vec<Section>>::new();
+        let figures = outcome.messages.lines().filter_map(|line| line.split_once('='));
+        // Before each stage, the image reads its clock around nothing.
+        for ((name, ticks), [nothing, stage]) in figures.zip(trace.sections.as_chunks().0) {
+            let section = Section {
+                instructions: stage.instructions.saturating_sub(nothing.instructions),
+                cycles: stage.cycles.saturating_sub(nothing.cycles),
+            };
+            let counted = ticks.parse().unwrap_or(0.0) * core.machine.instructions_per_tick();
+            if (section.instructions as f64 - counted).abs() > BESIDE {
+                let (found, of) = (section.instructions, counted);
+                return Err(RunError::Emulator(format!(
+                    "its log has {found} instructions of {name}, its clock {of}"
+                )));
+            }
+            stages.entry(name.into()).or_default().push(section);
+        }
+        let clipped = records.iter().map(|record| record.clipped).collect();
+        Ok(Some(Self { clipped, stages }))
+    }
+
+    /// The cycles of a stage: the median over the records that are not clipped.
+    pub fn median(&self, stage: &str) -> Option<u64> {
+        let mut cycles: Vec<u64> = self.each(stage, false).collect();
+        let middle = cycles.len() / 2;
+        (!cycles.is_empty()).then(|| *cycles.select_nth_unstable(middle).1)
+    }
+
+    /// The most cycles that a stage took, of the records that are clipped or of the others.
+    pub fn worst(&self, stage: &str, clipped: bool) -> Option<u64> {
+        self.each(stage, clipped).max()
+    }
+
+    fn each(&self, stage: &str, clipped: bool) -> impl Iterator<Item = u64> {
+        let sections = self.stages.get(stage).map_or(&[][..], Vec::as_slice);
+        let chosen = sections.iter().zip(&self.clipped).filter(move |&(_, &kind)| kind == clipped);
+        chosen.map(|(section, _)| section.cycles)
+    }
+}
