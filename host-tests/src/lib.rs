@@ -30,13 +30,30 @@ pub fn prepare_images(target: Target) {
     prepared.push(target);
     prepare_packages();
     let (bin, others): (_, &[_]) = match target {
-        Target::M4f => ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked"]),
+        Target::M4f if every_image() => {
+            ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked"])
+        }
+        Target::M4f => ("core_check", &["bench", "bench_locked"]),
         Target::M3 => ("core_check", &["bench_locked", "bench_short"]),
         Target::M33 => ("frontend_qemu", &["tracker_qemu"]),
         Target::M0 => return,
     };
     let _ = Firmware { bin, target, features: &["mps2"], profile: Profile::Release }
         .build_beside(others);
+}
+
+/// Whether the variable `PICKET_IMAGES` is `all`: the images of the 16-bit and of the float engine are built, too, and the proof of freedom
+/// from panics is made for size as well as for speed. They take as long to build as all others together.
+pub fn every_image() -> bool {
+    std::env::var("PICKET_IMAGES").is_ok_and(|which| which == "all")
+}
+
+/// Likewise, and a test that needs such an image says that it was skipped.
+pub fn has_image(which: &str) -> bool {
+    if !every_image() {
+        println!("skipped: {which} is built only with PICKET_IMAGES=all");
+    }
+    every_image()
 }
 
 /// A file of the reference material, which lies beside the repository or where `PICKET_SHARED` says. Where it

@@ -1,8 +1,9 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
-use host_tests::{prepare_images, prepare_packages};
+use host_tests::{has_image, prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
+use picket_host::bench::model::Model;
 use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
 use picket_host::board::self_test;
 use picket_host::emulator::Footprint;
@@ -25,6 +26,8 @@ struct Budgets {
     portable: BTreeMap<String, BTreeMap<String, u64>>,
     /// The most on such cores: of records without a sample at a rail, and of those with.
     portable_worst: BTreeMap<String, BTreeMap<String, [u64; 2]>>,
+    /// Modelled cycles on such cores, by core and stage: the median of a part of the records.
+    portable_cycles: BTreeMap<String, BTreeMap<String, u64>>,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
     smallest_image: BTreeMap<String, u64>,
     /// Bytes of program memory and of RAM of the board's self-test.
@@ -38,6 +41,9 @@ struct Budget {
     instructions: BTreeMap<usize, BTreeMap<String, u64>>,
     /// The most, by record length and stage: of records without a sample at a rail, and of those with.
     worst: BTreeMap<usize, BTreeMap<String, [u64; 2]>>,
+    /// Modelled cycles of each stage, by record length: the median of a part of the records.
+    #[serde(default)]
+    cycles: BTreeMap<usize, BTreeMap<String, u64>>,
     /// Bytes of the pipeline with two records, by record length.
     ram_bytes: BTreeMap<usize, u64>,
     /// Bytes of code and tables for a measurement of one record length.
@@ -52,6 +58,13 @@ fn budgets() -> Budgets {
 
 fn core(name: &str) -> &'static Core {
     CORES.iter().find(|core| core.name == name).unwrap()
+}
+
+/// The engines whose images are built: the default alone, unless all are asked for.
+fn engines() -> impl Iterator<Item = &'static Engine> {
+    let [default, others @ ..] = &ENGINES;
+    let all = others.iter().all(|engine| has_image(engine.bin));
+    std::iter::once(default).chain(others.iter().filter(move |_| all))
 }
 
 fn count(core: &Core, engine: &Engine, image: &Path, n: usize, random: u32) -> Count {
@@ -84,7 +97,7 @@ impl Excess {
 #[test]
 fn the_budget_is_kept() {
     let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
-    for engine in &ENGINES {
+    for engine in engines() {
         excess.check_engine(core, engine, &budgets.engines[engine.name]);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
@@ -95,6 +108,20 @@ impl Excess {
         for (stage, &allowed) in stages {
             let spent = count.median(stage).unwrap();
             self.check(&format!("{name}, {stage}, instructions"), spent, allowed);
+        }
+    }
+
+    fn check_cycles(
+        &mut self,
+        name: &str,
+        (core, image, n): (&Core, &Path, usize),
+        stages: &BTreeMap<String, u64>,
+    ) {
+        let model = Model::of(core, image, n, Reach::default());
+        let model = model.unwrap_or_else(|error| panic!("{name}: {error}")).unwrap();
+        for (stage, &allowed) in stages {
+            let spent = model.median(stage).unwrap();
+            self.check(&format!("{name}, {stage}, modelled cycles"), spent, allowed);
         }
     }
 
@@ -116,6 +143,9 @@ impl Excess {
             assert_second_step(&name, &count);
             self.check_stages(&name, &count, stages);
             self.check_worst(&name, &count, &budget.worst[&n]);
+            if let Some(stages) = budget.cycles.get(&n) {
+                self.check_cycles(&name, (core, &image, n), stages);
+            }
             let ram = count.pipeline_bytes().unwrap();
             self.check(&format!("{name}, bytes of RAM"), ram, budget.ram_bytes[&n]);
             if let Some(&allowed) = budget.code_and_table_bytes.get(&n) {
@@ -163,12 +193,14 @@ fn the_budget_is_kept_without_the_dsp_extension() {
     for (name, stages) in &budgets.portable {
         let (core, engine) = (core(name), &ENGINES[0]);
         // Random blocks, because the M0 has kernels of its own.
-        let count = count(core, engine, &image(core, engine, Scope::Short), 1024, 200);
+        let image = image(core, engine, Scope::Short);
+        let count = count(core, engine, &image, 1024, 200);
         let (compared, unequal) = count.equality();
         assert!(compared > 200 && unequal == 0, "{name}: {unequal} of {compared} blocks differ");
         assert_second_step(name, &count);
         excess.check_stages(name, &count, stages);
         excess.check_worst(name, &count, &budgets.portable_worst[name]);
+        excess.check_cycles(name, (core, &image, 1024), &budgets.portable_cycles[name]);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }
@@ -210,8 +242,8 @@ fn the_kernels_equal_their_definition() {
     // elsewhere the instrument's is compared, and the one length that counts.
     let cores: &[&str] =
         if random.is_some() { &["M4F", "M7", "M33", "M0"] } else { &["M4F", "M7"] };
-    let engines = || ENGINES.iter().filter(|engine| engine.is_own());
-    for (core, engine) in cores.iter().flat_map(|name| engines().map(|e| (core(name), e))) {
+    let own = || engines().filter(|engine| engine.is_own());
+    for (core, engine) in cores.iter().flat_map(|name| own().map(|e| (core(name), e))) {
         let image = image(core, engine, Scope::Ours);
         for n in bench::LENGTHS {
             let blocks = random.unwrap_or(60_000 / n as u32);

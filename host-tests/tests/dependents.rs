@@ -1,5 +1,5 @@
 //! Programs outside the workspace that depend on the library as a stranger's: they link beside other people's crates, and measure
-//! the same bits. `cargo test -p host-tests --test dependents`; a plain `cargo test` leaves them out, since it takes minutes to
+//! the same bits. `cargo test --test dependents`; a plain `cargo test` leaves them out, since it takes minutes to
 //! build them.
 
 #[path = "../../dependents/same_bits.rs"]

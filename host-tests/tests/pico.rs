@@ -1,7 +1,7 @@
 //! The Pico's real image on other people's emulator of its chip (`rp2040js`, `host/rp2040`): the whole signal path, from the
 //! converter's queue by DMA and interrupt to records on the line.
 //!
-//! Each test has a short form. `PICKET_LONG=1 cargo test -p host-tests --test pico --release` runs the long ones.
+//! Each test has a short form. `PICKET_LONG=1 cargo test --test pico --release` runs the long ones.
 
 #[path = "pico/faults.rs"]
 mod faults;

@@ -1,7 +1,7 @@
 //! The NUCLEO's real image from power-on, on rsemu's model of the chip with converters of our own (`host-tests/rsemu`): what a
 //! board would show at its first power-up.
 //!
-//! Each test has a short form. `PICKET_LONG=1 cargo test -p host-tests --test rsemu` runs the long ones.
+//! Each test has a short form. `PICKET_LONG=1 cargo test --test rsemu` runs the long ones.
 
 #[path = "rsemu/board.rs"]
 mod board;
