@@ -25,7 +25,7 @@ use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
-use rails::{all_outside, any_outside};
+use rails::{all_outside, any_outside, first_strong};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -184,15 +184,22 @@ pub fn window<'a>(
 
 /// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
+    // Codes whose square is less are inside.
+    let least = i32::from(high.min(low.saturating_neg())).max(0);
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
-    if groups.is_empty() {
+    let double = pairs.as_chunks::<16>().0.as_ptr_range();
+    let (mut from, to) = (groups.start.cast::<u32>(), groups.end.cast::<u32>());
+    if least > 0 && !double.is_empty() {
+        // SAFETY: the range is inside `pairs`, and not empty.
+        from = unsafe { first_strong(from, double.end.cast(), -least * least) };
+    }
+    if from == to {
         return 0;
     }
     // SAFETY: the range is inside `pairs`, and not empty.
     unsafe {
-        let (from, to) = (groups.start.cast(), groups.end.cast());
         if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
     }
 }
