@@ -24,7 +24,7 @@ const LONGEST: usize = 256;
 
 /// Terms come in groups of successive samples. A tone near a simple fraction of the rate has only
 /// a few phases, and a group meets all of them.
-const GROUPS: usize = 32;
+const GROUPS: usize = 16;
 const GROUP: usize = 8;
 
 /// The fewest terms of an estimate.
@@ -63,7 +63,7 @@ impl Lag {
     }
 
     /// The noise power of a part, in squared codes, not below the rounding of the converter;
-    /// `None` if the rails leave too few terms. Cost: about 25 instructions a term, at most 256
+    /// `None` if the rails leave too few terms. Cost: about 25 instructions a term, at most 128
     /// terms.
     ///
     /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
