@@ -154,6 +154,9 @@ impl Engine for I32 {
         }
         is_whole::<N>(&bins).then(|| {
             let scan = by_length!(R, N, fft::scan, (points, const { splits(N) }));
+            #[cfg(mve)]
+            return scan.beside_by(REACH, points, fft::kernel_mve::powers);
+            #[cfg(not(mve))]
             scan.beside(REACH, points, power)
         })
     }

@@ -11,7 +11,7 @@
 #[macro_use]
 mod butterfly;
 
-mod bins;
+pub(super) mod bins;
 mod first;
 mod passes;
 mod rails;
@@ -20,7 +20,11 @@ use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
-use bins::{Seen, pairs_outwards, span_above, span_below};
+#[cfg(mve)]
+use super::kernel_mve::bins::{span_above, span_below};
+use bins::{Seen, pairs_outwards};
+#[cfg(not(mve))]
+use bins::{span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};

@@ -30,15 +30,16 @@ macro_rules! leave {
     };
 }
 
+pub mod bins;
 mod factors;
 mod first;
 mod passes;
 mod search;
 
-pub use search::scan;
+pub use search::{powers, scan};
 
 use super::integer::{self, Pair, Point, Scale};
-use super::twiddle;
+use super::twiddle::{self, Packed};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {

@@ -1,15 +1,14 @@
-//! The search over the whole spectrum of a real record.
+//! The search over the whole spectrum of a real record, and sums of powers.
 
 use super::Point;
 use crate::math::products::power;
 use crate::spectrum::fft::assembly::kernel;
-use crate::spectrum::fft::integer::split_pair;
 use crate::spectrum::fft::twiddle::{MAX_LENGTH, Packed};
 use crate::spectrum::scan::{Scan, worth};
 use core::mem::{MaybeUninit, offset_of};
 
 /// Pairs in a group.
-const GROUP: usize = 8;
+const GROUP: usize = 16;
 /// The most groups of a record.
 const GROUPS: usize = MAX_LENGTH / 4 / GROUP;
 
@@ -20,79 +19,73 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     if points.len() != M || table.len() < middle || !(4 * GROUP..=MAX_LENGTH / 2).contains(&M) {
         return Scan::from(middle);
     }
-    let record = Record { points, table };
-    let sum = |sum: u64, (p, q, _): (Point, Point, Packed)| {
-        sum.wrapping_add(power(p)).wrapping_add(power(q))
-    };
-    let first = record.group(0).1.fold(0, sum);
+    let start = points.as_ptr();
     let mut places = [const { MaybeUninit::<u64>::uninit() }; GROUPS];
-    let places = places.get_mut(..middle / GROUP - 1).unwrap_or_default();
-    let mut sums = Sums { total: first, most: first, left: places.len() + 1 };
-    // SAFETY: the groups lie inside `points`, from the second to the last below the middle and from
-    // their mirrors downwards. The kernel writes all places.
-    let others = unsafe {
-        let upper = points.as_ptr().add(M + 1 - 2 * GROUP);
-        let lower = points.as_ptr().add(GROUP);
-        group_powers(&mut sums, lower, upper, places.len(), places.as_mut_ptr().cast());
-        places.assume_init_ref()
+    let groups = places.get_mut(1..middle / GROUP).unwrap_or_default();
+    // SAFETY: the first group are pairs 1 to GROUP - 1. The other groups lie inside `points`, from
+    // the second to the last below the middle, and from their mirrors downwards; the kernel writes
+    // all their places.
+    let (first, sums, others) = unsafe {
+        let first = power_sum(start.add(1), GROUP - 1, 0);
+        let first = power_sum(start.add(M + 1 - GROUP), GROUP - 1, first);
+        let mut sums = Sums { total: first, most: first, left: groups.len() + 1 };
+        let upper = start.add(M + 1 - 2 * GROUP);
+        let to = groups.as_mut_ptr().cast();
+        group_powers(&mut sums, start.add(GROUP), upper, groups.len(), to);
+        (first, sums, groups.assume_init_ref())
     };
     let centre = points.get(middle).map_or(0, |&x| power(x));
-    // The strongest pair of the strongest group has an eighth of its power or more, and one of the
-    // pair's bins half of that.
-    let sure = worth(sums.most >> 4).wrapping_sub(1);
-    let mut scan = Scan { power: centre.max(sure), ..Scan::from(middle) };
-    let strongest = (others.len() + 1).wrapping_sub(sums.left);
-    record.visit(strongest, &mut scan);
-    let mut least = worth(scan.power);
-    for (group, &sum) in (0..).zip([first].iter().chain(others)) {
-        if sum >= least && group != strongest {
-            record.visit(group, &mut scan);
-            least = worth(scan.power);
+    // The strongest pair of the strongest group has a sixteenth of its power or more, and one of
+    // the pair's bins half of that.
+    let best = centre.max(worth(sums.most / (2 * GROUP as u64)).wrapping_sub(1));
+    let at = start.wrapping_add(middle);
+    let mut seen = Seen { best, least: worth(best), at };
+    let visit = |group: usize, seen: &mut Seen| {
+        let bin = (GROUP * group).max(1);
+        let count = GROUP * (group + 1) - bin;
+        // SAFETY: the pairs from `bin` on lie inside `points`, their factors inside `table`.
+        unsafe {
+            let (lower, upper) = (start.add(bin), start.add(M - bin));
+            split_pairs(seen, lower, upper, table.as_ptr().add(bin), count);
+        }
+    };
+    let strongest = (others.len() + 1).saturating_sub(sums.left);
+    visit(strongest, &mut seen);
+    for (group, &sum) in [first].iter().chain(others).enumerate() {
+        if sum >= seen.least && group != strongest {
+            visit(group, &mut seen);
         }
     }
-    Scan { total: centre.wrapping_add(sums.total), ..scan }
+    let bin = (seen.at as usize).wrapping_sub(start as usize) / size_of::<Point>();
+    let total = centre.wrapping_add(sums.total);
+    Scan { power: seen.best, total, ..Scan::from(bin) }
 }
 
-/// A record's points and the factors of its split.
-struct Record<'a> {
-    points: &'a [Point],
-    table: &'a [Packed],
+/// The sum of the powers of `count` points, and of `sum`.
+///
+/// # Safety
+/// All these points must be readable.
+#[unsafe(naked)]
+unsafe extern "C" fn power_sum(points: *const Point, count: usize, sum: u64) -> u64 {
+    kernel!(
+        "push {{r7, lr}}",
+        "lsl r1, r1, #1",
+        "wlstp.32 lr, r1, 3f",
+        "2:",
+        "vldrw.u32 q0, [r0], #16",
+        "vmlaldava.s32 r2, r3, q0, q0",
+        "letp lr, 2b",
+        "3:",
+        "mov r0, r2",
+        "mov r1, r3",
+        "pop {{r7, pc}}",
+    )
 }
 
-impl Record<'_> {
-    /// The first bin of a group below the middle, and from there on the points, their mirrors and
-    /// their factors. The first group has no pair at 0.
-    #[inline(always)]
-    fn group(&self, group: usize) -> (usize, impl Iterator<Item = (Point, Point, Packed)>) {
-        let bins = (GROUP * group).max(1)..GROUP * (group + 1);
-        let length = self.points.len() + 1;
-        let mirrors = length.wrapping_sub(bins.end)..length.wrapping_sub(bins.start);
-        let lower = self.points.get(bins.clone()).unwrap_or_default();
-        let upper = self.points.get(mirrors).unwrap_or_default().iter().rev();
-        let factors = self.table.get(bins.clone()).unwrap_or_default();
-        let pairs = lower.iter().zip(upper).zip(factors);
-        (bins.start, pairs.map(|((&p, &q), &w)| (p, q, w)))
-    }
-
-    /// Splits the pairs of a group that may hold the strongest bin.
-    #[inline(never)]
-    fn visit(&self, group: usize, scan: &mut Scan) {
-        let (first, pairs) = self.group(group);
-        let mut least = worth(scan.power);
-        for (lower, (p, q, w)) in (first..).zip(pairs) {
-            if power(p).wrapping_add(power(q)) >= least {
-                let upper = self.points.len().wrapping_sub(lower);
-                for (bin, x) in [lower, upper].into_iter().zip(split_pair(p, q, w)) {
-                    let (bin, power) = (bin as i32, power(x));
-                    // Of equals the lowest.
-                    if power > scan.power || (power == scan.power && bin < scan.bin) {
-                        (scan.power, scan.bin) = (power, bin);
-                    }
-                }
-                least = worth(scan.power);
-            }
-        }
-    }
+/// The sum of the powers of these points, and of `sum`.
+pub fn powers(sum: u64, points: &[Point]) -> u64 {
+    // SAFETY: the points are readable.
+    unsafe { power_sum(points.as_ptr(), points.len(), sum) }
 }
 
 /// The powers of groups.
@@ -119,6 +112,21 @@ unsafe extern "C" fn group_powers(
     count: usize,
     to: *mut u64,
 ) {
+    macro_rules! add {
+        ($($q:literal),*) => {
+            concat!($("vmlaldava.s32 r4, r5, ", $q, ", ", $q, "\n",)*)
+        };
+    }
+    macro_rules! next {
+        ($($q:literal),*) => {
+            concat!($("vldrw.u32 ", $q, ", [r1], #16\n",)*)
+        };
+    }
+    macro_rules! at {
+        ($($q:literal, $at:literal);*) => {
+            concat!($("vldrw.u32 ", $q, ", [r2, #", $at, "]\n",)*)
+        };
+    }
     kernel!(
         "ldr r12, [sp]",
         enter!(),
@@ -127,22 +135,14 @@ unsafe extern "C" fn group_powers(
         "ldr r10, [r0, #{left}]",
         "dls lr, r3",
         "2:",
-        "vldrw.u32 q0, [r1], #16",
-        "vldrw.u32 q1, [r1], #16",
-        "vldrw.u32 q2, [r1], #16",
-        "vldrw.u32 q3, [r1], #16",
-        "vldrw.u32 q4, [r2, #16]",
-        "vldrw.u32 q5, [r2, #32]",
-        "vldrw.u32 q6, [r2, #48]",
-        "vldrw.u32 q7, [r2], #-64",
+        next!("q0", "q1", "q2", "q3"),
+        at!("q4", "16"; "q5", "32"; "q6", "48"; "q7", "64"),
         "vmlaldav.s32 r4, r5, q0, q0",
-        "vmlaldava.s32 r4, r5, q1, q1",
-        "vmlaldava.s32 r4, r5, q2, q2",
-        "vmlaldava.s32 r4, r5, q3, q3",
-        "vmlaldava.s32 r4, r5, q4, q4",
-        "vmlaldava.s32 r4, r5, q5, q5",
-        "vmlaldava.s32 r4, r5, q6, q6",
-        "vmlaldava.s32 r4, r5, q7, q7",
+        add!("q1", "q2", "q3", "q4", "q5", "q6", "q7"),
+        next!("q0", "q1", "q2", "q3"),
+        at!("q4", "80"; "q5", "96"; "q6", "112"),
+        "vldrw.u32 q7, [r2], #-128",
+        add!("q0", "q1", "q2", "q3", "q4", "q5", "q6", "q7"),
         "strd r4, r5, [r12], #8",
         "adds r6, r6, r4",
         "adc r7, r7, r5",
@@ -163,5 +163,117 @@ unsafe extern "C" fn group_powers(
         total = const offset_of!(Sums, total),
         most = const offset_of!(Sums, most),
         left = const offset_of!(Sums, left),
+    )
+}
+
+/// The strongest bin so far.
+#[repr(C)]
+struct Seen {
+    best: u64,
+    /// From it, [`worth`].
+    least: u64,
+    at: *const Point,
+}
+
+/// Splits pairs that may hold the strongest bin and keeps that, of equals the lowest.
+///
+/// # Safety
+/// `count` pairs must be readable, from `lower` upwards and from `upper` downwards, and as many
+/// factors. `count` must be 1 or more.
+#[unsafe(naked)]
+unsafe extern "C" fn split_pairs(
+    seen: &mut Seen,
+    lower: *const Point,
+    upper: *const Point,
+    factors: *const Packed,
+    count: usize,
+) {
+    // A bin of power r6, r11 at $at, which is $from and 8 bytes $way. If it is no stronger than r8,
+    // r9, goes to $not.
+    macro_rules! keep {
+        ($way:literal, $from:literal, $not:literal) => {
+            lines!(
+                concat!($way, " r12, ", $from, ", #8"),
+                "cmp r8, r6",
+                "sbcs r5, r9, r11",
+                "blo 5f",
+                "cmp r8, r6",
+                "it eq",
+                "cmpeq r9, r11",
+                concat!("bne ", $not),
+                "ldr r5, [r0, #{at}]",
+                "cmp r5, r12",
+                concat!("bls ", $not),
+                "5:",
+                "mov r8, r6",
+                "mov r9, r11",
+                "str r12, [r0, #{at}]"
+            )
+        };
+    }
+    kernel!(
+        "ldr r12, [sp]",
+        "push {{r4-r12, lr}}",
+        "ldrd r8, r9, [r0, #{least}]",
+        "sub r3, r3, r1, lsr #1",
+        "dls lr, r12",
+        "2:",
+        "ldrd r4, r5, [r1], #8",
+        "ldrd r6, r7, [r2], #-8",
+        "smull r10, r11, r4, r4",
+        "smlal r10, r11, r5, r5",
+        "smlal r10, r11, r6, r6",
+        "smlal r10, r11, r7, r7",
+        "cmp r10, r8",
+        "sbcs r12, r11, r9",
+        "bhs 4f",
+        "3:",
+        "le lr, 2b",
+        "strd r8, r9, [r0, #{least}]",
+        "pop {{r4-r12, pc}}",
+        "4:",
+        "add r12, r3, r1, lsr #1",
+        "ldr r12, [r12, #-4]",
+        "ldrd r8, r9, [r0, #{best}]",
+        "add r10, r4, r6",
+        "sub r4, r4, r6",
+        "sub r6, r5, r7",
+        "add r5, r5, r7",
+        "smulwt r7, r4, r12",
+        "smulwb r4, r4, r12",
+        "smlawt r4, r5, r12, r4",
+        "smulwb r5, r5, r12",
+        "sub r7, r7, r5",
+        "add r5, r7, r10, asr #1",
+        "rsb r7, r7, r10, asr #1",
+        "add r10, r4, r6, asr #1",
+        "sub r4, r4, r6, asr #1",
+        "smull r6, r11, r5, r5",
+        "smlal r6, r11, r10, r10",
+        keep!("sub", "r1", "6f"),
+        "6:",
+        "smull r6, r11, r7, r7",
+        "smlal r6, r11, r4, r4",
+        keep!("add", "r2", "7f"),
+        "7:",
+        "strd r8, r9, [r0, #{best}]",
+        // `scan::worth`
+        "lsr r5, r9, #13",
+        "lsr r4, r8, #13",
+        "orr r4, r4, r9, lsl #19",
+        "adds r4, r4, #0x200000",
+        "adc r5, r5, #0",
+        "subs r8, r8, r4",
+        "sbcs r9, r9, r5",
+        "itt lo",
+        "movlo r8, #1",
+        "movlo r9, #0",
+        "orrs r4, r8, r9",
+        "it eq",
+        "moveq r8, #1",
+        "b 3b",
+        best = const offset_of!(Seen, best),
+        least = const offset_of!(Seen, least),
+        at = const offset_of!(Seen, at),
     )
 }
