@@ -38,7 +38,7 @@ mod passes;
 pub mod rails;
 mod search;
 
-pub use search::{powers, scan};
+pub use search::{powers, scan, scan_iq};
 
 use super::integer::{self, Pair, Point, Scale};
 use super::twiddle::{self, Packed};
