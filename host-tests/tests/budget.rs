@@ -123,10 +123,15 @@ impl Excess {
                 let stage = stage.as_str();
                 let spent =
                     [count.median(stage), count.worst(stage, false), count.worst(stage, true)];
-                for (kind, (spent, allowed)) in
-                    ["median", "worst unclipped", "worst clipped"].iter().zip(spent.iter().zip(allowed))
+                for (kind, (spent, allowed)) in ["median", "worst unclipped", "worst clipped"]
+                    .iter()
+                    .zip(spent.iter().zip(allowed))
                 {
-                    self.check(&format!("{name}, {stage}, {kind}, instructions"), spent.unwrap(), *allowed);
+                    self.check(
+                        &format!("{name}, {stage}, {kind}, instructions"),
+                        spent.unwrap(),
+                        *allowed,
+                    );
                 }
             }
         }
@@ -254,7 +259,8 @@ fn the_kernels_equal_their_definition() {
 /// The same on the Cortex-M55, on both engines of ours, and what its kernels take.
 #[test]
 fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
-    let (budgets, core, engine, mut excess) = (budgets(), core("M55"), &ENGINES[0], Excess::default());
+    let (budgets, core, engine, mut excess) =
+        (budgets(), core("M55"), &ENGINES[0], Excess::default());
     let long = std::env::var_os("PICKET_LONG").map(|_| 100_000);
     let random = std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     let kernels = image(core, engine, Scope::Kernels);
@@ -264,7 +270,12 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         let (compared, unequal) = count.equality();
         println!("{name}: {compared} blocks, {unequal} differ");
         assert!(compared > 2 * u64::from(blocks) && unequal == 0, "{name}");
-        let iq = bench::compare_iq(core, &kernels, n, blocks.div_ceil(if random.or(long).is_some() { 1 } else { 4 }));
+        let iq = bench::compare_iq(
+            core,
+            &kernels,
+            n,
+            blocks.div_ceil(if random.or(long).is_some() { 1 } else { 4 }),
+        );
         let (compared, unequal) = iq.unwrap_or_else(|error| panic!("{name}, I/Q: {error}"));
         println!("{name}, I/Q: {compared} blocks, {unequal} differ");
         assert!(compared >= u64::from(blocks / 2) && unequal == 0, "{name}, I/Q");
@@ -272,7 +283,8 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
     }
     // The image that counts a whole measurement is built for the long run alone.
     if random.or(long).is_some() {
-        let count = count_short(core, 200);
+        let short = image(core, engine, Scope::Short);
+        let count = count(core, engine, &short, 1024, 200);
         excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
