@@ -3,10 +3,10 @@
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Real;
 use picket::config::Config;
+use picket_host::bench::CORES;
 use picket_host::bench::cycles::Clock;
 use picket_host::bench::trace::Trace;
 use picket_host::emulator::{Capture, Machine};
-use picket_host::toolchain::Target;
 use picket_wire::capture::Header;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -41,7 +41,7 @@ fn the_model_meets_a_measured_chip() {
         );
         return;
     };
-    let mut trace = Trace::new(Clock::of(Target::M4f).unwrap());
+    let mut trace = Trace::new(Clock::of(&CORES[0]).unwrap());
     let header = Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 64, 0);
     let capture = Capture::create(&header).unwrap();
     capture

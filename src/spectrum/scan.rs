@@ -174,6 +174,18 @@ impl Scan {
         points: &[P],
         power: impl Fn(P) -> u64,
     ) -> Self {
+        self.beside_by(reach, points, |sum, span| {
+            span.iter().fold(sum, |sum, &x| sum.wrapping_add(power(x)))
+        })
+    }
+
+    /// [`Scan::beside`], with a way to add the powers of points to a sum.
+    pub(super) fn beside_by<P>(
+        self,
+        reach: usize,
+        points: &[P],
+        add: impl Fn(u64, &[P]) -> u64,
+    ) -> Self {
         let (length, bin) = (points.len(), self.bin as usize);
         let low = bin.saturating_sub(reach).max(1);
         let high = bin.saturating_add(reach).min(length.wrapping_sub(1));
@@ -187,7 +199,7 @@ impl Scan {
         for span in spans {
             let span = points.get(span).unwrap_or_default();
             skirt.points = skirt.points.wrapping_add(span.len() as u32);
-            skirt.power = span.iter().fold(skirt.power, |sum, &x| sum.wrapping_add(power(x)));
+            skirt.power = add(skirt.power, span);
         }
         Self { skirt: Some(skirt), ..self }
     }

@@ -17,8 +17,8 @@ use std::process::ExitCode;
 /// its own. Figures marked with a star are quoted.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Cores, separated by commas: M4F, M33, M7, M3, M0
-    #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
+    /// Cores, separated by commas: M4F, M33, M55, M7, M3, M0
+    #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M55,M7,M3,M0")]
     core: Vec<String>,
     /// Engines of ours, separated by commas: i32, q15, f32, the last on cores with an FPU
     #[arg(long, value_delimiter = ',', default_value = "i32,q15,f32")]
@@ -47,7 +47,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<ExitCode, String> {
     let cores = options.core.iter().map(|name| {
         let core = CORES.iter().find(|core| core.name.eq_ignore_ascii_case(name));
-        core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M7, M3, M0"))
+        core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M55, M7, M3, M0"))
     });
     let cores = cores.collect::<Result<Vec<_>, _>>()?;
     if options.locked {
@@ -88,9 +88,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 new.extend(count.rows(Some(code), model.as_ref()));
                 bar.inc(1);
             }
-            if core.name == "M4F" {
-                new.extend(bench::quoted::rows(n));
-            }
+            new.extend(bench::quoted::rows(core.name, n));
             if options.json {
                 for row in &new {
                     print_json(row)?;

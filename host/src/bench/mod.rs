@@ -10,6 +10,7 @@ pub mod locked;
 pub mod model;
 pub mod plot;
 pub mod quoted;
+pub mod row;
 pub mod size;
 pub mod step;
 pub mod table;
@@ -27,7 +28,7 @@ use picket::spectrum::fft::twiddle;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
-use serde::Serialize;
+pub use row::Row;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -48,15 +49,16 @@ pub struct Core {
 impl Core {
     /// Does it compute with floats?
     pub const fn has_fpu(&self) -> bool {
-        matches!(self.target, Target::M4f | Target::M33)
+        matches!(self.target, Target::M4f | Target::M33 | Target::M55)
     }
 }
 
 /// The cores, the reference first. The M0's code runs on the M3's board: Armv6-M is a part of Armv7-M, so the
 /// same instructions are executed, and the M0's own board has no memory for the longer records.
-pub const CORES: [Core; 5] = [
+pub const CORES: [Core; 6] = [
     Core { name: "M4F", machine: Machine::An386, target: Target::M4f },
     Core { name: "M33", machine: Machine::An505, target: Target::M33 },
+    Core { name: "M55", machine: Machine::An547, target: Target::M55 },
     Core { name: "M7", machine: Machine::An500, target: Target::M4f },
     Core { name: "M3", machine: Machine::An385, target: Target::M3 },
     Core { name: "M0", machine: Machine::An385, target: Target::M0 },
@@ -115,43 +117,6 @@ pub const STAGES: [&str; 6] = ["fft", "peak", "fft_peak", "estimator", "clipped"
 /// The crates that are measured in the same run; their only stage is the transform of a real record.
 pub const RIVALS: [&str; 4] = ["microfft", "fixed-fft", "fixed-dsp-q15", "fixed-dsp-q31"];
 
-/// A line of the table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
-    /// The core's name.
-    pub core: &'static str,
-    /// Whose code.
-    pub engine: String,
-    /// Samples in a record.
-    pub n: usize,
-    /// What was counted.
-    pub stage: String,
-    /// Executed instructions: the median.
-    pub instructions: u64,
-    /// The same, beside the next two.
-    pub median: u64,
-    /// The most over all records without a sample at a rail.
-    pub worst: Option<u64>,
-    /// The most over the records with samples at a rail.
-    pub worst_clipped: Option<u64>,
-    /// Work memory with the record, in bytes; for a measurement the whole pipeline with two records.
-    pub ram_bytes: Option<u64>,
-    /// Tables, in bytes.
-    pub table_bytes: Option<u64>,
-    /// Machine code, in bytes, without tables.
-    pub code_bytes: Option<u64>,
-    /// How far the error is below a full-scale tone, in dB.
-    pub snr_0_db: Option<f64>,
-    /// The same for a tone 40 dB below full scale.
-    pub snr_m40_db: Option<f64>,
-    /// Modelled cycles, see [`cycles`]: the median, of a part of the records.
-    pub median_cycles: Option<u64>,
-    /// From the model to what published measurements were above it, see [`cycles::range`].
-    pub model_cycles: Option<[u64; 2]>,
-    /// "measured" in this run, or where the figure is from.
-    pub source: &'static str,
-}
-
 /// The seed of the records that are counted.
 pub const SEED: u64 = 2;
 /// Records whose spectra are compared with exact ones, before those that are counted.
@@ -167,6 +132,8 @@ pub enum Scope {
     Ours,
     /// The default engine, real records of 1,024 samples alone: built in a tenth of the time.
     Short,
+    /// Transform and search alone, of every length, and of both engines of ours: built in a tenth of the time, too.
+    Kernels,
 }
 
 /// The image that counts an engine.
@@ -175,7 +142,11 @@ pub fn image(core: &Core, engine: &Engine, scope: Scope) -> Result<PathBuf, Tool
         Scope::All if *engine == ENGINES[0] => &["mps2", "rivals"],
         _ => &["mps2"],
     };
-    let bin = if scope == Scope::Short { "bench_short" } else { engine.bin };
+    let bin = match scope {
+        Scope::Short => "bench_short",
+        Scope::Kernels => "kernels",
+        _ => engine.bin,
+    };
     Firmware { bin, target: core.target, features, profile: Profile::Release }.build()
 }
 
@@ -265,12 +236,15 @@ fn run<R: Record>(
     for block in blocks {
         capture.push::<R>(block)?;
     }
-    let outcome = capture.run(core.machine, image, LIMIT, |_| {})?;
+    // The random blocks of a long run take their time.
+    let limit = LIMIT + header.period_us * Duration::from_millis(20);
+    let outcome = capture.run(core.machine, image, limit, |_| {})?;
     Ok((outcome.figures(), outcome.results))
 }
 
 fn equality(figures: &Figures) -> (u64, u64) {
-    let figure = |name| figures.get(name).and_then(|f| f.last().copied()).unwrap_or(u64::MAX);
+    // One figure for each engine that the image has.
+    let figure = |name| figures.get(name).map_or(u64::MAX, |each| each.iter().sum());
     (figure("compared"), figure("unequal"))
 }
 
@@ -389,7 +363,9 @@ impl Count {
                 snr_0_db: snr(engine, 0).filter(|_| transform),
                 snr_m40_db: snr(engine, 1).filter(|_| transform),
                 median_cycles,
-                model_cycles: median_cycles.map(cycles::range),
+                model_cycles: median_cycles
+                    .map(cycles::range)
+                    .or_else(|| cycles::rough(&self.core, instructions)),
                 source: "measured",
             })
         };

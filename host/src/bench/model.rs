@@ -31,7 +31,7 @@ impl Model {
     /// # Errors
     /// The emulator failed, or its log holds other instructions than its clock counted.
     pub fn of(core: &Core, image: &Path, n: usize, reach: Reach) -> Result<Option<Self>, RunError> {
-        let Some(clock) = Clock::of(core.target) else { return Ok(None) };
+        let Some(clock) = Clock::of(core) else { return Ok(None) };
         let records: Vec<_> = corpus::corpus(n, SEED).into_iter().step_by(STRIDE).collect();
         let header = Header::of::<Real>(config(core, reach), n as u32, records.len() as u32);
         let mut capture = Capture::create(&Header { period_us: 0, ..header })?;

@@ -23,7 +23,7 @@ pub fn table(rows: &[Row]) -> Table {
             row.median.to_string(),
             number(row.worst),
             number(row.worst_clipped),
-            number(row.median_cycles),
+            cycles(row),
             number(row.ram_bytes),
             number(row.table_bytes),
             number(row.code_bytes),
@@ -35,6 +35,17 @@ pub fn table(rows: &[Row]) -> Table {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table
+}
+
+/// The median, or the range where there is no model of the core.
+fn cycles(row: &Row) -> String {
+    match (row.median_cycles, row.model_cycles) {
+        (Some(median), _) => median.to_string(),
+        (None, Some([low, high])) => {
+            format!("{:.1}-{:.1} k", low as f64 / 1000.0, high as f64 / 1000.0)
+        }
+        (None, None) => String::new(),
+    }
 }
 
 /// The stages of blocks that a tracker follows.

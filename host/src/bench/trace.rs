@@ -116,7 +116,6 @@ fn number(text: &str) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::toolchain::Target;
 
     /// The log of a loop of three instructions that runs twice between the marks, with all that the emulator does besides.
     const LOG: &str = "\
@@ -155,7 +154,7 @@ Trace 0: 0x7f0000000500 [00800400/0000010e/00000010/ff020200] main
 
     #[test]
     fn what_was_executed_counts_once() {
-        let mut trace = Trace::new(Clock::of(Target::M4f).unwrap());
+        let mut trace = Trace::new(Clock::of(&crate::bench::CORES[0]).unwrap());
         LOG.lines().for_each(|line| trace.line(line));
         // Six instructions, and the refill of the branch that was taken.
         let sections =

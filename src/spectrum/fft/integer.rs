@@ -90,7 +90,7 @@ pub(super) enum Factors {
 
 /// In a transform with factors of 32 bits, passes over sub-transforms shorter than this have
 /// factors of 16 bits. The kernels keep those in registers over many blocks.
-const FINE: usize = 16;
+pub(super) const FINE: usize = 16;
 
 /// The factors of the pass over sub-transforms of `length` points.
 pub(super) const fn factors<const M: usize>(length: usize) -> Factors {

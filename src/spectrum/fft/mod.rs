@@ -1,6 +1,6 @@
 //! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP
-//! extension run the same arithmetic in the loops of `kernel_dsp`, Armv6-M in those of
-//! `kernel_thumb1`. [`q15`] is the 16-bit transform, and `kernel_q15` its loops. `float`, with the
+//! extension run the same arithmetic in the loops of `kernel_dsp`, those with Helium in those of
+//! `kernel_mve`, Armv6-M in those of `kernel_thumb1`. [`q15`] is the 16-bit transform, and `kernel_q15` its loops. `float`, with the
 //! feature `microfft`, calls another crate.
 
 #[cfg(any(dsp, short_products))]
@@ -10,6 +10,8 @@ pub mod float;
 pub mod integer;
 #[cfg(dsp)]
 pub mod kernel_dsp;
+#[cfg(mve)]
+pub mod kernel_mve;
 #[cfg(dsp)]
 pub mod kernel_q15;
 #[cfg(short_products)]
@@ -19,8 +21,6 @@ pub mod twiddle;
 
 #[cfg(not(any(dsp, short_products)))]
 pub(super) use super::scan::real as scan;
-#[cfg(any(dsp, short_products))]
-pub(super) use engine::scan;
 #[cfg(not(any(dsp, short_products)))]
 use integer as engine;
 #[cfg(dsp)]
@@ -28,4 +28,10 @@ use kernel_dsp as engine;
 #[cfg(short_products)]
 use kernel_thumb1 as engine;
 
-pub(super) use engine::{transform, window};
+#[cfg(all(any(dsp, short_products), not(mve)))]
+pub(super) use engine::scan;
+#[cfg(not(mve))]
+pub(super) use engine::transform;
+pub(super) use engine::window;
+#[cfg(mve)]
+pub(super) use kernel_mve::{scan, transform};

@@ -135,14 +135,14 @@ const fn pack(low: i16, high: i16) -> Packed {
 }
 
 /// `x` in Q15, rounded to nearest and saturated.
-const fn q15(x: f64) -> i16 {
+pub(super) const fn q15(x: f64) -> i16 {
     let scaled = x * 32768.0;
     // `as` saturates. Adding or subtracting half a unit first rounds to nearest.
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i16
 }
 
 /// `x` in Q31, rounded to nearest and saturated.
-const fn q31(x: f64) -> i32 {
+pub(super) const fn q31(x: f64) -> i32 {
     let scaled = x * 2_147_483_648.0;
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }

@@ -144,7 +144,7 @@ macro_rules! split_pair {
 /// For each bin in `to..end` there must be a point from `here` upwards, one from `there` downwards,
 /// and a factor from `factors` upwards. There must be at least one bin.
 #[unsafe(naked)]
-pub(super) unsafe extern "C" fn span_below(
+pub unsafe extern "C" fn span_below(
     here: *const Point,
     there: *const Point,
     factors: *const Packed,
@@ -173,7 +173,7 @@ pub(super) unsafe extern "C" fn span_below(
 /// # Safety
 /// As [`span_below`], but with the factors from `factors` downwards.
 #[unsafe(naked)]
-pub(super) unsafe extern "C" fn span_above(
+pub unsafe extern "C" fn span_above(
     here: *const Point,
     there: *const Point,
     factors: *const Packed,

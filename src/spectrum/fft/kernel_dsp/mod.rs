@@ -11,20 +11,29 @@
 #[macro_use]
 mod butterfly;
 
-mod bins;
+pub(super) mod bins;
 mod first;
 mod passes;
+#[cfg(not(mve))]
 mod rails;
 
 use super::integer::{self, Factors, Pair, Point, Scale};
+#[cfg(mve)]
+use super::kernel_mve::{
+    bins::{span_above, span_below},
+    rails::{all_outside, any_outside},
+};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
-use bins::{Seen, pairs_outwards, span_above, span_below};
+use bins::{Seen, pairs_outwards};
+#[cfg(not(mve))]
+use bins::{span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
+#[cfg(not(mve))]
 use rails::{all_outside, any_outside, first_strong};
 
 /// As [`integer::transform`].
@@ -184,17 +193,22 @@ pub fn window<'a>(
 
 /// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
-    // Codes whose square is less are inside.
+    // Codes of which the square is less are inside.
+    #[cfg(not(mve))]
     let least = i32::from(high.min(low.saturating_neg())).max(0);
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
+    let (from, to) = (groups.start.cast::<u32>(), groups.end.cast::<u32>());
+    #[cfg(not(mve))]
     let double = pairs.as_chunks::<16>().0.as_ptr_range();
-    let (mut from, to) = (groups.start.cast::<u32>(), groups.end.cast::<u32>());
-    if least > 0 && !double.is_empty() {
+    #[cfg(not(mve))]
+    let from = if least > 0 && !double.is_empty() {
         // SAFETY: the range is inside `pairs`, and not empty.
-        from = unsafe { first_strong(from, double.end.cast(), -least * least) };
-    }
+        unsafe { first_strong(from, double.end.cast(), -least * least) }
+    } else {
+        from
+    };
     if from == to {
         return 0;
     }

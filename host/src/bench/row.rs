@@ -1,0 +1,41 @@
+//! A line of the table of counts.
+
+use serde::Serialize;
+
+/// A line of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The core's name.
+    pub core: &'static str,
+    /// Whose code.
+    pub engine: String,
+    /// Samples in a record.
+    pub n: usize,
+    /// What was counted.
+    pub stage: String,
+    /// Executed instructions: the median.
+    pub instructions: u64,
+    /// The same, beside the next two.
+    pub median: u64,
+    /// The most over all records without a sample at a rail.
+    pub worst: Option<u64>,
+    /// The most over the records with samples at a rail.
+    pub worst_clipped: Option<u64>,
+    /// Work memory with the record, in bytes; for a measurement the whole pipeline with two records.
+    pub ram_bytes: Option<u64>,
+    /// Tables, in bytes.
+    pub table_bytes: Option<u64>,
+    /// Machine code, in bytes, without tables.
+    pub code_bytes: Option<u64>,
+    /// How far the error is below a full-scale tone, in dB.
+    pub snr_0_db: Option<f64>,
+    /// The same for a tone 40 dB below full scale.
+    pub snr_m40_db: Option<f64>,
+    /// Modelled cycles, see [`cycles`](super::cycles): the median, of a part of the records.
+    pub median_cycles: Option<u64>,
+    /// From the model to what published measurements were above it, see [`range`](super::cycles::range); without a table see
+    /// [`rough`](super::cycles::rough).
+    pub model_cycles: Option<[u64; 2]>,
+    /// "measured" in this run, or where the figure is from.
+    pub source: &'static str,
+}
