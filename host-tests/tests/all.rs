@@ -13,6 +13,7 @@ mod frontend;
 mod fuzz;
 mod golden;
 mod least_squares;
+mod lines;
 mod locked;
 mod monte_carlo;
 mod nucleo;

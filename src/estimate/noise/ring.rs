@@ -130,9 +130,7 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
             Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
             Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
         };
-        let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
-        let noise = Noise { power, freedom };
-        return Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] };
+        return of_power(power, whole::freedom::<R, N, NOISE_BINS>() as f32);
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
     let sides = match around {
@@ -154,6 +152,12 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
         }
     };
     of_sides(sides, unit(spectrum), rounding::<R>())
+}
+
+/// The same from a power per sample that an average of `freedom` real numbers gave.
+pub(crate) fn of_power(power: f32, freedom: f32) -> Beside {
+    let noise = Noise { power, freedom };
+    Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
 /// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
@@ -208,7 +212,7 @@ pub fn loud<R: Record, const N: usize>(
 }
 
 /// Whether a record has room for a ring.
-const fn has_room<R: Record, const N: usize>() -> bool {
+pub(crate) const fn has_room<R: Record, const N: usize>() -> bool {
     N >= if R::IQ { 128 } else { 256 }
 }
 
