@@ -2,6 +2,7 @@
 //! velocimeter.
 
 pub mod drive;
+pub mod vibration;
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Segment;
