@@ -4,6 +4,7 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
+use crate::estimate::harmonic::{Harmonic, harmonic};
 use crate::estimate::lines::lines;
 use crate::estimate::measure::{Options, measure, rise};
 use crate::estimate::phasor::Phasor;
@@ -157,6 +158,20 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             }
         }
         phasors
+    }
+
+    /// The fundamental of the last block from its harmonics up to `order`, at most
+    /// [`HIGHEST`](crate::estimate::harmonic::HIGHEST). `measurement` is the last block's. The plan's
+    /// band is that of the fundamental; harmonics are sought everywhere.
+    pub fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
+        let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
+        let Terms { band, ref options, rate_hz, .. } = *self.plan;
+        let mut harmonic = harmonic(&self.spectrum, tone, band, clipped, stamp, options, order)?;
+        harmonic.tone.rate_hz = rate_hz;
+        if tone.verdict == Verdict::WrongCodes {
+            harmonic.tone.verdict = Verdict::WrongCodes;
+        }
+        Some(harmonic)
     }
 
     /// The strongest tones of the last block, at most `wanted`.

@@ -13,6 +13,7 @@ mod front_door;
 mod frontend;
 mod fuzz;
 mod golden;
+mod harmonic;
 mod least_squares;
 mod lines;
 mod locked;

@@ -63,6 +63,10 @@ const LEAKS: i32 = 32;
 /// A tone that moves has a skirt of so many bins, in which no other is sought.
 const SKIRT: i32 = 16;
 
+/// Of the lines of a series, one that has less than this share of the power of another in whose skirt it
+/// is counts as a part of it: a machine's line is seldom steady.
+const SKIRT_POWER: f32 = 1e-2;
+
 /// Bins beside a tone in which no other is sought.
 const BESIDE: i32 = 1;
 
@@ -83,7 +87,7 @@ const SEARCHES: usize = 10;
 const SETTLED: f32 = 0.1;
 
 /// Room for the tones and for lines that a front end makes of them, which are subtracted, too.
-const ROOM: usize = 2 * MOST;
+pub(super) const ROOM: usize = 2 * MOST;
 
 /// Bins in which nothing is sought, around one of them.
 #[derive(Clone, Copy)]
@@ -108,6 +112,8 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     options: &'a Options,
     band: Band,
     clipped: f32,
+    /// Whether lines that are made of others count, too.
+    every: bool,
     hidden: Vec<Hidden, SEARCHES>,
     leaks: Vec<Leak, ROOM>,
 }
@@ -162,21 +168,13 @@ pub fn lines<R: Record, const N: usize>(
     options: &Options,
     most: usize,
 ) -> Vec<Phasor, MOST> {
-    let unit = libm::ldexpf(1.0, spectrum.exponent());
-    let clipped = clipped as f32 / N as f32;
-    let rest = Rest { spectrum, unit, found: Vec::new() };
-    let mut hunt = Hunt { rest, options, band, clipped, hidden: Vec::new(), leaks: Vec::new() };
-    let turn = if R::IQ { N as i32 } else { i32::MAX };
-    let peak = (libm::rint(tone.frequency.bins(N)) as i32).checked_rem_euclid(turn);
-    if tone.verdict == Verdict::NoSignal || !peak.is_some_and(|peak| hunt.rest.add(peak)) {
+    let Some(mut hunt) = Hunt::start(spectrum, tone, band, clipped, options) else {
         return Vec::new();
-    }
-    hunt.rest.alone(options.reach);
-    hunt.leak();
+    };
     if most > 1 {
         hunt.seek(most.min(MOST));
     }
-    let mut phasors = first((0..hunt.rest.found.len()).filter_map(|i| hunt.phasor(i, stamp)));
+    let mut phasors = hunt.phasors(stamp);
     // The only tone is known better by what measured it.
     if let [phasor] = phasors.as_mut_slice() {
         phasor.tone = *tone;
@@ -184,7 +182,53 @@ pub fn lines<R: Record, const N: usize>(
     phasors
 }
 
-impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
+/// Every line of a record that stands out of the noise, also those that are made of another: up to
+/// [`ROOM`].
+pub(super) fn every_line<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+) -> Vec<Phasor, ROOM> {
+    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+    let Some(mut hunt) = Hunt::start(spectrum, tone, band, clipped, options) else {
+        return Vec::new();
+    };
+    hunt.every = true;
+    hunt.seek(ROOM);
+    hunt.phasors(stamp)
+}
+
+impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
+    /// Begins with the tone that was measured; `None` if there is none.
+    fn start(
+        spectrum: &'a Spectrum<R, N, E>,
+        tone: &Tone,
+        band: Band,
+        clipped: u32,
+        options: &'a Options,
+    ) -> Option<Self> {
+        let unit = libm::ldexpf(1.0, spectrum.exponent());
+        let clipped = clipped as f32 / N as f32;
+        let rest = Rest { spectrum, unit, found: Vec::new() };
+        let (hidden, leaks) = (Vec::new(), Vec::new());
+        let mut hunt = Self { rest, options, band, clipped, every: false, hidden, leaks };
+        let turn = if R::IQ { N as i32 } else { i32::MAX };
+        let peak = (libm::rint(tone.frequency.bins(N)) as i32).checked_rem_euclid(turn)?;
+        if tone.verdict == Verdict::NoSignal || !hunt.rest.add(peak) {
+            return None;
+        }
+        hunt.rest.alone(options.reach);
+        hunt.leak();
+        Some(hunt)
+    }
+
+    /// The tones as they are now.
+    fn phasors<const COUNT: usize>(&self, stamp: &Stamp) -> Vec<Phasor, COUNT> {
+        first((0..self.rest.found.len()).filter_map(|index| self.phasor(index, stamp)))
+    }
+
     /// Looks for tones until there are `most`, or no more. What does not stand out of the noise is
     /// known only when all others are subtracted.
     fn seek(&mut self, most: usize) {
@@ -216,7 +260,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
 
     /// Marks the newest line if it is made of another.
     fn disown(&mut self) {
-        let own = self.rest.found.last().is_none_or(|newest| self.is_target(newest));
+        let own = self.rest.found.last().is_none_or(|newest| self.every || self.is_target(newest));
         if let Some(newest) = self.rest.found.last_mut() {
             newest.own = own;
         }
@@ -375,10 +419,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             return false;
         };
         let Some((found, _, judgement)) = self.judged(index) else { return false };
-        if judgement.line == Line::Moving {
+        let weak = self.power(bin) < SKIRT_POWER * found.fit.line.norm_sqr();
+        let skirt = judgement.line == Line::Moving || self.every && weak;
+        if skirt {
             self.hide(found.peak, SKIRT);
         }
-        judgement.line == Line::Moving
+        skirt
     }
 
     /// Whether a line is a target of its own, if it is no noise.
@@ -451,6 +497,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             return None;
         }
         let near = beside.noise.power * widening;
+        // What is only suspicious widens the frequency's sigma alone.
+        let turned = if line == Line::Steady { beside.noise.power } else { near };
         let sigma = sigma_bins(&found.fit, N, near) * libm::sqrtf(self.shared(index));
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let seen = Seen {
@@ -463,7 +511,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             sigma: widened(sigma, self.clipped),
         };
         let tone = seen.tone::<R, N>(found.peak, &found.fit)?;
-        let [phase, sigma_phase] = phase::<R>(&found.fit, found.peak, N, self.options.reach, near);
+        let [phase, sigma_phase] =
+            phase::<R>(&found.fit, found.peak, N, self.options.reach, turned);
         Some(Phasor { tone, phase, sigma_phase })
     }
 

@@ -8,6 +8,7 @@ mod carrier;
 mod carrier_dsp;
 pub mod detection;
 pub mod frequency;
+pub mod harmonic;
 mod image;
 pub mod judge;
 pub mod lag;
