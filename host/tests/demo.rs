@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use picket_host::demo::options::Options;
-use picket_host::demo::{drive, vibration};
+use picket_host::demo::{drive, traffic, vibration};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -295,4 +295,22 @@ fn a_vibration_is_seen_in_the_phase() {
     let output = demo(&["--scenario", "vibration", "--plot", picture.to_str().unwrap()]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("400 of 400 ramps good") && picture.exists(), "{text}");
+}
+
+/// Four cars: nothing else is called good, and nearly all that can be are found. 10,200 chirps in the long form.
+#[test]
+fn traffic_has_no_ghosts() {
+    let seeds = if std::env::var_os("PICKET_LONG").is_some() { 17 } else { 2 };
+    for seed in 1..=seeds {
+        let mut rows = traffic::measured(seed, 20.0).unwrap();
+        let summary = traffic::Summary::of(&rows);
+        println!("seed {seed}: {summary:?}");
+        assert!(summary.inside() && summary.good > 1000, "seed {seed}: {summary:?}");
+        assert!((0.9..1.15).contains(&summary.range_sigmas), "seed {seed}: {summary:?}");
+        assert!((0.9..1.15).contains(&summary.velocity_sigmas), "seed {seed}: {summary:?}");
+        // A target that is no car is seen as a ghost.
+        let good = rows.iter_mut().flat_map(|row| &mut row.targets);
+        good.take(100).for_each(|answer| answer.range_m += 1.0);
+        assert!(!traffic::Summary::of(&rows).inside());
+    }
 }

@@ -19,7 +19,7 @@
 
 use super::detection::Less;
 use super::judge::{Judgement, Line, judge};
-use super::least_squares::{Course, Fit, fit_bins};
+use super::least_squares::{Course, Fit, Reach, fit_bins};
 use super::measure::{Options, Seen, spread};
 use super::noise::ring::{self, Beside};
 use super::noise::rounding;
@@ -60,11 +60,14 @@ const BLURRED: f32 = 0.3;
 /// A tone leaks into second differences up to so many bins away: beyond by less than -100 dB.
 const LEAKS: i32 = 32;
 
-/// A tone that moves has a skirt of so many bins, in which no other is sought.
+/// A tone that moves has a skirt of so many bins, in which no weak one is sought, and so many in which
+/// none at all is.
 const SKIRT: i32 = 16;
+const NEAR: i32 = 4;
 
-/// Of the lines of a series, one that has less than this share of the power of another in whose skirt it
-/// is counts as a part of it: a machine's line is seldom steady.
+/// A line in the skirt of another is weak if it has less than this share of its power: -20 dB. In a
+/// series such a line is a part of the other even if that is not known to move, because a machine's
+/// line is seldom steady.
 const SKIRT_POWER: f32 = 1e-2;
 
 /// Bins beside a tone in which no other is sought.
@@ -176,7 +179,9 @@ pub fn lines<R: Record, const N: usize>(
     }
     let mut phasors = hunt.phasors(stamp);
     // The only tone is known better by what measured it.
-    if let [phasor] = phasors.as_mut_slice() {
+    if let [phasor] = phasors.as_mut_slice()
+        && phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
+    {
         phasor.tone = *tone;
     }
     phasors
@@ -216,11 +221,14 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         let mut hunt = Self { rest, options, band, clipped, every: false, hidden, leaks };
         let turn = if R::IQ { N as i32 } else { i32::MAX };
         let peak = (libm::rint(tone.frequency.bins(N)) as i32).checked_rem_euclid(turn)?;
-        if tone.verdict == Verdict::NoSignal || !hunt.rest.add(peak) {
+        if tone.verdict == Verdict::NoSignal {
             return None;
         }
-        hunt.rest.alone(options.reach);
-        hunt.leak();
+        // A peak at DC is no tone that could be fitted, but there may be others.
+        if hunt.rest.add(peak) {
+            hunt.rest.alone(options.reach);
+            hunt.leak();
+        }
         Some(hunt)
     }
 
@@ -419,12 +427,17 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             return false;
         };
         let Some((found, _, judgement)) = self.judged(index) else { return false };
+        let near = apart::<R, N>(bin, found.peak) < NEAR;
         let weak = self.power(bin) < SKIRT_POWER * found.fit.line.norm_sqr();
-        let skirt = judgement.line == Line::Moving || self.every && weak;
-        if skirt {
+        let moves = judgement.line == Line::Moving;
+        if moves && near {
+            self.hide(found.peak, NEAR);
+        } else if weak && (moves || self.every) {
             self.hide(found.peak, SKIRT);
+        } else {
+            return false;
         }
-        skirt
+        true
     }
 
     /// Whether a line is a target of its own, if it is no noise.
@@ -485,9 +498,20 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
     fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
         let &Found { peak, fit: Fit { offset, .. }, model, own } = self.rest.found.get(index)?;
         let bins = self.rest.bins(peak, Some(index));
-        let fit = fit_bins(&bins, self.options.reach.bins(), Course::From(offset, 1))?;
         let beside = self.beside(peak);
-        let judgement = judge(&fit, N, &beside);
+        let fitted = |reach: Reach| {
+            let fit = fit_bins(&bins, reach.bins(), Course::From(offset, 1))?;
+            Some((fit, judge(&fit, N, &beside)))
+        };
+        let (mut fit, mut judgement) = fitted(self.options.reach)?;
+        // What another line leaves far off may be in the outer bins.
+        if judgement.line != Line::Steady
+            && self.rest.found.len() > 1
+            && let Some((narrow, inner)) = fitted(Reach::Four)
+            && inner.line == Line::Steady
+        {
+            (fit, judgement) = (narrow, inner);
+        }
         Some((Found { peak, fit, model, own }, beside, judgement))
     }
 

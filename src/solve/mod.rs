@@ -3,5 +3,6 @@
 pub mod chirp;
 pub mod displacement;
 pub mod doppler;
+pub mod pairing;
 pub mod track;
 pub mod tracks;

@@ -7,6 +7,7 @@ pub mod replay;
 pub mod seeds;
 mod session;
 pub mod table;
+pub mod traffic;
 pub mod vibration;
 
 use crate::scenario;
@@ -44,6 +45,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         Scenario::Table3 => measure::lidar(options)?,
         Scenario::Turntable => measure::turntable(options)?,
         Scenario::Drive => return drive::run(options),
+        Scenario::Traffic => return traffic::run(options),
         Scenario::Vibration => return vibration::run(options),
         Scenario::Board => return session::run(options),
     };
@@ -78,7 +80,7 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     }
     let core = options.scenario.is_by_the_core();
     if options.plot.is_some() && !drive && !core {
-        return Err(said("--plot draws a drive or a vibration: add --scenario drive"));
+        return Err(said("--plot draws a drive, traffic or a vibration: add --scenario drive"));
     }
     if (drive || core) && options.method.is_some() {
         return Err(said("this scene is measured by least squares: leave --method out"));

@@ -16,7 +16,7 @@ pub struct Options {
     #[arg(long, value_enum, default_value_t = Scenario::Table3, conflicts_with = "replay")]
     pub scenario: Scenario,
 
-    /// Signal-to-noise ratio per sample, dB [default: -5; vibration: 20]
+    /// Signal-to-noise ratio per sample, dB [default: -5; traffic, vibration: 20]
     #[arg(long, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
     pub snr_db: Option<f64>,
 
@@ -60,7 +60,7 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
-    /// Draw the drive (its velocities beside it) or the vibration to this file, svg or png
+    /// Draw a drive or traffic (velocities beside it) or a vibration to this file, svg or png
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
@@ -86,6 +86,8 @@ pub enum Scenario {
     Turntable,
     /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
     Drive,
+    /// Four cars that cross in range and in speed, all of them in each chirp of a lidar; by the core on this machine
+    Traffic,
     /// A plate at 30 cm that swings by 10 um before a 122 GHz radar, from the phase; by the core on this machine
     Vibration,
     /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
@@ -103,7 +105,7 @@ impl Options {
 impl Scenario {
     /// Whether the core measures it on this machine, and no emulated board.
     pub fn is_by_the_core(self) -> bool {
-        self == Scenario::Vibration
+        matches!(self, Scenario::Traffic | Scenario::Vibration)
     }
 }
 

@@ -2,6 +2,7 @@
 //! velocimeter.
 
 pub mod drive;
+pub mod traffic;
 pub mod vibration;
 
 use picket::acquire::codes::Codes;
