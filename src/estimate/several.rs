@@ -47,8 +47,6 @@ pub(super) struct Found {
     pub peak: i32,
     pub fit: Fit<f32>,
     pub model: Model<f32>,
-    /// Whether it is a tone of its own, and not made of a stronger one.
-    pub own: bool,
 }
 
 /// A spectrum less the models of tones.
@@ -152,7 +150,7 @@ impl<R: Record, const N: usize, E: Engine, const ROOM: usize> Rest<'_, R, N, E, 
         match fit_bins(&self.bins(peak, None), reach, Course::Usual) {
             Some(fit) => {
                 let model = Model::new(&fit, peak, N as i32);
-                self.found.push(Found { peak, fit, model, own: true }).is_ok()
+                self.found.push(Found { peak, fit, model }).is_ok()
             }
             None => false,
         }
@@ -172,7 +170,7 @@ impl<R: Record, const N: usize, E: Engine, const ROOM: usize> Rest<'_, R, N, E, 
             if let Some(fit) = fit_bins(&bins, reach.bins(), Course::From(start, 1)) {
                 let model = Model::new(&fit, peak, N as i32);
                 if let Some(found) = self.found.get_mut(index) {
-                    *found = Found { peak, fit, model, ..old };
+                    *found = Found { peak, fit, model };
                 }
             }
         }
@@ -187,7 +185,7 @@ impl<R: Record, const N: usize, E: Engine, const ROOM: usize> Rest<'_, R, N, E, 
             let model = Model::new(&fit, peak, N as i32);
             self.found.clear();
             // There is room for four.
-            let _ = self.found.push(Found { peak, fit, model, own: true });
+            let _ = self.found.push(Found { peak, fit, model });
         }
     }
 

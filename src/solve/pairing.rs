@@ -9,7 +9,7 @@
 use super::chirp::{self, Scales, Target};
 use crate::acquire::sample::{Segment, Stamp};
 use crate::estimate::phasor::Phasor;
-use crate::estimate::several::{MOST, first};
+use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::Verdict;
 use heapless::Vec;
 
@@ -119,16 +119,11 @@ impl Pairing {
     /// The targets of a whole chirp.
     fn pair(&mut self) -> Vec<Target, MOST> {
         let mut triples = self.triples();
-        // Sure courses choose before others, and the nearest triple first.
-        triples.sort_unstable_by(|a, b| {
-            let rank = |triple: &Triple| (!self.is_sure(triple), triple.course.is_none());
-            rank(a).cmp(&rank(b)).then(a.distance.total_cmp(&b.distance))
-        });
         let mut used = [[false; MOST]; 3];
         let mut targets = Vec::new();
         let mut fresh: Vec<Target, TRIPLES> = Vec::new();
         self.courses.iter_mut().for_each(|course| course.seen = false);
-        for triple in &triples {
+        while let Some(triple) = self.next(&mut triples) {
             let taken = used.iter().zip(triple.beats);
             if taken.into_iter().any(|(used, beat)| used.get(beat).copied().unwrap_or(true)) {
                 continue;
@@ -161,8 +156,21 @@ impl Pairing {
         targets
     }
 
-    fn is_sure(&self, triple: &Triple) -> bool {
-        triple.course.and_then(|index| self.courses.get(index)).is_some_and(|course| course.sure)
+    /// Takes out the triple that chooses next: those of sure courses before others, and the nearest
+    /// first.
+    fn next(&self, triples: &mut Vec<Triple, TRIPLES>) -> Option<Triple> {
+        // Distances are below two.
+        const BEHIND: f32 = 10.0;
+        let rank = |triple: &Triple| match triple.course.and_then(|index| self.courses.get(index)) {
+            Some(course) if course.sure => triple.distance,
+            Some(_) => triple.distance + BEHIND,
+            None => triple.distance + 2.0 * BEHIND,
+        };
+        let ranks = triples.iter().map(rank).enumerate();
+        let (index, _) = ranks.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let triple = triples.get(index).copied();
+        remove(triples, index);
+        triple
     }
 
     /// All triples whose beats may be of one target.
