@@ -30,7 +30,9 @@ pub fn prepare_images(target: Target) {
     prepared.push(target);
     prepare_packages();
     let (bin, others): (_, &[_]) = match target {
-        Target::M4f => ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked"]),
+        Target::M4f => {
+            ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked", "bench_several"])
+        }
         Target::M3 => ("core_check", &["bench_locked", "bench_short"]),
         Target::M33 => ("frontend_qemu", &["tracker_qemu"]),
         Target::M0 => return,

@@ -62,7 +62,7 @@ fn series<R: Kind>(snr_db: f64, weaker_db: f64, count: u64, seed: u64) {
 /// 100,000 records in the long form.
 #[test]
 fn no_octave_is_taken_for_the_fundamental() {
-    let count = if std::env::var_os("PICKET_LONG").is_some() { 50_000 } else { 500 };
+    let count = host_tests::sized(500, 50_000);
     series::<Real>(20.0, 20.0, count, 41);
     series::<Iq>(20.0, 20.0, count, 41);
     for (snr_db, weaker_db) in [(0.0, 20.0), (10.0, 0.0), (40.0, 40.0)] {

@@ -12,7 +12,7 @@ const N: usize = 1024;
 
 /// So many records, ten times as many in the long form.
 fn records(count: u64) -> u64 {
-    if std::env::var_os("PICKET_LONG").is_some() { 10 * count } else { count }
+    host_tests::sized(count, 10 * count)
 }
 
 fn lines<R: Kind>(samples: &[R::Sample; N], most: usize) -> (Measurement, Vec<Phasor>) {

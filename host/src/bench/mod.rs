@@ -9,6 +9,7 @@ pub mod cycles;
 pub mod locked;
 pub mod plot;
 pub mod quoted;
+pub mod several;
 pub mod size;
 pub mod table;
 
