@@ -3,17 +3,19 @@
 use super::super::detection::Less;
 use super::super::noise::rounding;
 use super::super::several::first;
-use super::{DRIFT, Hunt};
+use super::leak::LEAKS;
+use super::{DRIFT, Hunt, apart};
 use crate::acquire::sample::Record;
 use crate::spectrum::engine::Engine;
-use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 use heapless::Vec;
-use num_complex::Complex;
 
 /// The most blocks of bins, and the least bins of a block.
 const BLOCKS: usize = 64;
 const BLOCK: i32 = 8;
+
+/// No block has a tone whose strongest difference exceeds its floor by less.
+const LEAST: f32 = 5.0;
 
 /// Blocks on each side that a block's floor is taken from.
 const AROUND: usize = 4;
@@ -60,9 +62,15 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The bin that exceeds its neighbourhood most, if noise does not.
     pub(super) fn search(&self) -> Option<i32> {
         let blocks = self.blocks();
-        let (mut highest, mut best) = (0.0, None);
+        let (mut highest, mut best) = (LEAST, None);
         for (index, block) in blocks.iter().enumerate() {
-            let floor = floor(&blocks, index);
+            // The floor is not below the quietest of its blocks.
+            let around = around(&blocks, index);
+            let quietest = around.iter().map(|block| block.mean).fold(f32::INFINITY, f32::min);
+            if block.most <= highest * quietest {
+                continue;
+            }
+            let floor = floor(around);
             if block.most > highest * floor {
                 (highest, best) = (block.most / floor, Some(block.bin));
             }
@@ -119,19 +127,39 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let mut places = [MaybeUninit::uninit(); BLOCK as usize + 2];
         let places = places.get_mut(..count + 2).unwrap_or_default();
         let points = self.rest.spectrum.fill(first - 1, places);
+        let plain = self.is_plain(first, first + count as i32);
         for (k, around) in (first..).zip(points.array_windows()) {
-            if !self.is_hidden(k) {
-                let around = around
-                    .map(|[re, im]: Point| Complex::new(re as f32, im as f32) * self.rest.unit);
+            let around = self.wide(around);
+            if plain {
+                let [before, here, after] = around;
+                gathered.add(k, ((before + after) * 0.5 - here).norm_sqr());
+            } else if !self.is_hidden(k) {
                 gathered.add(k, self.difference(k, around).norm_sqr());
             }
         }
     }
+
+    /// Whether no bin from `first` to before `end` is hidden, or reached by a tone.
+    fn is_plain(&self, first: i32, end: i32) -> bool {
+        let (middle, half) = ((first + end) / 2, (end - first) / 2 + 1);
+        let far = |bin: i32, from: i32| apart::<R, N>(middle, bin) > from + half;
+        // An image of a real tone near an end of the spectrum.
+        let inside = R::IQ || middle > LEAKS + half && middle < N as i32 / 2 - LEAKS - half;
+        inside
+            && self.rest.found.iter().all(|found| far(found.peak, LEAKS))
+            && self.hidden.iter().all(|hidden| far(hidden.bin, hidden.width))
+            && (!R::IQ || far(0, DRIFT))
+    }
+}
+
+/// The blocks that a block's floor is taken from.
+fn around(blocks: &[Block], index: usize) -> &[Block] {
+    let end = index.saturating_add(AROUND + 1).min(blocks.len());
+    blocks.get(index.saturating_sub(AROUND)..end).unwrap_or_default()
 }
 
 /// The floor of a block: the mean of the quieter two thirds of its neighbours.
-fn floor(blocks: &[Block], index: usize) -> f32 {
-    let around = blocks.get(index.saturating_sub(AROUND)..).unwrap_or_default();
+fn floor(around: &[Block]) -> f32 {
     let mut means: Vec<f32, { 2 * AROUND + 1 }> = first(around.iter().map(|block| block.mean));
     means.retain(|mean| mean.is_finite());
     let means = means.as_mut_slice();

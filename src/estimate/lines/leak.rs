@@ -6,10 +6,11 @@ use super::Hunt;
 use crate::acquire::sample::Record;
 use crate::math::series::line_shape;
 use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
 use num_complex::Complex;
 
 /// A tone leaks into second differences up to so many bins away: beyond by less than -100 dB.
-const LEAKS: i32 = 32;
+pub(super) const LEAKS: i32 = 32;
 
 /// A tone's leakage into second differences of bins.
 pub(super) struct Leak {
@@ -61,6 +62,11 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             rest -= leak.at::<R, N>(k);
         }
         rest
+    }
+
+    /// Points as bins in codes.
+    pub(super) fn wide(&self, points: &[Point; 3]) -> [Complex<f32>; 3] {
+        points.map(|[re, im]| Complex::new(re as f32, im as f32) * self.rest.unit)
     }
 
     /// A bin as it is.

@@ -17,16 +17,17 @@
 //! - It is a step of the converter: weaker than half a code where no noise blurs the steps.
 //! - It is what the transform leaves: [`TRANSFORM`] weaker than the strongest.
 
+mod fit;
 mod floor;
 mod leak;
 mod refusal;
 mod report;
 
-use super::measure::{Options, residual};
+use super::least_squares::Reach;
+use super::measure::Options;
 use super::phasor::Phasor;
-use super::several::{Found, MOST, Rest, SWEEPS, first, remove};
+use super::several::{Found, MOST, Rest, first, remove};
 use super::tone::{Tone, Verdict};
-use super::uncertainty::sigma_bins;
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -46,9 +47,6 @@ const DRIFT: i32 = 4;
 
 /// The most searches of a record.
 const SEARCHES: usize = 10;
-
-/// A fit is settled if no tone moves by more than this share of its sigma.
-const SETTLED: f32 = 0.1;
 
 /// Bins in which nothing is sought, around one of them.
 #[derive(Clone, Copy)]
@@ -139,8 +137,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             return None;
         }
         // A peak at DC is no tone that could be fitted, but there may be others.
-        if hunt.add(peak) {
-            hunt.rest.alone(options.reach);
+        if hunt.alone(peak) {
             hunt.leak();
         }
         Some(hunt)
@@ -158,6 +155,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             let own = self.own.iter().filter(|own| **own).count();
             let full = own >= most || self.rest.found.is_full();
             let Some(bin) = (if full { None } else { self.search() }) else {
+                self.settle(self.options.reach);
                 if self.refuse() {
                     continue;
                 }
@@ -170,7 +168,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
                 self.hide(bin, BESIDE);
                 continue;
             }
-            self.settle();
+            self.settle(Reach::Four);
             self.disown();
         }
         for _ in 0..ROOM {
@@ -193,22 +191,6 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         }
     }
 
-    /// Fits every tone anew until none moves.
-    fn settle(&mut self) {
-        for _ in 0..2 * SWEEPS {
-            let before = self.rest.found.clone();
-            self.rest.sweep(self.options.reach);
-            let moved = |(old, new): (&Found, &Found)| {
-                let moved = (new.peak - old.peak) as f32 + new.fit.offset - old.fit.offset;
-                moved.abs() > SETTLED * sigma_bins(&new.fit, N, residual(&new.fit, N))
-            };
-            if !before.iter().zip(&self.rest.found).any(moved) {
-                break;
-            }
-        }
-        self.leak();
-    }
-
     /// Takes out the last further tone that does not stand out of the noise, if there is one.
     fn refuse(&mut self) -> bool {
         let mut further = self.rest.found.iter().enumerate().skip(1).rev();
@@ -217,7 +199,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         remove(&mut self.rest.found, index);
         remove(&mut self.own, index);
         self.hide(peak, BESIDE);
-        self.settle();
+        self.settle(self.options.reach);
         true
     }
 

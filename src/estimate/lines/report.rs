@@ -1,7 +1,7 @@
 //! From a line to a tone with sigma, phase and verdict.
 
 use super::super::judge::{Judgement, Line, judge};
-use super::super::least_squares::{Course, Fit, Reach, fit_bins};
+use super::super::least_squares::{Course, Fit, Reach, fit_known};
 use super::super::measure::Seen;
 use super::super::noise::ring::{self, Beside};
 use super::super::noise::rounding;
@@ -12,6 +12,7 @@ use super::super::uncertainty::{sigma_bins, widened};
 use super::{Hunt, apart};
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::engine::Engine;
+use core::mem::MaybeUninit;
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a bin, less all models.
@@ -20,7 +21,16 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
             return ring::of_power(self.rest.noise(), freedom);
         }
-        let mut beside = ring::of_rest(N, R::IQ, peak, |k| self.power(k));
+        // All bins of the ring in one read.
+        let mut places = [MaybeUninit::uninit(); 2 * ring::OUTERMOST as usize + 1];
+        let first = peak - ring::OUTERMOST;
+        let points = self.rest.spectrum.fill(first, &mut places);
+        let power = |k: i32| {
+            let place = usize::try_from(k - 1 - first).unwrap_or(usize::MAX);
+            let around = points.get(place..).and_then(|points| points.first_chunk());
+            around.map_or(0.0, |around| self.difference(k, self.wide(around)).norm_sqr())
+        };
+        let mut beside = ring::of_rest(N, R::IQ, peak, power);
         beside.noise.power = beside.noise.power.max(rounding::<R>());
         beside.loud = beside.loud.max(rounding::<R>());
         beside
@@ -29,10 +39,10 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// One tone as fitted to all its bins less the others, and what it is.
     pub(super) fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
         let &Found { peak, fit: Fit { offset, .. }, model } = self.rest.found.get(index)?;
-        let bins = self.rest.bins(peak, Some(index));
+        let bins = self.bins(peak, self.options.reach.bins(), Some(index));
         let beside = self.beside(peak);
         let fitted = |reach: Reach| {
-            let fit = fit_bins(&bins, reach.bins(), Course::From(offset, 1))?;
+            let fit = fit_known::<R, N>(&bins, reach.bins(), Course::From(offset, 1))?;
             Some((fit, judge(&fit, N, &beside)))
         };
         let (mut fit, mut judgement) = fitted(self.options.reach)?;

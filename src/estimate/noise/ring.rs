@@ -80,6 +80,9 @@ const KEPT: [(f32, f32); WIDE + 1] = [
 /// Bins from the tone to the last one of the ring, if there is room on both sides.
 const FARTHEST: i32 = FIRST - 1 + (STEP * WANTED) as i32;
 
+/// The same for the longer side, if there is room on one side alone.
+pub(crate) const OUTERMOST: i32 = FIRST - 1 + (STEP * MOST) as i32;
+
 /// All bins around a tone that a fit and its ring read.
 pub(crate) type Around = [Point; 2 * FARTHEST as usize + 1];
 
