@@ -39,6 +39,8 @@
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy.
+//! - [`Pipeline::lines`] finds up to four tones of a block, each a [`Phasor`] with its phase;
+//!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
 //! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
 //!   velocity, with [`Scene::Chirp`] a [`Target`].
@@ -87,6 +89,8 @@ pub use estimate::least_squares::Reach;
 pub use estimate::measure::Arithmetic;
 #[doc(inline)]
 pub use estimate::method::{Method, UnknownMethod};
+#[doc(inline)]
+pub use estimate::phasor::Phasor;
 #[doc(inline)]
 pub use estimate::tone::{Tone, Verdict};
 #[doc(inline)]

@@ -4,7 +4,10 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
+use crate::estimate::harmonic::{Harmonic, harmonic};
+use crate::estimate::lines::lines;
 use crate::estimate::measure::{Options, measure, rise};
+use crate::estimate::phasor::Phasor;
 use crate::estimate::several::{MOST, several};
 use crate::estimate::tone::{Rise, Tone, Verdict};
 use crate::plan::{Plan, Solver, Terms};
@@ -136,6 +139,39 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let tone =
             measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options);
         Tone { rate_hz: self.plan.rate_hz, ..tone }
+    }
+
+    /// The tones of the last block with their phases, at most `most` and
+    /// [`MOST`]: the strongest first, as they were found. `measurement` is the last block's; its own
+    /// tone is the first.
+    ///
+    /// A line that the front end or the transform makes of a stronger one is none of them, see
+    /// [`crate::estimate::lines`]. With `most = 1` this is the phase of the block's tone.
+    pub fn lines(&self, measurement: &Measurement, most: usize) -> Vec<Phasor, MOST> {
+        let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
+        let Terms { band, ref options, rate_hz, .. } = *self.plan;
+        let mut phasors = lines(&self.spectrum, tone, band, clipped, stamp, options, most);
+        for phasor in &mut phasors {
+            phasor.tone.rate_hz = rate_hz;
+            if tone.verdict == Verdict::WrongCodes {
+                phasor.tone.verdict = Verdict::WrongCodes;
+            }
+        }
+        phasors
+    }
+
+    /// The fundamental of the last block from its harmonics up to `order`, at most
+    /// [`HIGHEST`](crate::estimate::harmonic::HIGHEST). `measurement` is the last block's. The plan's
+    /// band is that of the fundamental; harmonics are sought everywhere.
+    pub fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
+        let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
+        let Terms { band, ref options, rate_hz, .. } = *self.plan;
+        let mut harmonic = harmonic(&self.spectrum, tone, band, clipped, stamp, options, order)?;
+        harmonic.tone.rate_hz = rate_hz;
+        if tone.verdict == Verdict::WrongCodes {
+            harmonic.tone.verdict = Verdict::WrongCodes;
+        }
+        Some(harmonic)
     }
 
     /// The strongest tones of the last block, at most `wanted`.

@@ -3,6 +3,7 @@
 
 mod budget;
 mod cycles;
+mod displacement;
 mod emulated;
 mod estimators;
 mod f32;
@@ -13,7 +14,9 @@ mod front_door;
 mod frontend;
 mod fuzz;
 mod golden;
+mod harmonic;
 mod least_squares;
+mod lines;
 mod locked;
 mod monte_carlo;
 mod nucleo;

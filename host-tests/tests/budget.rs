@@ -4,7 +4,7 @@ use host_tests::{has_image, prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::model::Model;
-use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, size};
+use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, several, size};
 use picket_host::board::self_test;
 use picket_host::emulator::Footprint;
 use serde::Deserialize;
@@ -357,4 +357,24 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
         assert!(short <= 4500 && 7 * short < whole - budgets.locked["clipped"], "{short}, {whole}");
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+/// Blocks of one to four tones: the same tones on emulated cores as here, and as many as there are.
+#[test]
+fn further_tones_have_the_same_bits() {
+    let (here, found) = several::here().unwrap();
+    let right: Vec<_> = (0..found.len()).map(|block| 1 + 4 * block / found.len()).collect();
+    assert_eq!(found, right);
+    if !has_image("bench_several") {
+        return;
+    }
+    let core = core("M4F");
+    prepare_images(core.target);
+    let image = several::image(core).unwrap_or_else(|error| panic!("{error}"));
+    let (rows, sent) = several::count(core, &image).unwrap_or_else(|error| panic!("{error}"));
+    assert!(sent == here, "other bits than here");
+    for row in &rows {
+        println!("{} tones: {} instructions beside {}", row.tones, row.lines, row.whole);
+    }
+    assert!(rows.len() == 4 && rows.iter().all(|row| row.lines > 0));
 }

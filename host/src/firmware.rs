@@ -27,7 +27,15 @@ const IMAGES: [(Target, &[&str], &[&str]); 9] = [
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
     (
         Target::M4f,
-        &["bench", "bench_locked", "bench_q15", "bench_short", "core_check", "single"],
+        &[
+            "bench",
+            "bench_locked",
+            "bench_q15",
+            "bench_several",
+            "bench_short",
+            "core_check",
+            "single",
+        ],
         &["mps2"],
     ),
     (Target::M4f, &["frontend_nucleo"], &["nucleo"]),

@@ -158,7 +158,8 @@ fn blocks<R: Kind, const N: usize>(
     Ok(())
 }
 
-fn record<R: Kind, const N: usize>(values: &[Complex<f64>]) -> [R::Sample; N] {
+/// A block's samples in the converter's codes.
+pub(crate) fn record<R: Kind, const N: usize>(values: &[Complex<f64>]) -> [R::Sample; N] {
     let mut samples = codes::<R>(values).into_iter();
     std::array::from_fn(|_| samples.next().unwrap_or_default())
 }

@@ -1,8 +1,8 @@
 //! `cargo picket demo` as a user runs it: the emulated firmware measures targets and recordings.
 
 use clap::Parser;
-use picket_host::demo::drive;
 use picket_host::demo::options::Options;
+use picket_host::demo::{drive, traffic, vibration};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -271,4 +271,46 @@ fn a_drive_is_followed() {
     let last = &text[text.find("tracked in").unwrap()..];
     let page = include_str!("../../docs/precision.md");
     assert!(page.contains(last), "docs/precision.md does not say:\n{last}");
+}
+
+/// Ten micrometres from the phase: the swing within a twentieth, its noise within a tenth of the bound, with any seed.
+#[test]
+fn a_vibration_is_seen_in_the_phase() {
+    for seed in 1..=5 {
+        let options = Options::parse_from([
+            "demo".to_owned(),
+            "--scenario=vibration".into(),
+            format!("--seed={seed}"),
+        ]);
+        let summary = vibration::summed(&vibration::measured(&options).unwrap(), 20.0);
+        println!("{summary:?}");
+        assert!(summary.inside(), "seed {seed}: {summary:?}");
+    }
+    // Noise of 20 dB is not that of 22 dB.
+    let options = Options::parse_from(["demo", "--scenario", "vibration"]);
+    let rows = vibration::measured(&options).unwrap();
+    assert!(!vibration::summed(&rows, 22.0).inside());
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("vibration.svg");
+    let output = demo(&["--scenario", "vibration", "--plot", picture.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("400 of 400 ramps good") && picture.exists(), "{text}");
+}
+
+/// Four cars: nothing else is called good, and nearly all that can be are found. 10,200 chirps in the long form.
+#[test]
+fn traffic_has_no_ghosts() {
+    let seeds = if std::env::var_os("PICKET_LONG").is_some() { 17 } else { 2 };
+    for seed in 1..=seeds {
+        let mut rows = traffic::measured(seed, 20.0).unwrap();
+        let summary = traffic::Summary::of(&rows);
+        println!("seed {seed}: {summary:?}");
+        assert!(summary.inside() && summary.good > 1000, "seed {seed}: {summary:?}");
+        assert!((0.9..1.15).contains(&summary.range_sigmas), "seed {seed}: {summary:?}");
+        assert!((0.9..1.15).contains(&summary.velocity_sigmas), "seed {seed}: {summary:?}");
+        // A target that is no car is seen as a ghost.
+        let good = rows.iter_mut().flat_map(|row| &mut row.targets);
+        good.take(100).for_each(|answer| answer.range_m += 1.0);
+        assert!(!traffic::Summary::of(&rows).inside());
+    }
 }

@@ -21,7 +21,7 @@ fn seeds_at_minus_ten_decibels() {
     let command = "cargo picket demo --snr-db -10 --seeds 50 --versus z-rife";
     let options = Options::parse_from(command.split_whitespace().skip(2));
     let spread = |method| {
-        let summary = on_host(method, options.snr_db, options.seed, options.seeds).unwrap();
+        let summary = on_host(method, options.snr_db(), options.seed, options.seeds).unwrap();
         Spread::of(&summary, summary.results.len())
     };
     let spreads = [spread(Method::LeastSquaresReal), spread(options.versus.unwrap())];

@@ -267,7 +267,7 @@ fn stands_out<R: Record, const N: usize>(
 
 /// The residual power of a bin 3 to 4, 5 to 8 and 9 to 16 bins away: the least of the three,
 /// because another line may be in one of them.
-fn spread(fit: &Fit<f32>) -> f32 {
+pub(super) fn spread(fit: &Fit<f32>) -> f32 {
     let [two, four, eight] = fit.rest.within;
     let (near, middle) = ((four - two) * 0.25, (eight - four) * 0.125);
     let far = (fit.residual - eight) * 0.0625;

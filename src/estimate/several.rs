@@ -43,17 +43,17 @@ const FAR: i32 = 8;
 
 /// A tone whose fit is still refined.
 #[derive(Clone, Copy)]
-struct Found {
-    peak: i32,
-    fit: Fit<f32>,
-    model: Model<f32>,
+pub(super) struct Found {
+    pub peak: i32,
+    pub fit: Fit<f32>,
+    pub model: Model<f32>,
 }
 
 /// A spectrum less the models of tones.
-struct Rest<'a, R: Record, const N: usize, E: Engine> {
-    spectrum: &'a Spectrum<R, N, E>,
-    unit: f32,
-    found: Vec<Found, MOST>,
+pub(super) struct Rest<'a, R: Record, const N: usize, E: Engine, const ROOM: usize = MOST> {
+    pub spectrum: &'a Spectrum<R, N, E>,
+    pub unit: f32,
+    pub found: Vec<Found, ROOM>,
 }
 
 /// The tones of `band`, at most `wanted` (and [`MOST`]) of them, strongest first as they were found.
@@ -72,7 +72,7 @@ pub fn several<R: Record, const N: usize>(
     wanted: usize,
 ) -> Vec<Tone, MOST> {
     let unit = libm::ldexpf(1.0, spectrum.exponent());
-    let mut rest = Rest { spectrum, unit, found: Vec::new() };
+    let mut rest = Rest::<R, N, _> { spectrum, unit, found: Vec::new() };
     let mut detected = true;
     for _ in 0..wanted.min(MOST) {
         let Some(peak) = rest.search(band) else {
@@ -98,9 +98,9 @@ pub fn several<R: Record, const N: usize>(
     rest.tones(clipped, stamp, detected)
 }
 
-impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
+impl<R: Record, const N: usize, E: Engine, const ROOM: usize> Rest<'_, R, N, E, ROOM> {
     /// Bin `k` less every model but the one at `except`.
-    fn bin(&self, k: i32, except: Option<usize>) -> Complex<f32> {
+    pub fn bin(&self, k: i32, except: Option<usize>) -> Complex<f32> {
         let x = self.spectrum.bin(k);
         let mut rest = Complex::new(x.re as f32, x.im as f32) * self.unit;
         for (index, found) in self.found.iter().enumerate() {
@@ -111,12 +111,12 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         rest
     }
 
-    fn bins(&self, peak: i32, except: Option<usize>) -> Bins<f32, R, Rectangular> {
+    pub fn bins(&self, peak: i32, except: Option<usize>) -> Bins<f32, R, Rectangular> {
         Bins::gather(N, peak, |k| self.bin(k as i32, except))
     }
 
     /// Bins from `k` to the nearest tone.
-    fn nearest(&self, k: i32) -> i32 {
+    pub fn nearest(&self, k: i32) -> i32 {
         let n = N as i32;
         let apart = |found: &Found| {
             let apart = (k - found.peak).abs();
@@ -145,7 +145,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 
     /// Adds a new tone; false if no bins can be fitted.
-    fn add(&mut self, peak: i32) -> bool {
+    pub fn add(&mut self, peak: i32) -> bool {
         let reach = if self.nearest(peak) >= FAR && !self.found.is_empty() { 4 } else { 1 };
         match fit_bins(&self.bins(peak, None), reach, Course::Usual) {
             Some(fit) => {
@@ -157,7 +157,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 
     /// Fits every tone once to the bins less the other models.
-    fn sweep(&mut self, reach: Reach) {
+    pub fn sweep(&mut self, reach: Reach) {
         for index in 0..self.found.len() {
             let Some(&old) = self.found.get(index) else {
                 return;
@@ -177,7 +177,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 
     /// A single tone, fitted to all its bins.
-    fn alone(&mut self, reach: Reach) {
+    pub fn alone(&mut self, reach: Reach) {
         let Some(&Found { peak, .. }) = self.found.first() else {
             return;
         };
@@ -190,7 +190,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 
     /// Whether another tone ended up too near to this one.
-    fn crowded(&self, one: &Found) -> bool {
+    pub fn crowded(&self, one: &Found) -> bool {
         let apart = |other: &Found| {
             let apart = (other.peak - one.peak) as f32 + other.fit.offset - one.fit.offset;
             let n = N as f32;
@@ -200,7 +200,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
     }
 
     /// The noise power per sample: what all models leave in bins all over the spectrum.
-    fn noise(&self) -> f32 {
+    pub fn noise(&self) -> f32 {
         let count = whole::count::<R, N, NOISE_BINS>() as i32;
         let stride = (if R::IQ { N } else { N / 2 }) as i32 / (count + 1);
         let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k * stride, None).norm_sqr());

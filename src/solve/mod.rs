@@ -1,6 +1,8 @@
 //! From tones to range and velocity, in one block and over many.
 
 pub mod chirp;
+pub mod displacement;
 pub mod doppler;
+pub mod pairing;
 pub mod track;
 pub mod tracks;

@@ -86,6 +86,15 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         Self { n, peak, cells, kind: PhantomData }
     }
 
+    /// These bins, an odd number of them around `peak`, in ascending order. The bins beyond are zero.
+    pub(crate) fn of_middle(n: usize, peak: i32, bins: &[Complex<T>]) -> Self {
+        let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
+        let first = REACH.saturating_sub(bins.len() / 2);
+        let places = cells.iter_mut().skip(first);
+        places.zip(bins).for_each(|(cell, bin)| *cell = *bin);
+        Self { n, peak, cells, kind: PhantomData }
+    }
+
     /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
     pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
         let unit = T::two_to(spectrum.exponent());

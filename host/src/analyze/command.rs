@@ -1,5 +1,6 @@
 //! `picket analyze`: methods on a recording.
 
+use super::several::{self, Found, Search};
 use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
@@ -76,9 +77,9 @@ pub struct Options {
     /// Draws the tracks over the spectrogram, or without --track the spectrum with its floor, into this file, SVG or PNG by its name
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
-    /// The most tones followed at once, 1 to 4
-    #[arg(long, default_value_t = 1, requires = "track")]
-    most: u8,
+    /// The most tones of a block, 1 to 4, each with amplitude and phase; with --track: followed at once [default: 1]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with_all = ["method", "arith"])]
+    most: Option<u8>,
     /// The sigma of a target's acceleration, in bins per block squared, below which the filter does not go. A m/s^2 before a
     /// Doppler radar of L m wavelength are 2 A/L (hop/rate)^2 N/rate: at 24 GHz, 48 kHz and N = 4096 a car that brakes at
     /// 3 m/s^2 does 0.3, and 2 follows one that drives past
@@ -130,6 +131,12 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     };
     if options.track {
         return track(options, read, codes, reach, style);
+    }
+    if let Some(most) = options.most {
+        if options.plot.is_some() {
+            return Err("--plot draws tracks: add --track".into());
+        }
+        return several(options, read, codes, reach, style, most.into());
     }
     if options.looks() {
         return look(options, read);
@@ -222,6 +229,41 @@ fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String>
     Ok(ExitCode::SUCCESS)
 }
 
+/// All the tones of each block.
+fn several(
+    options: &Options,
+    read: recording::Options,
+    codes: Codes,
+    reach: Reach,
+    style: Style,
+    most: usize,
+) -> Result<ExitCode, String> {
+    let n = options.n.unwrap_or(analyze::BLOCK);
+    let search = Search {
+        read,
+        n,
+        hop: options.hop.unwrap_or(n),
+        skip: options.skip,
+        band_hz: options.band,
+        codes,
+        reach,
+        false_alarm: options.false_alarm,
+        carrier_hz: options.carrier_hz,
+        most,
+    };
+    let bar = progress::count("samples");
+    let mut first = true;
+    let mut sink = |found: &Found| {
+        if std::mem::take(&mut first) {
+            several::print_heading(style, options.carrier_hz.is_some());
+        }
+        bar.suspend(|| several::print(found, style));
+    };
+    let found = several::run(&options.file, &search, &mut sink, &mut |samples| bar.inc(samples));
+    bar.finish_and_clear();
+    found.map(|()| ExitCode::SUCCESS)
+}
+
 fn track(
     options: &Options,
     read: recording::Options,
@@ -240,7 +282,7 @@ fn track(
         reach,
         following: Following {
             acceleration_bins: options.acceleration,
-            most: options.most,
+            most: options.most.unwrap_or(1),
             ..Following::default()
         },
     };

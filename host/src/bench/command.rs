@@ -35,6 +35,9 @@ pub struct Options {
     /// Counts a block of the tracker instead, N = 1024: measured where its tone is expected, and searched whole
     #[arg(long, conflicts_with_all = ["n", "k", "plot"])]
     locked: bool,
+    /// Counts the further tones of a block instead, N = 1024, beside its first
+    #[arg(long, conflicts_with_all = ["n", "k", "plot", "locked"])]
+    several: bool,
     /// Draws instructions over N for the first core into this SVG file
     #[arg(long)]
     plot: Option<PathBuf>,
@@ -52,6 +55,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let cores = cores.collect::<Result<Vec<_>, _>>()?;
     if options.locked {
         return locked(&cores, options.random, options.json);
+    }
+    if options.several {
+        return several(&cores, options.json);
     }
     let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n.clone() };
     if let Some(n) = lengths.iter().find(|n| !LENGTHS.contains(n)) {
@@ -151,6 +157,30 @@ fn locked(cores: &[&'static Core], random: u32, json: bool) -> Result<ExitCode, 
         ));
     }
     Ok(if same && unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Blocks of one to four tones.
+fn several(cores: &[&'static Core], json: bool) -> Result<ExitCode, String> {
+    let (here, _) = bench::several::here().map_err(|error| error.to_string())?;
+    let (mut all, mut same) = (Vec::new(), true);
+    for core in cores {
+        let image = bench::several::image(core).map_err(|error| error.to_string())?;
+        let (rows, sent) =
+            bench::several::count(core, &image).map_err(|error| error.to_string())?;
+        same &= sent == here;
+        all.extend(rows);
+    }
+    if json {
+        all.iter().try_for_each(print_json)?;
+        print_json(&serde_json::json!({ "summary": true, "rows": all.len(), "same_bits": same }))?;
+    } else {
+        cli::print_line(&bench::table::several(&all).to_string());
+        let bits = if same { "the same bits as on this machine" } else { "OTHER BITS than here" };
+        cli::print_line(&format!(
+            "Instructions of blocks of 1024 samples, counted on emulated cores: the measurement, then its phase or all tones              beside. Tones: {bits}."
+        ));
+    }
+    Ok(if same { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn print_json(row: &impl serde::Serialize) -> Result<(), String> {

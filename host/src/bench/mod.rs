@@ -11,6 +11,7 @@ pub mod model;
 pub mod plot;
 pub mod quoted;
 pub mod row;
+pub mod several;
 pub mod size;
 pub mod step;
 pub mod table;

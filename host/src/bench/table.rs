@@ -1,6 +1,6 @@
 //! The counts for people.
 
-use super::{Row, locked};
+use super::{Row, locked, several};
 use comfy_table::{CellAlignment, Table, presets};
 
 /// All rows of one core and length, or more of them.
@@ -58,6 +58,22 @@ pub fn locked(rows: &[locked::Row]) -> Table {
         table.add_row([row.core, row.stage].map(str::to_owned).into_iter().chain(numbers));
     }
     for column in table.column_iter_mut().skip(2) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// The further tones of blocks.
+pub fn several(rows: &[several::Row]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(["core", "tones", "measurement", "phase", "all tones"]);
+    for row in rows {
+        let numbers = [row.whole, row.phase, row.lines].map(|number| number.to_string());
+        let names = [row.core.to_owned(), row.tones.to_string()];
+        table.add_row(names.into_iter().chain(numbers));
+    }
+    for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table

@@ -124,7 +124,7 @@ fn measured<R: Kind>(
     let mut capture = Capture::create(&header).map_err(said)?;
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
         for (trial, &cycles) in (0..).zip(tones) {
-            let samples = block::<R>(cycles, options.snr_db, seed, trial);
+            let samples = block::<R>(cycles, options.snr_db(), seed, trial);
             capture.push::<R>(&samples).map_err(said)?;
         }
     }

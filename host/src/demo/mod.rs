@@ -7,9 +7,11 @@ pub mod replay;
 pub mod seeds;
 mod session;
 pub mod table;
+pub mod traffic;
+pub mod vibration;
 
 use crate::scenario;
-use options::{Options, SNR_DB, Scenario};
+use options::{Options, Scenario};
 use std::fmt::Display;
 use std::process::ExitCode;
 
@@ -43,6 +45,8 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         Scenario::Table3 => measure::lidar(options)?,
         Scenario::Turntable => measure::turntable(options)?,
         Scenario::Drive => return drive::run(options),
+        Scenario::Traffic => return traffic::run(options),
+        Scenario::Vibration => return vibration::run(options),
         Scenario::Board => return session::run(options),
     };
     if options.json {
@@ -65,7 +69,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
 fn fits(options: &Options) -> Result<(), DemoError> {
     let drive = options.scenario == Scenario::Drive;
     let board = options.scenario == Scenario::Board;
-    let own = options.method.is_some() || options.snr_db != SNR_DB;
+    let own = options.method.is_some() || options.snr_db.is_some();
     if board && (own || options.log || options.json) {
         return Err(said(
             "the board's session has its own method and noise, and no log or JSON: picket watch --jsonl prints it",
@@ -74,13 +78,15 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     if options.record.is_some() && !board {
         return Err(said("--record keeps a board's session: add --scenario board"));
     }
-    if options.plot.is_some() && !drive {
-        return Err(said("--plot draws the drive: add --scenario drive"));
+    let core = options.scenario.is_by_the_core();
+    if options.plot.is_some() && !drive && !core {
+        return Err(said("--plot draws a drive, traffic or a vibration: add --scenario drive"));
     }
-    if drive && options.method.is_some() {
-        return Err(said(
-            "the drive is measured by least squares, which the tracker needs: leave --method out",
-        ));
+    if (drive || core) && options.method.is_some() {
+        return Err(said("this scene is measured by least squares: leave --method out"));
+    }
+    if core && options.log {
+        return Err(said("this scene is measured by the core on this machine, which has no log"));
     }
     if options.versus.is_some() && options.scenario != Scenario::Table3 {
         return Err(said(
@@ -94,7 +100,7 @@ fn fits(options: &Options) -> Result<(), DemoError> {
 }
 
 fn heading(options: &Options) -> String {
-    let (snr, seed) = (options.snr_db, options.seed);
+    let (snr, seed) = (options.snr_db(), options.seed);
     match options.scenario {
         Scenario::Table3 => format!(
             "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",

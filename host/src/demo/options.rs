@@ -5,8 +5,9 @@ use clap::{Parser, ValueEnum};
 use picket::estimate::method::Method;
 use std::path::PathBuf;
 
-/// The signal-to-noise ratio unless told otherwise, dB.
-pub const SNR_DB: f64 = -5.0;
+/// The signal-to-noise ratio unless told otherwise, dB: on the emulated board, and of scenes for the core alone.
+const SNR_DB: f64 = -5.0;
+const CORE_SNR_DB: f64 = 20.0;
 
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
@@ -15,9 +16,9 @@ pub struct Options {
     #[arg(long, value_enum, default_value_t = Scenario::Table3, conflicts_with = "replay")]
     pub scenario: Scenario,
 
-    /// Signal-to-noise ratio per sample, dB
-    #[arg(long, default_value_t = SNR_DB, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
-    pub snr_db: f64,
+    /// Signal-to-noise ratio per sample, dB [default: -5; traffic, vibration: 20]
+    #[arg(long, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
+    pub snr_db: Option<f64>,
 
     /// Seed of the noise
     #[arg(long, default_value_t = 1, conflicts_with = "replay")]
@@ -59,7 +60,7 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
-    /// Draw the drive to this file (svg or png), its velocities beside it
+    /// Draw a drive or traffic (velocities beside it) or a vibration to this file, svg or png
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
@@ -85,8 +86,27 @@ pub enum Scenario {
     Turntable,
     /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
     Drive,
+    /// Four cars that cross in range and in speed, all of them in each chirp of a lidar; by the core on this machine
+    Traffic,
+    /// A plate at 30 cm that swings by 10 um before a 122 GHz radar, from the phase; by the core on this machine
+    Vibration,
     /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
     Board,
+}
+
+impl Options {
+    /// The signal-to-noise ratio per sample, dB.
+    pub fn snr_db(&self) -> f64 {
+        let usual = if self.scenario.is_by_the_core() { CORE_SNR_DB } else { SNR_DB };
+        self.snr_db.unwrap_or(usual)
+    }
+}
+
+impl Scenario {
+    /// Whether the core measures it on this machine, and no emulated board.
+    pub fn is_by_the_core(self) -> bool {
+        matches!(self, Scenario::Traffic | Scenario::Vibration)
+    }
 }
 
 /// Beyond, the converter's codes hold nothing but the signal, or nothing of it.

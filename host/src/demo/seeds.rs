@@ -143,7 +143,7 @@ fn ratios(spreads: &[Spread]) -> Option<[f64; 2]> {
 fn summary(spreads: &[Spread], options: &Options) -> serde_json::Value {
     let ratios = ratios(spreads);
     serde_json::json!({
-        "summary": true, "seeds": options.seeds, "snr_db": options.snr_db,
+        "summary": true, "seeds": options.seeds, "snr_db": options.snr_db(),
         "ratio_range": ratios.map(|r| r[0]), "ratio_velocity": ratios.map(|r| r[1]),
     })
 }

@@ -2,6 +2,8 @@
 //! velocimeter.
 
 pub mod drive;
+pub mod traffic;
+pub mod vibration;
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Segment;

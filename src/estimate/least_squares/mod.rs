@@ -303,6 +303,19 @@ const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     table
 }
 
+/// [`fit_bins`] for a record of N samples. What depends on N alone is computed at compile time.
+pub(crate) fn fit_known<R: Record, const N: usize>(
+    bins: &Bins<f32, R, Rectangular>,
+    reach: usize,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    if R::IQ {
+        return iq::fit(bins, reach, course);
+    }
+    let table = const { &singles::<N>() };
+    real::fit(N as i32, bins.peak(), |k| bins.at(k), reach, course, constants(table))
+}
+
 /// [`fit`] with any reach up to 16.
 pub(crate) fn fit_bins<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,

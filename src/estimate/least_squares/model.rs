@@ -50,4 +50,39 @@ impl<T: Scalar> Model<T> {
         let im = b * circle::<T>(k, n).im;
         Complex::new(re, im) * (e * self.lever / (two * plus * minus))
     }
+
+    /// Takes the tone from the bins from `first` on: [`Model::bin`] of each, with its angles turned on
+    /// from bin to bin.
+    pub(crate) fn take_from<R: Record>(&self, first: i32, bins: &mut [Complex<T>]) {
+        let (n, two) = (self.n, T::of(2.0));
+        let forward = circle::<T>(1, 2 * n);
+        let mut apart = circle::<T>(first.wrapping_sub(self.peak), 2 * n);
+        // At the tone's own peak the quotient has no value.
+        let own = self.peak.wrapping_sub(first).checked_rem_euclid(n).unwrap_or(0) as usize;
+        if R::IQ {
+            let scale = self.value * self.turn.im;
+            for (place, bin) in bins.iter_mut().enumerate() {
+                let minus = self.turn.im * apart.re - self.turn.re * apart.im;
+                let model = if place == own { self.value } else { scale * apart / minus };
+                *bin = *bin - model;
+                apart = apart * forward;
+            }
+            return;
+        }
+        let mut across = circle::<T>(first.wrapping_add(self.peak), 2 * n);
+        let (mut turn, twice) = (circle::<T>(first, n), circle::<T>(1, n));
+        let Complex { re: a, im: b } = self.value;
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let scale = e * self.lever / two;
+        let (still, turning) = (a * self.sine * scale, b * scale);
+        for (place, bin) in bins.iter_mut().enumerate() {
+            let minus = self.turn.im * apart.re - self.turn.re * apart.im;
+            let plus = self.turn.im * across.re + self.turn.re * across.im;
+            let re = still - two * turning * across.im * apart.im;
+            let inverse = T::one() / (plus * minus);
+            let model = Complex::new(re, turning * turn.im) * inverse;
+            *bin = *bin - if place == own { self.value } else { model };
+            (apart, across, turn) = (apart * forward, across * forward, turn * twice);
+        }
+    }
 }

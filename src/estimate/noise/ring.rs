@@ -80,6 +80,9 @@ const KEPT: [(f32, f32); WIDE + 1] = [
 /// Bins from the tone to the last one of the ring, if there is room on both sides.
 const FARTHEST: i32 = FIRST - 1 + (STEP * WANTED) as i32;
 
+/// The same for the longer side, if there is room on one side alone.
+pub(crate) const OUTERMOST: i32 = FIRST - 1 + (STEP * MOST) as i32;
+
 /// All bins around a tone that a fit and its ring read.
 pub(crate) type Around = [Point; 2 * FARTHEST as usize + 1];
 
@@ -130,9 +133,7 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
             Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
             Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
         };
-        let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
-        let noise = Noise { power, freedom };
-        return Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] };
+        return of_power(power, whole::freedom::<R, N, NOISE_BINS>() as f32);
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
     let sides = match around {
@@ -154,6 +155,12 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
         }
     };
     of_sides(sides, unit(spectrum), rounding::<R>())
+}
+
+/// The same from a power per sample that an average of `freedom` real numbers gave.
+pub(crate) fn of_power(power: f32, freedom: f32) -> Beside {
+    let noise = Noise { power, freedom };
+    Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
 /// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
@@ -208,7 +215,7 @@ pub fn loud<R: Record, const N: usize>(
 }
 
 /// Whether a record has room for a ring.
-const fn has_room<R: Record, const N: usize>() -> bool {
+pub(crate) const fn has_room<R: Record, const N: usize>() -> bool {
     N >= if R::IQ { 128 } else { 256 }
 }
 

@@ -3,6 +3,7 @@
 mod show;
 mod summary;
 
+pub(super) use show::save_both;
 pub use summary::Summary;
 
 use super::measure::{N, play_on};

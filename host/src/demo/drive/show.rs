@@ -135,9 +135,18 @@ pub(super) fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
         ],
         ..ranges.clone()
     };
+    save_both(&ranges, &velocities, file)
+}
+
+/// Saves one chart to `file` and the one of velocities beside it.
+pub(in crate::demo) fn save_both(
+    chart: &Chart,
+    velocities: &Chart,
+    file: &Path,
+) -> Result<(), DemoError> {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let suffix = file.extension().unwrap_or_default().to_string_lossy().into_owned();
     let beside = file.with_file_name(format!("{stem}-velocity.{suffix}"));
-    ranges.save(file).map_err(said)?;
+    chart.save(file).map_err(said)?;
     velocities.save(&beside).map_err(said)
 }

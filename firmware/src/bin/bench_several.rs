@@ -1,0 +1,47 @@
+//! Counts the instructions of a block's further tones. It sends every tone that it finds, for
+//! comparison with other machines.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use picket::acquire::sample::Real;
+use picket::estimate::several::MOST;
+use picket::pipeline::{Measurement, Outcome, Pipeline};
+use picket_firmware::mps2::count::count;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::playback::{Playback, fail, send};
+use picket_firmware::mps2::{Timer, handlers};
+use picket_wire::capture::decode;
+use picket_wire::telemetry::Health;
+
+picket_firmware::vectors!(handlers(&[]));
+
+/// Samples in a block.
+const N: usize = 1024;
+
+#[entry]
+fn main() -> ! {
+    let mut playback = Playback::open();
+    let header = playback.header;
+    if header.iq || header.n as usize != N {
+        fail(Exit::Config, "this image takes real records of 1024 samples");
+    }
+    Timer::ONE.run_free();
+    let plan = playback.plan::<Real, N>();
+    let mut pipeline = Pipeline::<Real, N>::new(plan);
+    let (mut bytes, mut samples) = ([0; 2 * N], [0; N]);
+    for sequence in 0..header.blocks {
+        playback.read(&mut bytes);
+        decode::<Real>(&bytes, &mut samples);
+        let stamp = header.timing().stamp(sequence.into(), false);
+        let measurement = count("whole", || pipeline.block(stamp, black_box(&samples)));
+        count("phase", || pipeline.lines(&measurement, 1));
+        let lines = count("lines", || pipeline.lines(&measurement, MOST));
+        for phasor in &lines {
+            let each = Measurement { tone: phasor.tone, result: Outcome::None, ..measurement };
+            send(each, plan.options.method, Health::default());
+        }
+    }
+    exit(Exit::Done)
+}

@@ -1,0 +1,136 @@
+//! Displacement from phases: never a wrong turn in an answer that is called good.
+
+use crate::signal::*;
+use picket::estimate::phasor::Phasor;
+use picket::solve::displacement::{Between, Displacement, Unwrapper};
+use picket::{Codes, Config, Iq, Pipeline, Record, Stamp, Tone, Verdict};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use std::f64::consts::TAU;
+
+const N: usize = 256;
+const BLOCKS: u64 = 40;
+
+/// Blocks whose displacement is good, and those of them that are more than a quarter of a turn off. `truth` is in turns.
+fn judged(moved: &[Displacement], truth: &[f64]) -> [usize; 2] {
+    let mut origin: Option<(u32, f64)> = None;
+    let (mut good, mut wrong) = (0, 0);
+    for (moved, &truth) in moved.iter().zip(truth) {
+        if origin.is_none_or(|(start, _)| start != moved.start) {
+            origin = Some((moved.start, truth));
+        }
+        let since = truth - origin.unwrap().1;
+        if moved.verdict == Verdict::Good {
+            good += 1;
+            wrong += usize::from((moved.metres.to_num::<f64>() - since).abs() > 0.25);
+        }
+    }
+    [good, wrong]
+}
+
+/// A target before a continuous-wave radar: its frequency in bins follows a function of the time in blocks.
+fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2] {
+    let amplitude = amplitude(snr_db).min(1500.0);
+    let noise = sigma(amplitude, snr_db);
+    let plan = Config::new(1.0, Codes::signed::<12>()).plan::<Iq, N>().unwrap();
+    let seen = trials(seed, 50, |rng| {
+        let (mean, begin) = (rng.random_range(-40.0..40.0f64), rng.random_range(0.0..TAU));
+        // Turns at a time in blocks.
+        let turns = |t: f64| {
+            mean * t - swing_bins * period / TAU * ((TAU * t / period + begin).cos() - begin.cos())
+        };
+        let mut pipeline = Pipeline::<Iq, N>::new(plan);
+        let mut unwrapper = Unwrapper::new(1.0, Between::Frequency).unwrap();
+        let (mut moved, mut truth) = (Vec::new(), Vec::new());
+        for block in 0..BLOCKS {
+            let samples = std::array::from_fn(|n| {
+                let (sin, cos) = (TAU * turns(block as f64 + n as f64 / N as f64)).sin_cos();
+                let noise = [0; 2].map(|_| noise * rng.sample::<f64, _>(StandardNormal));
+                Iq::of_parts([amplitude * cos + noise[0], amplitude * sin + noise[1]].map(quantise))
+            });
+            let clock = block * N as u64;
+            let stamp = Stamp { sequence: block as u32, clock, ..Stamp::default() };
+            let measurement = pipeline.block(stamp, &samples);
+            for phasor in &pipeline.lines(&measurement, 1) {
+                moved.push(unwrapper.push(&stamp, phasor));
+                truth.push(turns(block as f64 + 0.5));
+            }
+        }
+        judged(&moved, &truth)
+    });
+    let blocks = (seen.len() as u64 * BLOCKS) as f64;
+    let [good, wrong] =
+        [0, 1].map(|i| seen.iter().map(|seen| seen[i]).sum::<usize>() as f64 / blocks);
+    println!(
+        "{snr_db} dB, {swing_bins} bins over {period} blocks, seed {seed}: good {good:.3}, wrong {wrong:.4}"
+    );
+    [good, wrong]
+}
+
+#[test]
+fn a_frequency_tells_the_turns() {
+    for (snr_db, swing, period, least) in [
+        (-3.0, 0.0, 10.0, 0.9),
+        (10.0, 0.0, 10.0, 0.98),
+        (40.0, 0.0, 10.0, 0.98),
+        (20.0, 3.0, 200.0, 0.9),
+        (20.0, 10.0, 30.0, 0.0),
+        (20.0, 10.0, 6.0, 0.0),
+        (20.0, 5.0, 2.3, 0.0),
+        (40.0, 1.0, 2.0, 0.0),
+        (40.0, 30.0, 50.0, 0.0),
+    ] {
+        let [good, wrong] = by_frequency(snr_db, swing, period, 31);
+        assert!(good >= least);
+        assert_eq!(wrong, 0.0);
+    }
+}
+
+/// A step of up to three quarters of a turn is refused where a quarter is the most, and never taken for a small one.
+#[test]
+fn a_step_that_is_too_large_is_refused() {
+    for sigma in [0.001, 0.03, 0.1] {
+        let seen = trials(32, 2000, |rng| {
+            let mut unwrapper = Unwrapper::new(1.0, Between::Turns(0.25)).unwrap();
+            let (mut turns, mut truth, mut moved) = (0.0, Vec::new(), Vec::new());
+            for sequence in 0..20 {
+                let error = sigma * rng.sample::<f64, _>(StandardNormal);
+                let phase = TAU * (turns + error / TAU);
+                let phase = (phase - TAU * (phase / TAU).round()) as f32;
+                let tone = Tone { verdict: Verdict::Good, ..Tone::default() };
+                let phasor = Phasor { tone, phase, sigma_phase: sigma as f32 };
+                moved.push(unwrapper.push(&Stamp { sequence, ..Stamp::default() }, &phasor));
+                truth.push(turns);
+                turns += if sequence % 5 == 4 {
+                    rng.random_range(-0.75..0.75)
+                } else {
+                    rng.random_range(-0.1..0.1)
+                };
+            }
+            judged(&moved, &truth)
+        });
+        let [good, wrong] = [0, 1].map(|i| seen.iter().map(|seen| seen[i]).sum::<usize>());
+        println!("sigma {sigma} rad, seed 32: {good} of 40000 good, {wrong} wrong");
+        assert!(good > 20_000 && wrong == 0);
+    }
+}
+
+/// After a gap, and after a block that is not good, displacement starts anew.
+#[test]
+fn a_gap_starts_anew() {
+    let mut unwrapper = Unwrapper::new(0.5, Between::Turns(0.25)).unwrap();
+    let mut push = |phase: f32, verdict, gap| {
+        let phasor = Phasor { tone: Tone { verdict, ..Tone::default() }, phase, sigma_phase: 0.01 };
+        let moved = unwrapper.push(&Stamp { gap, ..Stamp::default() }, &phasor);
+        (moved.metres.to_num::<f32>(), moved.start, moved.verdict)
+    };
+    assert_eq!(push(3.0, Verdict::Good, false), (0.0, 0, Verdict::Good));
+    // Past half a turn the phase goes on at minus half a turn.
+    let (metres, start, verdict) = push(-3.0, Verdict::Good, false);
+    assert!((metres - 0.5 * 0.28319 / std::f32::consts::TAU).abs() < 1e-5, "{metres}");
+    assert_eq!((start, verdict), (0, Verdict::Good));
+    assert_eq!(push(-3.0, Verdict::Good, true), (0.0, 1, Verdict::Unresolved));
+    assert_eq!(push(-3.0, Verdict::Good, false), (0.0, 1, Verdict::Good));
+    assert_eq!(push(0.0, Verdict::Weak, false), (0.0, 2, Verdict::Weak));
+    assert_eq!(push(0.0, Verdict::Good, false), (0.0, 2, Verdict::Good));
+}

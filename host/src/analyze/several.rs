@@ -1,0 +1,179 @@
+//! All the tones of each block of a recording, as the core on a board would find them.
+
+use super::{Style, fits};
+use crate::cli::print_line;
+use crate::follow::record;
+use crate::recording::{self, Recording};
+use crate::simulate::Kind;
+use crate::with_kind;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Stamp;
+use picket::config::{Config, SPEED_OF_LIGHT};
+use picket::estimate::least_squares::Reach;
+use picket::pipeline::Pipeline;
+use picket::spectrum::fft::twiddle::supported;
+use picket_transform::num_complex::Complex;
+use serde::Serialize;
+use std::path::Path;
+
+/// What is sought, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// How the file is read.
+    pub read: recording::Options,
+    /// Samples in a block.
+    pub n: usize,
+    /// From one block's start to the next.
+    pub hop: usize,
+    /// Samples left out at the start.
+    pub skip: u64,
+    /// The band searched in hertz.
+    pub band_hz: Option<(f64, f64)>,
+    /// The width of the codes.
+    pub codes: Codes,
+    /// The reach of least squares.
+    pub reach: Reach,
+    /// The probability of a false alarm in a block of noise.
+    pub false_alarm: f64,
+    /// The carrier of a Doppler radar, for speeds.
+    pub carrier_hz: Option<f64>,
+    /// The most tones of a block.
+    pub most: usize,
+}
+
+/// A tone of a block. The keys are those of the JSON lines.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Found {
+    /// The block's number.
+    pub block: u64,
+    /// The time of the block's middle.
+    pub time_s: f64,
+    /// The tone's number in the block, from 1: the strongest first.
+    pub tone: usize,
+    /// Its frequency; negative ones exist for I/Q.
+    pub frequency_hz: f64,
+    /// One standard deviation of it.
+    pub sigma_hz: f64,
+    /// Signal-to-noise ratio per sample.
+    pub snr_db: f64,
+    /// Its amplitude in codes.
+    pub amplitude: f64,
+    /// Its phase in the block's middle.
+    pub phase_rad: f64,
+    /// One standard deviation of it.
+    pub sigma_phase_rad: f64,
+    /// The speed before a radar of this carrier, positive when approaching.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Whether it may be used.
+    pub verdict: &'static str,
+}
+
+/// Gives every tone of every block of `file` to `sink`.
+///
+/// Not generic, so that the pipelines of all lengths are compiled here, once, and not by every caller.
+pub fn run(
+    file: &Path,
+    search: &Search,
+    sink: &mut dyn FnMut(&Found),
+    progress: &mut dyn FnMut(u64),
+) -> Result<(), String> {
+    let recording = Recording::open(file, search.read).map_err(super::text)?;
+    if !supported(search.n) {
+        return Err(format!("N = {}: --most takes 64, 128, ... 4096", search.n));
+    }
+    with_kind!(recording.iq(), R => match search.n {
+        64 => blocks::<R, 64>(recording, search, sink, progress),
+        128 => blocks::<R, 128>(recording, search, sink, progress),
+        256 => blocks::<R, 256>(recording, search, sink, progress),
+        512 => blocks::<R, 512>(recording, search, sink, progress),
+        1024 => blocks::<R, 1024>(recording, search, sink, progress),
+        2048 => blocks::<R, 2048>(recording, search, sink, progress),
+        _ => blocks::<R, 4096>(recording, search, sink, progress),
+    })
+}
+
+fn blocks<R: Kind, const N: usize>(
+    recording: Recording,
+    search: &Search,
+    sink: &mut dyn FnMut(&Found),
+    progress: &mut dyn FnMut(u64),
+) -> Result<(), String> {
+    let &Search { hop, skip, band_hz, codes, reach, false_alarm, carrier_hz, most, .. } = search;
+    let rate_hz = recording.rate_hz();
+    let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
+    let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
+    let mut blocks = recording.blocks(N, hop, skip);
+    let mut block = 0u32;
+    while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
+        fits(samples, codes)?;
+        let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
+        let stamp = Stamp { sequence: block, clock: start, ..Stamp::default() };
+        let measurement = pipeline.block(stamp, &record::<R, N>(&values));
+        for (tone, phasor) in (1..).zip(&pipeline.lines(&measurement, most)) {
+            let frequency_hz = phasor.tone.hertz();
+            sink(&Found {
+                block: block.into(),
+                time_s: (start as f64 + N as f64 / 2.0) / rate_hz,
+                tone,
+                frequency_hz,
+                sigma_hz: phasor.tone.sigma_hertz(),
+                snr_db: phasor.tone.snr_db().into(),
+                amplitude: phasor.tone.amplitude.into(),
+                phase_rad: phasor.phase.into(),
+                sigma_phase_rad: phasor.sigma_phase.into(),
+                speed_mps: carrier_hz.map(|carrier| frequency_hz * SPEED_OF_LIGHT / carrier / 2.0),
+                verdict: phasor.tone.verdict.name(),
+            });
+        }
+        block = block.wrapping_add(1);
+        progress(hop as u64);
+    }
+    Ok(())
+}
+
+/// Prints what stands above the tones.
+pub fn print_heading(style: Style, speeds: bool) {
+    match style {
+        Style::Json => {}
+        Style::Csv => print_line(&format!(
+            "block,time_s,tone,frequency_hz,sigma_hz,snr_db,amplitude,phase_rad,sigma_phase_rad,verdict{}",
+            if speeds { ",speed_mps" } else { "" }
+        )),
+        Style::Text => print_line(&format!(
+            "{:>8} {:>11} {:>5} {:>16} {:>12} {:>7} {:>10} {:>9} {:>7}{}  verdict",
+            "block",
+            "time s",
+            "tone",
+            "frequency Hz",
+            "sigma Hz",
+            "SNR dB",
+            "amplitude",
+            "phase rad",
+            "sigma",
+            if speeds { "   speed m/s" } else { "" },
+        )),
+    }
+}
+
+/// Prints a tone.
+pub fn print(found: &Found, style: Style) {
+    let Found { block, time_s, tone, frequency_hz, sigma_hz, snr_db, amplitude, .. } = found;
+    let Found { phase_rad, sigma_phase_rad, speed_mps, verdict, .. } = found;
+    match style {
+        Style::Json => print_line(&serde_json::to_string(found).unwrap_or_default()),
+        Style::Csv => {
+            let speed = speed_mps.map_or(String::new(), |speed| format!(",{speed}"));
+            print_line(&format!(
+                "{block},{time_s},{tone},{frequency_hz},{sigma_hz},{snr_db},{amplitude},{phase_rad},{sigma_phase_rad},{verdict}{speed}"
+            ));
+        }
+        Style::Text => {
+            let speed = speed_mps.map_or(String::new(), |speed| format!(" {speed:>11.4}"));
+            print_line(&format!(
+                "{block:>8} {time_s:>11.4} {tone:>5} {frequency_hz:>16.6} {sigma_hz:>12.6} {snr_db:>7.1} {amplitude:>10.2} {phase_rad:>9.4} \
+                 {sigma_phase_rad:>7.4}{speed}  {verdict}"
+            ));
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Four cars before a lidar: what each chirp shows of all of them, with nothing called good that is no car.
+
+use super::drive::save_both;
+use super::measure::N;
+use super::options::Options;
+use super::{DemoError, said};
+use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
+use crate::simulate::generator;
+use picket::plan::Solver;
+use picket::solve::chirp::Scales;
+use picket::solve::pairing::{Habits, Pairing};
+use picket::{Pipeline, Real, Segment, Stamp, Target, Verdict};
+use serde::Serialize;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Nearer than this to a car an answer is of that car, in metres and in metres per second.
+const NEAR_M: f64 = 0.5;
+const NEAR_MPS: f64 = 0.3;
+
+/// Beats so many bins apart from any other, from DC and from half the rate can be measured.
+const APART_BINS: f64 = 3.0;
+const EDGE_BINS: f64 = 4.0;
+
+/// The share of those cars that must be found.
+const FOUND: f64 = 0.95;
+
+/// One chirp. The keys are those of the JSON lines.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The chirp's number.
+    pub row: usize,
+    /// When.
+    pub time_s: f64,
+    /// The cars.
+    pub cars: Vec<Truth>,
+    /// What the chirp shows.
+    pub targets: Vec<Answer>,
+}
+
+/// A car.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Truth {
+    /// Metres.
+    pub range_m: f64,
+    /// Metres per second, positive when approaching.
+    pub velocity_mps: f64,
+    /// Whether its three beats are three bins from any other.
+    pub apart: bool,
+}
+
+/// A measured target.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Answer {
+    /// Metres.
+    pub range_m: f64,
+    /// Metres per second, positive when approaching.
+    pub velocity_mps: f64,
+    /// One standard deviation.
+    pub sigma_range_m: f64,
+    /// One standard deviation.
+    pub sigma_velocity_mps: f64,
+    /// Whether it may be used.
+    pub verdict: &'static str,
+}
+
+impl From<&Target> for Answer {
+    fn from(target: &Target) -> Self {
+        Answer {
+            range_m: target.range.to_num(),
+            velocity_mps: target.velocity.to_num(),
+            sigma_range_m: target.sigma_range.into(),
+            sigma_velocity_mps: target.sigma_velocity.into(),
+            verdict: target.verdict.name(),
+        }
+    }
+}
+
+impl Answer {
+    fn is_good(&self) -> bool {
+        self.verdict == Verdict::Good.name()
+    }
+
+    fn is_of(&self, car: &Truth) -> bool {
+        (self.range_m - car.range_m).abs() < NEAR_M
+            && (self.velocity_mps - car.velocity_mps).abs() < NEAR_MPS
+    }
+}
+
+/// The traffic as a whole.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Summary {
+    /// Always true: it tells this line from the others.
+    pub summary: bool,
+    /// Chirps.
+    pub chirps: usize,
+    /// Good targets.
+    pub good: usize,
+    /// Those that are no car.
+    pub ghosts: usize,
+    /// Cars whose three beats are three bins from any other, summed over the chirps.
+    pub apart: usize,
+    /// Those of them that were found, and good.
+    pub found: usize,
+    /// Root mean square of error over sigma, of the good targets' ranges.
+    pub range_sigmas: f64,
+    /// The same of their velocities.
+    pub velocity_sigmas: f64,
+}
+
+impl Summary {
+    /// Of all chirps. The first two of a run know no car yet.
+    pub fn of(rows: &[Row]) -> Self {
+        let mut summary = Summary { summary: true, chirps: rows.len(), ..Summary::default() };
+        let mut squares = [0.0; 2];
+        for row in rows {
+            for answer in row.targets.iter().filter(|answer| answer.is_good()) {
+                summary.good += 1;
+                match row.cars.iter().find(|car| answer.is_of(car)) {
+                    Some(car) => {
+                        let range = (answer.range_m - car.range_m) / answer.sigma_range_m;
+                        let velocity =
+                            (answer.velocity_mps - car.velocity_mps) / answer.sigma_velocity_mps;
+                        squares[0] += range * range;
+                        squares[1] += velocity * velocity;
+                    }
+                    None => summary.ghosts += 1,
+                }
+            }
+            for car in row.cars.iter().filter(|car| car.apart && row.row > 1) {
+                summary.apart += 1;
+                let found = row.targets.iter().any(|answer| answer.is_good() && answer.is_of(car));
+                summary.found += usize::from(found);
+            }
+        }
+        let real = summary.good.saturating_sub(summary.ghosts).max(1) as f64;
+        [summary.range_sigmas, summary.velocity_sigmas] = squares.map(|sum| (sum / real).sqrt());
+        summary
+    }
+
+    /// Whether nothing but cars is called good, and nearly all that can be are found.
+    pub fn inside(&self) -> bool {
+        self.ghosts == 0 && self.found as f64 >= FOUND * self.apart as f64
+    }
+}
+
+/// The cars at a time, and which of them can be told from the others.
+fn truths(cars: &[Car; 4], t: f64, scales: &Scales) -> Vec<Truth> {
+    let beats = cars.map(|car| car.beats::<N>(t, scales));
+    let truth = |(index, car): (usize, &Car)| {
+        let others = || beats.iter().enumerate().filter(move |(other, _)| *other != index);
+        let clear = |segment: usize| {
+            let bins = beats[index][segment];
+            bins > EDGE_BINS
+                && bins < (N / 2) as f64 - EDGE_BINS
+                && others().all(|(_, other)| (other[segment] - bins).abs() >= APART_BINS)
+        };
+        let [range_m, velocity_mps] = car.at(t);
+        Truth { range_m, velocity_mps, apart: (0..3).all(clear) }
+    };
+    cars.iter().enumerate().map(truth).collect()
+}
+
+/// Measures every chirp of a seed.
+pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
+    let plan = scene::config().plan::<Real, N>().map_err(said)?;
+    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+    let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
+    let habits = Habits { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
+    let mut pairing = Pairing::new(scales, false, habits);
+    let rng = &mut generator(seed, 0);
+    let cars = scene::cars(rng);
+    let rows = (0..CYCLES).map(|row| {
+        let time_s = row as f64 * CYCLE_S;
+        let mut targets = Vec::new();
+        for (index, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
+        {
+            let samples = scene::samples::<N>(&cars, time_s, index, snr_db, &scales, rng);
+            let stamp = Stamp { sequence: (3 * row + index) as u32, segment, ..Stamp::default() };
+            let measurement = pipeline.block(stamp, &samples);
+            let paired = pairing.push(&stamp, &pipeline.lines(&measurement, 4));
+            targets.extend(paired.iter().flatten().map(Answer::from));
+        }
+        Row { row, time_s, cars: truths(&cars, time_s, &scales), targets }
+    });
+    Ok(rows.collect())
+}
+
+/// Measures, prints and draws. Failure: something else than a car is called good, or cars are not found.
+pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    let rows = measured(options.seed, options.snr_db())?;
+    let summary = Summary::of(&rows);
+    if let Some(file) = &options.plot {
+        draw(&rows, file)?;
+    }
+    if options.json {
+        for row in &rows {
+            outln!("{}", serde_json::to_string(row).map_err(said)?);
+        }
+        outln!("{}", serde_json::to_string(&summary).map_err(said)?);
+    } else {
+        print(&rows, &summary, options);
+    }
+    Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn print(rows: &[Row], summary: &Summary, options: &Options) {
+    outln!(
+        "Four cars before a lidar: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp, 20 chirps a second, {} dB at \
+         20 m, seed {}\n",
+        options.snr_db(),
+        options.seed
+    );
+    outln!("{:>7}  {:<44}  measured m, m/s", "time s", "true m, m/s");
+    for row in rows.iter().step_by(40) {
+        let truth =
+            row.cars.iter().map(|car| format!("{:6.2} {:+6.2}", car.range_m, car.velocity_mps));
+        let found = row.targets.iter().map(|answer| {
+            let Answer { range_m, velocity_mps, verdict, .. } = answer;
+            format!("{range_m:.3} {velocity_mps:+.3} {verdict}")
+        });
+        let [truth, found] = [truth.collect::<Vec<_>>(), found.collect()];
+        for line in 0..truth.len().max(found.len()) {
+            let time = if line == 0 { format!("{:.1}", row.time_s) } else { String::new() };
+            let cell = |cells: &[String]| cells.get(line).cloned().unwrap_or_default();
+            outln!("{time:>7}  {:<44}  {}", cell(&truth), cell(&found));
+        }
+    }
+    outln!(
+        "\n{} targets called good in {} chirps, {} of them ghosts\n\
+         {} of {} cars found whose three beats are {APART_BINS} bins from any other\n\
+         error over sigma   range {:.2}, velocity {:.2} (rms)",
+        summary.good,
+        summary.chirps,
+        summary.ghosts,
+        summary.found,
+        summary.apart,
+        summary.range_sigmas,
+        summary.velocity_sigmas
+    );
+}
+
+/// Draws the ranges to `file` and the velocities beside it.
+fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
+    let chart = |name, title: &str, y, take: fn(&Answer) -> f64, truth: fn(&Truth) -> f64| {
+        let good = |wanted: bool| {
+            let all = rows.iter().flat_map(|row| row.targets.iter().map(move |a| (row.time_s, a)));
+            all.filter(move |(_, a)| a.is_good() == wanted).map(move |(time, a)| (time, take(a)))
+        };
+        let mut series = vec![
+            Series::new("not good", Style::Points, 6, good(false)),
+            Series::new("good", Style::Points, 0, good(true)),
+        ];
+        for (car, label) in ["truth, car 1", "car 2", "car 3", "car 4"].into_iter().enumerate() {
+            let way = rows.iter().map(|row| (row.time_s, truth(&row.cars[car])));
+            series.push(Series::new(label, Style::Line, 1 + car, way));
+        }
+        let x = Axis::linear("time, s", 0.0, CYCLES as f64 * CYCLE_S);
+        Chart { name, title: title.into(), x, y, series }
+    };
+    let ranges = chart(
+        "traffic-range",
+        "Four cars before a lidar: range",
+        Axis::linear("range, m", 0.0, 120.0),
+        |answer| answer.range_m,
+        |car| car.range_m,
+    );
+    let velocities = chart(
+        "traffic-velocity",
+        "Four cars before a lidar: velocity",
+        Axis::linear("velocity towards the lidar, m/s", -20.0, 20.0),
+        |answer| answer.velocity_mps,
+        |car| car.velocity_mps,
+    );
+    save_both(&ranges, &velocities, file)
+}

@@ -1,0 +1,82 @@
+//! Two seconds before a radar: a plate at 30 cm that swings by 10 um, five times a second.
+
+use picket::acquire::codes::Codes;
+use picket::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket::solve::chirp::Shape;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use std::f64::consts::TAU;
+
+/// The carrier in the middle of a ramp.
+const CARRIER_HZ: f64 = 122e9;
+const BANDWIDTH_HZ: f64 = 6e9;
+const DURATION_S: f64 = 1.024e-3;
+const RATE_HZ: f64 = 1e6;
+
+/// From one ramp to the next, and ramps.
+pub const CYCLE_S: f64 = 5e-3;
+/// The number of ramps.
+pub const CYCLES: usize = 400;
+
+/// Where the plate rests, m.
+pub const RANGE_M: f64 = 0.3;
+/// How far it swings to each side, m.
+pub const SWING_M: f64 = 10e-6;
+/// How often, Hz.
+pub const SWING_HZ: f64 = 5.0;
+
+/// The echo in codes.
+const AMPLITUDE: f64 = 400.0;
+
+/// The wave's length in the middle of a ramp, m.
+pub const fn wavelength_m() -> f64 {
+    SPEED_OF_LIGHT / CARRIER_HZ
+}
+
+/// A 122 GHz radar with 6 GHz in a ramp of 1.024 ms, at 1 MS/s.
+pub fn config() -> Config {
+    Config {
+        scene: Scene::Chirp {
+            shape: Shape::Sawtooth,
+            wavelength_m: wavelength_m(),
+            bandwidth_hz: BANDWIDTH_HZ,
+            duration_s: DURATION_S,
+        },
+        ..Config::new(RATE_HZ, Codes::signed::<12>())
+    }
+}
+
+/// How far the plate is from its rest at `t` seconds, m; farther from the radar counts.
+pub fn swing_m(t: f64) -> f64 {
+    SWING_M * (TAU * SWING_HZ * t).sin()
+}
+
+/// The time in the middle of a ramp, s.
+pub fn middle_s(cycle: usize) -> f64 {
+    cycle as f64 * CYCLE_S + 0.5 * DURATION_S
+}
+
+/// The standard deviation of the noise, codes.
+pub fn noise(snr_db: f64) -> f64 {
+    AMPLITUDE * (0.5 / 10f64.powf(snr_db / 10.0)).sqrt()
+}
+
+/// The bound of the plate's place in one ramp of N samples, m: `lambda / (4 pi sqrt(N SNR))`, with the rounding of the converter
+/// in the noise.
+pub fn bound_m<const N: usize>(snr_db: f64) -> f64 {
+    let noise = noise(snr_db).hypot((1.0f64 / 12.0).sqrt());
+    wavelength_m() / (2.0 * TAU) * noise / AMPLITUDE * (2.0 / N as f64).sqrt()
+}
+
+/// The converter's codes of a ramp: the echo's phase is the path times the frequency that the ramp has at that moment.
+pub fn samples<const N: usize>(cycle: usize, snr_db: f64, rng: &mut ChaCha8Rng) -> [i16; N] {
+    let noise = noise(snr_db);
+    std::array::from_fn(|n| {
+        let from_middle = (n as f64 - 0.5 * N as f64) / RATE_HZ;
+        let path = 2.0 * (RANGE_M + swing_m(middle_s(cycle) + from_middle));
+        let frequency = CARRIER_HZ + BANDWIDTH_HZ / DURATION_S * from_middle;
+        let echo = AMPLITUDE * (TAU * frequency * path / SPEED_OF_LIGHT).cos();
+        (echo + noise * rng.sample::<f64, _>(StandardNormal)).round().clamp(-2048.0, 2047.0) as i16
+    })
+}

@@ -1,0 +1,141 @@
+//! Displacement from the phase of a tone: micrometres where a frequency shows millimetres.
+//!
+//! A way of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give
+//! the way between them, but for whole turns. Those follow from something else ([`Between`]): before a
+//! Doppler radar from the frequency itself, before a chirp from how slowly the target moves. If
+//! neither tells them for sure, the displacement starts anew.
+
+use super::chirp::{Scale, metres};
+use crate::acquire::sample::Stamp;
+use crate::estimate::phasor::Phasor;
+use crate::estimate::tone::{Tone, Verdict};
+use core::f32::consts::TAU;
+use fixed::types::I32F32;
+
+/// What tells the whole turns between two blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Between {
+    /// A continuous wave: the phase runs on with the frequency, and the mean frequency of two blocks
+    /// tells how far.
+    Frequency,
+    /// One block in a chirp, at the same place in each: the phase stands as long as the target does. It
+    /// turns less than this share of a turn from block to block, at most 1/4. A target that is faster,
+    /// but turns it by less than one turn less this share, is refused.
+    Turns(f32),
+}
+
+/// The way of a target since its displacement started.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Displacement {
+    /// Metres; its sign is that of the scale.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    pub metres: I32F32,
+    /// One standard deviation, metres, of the phase in this block. The displacement of the first
+    /// block is 0, and its error is part of all that follow.
+    pub sigma: f32,
+    /// The number of the start that it counts from. Displacements of different starts do not belong
+    /// together.
+    pub start: u32,
+    /// The verdict of the tone, or [`Verdict::Unresolved`] if the whole turns are not sure. The
+    /// displacement starts anew then.
+    pub verdict: Verdict,
+}
+
+/// Follows the phase of a tone from block to block.
+#[derive(Clone, Debug)]
+pub struct Unwrapper {
+    scale: Scale,
+    between: Between,
+    start: u32,
+    last: Option<Last>,
+}
+
+/// The block before.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    tone: Tone,
+    /// How far its frequency lay beyond that of the block before it, cycles per sample.
+    rise: f32,
+    clock: u64,
+    /// Radians.
+    phase: f32,
+    sigma: f32,
+    /// Turns since the start.
+    turns: I32F32,
+}
+
+/// So many standard deviations must lie between a step and half a turn.
+const SURE: f32 = 6.0;
+
+impl Unwrapper {
+    /// `metres_per_turn` is the way that turns the phase once: half the wavelength for a radar that
+    /// looks along the motion, negative to count the other way. `None` if it is no scale.
+    pub fn new(metres_per_turn: f64, between: Between) -> Option<Self> {
+        Some(Self { scale: Scale::new(metres_per_turn)?, between, start: 0, last: None })
+    }
+
+    /// Takes the tone of the next block. [`Stamp::clock`] tells how far apart blocks are.
+    ///
+    /// Cost: about sixty operations.
+    pub fn push(&mut self, stamp: &Stamp, phasor: &Phasor) -> Displacement {
+        let Phasor { tone, phase, sigma_phase } = *phasor;
+        let usable = matches!(tone.verdict, Verdict::Good | Verdict::Moving);
+        let step = self.last.as_ref().and_then(|last| self.step(last, stamp, phasor));
+        let (turns, verdict) = match step {
+            _ if !usable => (I32F32::ZERO, tone.verdict),
+            Some(turns) => (turns, tone.verdict),
+            // The first block is a start like any other, and nothing is unsure about it.
+            None if self.last.is_none() => (I32F32::ZERO, tone.verdict),
+            None => (I32F32::ZERO, Verdict::Unresolved),
+        };
+        if step.is_none() || !usable {
+            self.start = self.start.wrapping_add(u32::from(self.last.is_some()));
+        }
+        let rise = self.last.map_or(0.0, |last| tone.frequency.beyond(last.tone.frequency));
+        let here = Last { tone, rise, clock: stamp.clock, phase, sigma: sigma_phase, turns };
+        self.last = usable.then_some(here);
+        Displacement {
+            metres: metres(turns.to_bits(), self.scale.fixed),
+            sigma: (self.scale.float * (sigma_phase / TAU)).abs(),
+            start: self.start,
+            verdict,
+        }
+    }
+
+    /// The turns since the start; `None` if they are not sure.
+    fn step(&self, last: &Last, stamp: &Stamp, phasor: &Phasor) -> Option<I32F32> {
+        let seen = (phasor.phase - last.phase) / TAU;
+        let both = libm::hypotf(phasor.sigma_phase, last.sigma) / TAU;
+        if stamp.gap {
+            return None;
+        }
+        match self.between {
+            Between::Frequency => {
+                let apart = u32::try_from(stamp.clock.checked_sub(last.clock)?).ok()?;
+                let (tone, samples) = (&phasor.tone, apart as f32);
+                let rise = tone.frequency.beyond(last.tone.frequency);
+                // Half the sum of both frequencies, in steps of 2^-32. Exact for a steady acceleration.
+                let (new, old) = (tone.frequency.0.to_bits(), last.tone.frequency.0.to_bits());
+                let two = 2 * i64::from(old) + i64::from(new.wrapping_sub(old));
+                let expected = I32F32::from_bits(two.checked_mul(i64::from(apart))? / 2);
+                let rest = I32F32::checked_from_num(seen)?.checked_sub(expected.frac())?;
+                let rest = rest.checked_sub(rest.checked_round()?)?;
+                // What a changing acceleration makes of it, from the blocks before.
+                let bend = samples * (rise - last.rise) / 6.0;
+                let sigma = 0.5 * samples * libm::hypotf(tone.sigma, last.tone.sigma);
+                let sigma = libm::sqrtf(sigma * sigma + both * both);
+                let reach = rest.to_num::<f32>().abs() + SURE * sigma + bend.abs();
+                let step = expected.checked_add(rest)?;
+                (reach < 0.5).then(|| last.turns.checked_add(step)).flatten()
+            }
+            Between::Turns(most) => {
+                let step = seen - libm::roundf(seen);
+                let most = most.clamp(0.0, 0.25);
+                let sure = step.abs() + SURE * both < most.max(f32::MIN_POSITIVE);
+                if sure { last.turns.checked_add(I32F32::checked_from_num(step)?) } else { None }
+            }
+        }
+    }
+}

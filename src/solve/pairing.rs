@@ -1,0 +1,241 @@
+//! Several targets from the beats of a chirp: which beat of the rising ramp, of the flat segment and of
+//! the falling ramp belong to one target.
+//!
+//! The beats of one target satisfy `down - up = 2 flat` (see [`super::chirp`]) and are equally strong.
+//! Beats of different targets do both by chance, and make a ghost. What a ghost does not do is to be,
+//! one chirp later, where its own velocity takes it: its beats move as three targets do. So a triple of
+//! beats is a target if the chirps before led there. Until then its verdict is `Unresolved`.
+
+use super::chirp::{self, Scales, Target};
+use crate::acquire::sample::{Segment, Stamp};
+use crate::estimate::phasor::Phasor;
+use crate::estimate::several::{MOST, first, remove};
+use crate::estimate::tone::Verdict;
+use heapless::Vec;
+
+/// Chirps after which a target that is not seen is forgotten; half as many while it is not sure.
+const MISSES: u8 = 6;
+
+/// The most targets remembered: the sure ones, and triples that may be ones.
+const REMEMBERED: usize = 6 * MOST;
+
+/// The most triples of a chirp that are looked at.
+const TRIPLES: usize = 8 * MOST;
+
+/// Half a gate, in standard deviations.
+const GATE: f32 = 5.0;
+
+/// How different the echoes of one target may be in the three segments, as a ratio of amplitudes: 3 dB,
+/// and what noise makes of it.
+const EQUAL: f32 = 1.41;
+
+/// How far targets may accelerate, and how often they are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Habits {
+    /// From one chirp to the next, seconds.
+    pub period_s: f32,
+    /// The most acceleration, m/s^2.
+    pub acceleration: f32,
+}
+
+/// Pairs the beats of chirp after chirp.
+#[derive(Clone, Debug)]
+pub struct Pairing {
+    scales: Scales,
+    /// I/Q beats, whose signs are known.
+    signed: bool,
+    habits: Habits,
+    beats: [Vec<Phasor, MOST>; 3],
+    held: u8,
+    last: u32,
+    /// The falling ramp of the last whole chirp.
+    chirp: u32,
+    courses: Vec<Course, REMEMBERED>,
+}
+
+/// A target of the chirps before.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    target: Target,
+    /// Chirps since it was seen.
+    misses: u8,
+    /// Whether it was where it was expected.
+    sure: bool,
+    seen: bool,
+}
+
+/// Three beats that may be of one target.
+#[derive(Clone, Copy)]
+struct Triple {
+    beats: [usize; 3],
+    target: Target,
+    /// The course that leads to it, and how far from its end it is, in gates.
+    course: Option<usize>,
+    distance: f32,
+}
+
+impl Pairing {
+    /// For a trapezoid with these scales; `signed` for I/Q records.
+    pub const fn new(scales: Scales, signed: bool, habits: Habits) -> Self {
+        let beats = [const { Vec::new() }; 3];
+        Self { scales, signed, habits, beats, held: 0, last: 0, chirp: 0, courses: Vec::new() }
+    }
+
+    /// Takes the tones of one segment. The falling ramp completes a chirp and gives its targets, the
+    /// sure ones first. A chirp with a lost segment gives none.
+    ///
+    /// Cost: up to 64 triples of beats, each against every target remembered.
+    pub fn push(&mut self, stamp: &Stamp, phasors: &[Phasor]) -> Option<Vec<Target, MOST>> {
+        let follows = stamp.sequence == self.last.wrapping_add(1);
+        if stamp.segment == Segment::Up || !follows {
+            self.held = 0;
+        }
+        self.last = stamp.sequence;
+        let index = match stamp.segment {
+            Segment::Continuous => return None,
+            Segment::Up => 0,
+            Segment::Flat => 1,
+            Segment::Down => 2,
+        };
+        let usable = phasors.iter().copied();
+        let usable = usable.filter(|phasor| phasor.tone.verdict < Verdict::Weak);
+        if let Some(beats) = self.beats.get_mut(index) {
+            *beats = first(usable);
+            self.held |= 1 << index;
+        }
+        if stamp.segment != Segment::Down || self.held != 0b111 {
+            return None;
+        }
+        // Chirps in between that were lost.
+        let lost = (stamp.sequence.wrapping_sub(self.chirp) / 3).saturating_sub(1);
+        let lost = u8::try_from(lost).unwrap_or(u8::MAX);
+        self.chirp = stamp.sequence;
+        for course in &mut self.courses {
+            course.misses = course.misses.saturating_add(lost);
+        }
+        Some(self.pair())
+    }
+
+    /// The targets of a whole chirp.
+    fn pair(&mut self) -> Vec<Target, MOST> {
+        let mut triples = self.triples();
+        let mut used = [[false; MOST]; 3];
+        let mut targets = Vec::new();
+        let mut fresh: Vec<Target, TRIPLES> = Vec::new();
+        self.courses.iter_mut().for_each(|course| course.seen = false);
+        while let Some(triple) = self.next(&mut triples) {
+            let taken = used.iter().zip(triple.beats);
+            if taken.into_iter().any(|(used, beat)| used.get(beat).copied().unwrap_or(true)) {
+                continue;
+            }
+            let led = triple.course.and_then(|index| self.courses.get_mut(index));
+            let Some(course) = led.filter(|course| !course.seen) else {
+                // Each of these may be a target or a ghost, so none takes its beats from another.
+                let _ = fresh.push(triple.target);
+                continue;
+            };
+            *course = Course { target: triple.target, misses: 0, sure: true, seen: true };
+            for (used, beat) in used.iter_mut().zip(triple.beats) {
+                if let Some(used) = used.get_mut(beat) {
+                    *used = true;
+                }
+            }
+            let _ = targets.push(triple.target);
+        }
+        self.courses.retain_mut(|course| {
+            course.misses = if course.seen { 0 } else { course.misses.saturating_add(1) };
+            course.misses < if course.sure { MISSES } else { MISSES / 2 }
+        });
+        for target in fresh {
+            let course = Course { target, misses: 0, sure: false, seen: true };
+            // Without room it is seen anew in the next chirp.
+            let _ = self.courses.push(course);
+            let verdict = target.verdict.max(Verdict::Unresolved);
+            let _ = targets.push(Target { verdict, ..target });
+        }
+        targets
+    }
+
+    /// Takes out the triple that chooses next: those of sure courses before others, and the nearest
+    /// first.
+    fn next(&self, triples: &mut Vec<Triple, TRIPLES>) -> Option<Triple> {
+        // Distances are below two.
+        const BEHIND: f32 = 10.0;
+        let rank = |triple: &Triple| match triple.course.and_then(|index| self.courses.get(index)) {
+            Some(course) if course.sure => triple.distance,
+            Some(_) => triple.distance + BEHIND,
+            None => triple.distance + 2.0 * BEHIND,
+        };
+        let ranks = triples.iter().map(rank).enumerate();
+        let (index, _) = ranks.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let triple = triples.get(index).copied();
+        remove(triples, index);
+        triple
+    }
+
+    /// All triples whose beats may be of one target.
+    fn triples(&self) -> Vec<Triple, TRIPLES> {
+        let [ups, flats, downs] = &self.beats;
+        let mut triples = Vec::new();
+        for (i, up) in ups.iter().enumerate() {
+            for (j, flat) in flats.iter().enumerate() {
+                for (k, down) in downs.iter().enumerate() {
+                    let tones = [up.tone, flat.tone, down.tone];
+                    let off = chirp::contradiction(&tones, self.signed);
+                    if off > 1.0 || !are_equal(&[*up, *flat, *down]) {
+                        continue;
+                    }
+                    let target = chirp::trapezoid(&tones, self.signed, &self.scales);
+                    let nearest = self.nearest(&target);
+                    let triple = Triple {
+                        beats: [i, j, k],
+                        target,
+                        course: nearest.map(|(index, _)| index),
+                        distance: nearest.map_or(off, |(_, distance)| distance),
+                    };
+                    let _ = triples.push(triple);
+                }
+            }
+        }
+        triples
+    }
+
+    /// The course that leads to a target: the sure one before others, the nearest of equals.
+    fn nearest(&self, target: &Target) -> Option<(usize, f32)> {
+        let places = self.courses.iter().enumerate().filter_map(|(index, course)| {
+            let distance = self.distance(course, target);
+            (distance < 1.0).then_some((index, distance + if course.sure { 0.0 } else { 1.0 }))
+        });
+        places.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// How far a target is from the end of a course, in gates.
+    fn distance(&self, course: &Course, target: &Target) -> f32 {
+        let Habits { period_s, acceleration } = self.habits;
+        let time = period_s * (1.0 + f32::from(course.misses));
+        let old = &course.target;
+        let velocity: f32 = old.velocity.to_num();
+        let range: f32 = old.range.to_num();
+        let off_range = target.range.to_num::<f32>() - (range - velocity * time);
+        let off_velocity = target.velocity.to_num::<f32>() - velocity;
+        let sigma_range = libm::hypotf(
+            libm::hypotf(old.sigma_range, target.sigma_range),
+            old.sigma_velocity * time,
+        );
+        let sigma_velocity = libm::hypotf(old.sigma_velocity, target.sigma_velocity);
+        let range_gate = GATE * sigma_range + 0.5 * acceleration * time * time;
+        let velocity_gate = GATE * sigma_velocity + acceleration * time;
+        (off_range.abs() / range_gate).max(off_velocity.abs() / velocity_gate)
+    }
+}
+
+/// Whether three beats are as strong as those of one target.
+fn are_equal(beats: &[Phasor; 3]) -> bool {
+    let [a, b, c] = beats;
+    [(a, b), (b, c), (a, c)].into_iter().all(|(x, y)| {
+        // An amplitude's relative error is that of the phase.
+        let error = GATE * libm::hypotf(x.sigma_phase, y.sigma_phase);
+        let (x, y) = (x.tone.amplitude, y.tone.amplitude);
+        x.max(y) < (EQUAL + error) * x.min(y)
+    })
+}
