@@ -33,8 +33,10 @@ use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
+#[cfg(all(not(mve), feature = "methods"))]
+use rails::first_strong;
 #[cfg(not(mve))]
-use rails::{all_outside, any_outside, first_strong};
+use rails::{all_outside, any_outside};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -194,26 +196,34 @@ pub fn window<'a>(
 /// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     // Codes of which the square is less are inside.
-    #[cfg(not(mve))]
-    let least = i32::from(high.min(low.saturating_neg())).max(0);
+    #[cfg(all(not(mve), feature = "methods"))]
+    let pairs = beyond_weak(pairs, i32::from(high.min(low.saturating_neg())));
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
     let groups = pairs.as_chunks::<8>().0.as_ptr_range();
-    let (from, to) = (groups.start.cast::<u32>(), groups.end.cast::<u32>());
-    #[cfg(not(mve))]
-    let double = pairs.as_chunks::<16>().0.as_ptr_range();
-    #[cfg(not(mve))]
-    let from = if least > 0 && !double.is_empty() {
-        // SAFETY: the range is inside `pairs`, and not empty.
-        unsafe { first_strong(from, double.end.cast(), -least * least) }
-    } else {
-        from
-    };
-    if from == to {
+    if groups.is_empty() {
         return 0;
     }
     // SAFETY: the range is inside `pairs`, and not empty.
     unsafe {
+        let (from, to) = (groups.start.cast(), groups.end.cast());
         if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
     }
+}
+
+/// The pairs from the first group of 16 on that holds a pair whose squares add up to `least^2` or more. The
+/// smallest programs leave this out.
+#[cfg(all(not(mve), feature = "methods"))]
+fn beyond_weak(pairs: &[Pair], least: i32) -> &[Pair] {
+    let groups = pairs.as_chunks::<16>().0;
+    if least < 1 || groups.is_empty() {
+        return pairs;
+    }
+    let range = groups.as_ptr_range();
+    // SAFETY: the range is inside `pairs`, and not empty; the result is in it, or its end.
+    let weak = unsafe {
+        let strong = first_strong(range.start.cast(), range.end.cast(), -least * least);
+        strong.cast::<Pair>().offset_from_unsigned(pairs.as_ptr())
+    };
+    pairs.get(weak..).unwrap_or_default()
 }

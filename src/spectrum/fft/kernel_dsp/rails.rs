@@ -7,6 +7,7 @@ use crate::spectrum::fft::assembly::kernel;
 ///
 /// # Safety
 /// `from..to` must be groups of 16 words, at least one. `less` must be below 0.
+#[cfg(feature = "methods")]
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn first_strong(
     from: *const u32,
