@@ -42,6 +42,12 @@ fn the_float_engine_cannot_panic_on_cortex_m4f() {
     }
 }
 
+/// Several tones, their phases and what is made of them.
+#[test]
+fn further_tones_cannot_panic_on_cortex_m4f() {
+    assert_proved("bench_several", Target::M4f, &[Profile::Release]);
+}
+
 #[test]
 fn the_instrument_cannot_panic_on_cortex_m33() {
     assert_proved("frontend_qemu", Target::M33, &[Profile::Release]);

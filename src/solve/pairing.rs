@@ -146,7 +146,7 @@ impl Pairing {
             course.misses = if course.seen { 0 } else { course.misses.saturating_add(1) };
             course.misses < if course.sure { MISSES } else { MISSES / 2 }
         });
-        for target in fresh {
+        for &target in &fresh {
             let course = Course { target, misses: 0, sure: false, seen: true };
             // Without room it is seen anew in the next chirp.
             let _ = self.courses.push(course);

@@ -1,5 +1,6 @@
 //! Counts the instructions of a block's further tones. It sends every tone that it finds, for
-//! comparison with other machines.
+//! comparison with other machines. What is made of tones is called as well, so that the linker proves it
+//! free of panics.
 #![no_std]
 #![no_main]
 
@@ -8,6 +9,9 @@ use cortex_m_rt::entry;
 use picket::acquire::sample::Real;
 use picket::estimate::several::MOST;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
+use picket::solve::chirp::Scales;
+use picket::solve::displacement::{Between, Unwrapper};
+use picket::solve::pairing::{Habits, Pairing};
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};
@@ -30,6 +34,9 @@ fn main() -> ! {
     Timer::ONE.run_free();
     let plan = playback.plan::<Real, N>();
     let mut pipeline = Pipeline::<Real, N>::new(plan);
+    let mut unwrapper = Unwrapper::new(black_box(1e-3), black_box(Between::Frequency));
+    let habits = Habits { period_s: 0.05, acceleration: 10.0 };
+    let mut pairing = Pairing::new(Scales::default(), black_box(false), habits);
     let (mut bytes, mut samples) = ([0; 2 * N], [0; N]);
     for sequence in 0..header.blocks {
         playback.read(&mut bytes);
@@ -38,7 +45,10 @@ fn main() -> ! {
         let measurement = count("whole", || pipeline.block(stamp, black_box(&samples)));
         count("phase", || pipeline.lines(&measurement, 1));
         let lines = count("lines", || pipeline.lines(&measurement, MOST));
+        count("fundamental", || pipeline.harmonic(&measurement, 8));
+        count("targets", || pairing.push(&black_box(stamp), &lines));
         for phasor in &lines {
+            black_box(unwrapper.as_mut().map(|unwrapper| unwrapper.push(&stamp, phasor)));
             let each = Measurement { tone: phasor.tone, result: Outcome::None, ..measurement };
             send(each, plan.options.method, Health::default());
         }

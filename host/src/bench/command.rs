@@ -177,7 +177,7 @@ fn several(cores: &[&'static Core], json: bool) -> Result<ExitCode, String> {
         cli::print_line(&bench::table::several(&all).to_string());
         let bits = if same { "the same bits as on this machine" } else { "OTHER BITS than here" };
         cli::print_line(&format!(
-            "Instructions of blocks of 1024 samples, counted on emulated cores: the measurement, then its phase or all tones              beside. Tones: {bits}."
+            "Instructions of blocks of 1024 samples, counted on emulated cores: the measurement, then its phase or all tones beside. Tones: {bits}."
         ));
     }
     Ok(if same { ExitCode::SUCCESS } else { ExitCode::FAILURE })

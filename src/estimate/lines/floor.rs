@@ -7,11 +7,12 @@ use super::leak::LEAKS;
 use super::{DRIFT, Hunt, apart};
 use crate::acquire::sample::Record;
 use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 use heapless::Vec;
 
 /// The most blocks of bins, and the least bins of a block.
-const BLOCKS: usize = 64;
+pub(super) const BLOCKS: usize = 64;
 const BLOCK: i32 = 8;
 
 /// No block has a tone whose strongest difference exceeds its floor by less.
@@ -22,12 +23,14 @@ const AROUND: usize = 4;
 
 /// The second differences of neighbouring bins.
 #[derive(Clone, Copy, Default)]
-struct Block {
+pub(super) struct Block {
     /// The mean power of all but the strongest.
     mean: f32,
     /// The strongest one.
     most: f32,
     bin: i32,
+    /// Whether no tone reaches it, so that it stays as it is.
+    plain: bool,
 }
 
 /// A block while it grows.
@@ -50,22 +53,25 @@ impl Gathered {
         }
     }
 
-    /// The block, its mean not below `least`. A block of which little is left is no floor.
-    fn block(&self, least: f32) -> Block {
-        let mean = ((self.sum - self.most) / (self.count - 1).max(1) as f32).max(least);
+    /// The block in units of `scale`, its mean not below `least`. A block of which little is left is no
+    /// floor.
+    fn block(&self, scale: f32, least: f32, plain: bool) -> Block {
+        let mean = (self.sum - self.most) / (self.count - 1).max(1) as f32;
+        let mean = (scale * mean).max(least);
         let mean = if self.count < BLOCK / 2 { f32::INFINITY } else { mean };
-        Block { mean, most: self.most, bin: self.bin }
+        Block { mean, most: scale * self.most, bin: self.bin, plain }
     }
 }
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The bin that exceeds its neighbourhood most, if noise does not.
-    pub(super) fn search(&self) -> Option<i32> {
-        let blocks = self.blocks();
+    pub(super) fn search(&mut self) -> Option<i32> {
+        let before = core::mem::take(&mut self.blocks);
+        self.blocks = self.renewed(&before);
         let (mut highest, mut best) = (LEAST, None);
-        for (index, block) in blocks.iter().enumerate() {
+        for (index, block) in self.blocks.iter().enumerate() {
             // The floor is not below the quietest of its blocks.
-            let around = around(&blocks, index);
+            let around = around(&self.blocks, index);
             let quietest = around.iter().map(|block| block.mean).fold(f32::INFINITY, f32::min);
             if block.most <= highest * quietest {
                 continue;
@@ -96,47 +102,49 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         summit
     }
 
-    /// The blocks of the band, from windows of its bins.
-    fn blocks(&self) -> Vec<Block, BLOCKS> {
+    /// The blocks of the band. Those of the last search that no tone reaches are taken over.
+    fn renewed(&self, before: &[Block]) -> Vec<Block, BLOCKS> {
         let (low, high) = if R::IQ {
             (self.band.low, self.band.high)
         } else {
             (self.band.low.max(DRIFT), self.band.high.min(N as i32 / 2 - 2))
         };
         let width = ((high - low) / BLOCKS as i32 + 1).max(BLOCK);
-        let least = rounding::<R>() * 1.5 * N as f32;
         let mut blocks = Vec::new();
         let mut next = low;
         while next <= high {
-            let (mut gathered, end) =
-                (Gathered::new(next), next.saturating_add(width).min(high + 1));
-            while next < end {
-                let count = (end - next).min(BLOCK);
-                self.gather(next, count as usize, &mut gathered);
-                next += count;
-            }
-            if blocks.push(gathered.block(least)).is_err() {
+            let end = next.saturating_add(width).min(high + 1);
+            let plain = self.is_plain(next, end);
+            let same = before.get(blocks.len()).filter(|block| block.plain && plain);
+            let block = same.copied().unwrap_or_else(|| self.block(next, end, plain));
+            if blocks.push(block).is_err() {
                 break;
             }
+            next = end;
         }
         blocks
     }
 
-    /// Takes the differences around at most [`BLOCK`] bins from `first` on.
-    fn gather(&self, first: i32, count: usize, gathered: &mut Gathered) {
-        let mut places = [MaybeUninit::uninit(); BLOCK as usize + 2];
-        let places = places.get_mut(..count + 2).unwrap_or_default();
-        let points = self.rest.spectrum.fill(first - 1, places);
-        let plain = self.is_plain(first, first + count as i32);
-        for (k, around) in (first..).zip(points.array_windows()) {
-            let around = self.wide(around);
-            if plain {
-                let [before, here, after] = around;
-                gathered.add(k, ((before + after) * 0.5 - here).norm_sqr());
-            } else if !self.is_hidden(k) {
-                gathered.add(k, self.difference(k, around).norm_sqr());
+    /// The block of the bins from `next` to before `end`, from windows of them.
+    fn block(&self, mut next: i32, end: i32, plain: bool) -> Block {
+        let mut gathered = Gathered::new(next);
+        while next < end {
+            let count = (end - next).min(BLOCK);
+            let mut places = [MaybeUninit::uninit(); BLOCK as usize + 2];
+            let places = places.get_mut(..count as usize + 2).unwrap_or_default();
+            let points = self.rest.spectrum.fill(next - 1, places);
+            for (k, around) in (next..).zip(points.array_windows()) {
+                if plain {
+                    gathered.add(k, twice(around));
+                } else if !self.is_hidden(k) {
+                    gathered.add(k, self.difference(k, self.wide(around)).norm_sqr());
+                }
             }
+            next += count;
         }
+        let unit = self.rest.unit;
+        let scale = if plain { 0.25 * unit * unit } else { 1.0 };
+        gathered.block(scale, rounding::<R>() * 1.5 * N as f32, plain)
     }
 
     /// Whether no bin from `first` to before `end` is hidden, or reached by a tone.
@@ -150,6 +158,16 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             && self.hidden.iter().all(|hidden| far(hidden.bin, hidden.width))
             && (!R::IQ || far(0, DRIFT))
     }
+}
+
+/// The power of the whole second difference, in stored units. Bins leave the room that three of them
+/// need.
+fn twice(&[[a, b], [c, d], [e, f]]: &[Point; 3]) -> f32 {
+    let second = |before: i32, here: i32, after: i32| {
+        (before >> 1).wrapping_add(after >> 1).wrapping_sub(here) as f32 * 2.0
+    };
+    let (re, im) = (second(a, c, e), second(b, d, f));
+    re * re + im * im
 }
 
 /// The blocks that a block's floor is taken from.

@@ -32,6 +32,7 @@ use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Band;
+use floor::{BLOCKS, Block};
 use heapless::Vec;
 use leak::Leak;
 pub use refusal::{HARMONIC, IMAGE, TRANSFORM};
@@ -67,6 +68,8 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     own: Vec<bool, ROOM>,
     hidden: Vec<Hidden, SEARCHES>,
     leaks: Vec<Leak, ROOM>,
+    /// Those of the last search.
+    blocks: Vec<Block, BLOCKS>,
 }
 
 /// The tones of a record with their phases, the strongest first as they were found: `most` of them,
@@ -129,8 +132,17 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         let clipped = clipped as f32 / N as f32;
         let rest = Rest { spectrum, unit, found: Vec::new() };
         let (hidden, leaks) = (Vec::new(), Vec::new());
-        let mut hunt =
-            Self { rest, options, band, clipped, every: false, own: Vec::new(), hidden, leaks };
+        let mut hunt = Self {
+            rest,
+            options,
+            band,
+            clipped,
+            every: false,
+            own: Vec::new(),
+            hidden,
+            leaks,
+            blocks: Vec::new(),
+        };
         let turn = if R::IQ { N as i32 } else { i32::MAX };
         let peak = (libm::rint(tone.frequency.bins(N)) as i32).checked_rem_euclid(turn)?;
         if tone.verdict == Verdict::NoSignal {
@@ -194,7 +206,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
     /// Takes out the last further tone that does not stand out of the noise, if there is one.
     fn refuse(&mut self) -> bool {
         let mut further = self.rest.found.iter().enumerate().skip(1).rev();
-        let wrong = further.find(|(_, found)| !self.stands_out(found));
+        let wrong = further.find(|(_, found)| !self.stands_out(found, &self.beside(found.peak)));
         let Some((index, &Found { peak, .. })) = wrong else { return false };
         remove(&mut self.rest.found, index);
         remove(&mut self.own, index);

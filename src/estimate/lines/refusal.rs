@@ -3,6 +3,7 @@
 use super::super::detection::Less;
 use super::super::judge::Line;
 use super::super::measure::spread;
+use super::super::noise::ring::Beside;
 use super::super::several::Found;
 use super::super::uncertainty::CLIPPED;
 use super::{Hunt, apart};
@@ -91,9 +92,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             && !others().any(|stronger| self.is_made_of(found, stronger))
     }
 
-    /// Whether a line exceeds the noise of the louder side.
-    pub(super) fn stands_out(&self, found: &Found) -> bool {
-        let beside = self.beside(found.peak);
+    /// Whether a line exceeds the noise of the louder side beside it.
+    pub(super) fn stands_out(&self, found: &Found, beside: &Beside) -> bool {
         // A hump of noise is wider than a line.
         let wide = spread(&found.fit).max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;

@@ -63,6 +63,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let near = beside.noise.power * widening;
         // What is only suspicious widens the frequency's sigma alone.
         let turned = if line == Line::Steady { beside.noise.power } else { near };
+        // The mean of one over an estimated power is larger than one over its mean.
+        let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
         let sigma = sigma_bins(&found.fit, N, near) * libm::sqrtf(self.shared(index));
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let seen = Seen {
@@ -71,7 +73,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             clipped: self.clipped,
             image: R::IQ && self.has_image(index),
             gap: stamp.gap,
-            weak: index == 0 && !self.stands_out(&found),
+            weak: index == 0 && !self.stands_out(&found, &beside),
             sigma: widened(sigma, self.clipped),
         };
         let tone = seen.tone::<R, N>(found.peak, &found.fit)?;
