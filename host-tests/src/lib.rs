@@ -42,7 +42,7 @@ pub fn prepare_images(target: Target) {
         .build_beside(others);
 }
 
-/// Whether the variable `PICKET_IMAGES` is `all`: the images of the 16-bit and of the float engine are built, too, and the proof of freedom
+/// Whether the variable `PICKET_IMAGES` is `all`: the images of the 16-bit and of the float engine, of several tones and of the Cortex-M55 are built, too, and the proof of freedom
 /// from panics is made for size as well as for speed. They take as long to build as all others together.
 pub fn every_image() -> bool {
     std::env::var("PICKET_IMAGES").is_ok_and(|which| which == "all")
