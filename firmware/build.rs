@@ -10,6 +10,8 @@ type Map = [u32; 4];
 const AN386: Map = [0x0000_0000, 4 << 20, 0x2000_0000, 4 << 20];
 /// QEMU mps2-an505, secure side.
 const AN505: Map = [0x1000_0000, 4 << 20, 0x3800_0000, 4 << 20];
+/// QEMU mps3-an547, secure side: SRAM holds the program, DTCM the data.
+const AN547: Map = [0x1100_0000, 2 << 20, 0x3000_0000, 512 << 10];
 /// RP2040 with 2 MiB of flash, behind the second boot stage; the last 8 KiB hold settings.
 const PICO: Map = [0x1000_0100, (2 << 20) - 256 - (8 << 10), 0x2000_0000, 264 << 10];
 
@@ -17,6 +19,7 @@ fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=../memory.x");
     println!("cargo:rustc-check-cfg=cfg(an505)");
+    println!("cargo:rustc-check-cfg=cfg(an547)");
     println!("cargo:rustc-check-cfg=cfg(short_products)");
     if variable("CARGO_CFG_TARGET_OS") != "none" {
         return Ok(());
@@ -28,10 +31,22 @@ fn main() -> io::Result<()> {
     // and scripts.
     if has("MPS2") {
         let armv8m = variable("TARGET").starts_with("thumbv8m");
-        if armv8m {
-            println!("cargo:rustc-cfg=an505");
+        // The core that the flags name last, as the compiler takes them.
+        let flags = variable("CARGO_ENCODED_RUSTFLAGS");
+        let m55 = flags.rsplit("target-cpu=").next().is_some_and(|f| f.starts_with("cortex-m55"));
+        match (armv8m, m55) {
+            (true, true) => {
+                println!("cargo:rustc-cfg=an547");
+                println!("cargo:rerun-if-changed=an547.x");
+                define(AN547);
+                println!("cargo:rustc-link-arg-bins=-T{}/an547.x", variable("CARGO_MANIFEST_DIR"));
+            }
+            (true, false) => {
+                println!("cargo:rustc-cfg=an505");
+                define(AN505);
+            }
+            _ => define(AN386),
         }
-        define(if armv8m { AN505 } else { AN386 });
     }
     // The last 4 KiB of memory stand for the registers that the host plays.
     if has("PLAYED") {

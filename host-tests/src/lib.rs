@@ -33,7 +33,7 @@ pub fn prepare_images(target: Target) {
         Target::M4f => ("core_check", &["bench", "bench_q15", "bench_f32", "bench_locked"]),
         Target::M3 => ("core_check", &["bench_locked", "bench_short"]),
         Target::M33 => ("frontend_qemu", &["tracker_qemu"]),
-        Target::M0 => return,
+        Target::M0 | Target::M55 => return,
     };
     let _ = Firmware { bin, target, features: &["mps2"], profile: Profile::Release }
         .build_beside(others);

@@ -25,6 +25,8 @@ pub enum Machine {
     An500,
     /// MPS2 AN505, Cortex-M33; has DMA.
     An505,
+    /// MPS3 AN547, Cortex-M55.
+    An547,
 }
 
 impl Machine {
@@ -35,6 +37,7 @@ impl Machine {
             Machine::An386 => "mps2-an386",
             Machine::An500 => "mps2-an500",
             Machine::An505 => "mps2-an505",
+            Machine::An547 => "mps3-an547",
         }
     }
 
@@ -44,6 +47,7 @@ impl Machine {
             Machine::An385 => toolchain::Target::M3,
             Machine::An386 | Machine::An500 => toolchain::Target::M4f,
             Machine::An505 => toolchain::Target::M33,
+            Machine::An547 => toolchain::Target::M55,
         }
     }
 
@@ -52,6 +56,8 @@ impl Machine {
         match self {
             Machine::An385 | Machine::An386 | Machine::An500 => 40.0 / 64.0,
             Machine::An505 => 50.0 / 64.0,
+            // The image counts 256ths of a tick at 32 MHz.
+            Machine::An547 => 31.25 / 64.0 / 256.0,
         }
     }
 }

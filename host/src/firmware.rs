@@ -21,7 +21,7 @@ enum Work {
 }
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [(Target, &[&str], &[&str]); 8] = [
+const IMAGES: [(Target, &[&str], &[&str]); 9] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
@@ -34,6 +34,7 @@ const IMAGES: [(Target, &[&str], &[&str]); 8] = [
     (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
     (Target::M4f, &["self_test_nucleo"], &["self-test"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
+    (Target::M55, &["bench", "bench_short", "core_check", "kernels"], &["mps2"]),
 ];
 
 /// Does the work.
@@ -58,7 +59,7 @@ fn size() -> Result<ExitCode, RunError> {
             for profile in [Profile::Release, Profile::Size] {
                 let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::of(&image)?;
-                let (core, profile) = (target.triple(), profile.name());
+                let (core, profile) = (target.name(), profile.name());
                 outln!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
             }
         }

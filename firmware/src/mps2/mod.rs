@@ -1,7 +1,8 @@
 //! ARM's MPS2 boards as QEMU emulates them: AN385 (Cortex-M3), AN386 (M4F), AN500 (M7) and AN505
-//! (M33, secure side). Only AN505 has a DMA controller.
+//! (M33, secure side), and the MPS3 board AN547 (M55, secure side). Only AN505 has a DMA controller.
 //!
-//! Register layouts: ARM DDI 0479 (CMSDK timer and UART), DDI 0218 (PL081), DAI 0505 (AN505).
+//! Register layouts: ARM DDI 0479 (CMSDK timer and UART), DDI 0218 (PL081), DAI 0505 (AN505), DAI
+//! 0547 (AN547).
 
 #[cfg(an505)]
 pub mod converter;
@@ -32,7 +33,7 @@ impl Register {
 
 /// A peripheral, the only access to its registers.
 macro_rules! peripheral {
-    ($(#[$doc:meta])* $name:ident, $block:ident { $($field:ident),* $(,)? }, $($instance:ident = $an505:literal, $other:literal;)*) => {
+    ($(#[$doc:meta])* $name:ident, $block:ident { $($field:ident),* $(,)? }, $($instance:ident = $an505:literal, $an547:literal, $other:literal;)*) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name(usize);
@@ -43,7 +44,13 @@ macro_rules! peripheral {
         impl $name {
             $(
                 #[allow(missing_docs)]
-                pub const $instance: Self = Self(if cfg!(an505) { $an505 } else { $other });
+                pub const $instance: Self = Self(if cfg!(an505) {
+                    $an505
+                } else if cfg!(an547) {
+                    $an547
+                } else {
+                    $other
+                });
             )*
 
             fn registers(self) -> &'static $block {
@@ -55,66 +62,15 @@ macro_rules! peripheral {
     };
 }
 
-peripheral! {
-    /// A timer that counts down at the system's clock.
-    Timer, TimerBlock { control, value, reload, interrupt },
-    ZERO = 0x5000_0000, 0x4000_0000;
-    ONE = 0x5000_1000, 0x4000_1000;
-}
+#[cfg_attr(an547, path = "timer_an547.rs")]
+mod timer;
+pub use timer::*;
 
 peripheral! {
     /// A serial port. QEMU's port is never busy for long and has no baud rate.
     Uart, UartBlock { data, state, control, interrupt, divider },
-    ZERO = 0x5020_0000, 0x4000_4000;
-    ONE = 0x5020_1000, 0x4000_5000;
-}
-
-/// The system's clock, Hz, which the timers count.
-pub const CLOCK_HZ: u32 = if cfg!(an505) { 20_000_000 } else { 25_000_000 };
-
-/// The interrupt of [`Timer::ZERO`].
-pub const TIMER_IRQ: usize = if cfg!(an505) { 3 } else { 8 };
-
-impl Timer {
-    /// Interrupts every `ticks` from now on.
-    pub fn start(self, ticks: u32) {
-        let timer = self.registers();
-        timer.control.write(0);
-        timer.reload.write(ticks.saturating_sub(1));
-        timer.value.write(ticks.saturating_sub(1));
-        timer.interrupt.write(1);
-        timer.control.write(0b1001);
-    }
-
-    /// Stops the timer.
-    pub fn stop(self) {
-        self.registers().control.write(0);
-        self.clear();
-    }
-
-    /// Whether the timer runs.
-    pub fn running(self) -> bool {
-        self.registers().control.read() & 1 != 0
-    }
-
-    /// Clears the interrupt.
-    pub fn clear(self) {
-        self.registers().interrupt.write(1);
-    }
-
-    /// Counts down from the top, without interrupts.
-    pub fn run_free(self) {
-        let timer = self.registers();
-        timer.control.write(0);
-        timer.reload.write(u32::MAX);
-        timer.value.write(u32::MAX);
-        timer.control.write(1);
-    }
-
-    /// Ticks since [`Timer::run_free`], modulo 2^32.
-    pub fn elapsed(self) -> u32 {
-        u32::MAX.wrapping_sub(self.registers().value.read())
-    }
+    ZERO = 0x5020_0000, 0x5930_3000, 0x4000_4000;
+    ONE = 0x5020_1000, 0x5930_4000, 0x4000_5000;
 }
 
 impl Uart {

@@ -16,8 +16,8 @@ use std::process::ExitCode;
 /// its own. Figures marked with a star are quoted.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Cores, separated by commas: M4F, M33, M7, M3, M0
-    #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M7,M3,M0")]
+    /// Cores, separated by commas: M4F, M33, M55, M7, M3, M0
+    #[arg(long, value_delimiter = ',', default_value = "M4F,M33,M55,M7,M3,M0")]
     core: Vec<String>,
     /// Engines of ours, separated by commas: i32, q15, f32, the last on cores with an FPU
     #[arg(long, value_delimiter = ',', default_value = "i32,q15,f32")]
@@ -46,7 +46,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<ExitCode, String> {
     let cores = options.core.iter().map(|name| {
         let core = CORES.iter().find(|core| core.name.eq_ignore_ascii_case(name));
-        core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M7, M3, M0"))
+        core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M55, M7, M3, M0"))
     });
     let cores = cores.collect::<Result<Vec<_>, _>>()?;
     if options.locked {

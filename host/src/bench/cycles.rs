@@ -16,6 +16,7 @@ use crate::toolchain::Target;
 pub fn range(target: Target, instructions: u64) -> Option<[u64; 2]> {
     let (low, high) = match target {
         Target::M4f | Target::M33 => (1.2, 1.6),
+        Target::M55 => (1.5, 2.2),
         Target::M3 => (1.5, 2.2),
         Target::M0 => (1.3, 1.8),
     };

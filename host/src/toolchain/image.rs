@@ -50,7 +50,7 @@ impl Firmware<'_> {
         // build, so both happen under one lock.
         let _lock = locked(&directory.join("build.lock"))?;
         let image = images.join(self.image_name());
-        let core = self.target.triple();
+        let core = self.target.name();
         let bar = seen && io::stderr().is_terminal();
         if !bar && !image.exists() {
             eprintln!(
@@ -86,14 +86,16 @@ impl Firmware<'_> {
     }
 
     fn image_name(&self) -> String {
-        let parts = [self.bin, self.target.triple(), self.profile.name(), &self.features.join("+")];
+        let parts = [self.bin, self.target.name(), self.profile.name(), &self.features.join("+")];
         format!("{}.elf", parts.join("-"))
     }
 }
 
 /// Compiles what images with these features take of other packages, for several cores at once: most of it is a few packages one
-/// after the other, which leave the host's other cores idle. What is missing for it is told where an image is built.
+/// after the other, which leave the host's other cores idle. A core that only its flags tell from another waits for its first
+/// image. What is missing for it is told where an image is built.
 pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
+    let targets: Vec<Target> = targets.iter().copied().filter(|t| t.cpu().is_none()).collect();
     let routes =
         targets.iter().map(|target| route(target.triple())).collect::<Result<Vec<_>, _>>()?;
     let Some(way) = routes.first().map(Route::directory) else { return Ok(()) };
@@ -104,7 +106,7 @@ pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
     fs::create_dir_all(&directory).map_err(io_error(directory.display()))?;
     let _lock = locked(&directory.join("build.lock"))?;
     // By way of an image, since what only an image takes is compiled for its linker alone: the smallest.
-    let mut command = build(&directory, targets)?;
+    let mut command = build(&directory, &targets)?;
     command.args(["--bin", "single", "--features", &features.join(",")]);
     let (ok, output) = capture(command, Show::Steps("building what images share"))?;
     if ok { Ok(()) } else { Err(ToolError::Build { bin: "single".into(), output }) }
@@ -119,6 +121,7 @@ fn build(directory: &Path, targets: &[Target]) -> Result<Command, ToolError> {
     let mut from_source = false;
     for &target in targets {
         command.args(["--target", target.triple()]);
+        target.tell(&mut command);
         from_source |= route(target.triple())?.lead(&mut command, target.triple());
     }
     if from_source {
@@ -149,11 +152,12 @@ pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), To
     }
     command.args(["--features", &features.join(","), "--target", target.triple()]);
     command.arg("--target-dir").arg(&directory);
+    target.tell(&mut command);
     if route == Route::Installed {
         command.args(["--", "-D", "warnings"]);
     }
     let (ok, output) = capture(command, Show::Lines)?;
-    let bin = format!("{} ({})", target.triple(), features.join(", "));
+    let bin = format!("{} ({})", target.name(), features.join(", "));
     if ok { Ok(()) } else { Err(ToolError::Build { bin, output }) }
 }
 

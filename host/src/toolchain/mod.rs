@@ -27,6 +27,7 @@ pub(crate) use process::on_path;
 pub use qemu::{qemu, qemu_riscv32};
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// A core that firmware is built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -39,11 +40,14 @@ pub enum Target {
     M4f,
     /// Cortex-M33 with FPU.
     M33,
+    /// Cortex-M55: Helium beside that.
+    M55,
 }
 
 impl Target {
     /// Every core.
-    pub const ALL: [Self; 4] = [Target::M4f, Target::M3, Target::M33, Target::M0];
+    pub const ALL: [Self; 5] =
+        [Target::M4f, Target::M3, Target::M33, Target::M0, Target::M55];
 
     /// The name that rustc knows.
     pub const fn triple(self) -> &'static str {
@@ -51,7 +55,30 @@ impl Target {
             Target::M0 => "thumbv6m-none-eabi",
             Target::M3 => "thumbv7m-none-eabi",
             Target::M4f => "thumbv7em-none-eabihf",
-            Target::M33 => "thumbv8m.main-none-eabihf",
+            Target::M33 | Target::M55 => "thumbv8m.main-none-eabihf",
+        }
+    }
+
+    /// What its images are called by.
+    pub const fn name(self) -> &'static str {
+        match self.cpu() {
+            Some(cpu) => cpu,
+            None => self.triple(),
+        }
+    }
+
+    /// The core's name for the compiler, where the triple does not say all. For the others cargo's configuration does.
+    const fn cpu(self) -> Option<&'static str> {
+        match self {
+            Target::M55 => Some("cortex-m55"),
+            _ => None,
+        }
+    }
+
+    /// Tells the compiler which core it is.
+    fn tell(self, command: &mut Command) {
+        if let Some(cpu) = self.cpu() {
+            command.env("CARGO_ENCODED_RUSTFLAGS", format!("-Ctarget-cpu={cpu}"));
         }
     }
 }
