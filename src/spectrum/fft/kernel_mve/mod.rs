@@ -5,7 +5,8 @@
 //! `VMULH.S32` by a factor in the upper half of its lane is `SMULWB`: a vector holds four real parts
 //! or four imaginary ones. A factor 1 has no path of its own. It is `2^31 - 1`, and for an odd x the
 //! upper word of `x (2^31 - 1)` is `x >> 1`. So every pass sets the lowest bit of what the next one
-//! multiplies by 1: nothing but its half is read.
+//! multiplies by 1: nothing but its half is read. What the next one would only halve, it halves as
+//! it adds it up.
 //!
 //! The functions are naked: they change only the registers and memory that their instructions name.
 //! They leave no predicate and no loop behind. An interrupt that comes in a loop finds the state of
@@ -81,18 +82,30 @@ const fn is_fine(m: usize, length: usize) -> bool {
     !twiddle::fine_passes(m).is_empty() && length >= integer::FINE
 }
 
+/// The first pass, with points as [`passes`] takes them.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
-    // SAFETY: both slices hold M elements. Codes of so few bits are shifted by 8 to 15.
+    let places = const { first::places(M) }.as_ptr();
+    // SAFETY: both slices hold M elements. Codes of so few bits are shifted by 8 to 15. The table
+    // is that of M.
     unsafe {
         match scale.first {
-            8 if bits <= 13 => return first::eights(from, to, M, scale.shift),
-            4 if bits <= 13 => return first::fours(from, to, M, scale.shift),
-            _ => integer::first_pass::<M>(pairs, scale, bits, points),
+            8 if bits <= 13 && M > 32 => first::eights(from, to, M, scale.shift, places),
+            4 if bits <= 13 => first::fours(from, to, M, scale.shift, places),
+            _ => {
+                integer::first_pass::<M>(pairs, scale, bits, points);
+                prepare(points, scale.first);
+            }
         }
     }
-    for group in points.chunks_exact_mut(scale.first.max(1)) {
-        if let Some(point) = group.first_mut() {
+}
+
+/// Halves the groups that are a leg 0 of the next pass, and makes the first point of the others odd.
+fn prepare(points: &mut [Point], group: usize) {
+    for (index, group) in points.chunks_exact_mut(group.max(1)).enumerate() {
+        if index % 4 == 0 {
+            group.iter_mut().for_each(|point| *point = point.map(|part| part >> 1));
+        } else if let Some(point) = group.first_mut() {
             *point = point.map(|part| part | 1);
         }
     }

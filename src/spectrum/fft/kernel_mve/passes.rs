@@ -66,81 +66,101 @@ macro_rules! pass {
                     )
                 };
             }
+            // Four butterflies; the last sums by $add and $sub.
+            macro_rules! butterflies {
+                ($add:literal, $sub:literal) => {
+                    concat!(
+                        load!("q0", "q1", "r1"),
+                        factor!("q2", "q3"),
+                        turn!("q0", "q1", "q2", "q3", "q4", "q5"),
+                        load!("q2", "q3", "r3"),
+                        factor!("q5", "q6"),
+                        turn!("q2", "q3", "q5", "q6", "q0", "q7"),
+                        // Legs 1 and 3: sum q0, q4; difference, in memory and q5.
+                        op!("vsub.i32", "q2", "q4", "q0"),
+                        op!("vadd.i32", "q0", "q4", "q0"),
+                        op!("vadd.i32", "q4", "q1", "q3"),
+                        op!("vsub.i32", "q5", "q1", "q3"),
+                        "vstrw.32 q2, [r1]\n",
+                        load!("q6", "q7", "r2"),
+                        factor!("q1", "q2"),
+                        // Leg 2: q6, q7.
+                        op!("vmulh.s32", "q3", "q6", "q1"),
+                        op!("vmulh.s32", "q1", "q7", "q1"),
+                        op!("vmulh.s32", "q7", "q7", "q2"),
+                        $(concat!($negate, " q2, q2\n"),)?
+                        op!("vmulh.s32", "q2", "q6", "q2"),
+                        op!($re, "q6", "q3", "q7"),
+                        op!("vadd.i32", "q7", "q1", "q2"),
+                        load!("q2", "q3", "r0"),
+                        // Legs 0 and 2: sum q1, q2; difference q6, q7.
+                        op!("vadd.i32", "q1", "q2", "q6"),
+                        op!("vsub.i32", "q6", "q2", "q6"),
+                        op!("vadd.i32", "q2", "q3", "q7"),
+                        op!("vsub.i32", "q7", "q3", "q7"),
+                        op!($sub, "q3", "q1", "q0"),
+                        op!($add, "q0", "q1", "q0"),
+                        op!($add, "q1", "q2", "q4"),
+                        op!($sub, "q4", "q2", "q4"),
+                        store!("q0", "q1", "r0"),
+                        store!("q3", "q4", "r2"),
+                        "vldrw.u32 q4, [r1]\n",
+                        op!($add, "q0", "q6", "q5"),
+                        op!($sub, "q1", "q7", "q4"),
+                        store!("q0", "q1", "r1"),
+                        op!($sub, "q6", "q6", "q5"),
+                        op!($add, "q7", "q7", "q4"),
+                        store!("q6", "q7", "r3"),
+                    )
+                };
+            }
             kernel!(
                 enter!(),
                 "mov r5, r2",              // the table
                 "mov r6, r1",              // bytes of a leg
-                "mov r7, r3",              // blocks left
                 "lsr r8, r1, #5",          // vectors of a leg
                 "add r12, r1, r1, lsl #1", // from a leg's end to its place in the next block
-                // Sets the lowest bit between passes.
-                "cmp r3, #1",
-                "ite hi",
-                "movhi r11, #1",
-                "movls r11, #0",
+                "lsrs r7, r3, #2",         // groups of four blocks
                 "add r1, r0, r6",
                 "add r2, r1, r6",
                 "add r3, r2, r6",
+                "mov r10, #1",             // blocks that are no leg 0
+                "mov r11, #0",             // whether there is another pass
+                "beq 4f",
+                "mov r11, #1",
+                // The first block is a leg 0 of the next pass.
                 "2:",
                 "mov r4, r5",
                 "dls lr, r8",
                 "3:",
-                load!("q0", "q1", "r1"),
-                factor!("q2", "q3"),
-                turn!("q0", "q1", "q2", "q3", "q4", "q5"),
-                load!("q2", "q3", "r3"),
-                factor!("q5", "q6"),
-                turn!("q2", "q3", "q5", "q6", "q0", "q7"),
-                // Legs 1 and 3: sum q0, q4; difference, in memory and q5.
-                "vsub.i32 q2, q4, q0",
-                "vadd.i32 q0, q4, q0",
-                "vadd.i32 q4, q1, q3",
-                "vsub.i32 q5, q1, q3",
-                "vstrw.32 q2, [r1]",
-                load!("q6", "q7", "r2"),
-                factor!("q1", "q2"),
-                // Leg 2: q6, q7.
-                "vmulh.s32 q3, q6, q1",
-                "vmulh.s32 q1, q7, q1",
-                "vmulh.s32 q7, q7, q2",
-                $(concat!($negate, " q2, q2"),)?
-                "vmulh.s32 q2, q6, q2",
-                op!($re, "q6", "q3", "q7"),
-                "vadd.i32 q7, q1, q2",
-                load!("q2", "q3", "r0"),
-                "vshr.s32 q2, q2, #1",
-                "vshr.s32 q3, q3, #1",
-                // Legs 0 and 2: sum q1, q2; difference q6, q7.
-                "vadd.i32 q1, q2, q6",
-                "vsub.i32 q6, q2, q6",
-                "vadd.i32 q2, q3, q7",
-                "vsub.i32 q7, q3, q7",
-                "vsub.i32 q3, q1, q0",
-                "vadd.i32 q0, q1, q0",
-                "vadd.i32 q1, q2, q4",
-                "vsub.i32 q4, q2, q4",
-                store!("q0", "q1", "r0"),
-                store!("q3", "q4", "r2"),
-                "vldrw.u32 q4, [r1]",
-                "vadd.i32 q0, q6, q5",
-                "vsub.i32 q1, q7, q4",
-                store!("q0", "q1", "r1"),
-                "vsub.i32 q6, q6, q5",
-                "vadd.i32 q7, q7, q4",
-                store!("q6", "q7", "r3"),
+                butterflies!("vhadd.s32", "vhsub.s32"),
                 "le lr, 3b",
-                // The first point of this block is a point of the next pass whose factor is 1.
-                "sub r4, r0, r6",
-                "ldrd r9, r10, [r4]",
-                "orr r9, r9, r11",
-                "orr r10, r10, r11",
-                "strd r9, r10, [r4]",
                 "add r0, r0, r12",
                 "add r1, r1, r12",
                 "add r2, r2, r12",
                 "add r3, r3, r12",
+                "mov r10, #3",
+                // The others are not.
+                "4:",
+                "mov r4, r5",
+                "dls lr, r8",
+                "5:",
+                butterflies!("vadd.i32", "vsub.i32"),
+                "le lr, 5b",
+                // The first point of this block will be multiplied by 1.
+                "sub r4, r0, r6",
+                "ldrd r9, lr, [r4]",
+                "orr r9, r9, r11",
+                "orr lr, lr, r11",
+                "strd r9, lr, [r4]",
+                "add r0, r0, r12",
+                "add r1, r1, r12",
+                "add r2, r2, r12",
+                "add r3, r3, r12",
+                "subs r10, r10, #1",
+                "bne 4b",
                 "subs r7, r7, #1",
-                "bne 2b",
+                "bgt 2b",
                 leave!(),
             )
         }
@@ -148,12 +168,13 @@ macro_rules! pass {
 }
 
 pass! {
-    /// A radix-4 pass over `blocks` blocks of four legs of `leg` bytes. Where there are several
-    /// blocks, there is another pass, and the first point of each is made odd for it.
+    /// A radix-4 pass over blocks of four legs of `leg` bytes: one block, or four or a multiple. Leg
+    /// 0 is already halved, and the first points of the other legs are odd. Where there are several
+    /// blocks, there is another pass, which takes every fourth block as its leg 0.
     ///
     /// # Safety
-    /// `points` must be the blocks, one or more, `leg` 32 or a multiple, and `table` the factors of
-    /// that many points.
+    /// `points` must be the blocks, `leg` 32 or a multiple, and `table` the factors of that many
+    /// points.
     short, "vsub.i32",
 }
 

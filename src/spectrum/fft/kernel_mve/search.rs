@@ -21,19 +21,23 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     }
     let start = points.as_ptr();
     let mut places = [const { MaybeUninit::<u64>::uninit() }; GROUPS];
-    let groups = places.get_mut(1..middle / GROUP).unwrap_or_default();
+    let places = places.get_mut(..middle / GROUP).unwrap_or_default();
+    let [place, groups @ ..] = places else { return Scan::from(middle) };
     // SAFETY: the first group are pairs 1 to GROUP - 1. The other groups lie inside `points`, from
     // the second to the last below the middle, and from their mirrors downwards; the kernel writes
     // all their places.
-    let (first, sums, others) = unsafe {
+    let sums = unsafe {
         let first = power_sum(start.add(1), GROUP - 1, 0);
         let first = power_sum(start.add(M + 1 - GROUP), GROUP - 1, first);
         let mut sums = Sums { total: first, most: first, left: groups.len() + 1 };
         let upper = start.add(M + 1 - 2 * GROUP);
         let to = groups.as_mut_ptr().cast();
         group_powers(&mut sums, start.add(GROUP), upper, groups.len(), to);
-        (first, sums, groups.assume_init_ref())
+        place.write(first);
+        sums
     };
+    // SAFETY: all places are written.
+    let powers = unsafe { places.assume_init_ref() };
     let centre = points.get(middle).map_or(0, |&x| power(x));
     // The strongest pair of the strongest group has a sixteenth of its power or more, and one of
     // the pair's bins half of that.
@@ -49,9 +53,9 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
             split_pairs(seen, lower, upper, table.as_ptr().add(bin), count);
         }
     };
-    let strongest = (others.len() + 1).saturating_sub(sums.left);
+    let strongest = powers.len().saturating_sub(sums.left);
     visit(strongest, &mut seen);
-    for (group, &sum) in [first].iter().chain(others).enumerate() {
+    for (group, &sum) in powers.iter().enumerate() {
         if sum >= seen.least && group != strongest {
             visit(group, &mut seen);
         }
