@@ -14,14 +14,13 @@ mod butterfly;
 pub(super) mod bins;
 mod first;
 mod passes;
+#[cfg(not(mve))]
 mod rails;
 
 use super::integer::{self, Factors, Pair, Point, Scale};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
-#[cfg(mve)]
-use super::kernel_mve::bins::{span_above, span_below};
 use bins::{Seen, pairs_outwards};
 #[cfg(not(mve))]
 use bins::{span_above, span_below};
@@ -29,7 +28,13 @@ use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
+#[cfg(not(mve))]
 use rails::{all_outside, any_outside};
+#[cfg(mve)]
+use super::kernel_mve::{
+    bins::{span_above, span_below},
+    rails::{all_outside, any_outside},
+};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {

@@ -35,6 +35,7 @@ pub mod bins;
 mod factors;
 mod first;
 mod passes;
+pub mod rails;
 mod search;
 
 pub use search::{powers, scan};

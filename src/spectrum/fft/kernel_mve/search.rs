@@ -55,10 +55,15 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     };
     let strongest = powers.len().saturating_sub(sums.left);
     visit(strongest, &mut seen);
-    for (group, &sum) in powers.iter().enumerate() {
-        if sum >= seen.least && group != strongest {
+    let mut left = powers.len();
+    while left > 0 {
+        // SAFETY: so many powers are left.
+        left = unsafe { next_group(powers.as_ptr_range().end.sub(left), left, seen.least) };
+        let group = powers.len() - left;
+        if left > 0 && group != strongest {
             visit(group, &mut seen);
         }
+        left = left.saturating_sub(1);
     }
     let bin = (seen.at as usize).wrapping_sub(start as usize) / size_of::<Point>();
     let total = centre.wrapping_add(sums.total);
@@ -167,6 +172,28 @@ unsafe extern "C" fn group_powers(
         total = const offset_of!(Sums, total),
         most = const offset_of!(Sums, most),
         left = const offset_of!(Sums, left),
+    )
+}
+
+/// How many powers are left, with it, when one of `count` is `least` or more; 0 if none is.
+///
+/// # Safety
+/// All these powers must be readable.
+#[unsafe(naked)]
+unsafe extern "C" fn next_group(powers: *const u64, count: usize, least: u64) -> usize {
+    kernel!(
+        "push {{r4, r5, r7, lr}}",
+        "wls lr, r1, 3f",
+        "2:",
+        "ldrd r4, r5, [r0], #8",
+        "cmp r4, r2",
+        "sbcs r12, r5, r3",
+        "bhs 3f",
+        "le lr, 2b",
+        "mov lr, #0",
+        "3:",
+        "mov r0, lr",
+        "pop {{r4, r5, r7, pc}}",
     )
 }
 
