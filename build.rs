@@ -42,7 +42,8 @@ fn has_dsp() -> bool {
 /// them away.
 fn has_mve() -> bool {
     const CORES: [&str; 2] = ["cortex-m55", "cortex-m85"];
-    let taken = variable("CARGO_ENCODED_RUSTFLAGS").contains("-mve");
+    let flags = variable("CARGO_ENCODED_RUSTFLAGS");
+    let taken = flags.split(['=', ',', '\x1f']).any(|flag| flag == "-mve");
     shows("mve") || (CORES.contains(&&*core()) && !taken)
 }
 

@@ -25,6 +25,9 @@ struct Budgets {
     portable: BTreeMap<String, BTreeMap<String, u64>>,
     /// The most on such cores: of records without a sample at a rail, and of those with.
     portable_worst: BTreeMap<String, BTreeMap<String, [u64; 2]>>,
+    /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
+    /// a rail and of those with.
+    helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
     smallest_image: BTreeMap<String, u64>,
     /// Bytes of program memory and of RAM of the board's self-test.
@@ -104,6 +107,32 @@ impl Excess {
                 let spent = count.worst(stage, clipped).unwrap();
                 let kind = if clipped { "clipped" } else { "unclipped" };
                 self.check(&format!("{name}, {stage}, worst {kind}, instructions"), spent, allowed);
+            }
+        }
+    }
+
+    fn check_helium(
+        &mut self,
+        name: &str,
+        count: &Count,
+        budget: Option<&BTreeMap<String, [u64; 3]>>,
+        stages: &[&str],
+    ) {
+        for (stage, allowed) in budget.into_iter().flatten() {
+            if stages.contains(&stage.as_str()) {
+                let stage = stage.as_str();
+                let spent =
+                    [count.median(stage), count.worst(stage, false), count.worst(stage, true)];
+                for (kind, (spent, allowed)) in ["median", "worst unclipped", "worst clipped"]
+                    .iter()
+                    .zip(spent.iter().zip(allowed))
+                {
+                    self.check(
+                        &format!("{name}, {stage}, {kind}, instructions"),
+                        spent.unwrap(),
+                        *allowed,
+                    );
+                }
             }
         }
     }
@@ -225,6 +254,40 @@ fn the_kernels_equal_their_definition() {
             assert!(compared > 0 && unequal == 0, "{name}, I/Q");
         }
     }
+}
+
+/// The same on the Cortex-M55, on both engines of ours, and what its kernels take.
+#[test]
+fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
+    let (budgets, core, engine, mut excess) =
+        (budgets(), core("M55"), &ENGINES[0], Excess::default());
+    let long = std::env::var_os("PICKET_LONG").map(|_| 100_000);
+    let random = std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
+    let kernels = image(core, engine, Scope::Kernels);
+    for n in bench::LENGTHS {
+        let blocks: u32 = random.or(long).unwrap_or(60_000 / n as u32);
+        let (name, count) = (format!("M55, N = {n}"), count(core, engine, &kernels, n, blocks));
+        let (compared, unequal) = count.equality();
+        println!("{name}: {compared} blocks, {unequal} differ");
+        assert!(compared > 2 * u64::from(blocks) && unequal == 0, "{name}");
+        let iq = bench::compare_iq(
+            core,
+            &kernels,
+            n,
+            blocks.div_ceil(if random.or(long).is_some() { 1 } else { 4 }),
+        );
+        let (compared, unequal) = iq.unwrap_or_else(|error| panic!("{name}, I/Q: {error}"));
+        println!("{name}, I/Q: {compared} blocks, {unequal} differ");
+        assert!(compared >= u64::from(blocks / 2) && unequal == 0, "{name}, I/Q");
+        excess.check_helium(&name, &count, budgets.helium.get(&n), &["fft", "peak", "fft_peak"]);
+    }
+    // The image that counts a whole measurement is built for the long run alone.
+    if random.or(long).is_some() {
+        let short = image(core, engine, Scope::Short);
+        let count = count(core, engine, &short, 1024, 200);
+        excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }
 
 /// A tone of 60 to -5 dB that is followed: what a block costs, the kernels against their definition, and the same records and tracks

@@ -179,6 +179,16 @@ fn cortex_m0_gives_the_same_bits() {
     same_bits_on(Machine::An385, Target::M0, "core_check");
 }
 
+/// In the long run, for the same reason.
+#[test]
+fn cortex_m55_gives_the_same_bits() {
+    if std::env::var_os("PICKET_RANDOM_BLOCKS").is_none() {
+        println!("skipped: PICKET_RANDOM_BLOCKS is not set");
+        return;
+    }
+    same_bits_on(Machine::An547, Target::M55, "core_check");
+}
+
 #[test]
 fn cortex_m3_gives_the_same_bits() {
     same_bits_on(Machine::An385, Target::M3, "core_check");

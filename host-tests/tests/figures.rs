@@ -70,6 +70,22 @@ fn the_documents_state_the_budget() {
         &["fft_peak", "fft", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M0/{stage}"))),
     );
+    page.assert_states(
+        "| **With Helium: FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| figure(&format!("/helium/{n}/fft_peak/0"))),
+    );
+    page.assert_states(
+        "| with Helium, worst | # | # | # |",
+        &["256", "1024", "4096"].map(|n| figure(&format!("/helium/{n}/fft_peak/1"))),
+    );
+    page.assert_states(
+        "| **With Helium: all of it, to frequency, sigma and verdict** | | # |",
+        &[figure("/helium/1024/measurement/0")],
+    );
+    page.assert_states(
+        "take between # cycles, if every two neighbours overlap, and #, if none do",
+        &[1.1, 2.1].map(|cycles| cycles * figure("/helium/1024/fft_peak/0")),
+    );
     Document::precision().assert_states(
         "takes # instructions a block of 1024, and # with the search for clipped samples and the filter, where a whole measurement takes #",
         &["lock", "locked", "whole"].map(|stage| figure(&format!("/locked/{stage}"))),

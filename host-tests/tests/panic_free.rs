@@ -44,6 +44,11 @@ fn the_instrument_cannot_panic_on_cortex_m33() {
 }
 
 #[test]
+fn the_kernels_cannot_panic_on_cortex_m55() {
+    assert_proved("kernels", Target::M55, &[Profile::Release]);
+}
+
+#[test]
 fn the_boards_image_cannot_panic() {
     if let Err(error) = link("frontend_nucleo", Target::M4f, Profile::Size, &["nucleo"]) {
         panic!("{error}\n{error:?}");

@@ -148,6 +148,10 @@ impl Engine for I32 {
         points: &[Point],
         bins: RangeInclusive<usize>,
     ) -> Option<Scan> {
+        #[cfg(mve)]
+        if R::IQ && bins == (0..=N - 1) {
+            return Some(fft::kernel_mve::scan_iq(points));
+        }
         if R::IQ {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, core::convert::identity));
@@ -166,7 +170,8 @@ impl Engine for I32 {
         bins: RangeInclusive<usize>,
     ) -> Option<Scan> {
         if R::IQ {
-            return Self::search::<R, N>(points, bins);
+            let first = *bins.start();
+            return Some(scan::over(points.get(bins)?, first, core::convert::identity));
         }
         is_whole::<N>(&bins).then(|| {
             let scan = by_length!(R, N, scan::real, (points, const { splits(N) }));

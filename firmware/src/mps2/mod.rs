@@ -9,6 +9,8 @@ pub mod converter;
 pub mod count;
 pub mod halt;
 pub mod playback;
+#[cfg(an547)]
+mod vectors_an547;
 
 use core::cell::UnsafeCell;
 use core::ptr::{read_volatile, write_volatile};

@@ -20,6 +20,19 @@ impl Timer {
         timer.control.write(0b101);
     }
 
+    /// Interrupts every `ticks` until it is stopped.
+    pub fn interrupt_after(self, ticks: u32) {
+        let timer = self.registers();
+        timer.reload.write(ticks & Self::TOP);
+        timer.value.write(0);
+        timer.control.write(0b111);
+    }
+
+    /// Stops the timer.
+    pub fn stop(self) {
+        self.registers().control.write(0);
+    }
+
     /// 256ths of a tick since [`Timer::run_free`], modulo 2^32.
     pub fn elapsed(self) -> u32 {
         Self::TOP.wrapping_sub(self.registers().value.read()) << 8

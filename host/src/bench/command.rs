@@ -86,9 +86,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 new.extend(count.rows(Some(code)));
                 bar.inc(1);
             }
-            if core.name == "M4F" {
-                new.extend(bench::quoted::rows(n));
-            }
+            new.extend(bench::quoted::rows(core.name, n));
             if options.json {
                 for row in &new {
                     print_json(row)?;

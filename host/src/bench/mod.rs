@@ -262,7 +262,9 @@ fn run<R: Record>(
     for block in blocks {
         capture.push::<R>(block)?;
     }
-    let outcome = capture.run(core.machine, image, LIMIT, |_| {})?;
+    // The random blocks of a long run take their time.
+    let limit = LIMIT + header.period_us * Duration::from_millis(20);
+    let outcome = capture.run(core.machine, image, limit, |_| {})?;
     Ok((outcome.figures(), outcome.results))
 }
 

@@ -46,8 +46,7 @@ pub enum Target {
 
 impl Target {
     /// Every core.
-    pub const ALL: [Self; 5] =
-        [Target::M4f, Target::M3, Target::M33, Target::M0, Target::M55];
+    pub const ALL: [Self; 5] = [Target::M4f, Target::M3, Target::M33, Target::M0, Target::M55];
 
     /// The name that rustc knows.
     pub const fn triple(self) -> &'static str {

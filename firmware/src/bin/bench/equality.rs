@@ -3,7 +3,7 @@
 use fixed::types::I0F32;
 use num_complex::Complex;
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
+use picket::acquire::sample::{Record, Statistics};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::unclipped::Unclipped;
 use picket::spectrum::Spectrum;
@@ -39,7 +39,9 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         self.compared = self.compared.wrapping_add(1);
         let found = |band| find(&self.kernel, band) == find_portably(&self.definition, band);
         let free = self.same_between_the_rails(samples, codes);
-        if !same || !free || !found(band) || !found(part) {
+        let clipped = Statistics::of::<R>(samples, codes).clipped;
+        let rails = Statistics::clipped::<R>(samples, codes) == clipped;
+        if !same || !free || !rails || !found(band) || !found(part) {
             self.unequal = self.unequal.wrapping_add(1);
         }
     }

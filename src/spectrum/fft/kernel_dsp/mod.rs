@@ -18,6 +18,11 @@ mod passes;
 mod rails;
 
 use super::integer::{self, Factors, Pair, Point, Scale};
+#[cfg(mve)]
+use super::kernel_mve::{
+    bins::{span_above, span_below},
+    rails::{all_outside, any_outside},
+};
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
@@ -30,11 +35,6 @@ use first::{eights, fours, most};
 use passes::{even, fine, long, near, short};
 #[cfg(not(mve))]
 use rails::{all_outside, any_outside};
-#[cfg(mve)]
-use super::kernel_mve::{
-    bins::{span_above, span_below},
-    rails::{all_outside, any_outside},
-};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {

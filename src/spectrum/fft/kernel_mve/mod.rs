@@ -9,8 +9,9 @@
 //! it adds it up.
 //!
 //! The functions are naked: they change only the registers and memory that their instructions name.
-//! They leave no predicate and no loop behind. An interrupt that comes in a loop finds the state of
-//! vectors in the registers of the FPU, which the core stacks.
+//! They leave no predicate and no loop behind. An interrupt needs no care beyond the stacking of the
+//! FPU's registers, lazy or not, which holds the vectors' state, too: the image `kernels` interrupts
+//! them everywhere by a handler that runs them.
 
 /// Instructions, each with its own line end.
 macro_rules! lines {
@@ -38,7 +39,7 @@ mod passes;
 pub mod rails;
 mod search;
 
-pub use search::{powers, scan};
+pub use search::{powers, scan, scan_iq};
 
 use super::integer::{self, Pair, Point, Scale};
 use super::twiddle::{self, Packed};

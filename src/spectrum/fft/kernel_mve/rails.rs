@@ -7,12 +7,7 @@ use crate::spectrum::fft::assembly::kernel;
 /// # Safety
 /// `from..to` must be groups of eight words, at least one.
 #[unsafe(naked)]
-pub unsafe extern "C" fn any_outside(
-    from: *const u32,
-    to: *const u32,
-    low: u32,
-    high: u32,
-) -> u32 {
+pub unsafe extern "C" fn any_outside(from: *const u32, to: *const u32, low: u32, high: u32) -> u32 {
     kernel!(
         "push {{r7, lr}}",
         "sub r1, r1, r0",
@@ -50,12 +45,7 @@ pub unsafe extern "C" fn any_outside(
 /// # Safety
 /// `from..to` must be groups of eight words, at least one, and at most 2^16 words.
 #[unsafe(naked)]
-pub unsafe extern "C" fn all_outside(
-    from: *const u32,
-    to: *const u32,
-    low: u32,
-    high: u32,
-) -> u32 {
+pub unsafe extern "C" fn all_outside(from: *const u32, to: *const u32, low: u32, high: u32) -> u32 {
     kernel!(
         "push {{r4, lr}}",
         "sub r1, r1, r0",

@@ -6,6 +6,7 @@ use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::twiddle::{MAX_LENGTH, Packed};
 use crate::spectrum::scan::{Scan, worth};
 use core::mem::{MaybeUninit, offset_of};
+use core::ops::Range;
 
 /// Pairs in a group.
 const GROUP: usize = 16;
@@ -44,30 +45,66 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let best = centre.max(worth(sums.most / (2 * GROUP as u64)).wrapping_sub(1));
     let at = start.wrapping_add(middle);
     let mut seen = Seen { best, least: worth(best), at };
-    let visit = |group: usize, seen: &mut Seen| {
+    let strongest = powers.len().saturating_sub(sums.left);
+    visit_groups(powers, strongest, |group| {
         let bin = (GROUP * group).max(1);
         let count = GROUP * (group + 1) - bin;
         // SAFETY: the pairs from `bin` on lie inside `points`, their factors inside `table`.
         unsafe {
             let (lower, upper) = (start.add(bin), start.add(M - bin));
-            split_pairs(seen, lower, upper, table.as_ptr().add(bin), count);
+            split_pairs(&mut seen, lower, upper, table.as_ptr().add(bin), count);
         }
-    };
-    let strongest = powers.len().saturating_sub(sums.left);
-    visit(strongest, &mut seen);
-    let mut left = powers.len();
-    while left > 0 {
-        // SAFETY: so many powers are left.
-        left = unsafe { next_group(powers.as_ptr_range().end.sub(left), left, seen.least) };
-        let group = powers.len() - left;
-        if left > 0 && group != strongest {
-            visit(group, &mut seen);
-        }
-        left = left.saturating_sub(1);
-    }
+        seen.least
+    });
     let bin = (seen.at as usize).wrapping_sub(start as usize) / size_of::<Point>();
     let total = centre.wrapping_add(sums.total);
     Scan { power: seen.best, total, ..Scan::from(bin) }
+}
+
+/// As [`crate::spectrum::scan::over`] over all bins of an I/Q record. A group has points at both
+/// ends.
+pub fn scan_iq(points: &[Point]) -> Scan {
+    let mut places = [const { MaybeUninit::<u64>::uninit() }; MAX_LENGTH / 2 / GROUP];
+    let (count, rest) = (points.len() / 2 / GROUP, points.len() % (2 * GROUP));
+    let Some(places) = places.get_mut(..count).filter(|_| count > 0 && rest == 0) else {
+        return Scan::from(0);
+    };
+    let Range { start, end } = points.as_ptr_range();
+    let mut sums = Sums { total: 0, most: 0, left: count };
+    // SAFETY: the groups fill `points`; the kernel writes as many places as there are.
+    let powers = unsafe {
+        group_powers(&mut sums, start, end.sub(GROUP), count, places.as_mut_ptr().cast());
+        places.assume_init_ref()
+    };
+    let mut seen = Seen { best: 0, least: 1, at: start };
+    visit_groups(powers, count.saturating_sub(sums.left), |group| {
+        let before = GROUP * group;
+        // SAFETY: both halves of a group lie inside `points`.
+        unsafe {
+            keep_strongest(&mut seen, start.add(before), GROUP);
+            keep_strongest(&mut seen, end.sub(before + GROUP), GROUP);
+        }
+        seen.best.max(1)
+    });
+    let bin = (seen.at as usize).wrapping_sub(start as usize) / size_of::<Point>();
+    Scan { power: seen.best, total: sums.total, ..Scan::from(bin) }
+}
+
+/// Calls `visit` with the strongest group, then with every other whose power is what `visit`
+/// returned last, or more.
+#[inline(always)]
+fn visit_groups(powers: &[u64], strongest: usize, mut visit: impl FnMut(usize) -> u64) {
+    let mut least = visit(strongest);
+    let mut left = powers.len();
+    while left > 0 {
+        // SAFETY: so many powers are left.
+        left = unsafe { next_group(powers.as_ptr_range().end.sub(left), left, least) };
+        let group = powers.len() - left;
+        if left > 0 && group != strongest {
+            least = visit(group);
+        }
+        left = left.saturating_sub(1);
+    }
 }
 
 /// The sum of the powers of `count` points, and of `sum`.
@@ -204,6 +241,46 @@ struct Seen {
     /// From it, [`worth`].
     least: u64,
     at: *const Point,
+}
+
+/// Keeps the strongest of these points, of equals the lowest.
+///
+/// # Safety
+/// The points must be readable. `count` must be 1 or more.
+#[unsafe(naked)]
+unsafe extern "C" fn keep_strongest(seen: &mut Seen, points: *const Point, count: usize) {
+    kernel!(
+        "push {{r4-r8, lr}}",
+        "ldrd r4, r5, [r0, #{best}]",
+        "dls lr, r2",
+        "2:",
+        "ldrd r6, r7, [r1], #8",
+        "smull r8, r12, r6, r6",
+        "smlal r8, r12, r7, r7",
+        "cmp r8, r4",
+        "sbcs r6, r12, r5",
+        "bhs 4f",
+        "3:",
+        "le lr, 2b",
+        "strd r4, r5, [r0, #{best}]",
+        "pop {{r4-r8, pc}}",
+        "4:",
+        "sub r7, r1, #8",
+        "cmp r8, r4",
+        "it eq",
+        "cmpeq r12, r5",
+        "bne 5f",
+        "ldr r6, [r0, #{at}]",
+        "cmp r7, r6",
+        "bhs 3b",
+        "5:",
+        "mov r4, r8",
+        "mov r5, r12",
+        "str r7, [r0, #{at}]",
+        "b 3b",
+        best = const offset_of!(Seen, best),
+        at = const offset_of!(Seen, at),
+    )
 }
 
 /// Splits pairs that may hold the strongest bin and keeps that, of equals the lowest.
