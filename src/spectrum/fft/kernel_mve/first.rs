@@ -9,13 +9,13 @@ use crate::spectrum::fft::assembly::kernel;
 /// argument. Afterwards r0 is that, r2 the bytes of a leg of the record, r3 half of one shifted up,
 /// r12 what shifts a product by twice sqrt(1/2) in Q15 to that, r4 the record, and lr a quarter of
 /// all vectors. The stack has the points of the first four groups, and above them how many vectors
-/// the others are.
+/// the others are. The pass owns `$frame` bytes of the stack, from the 32nd on.
 macro_rules! begin {
-    ($digits:literal) => {
+    ($digits:literal, $frame:literal) => {
         lines!(
             "ldr r12, [sp]",
             enter!(),
-            "sub sp, sp, #64",
+            concat!("sub sp, sp, #", $frame),
             "mov r4, #0",
             "vidup.u32 q0, r4, #1",
             "lsl r4, r2, #1",
@@ -69,8 +69,8 @@ macro_rules! places {
 
 /// Ends a pass.
 macro_rules! end {
-    () => {
-        lines!("add sp, sp, #64", leave!())
+    ($frame:literal) => {
+        lines!(concat!("add sp, sp, #", $frame), leave!())
     };
 }
 
@@ -184,7 +184,7 @@ pub(super) unsafe extern "C" fn eights(
     places: *const u16,
 ) {
     kernel!(
-        begin!("3"),
+        begin!("3", "64"),
         "add r5, r4, r2",
         "add r6, r5, r2",
         "add r7, r6, r2",
@@ -197,7 +197,7 @@ pub(super) unsafe extern "C" fn eights(
             eight!("r1", "vhadd.s32", "vhsub.s32", "lsr r1, r3, #1"),
             eight!("r3", "vadd.i32", "vsub.i32", "", "vorr.i32")
         ),
-        end!(),
+        end!("64"),
     )
 }
 
@@ -240,12 +240,12 @@ pub(super) unsafe extern "C" fn fours(
     places: *const u16,
 ) {
     kernel!(
-        begin!("2"),
+        begin!("2", "64"),
         "add r5, r4, r2",
         "add r6, r5, r2",
         "add r7, r6, r2",
         vectors!(four!("r1", "lsr r1, r3, #1"), four!("r3", "", "vorr.i32")),
-        end!(),
+        end!("64"),
     )
 }
 

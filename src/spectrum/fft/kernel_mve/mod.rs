@@ -34,10 +34,12 @@ macro_rules! leave {
 
 pub mod bins;
 mod factors;
+#[macro_use]
 mod first;
 mod passes;
 pub mod rails;
 mod search;
+mod wide;
 
 pub use search::{powers, scan, scan_iq};
 
@@ -91,9 +93,11 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
     // SAFETY: both slices hold M elements. Codes of so few bits are shifted by 8 to 15. The table
     // is that of M.
     unsafe {
-        match scale.first {
-            8 if bits <= 13 && M > 32 => first::eights(from, to, M, scale.shift, places),
-            4 if bits <= 13 => first::fours(from, to, M, scale.shift, places),
+        match (scale.first, bits <= 13) {
+            (8, true) if const { M > 32 } => first::eights(from, to, M, scale.shift, places),
+            (8, false) if const { M > 32 } => wide::eights(from, to, M, scale.shift, places),
+            (4, true) => first::fours(from, to, M, scale.shift, places),
+            (4, false) => wide::fours(from, to, M, scale.shift, places),
             _ => {
                 integer::first_pass::<M>(pairs, scale, bits, points);
                 prepare(points, scale.first);
