@@ -56,7 +56,7 @@ fn shows(feature: &str) -> bool {
 fn core() -> String {
     let flags = variable("CARGO_ENCODED_RUSTFLAGS");
     let (_, name) = flags.rsplit_once("target-cpu=").unwrap_or_default();
-    name.split(|c: char| c == '\x1f').next().unwrap_or_default().into()
+    name.split('\x1f').next().unwrap_or_default().into()
 }
 
 fn variable(name: &str) -> String {

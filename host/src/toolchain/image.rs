@@ -153,6 +153,10 @@ pub fn lint(target: Target, images: &[&str], features: &[&str]) -> Result<(), To
     command.args(["--features", &features.join(","), "--target", target.triple()]);
     command.arg("--target-dir").arg(&directory);
     target.tell(&mut command);
+    if target.cpu().is_some() {
+        // LLVM 22 breaks down at `core` for the Cortex-M55 without optimisation.
+        command.arg("--release");
+    }
     if route == Route::Installed {
         command.args(["--", "-D", "warnings"]);
     }

@@ -24,7 +24,7 @@ pub unsafe fn span_below(
         }
         fours_below(here, there, factors, to, count / 4);
         let rest = count - 4;
-        if count % 4 != 0 {
+        if !count.is_multiple_of(4) {
             fours_below(here.add(rest), there.sub(rest), factors.add(rest), to.add(rest), 1);
         }
     }
@@ -50,7 +50,7 @@ pub unsafe fn span_above(
         let rest = count - 1;
         let (low, high) = (there.sub(rest), here.add(rest));
         fours_above(low, high, factors.sub(rest), end.sub(1), count / 4);
-        if count % 4 != 0 {
+        if !count.is_multiple_of(4) {
             fours_above(there.sub(3), here.add(3), factors.sub(3), to.add(3), 1);
         }
     }
