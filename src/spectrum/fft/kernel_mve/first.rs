@@ -1,6 +1,6 @@
 //! The first pass, which reads the record in sequence and writes it in digit-reversed order: four
 //! groups at a time, one in each quarter of the points. Codes of at most 13 bits leave room for the
-//! sum of eight in 16 bits.
+//! sum of eight in 16 bits. Samples are loaded as halfwords, because a record may begin at any.
 
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
@@ -124,12 +124,12 @@ macro_rules! eight {
     ($by:literal, $add:literal, $sub:literal, $scale:expr $(, $odd:literal)?) => {
         lines!(
             // The odd part: q3, q2, and points 1 and 3 times 1 - j in memory.
-            "vldrw.u32 q0, [r5], #16",
-            "vldrw.u32 q1, [r9], #16",
+            "vldrh.u16 q0, [r5], #16",
+            "vldrh.u16 q1, [r9], #16",
             "vadd.i16 q2, q0, q1",
             "vsub.i16 q0, q0, q1",
-            "vldrw.u32 q1, [r7], #16",
-            "vldrw.u32 q3, [r11], #16",
+            "vldrh.u16 q1, [r7], #16",
+            "vldrh.u16 q3, [r11], #16",
             "vadd.i16 q4, q1, q3",
             "vsub.i16 q1, q1, q3",
             "vadd.i16 q3, q2, q4",
@@ -141,12 +141,12 @@ macro_rules! eight {
             "vstrw.32 q4, [sp, #32]",
             "vstrw.32 q0, [sp, #48]",
             // The even part: points 0 and 2 in q7, q6; the terms of the others in q1, q5.
-            "vldrw.u32 q1, [r4], #16",
-            "vldrw.u32 q5, [r8], #16",
+            "vldrh.u16 q1, [r4], #16",
+            "vldrh.u16 q5, [r8], #16",
             "vadd.i16 q6, q1, q5",
             "vsub.i16 q1, q1, q5",
-            "vldrw.u32 q5, [r6], #16",
-            "vldrw.u32 q7, [r10], #16",
+            "vldrh.u16 q5, [r6], #16",
+            "vldrh.u16 q7, [r10], #16",
             "vadd.i16 q4, q5, q7",
             "vsub.i16 q5, q5, q7",
             "vadd.i16 q7, q6, q4",
@@ -205,12 +205,12 @@ pub(super) unsafe extern "C" fn eights(
 macro_rules! four {
     ($by:literal, $scale:expr $(, $odd:literal)?) => {
         lines!(
-            "vldrw.u32 q0, [r4], #16",
-            "vldrw.u32 q1, [r6], #16",
+            "vldrh.u16 q0, [r4], #16",
+            "vldrh.u16 q1, [r6], #16",
             "vadd.i16 q2, q0, q1",
             "vsub.i16 q0, q0, q1",
-            "vldrw.u32 q1, [r5], #16",
-            "vldrw.u32 q3, [r7], #16",
+            "vldrh.u16 q1, [r5], #16",
+            "vldrh.u16 q3, [r7], #16",
             "vadd.i16 q4, q1, q3",
             "vsub.i16 q1, q1, q3",
             places!("q7"),

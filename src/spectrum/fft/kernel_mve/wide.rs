@@ -9,8 +9,8 @@ use crate::spectrum::fft::assembly::kernel;
 macro_rules! four_points {
     ($a:literal, $b:literal, $c:literal, $d:literal, $at:literal) => {
         lines!(
-            concat!("vldrw.u32 q0, [", $a, "], #16"),
-            concat!("vldrw.u32 q2, [", $c, "], #16"),
+            concat!("vldrh.u16 q0, [", $a, "], #16"),
+            concat!("vldrh.u16 q2, [", $c, "], #16"),
             "vmovlb.s16 q1, q0",
             "vmovlt.s16 q0, q0",
             "vmovlb.s16 q3, q2",
@@ -21,8 +21,8 @@ macro_rules! four_points {
             "vsub.i32 q0, q0, q2",
             concat!("vstrw.32 q1, [sp, #", $at, "]"),
             concat!("vstrw.32 q0, [sp, #", $at, "+16]"),
-            concat!("vldrw.u32 q2, [", $b, "], #16"),
-            concat!("vldrw.u32 q6, [", $d, "], #16"),
+            concat!("vldrh.u16 q2, [", $b, "], #16"),
+            concat!("vldrh.u16 q6, [", $d, "], #16"),
             "vmovlb.s16 q3, q2",
             "vmovlt.s16 q2, q2",
             "vmovlb.s16 q7, q6",
