@@ -28,6 +28,8 @@ struct Budgets {
     /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
     /// a rail and of those with.
     helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
+    /// Bytes of program memory of the smallest image for that core.
+    helium_smallest_image: u64,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
     smallest_image: BTreeMap<String, u64>,
     /// Bytes of program memory and of RAM of the board's self-test.
@@ -281,8 +283,10 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         assert!(compared >= u64::from(blocks / 2) && unequal == 0, "{name}, I/Q");
         excess.check_helium(&name, &count, budgets.helium.get(&n), &["fft", "peak", "fft_peak"]);
     }
-    // The image that counts a whole measurement is built for the long run alone.
+    // The image that counts a whole measurement and the smallest one are built for the long run alone.
     if random.or(long).is_some() {
+        let smallest = size::smallest(core).unwrap_or_else(|error| panic!("{error}"));
+        excess.check("M55, bytes of the smallest image", smallest, budgets.helium_smallest_image);
         let short = image(core, engine, Scope::Short);
         let count = count(core, engine, &short, 1024, 200);
         excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);

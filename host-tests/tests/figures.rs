@@ -83,6 +83,11 @@ fn the_documents_state_the_budget() {
         &[figure("/helium/1024/measurement/0")],
     );
     page.assert_states(
+        "1,024 samples takes # KB of program memory, where it takes # on the M4F",
+        &["helium_smallest_image", "smallest_image/M4F"]
+            .map(|path| figure(&format!("/{path}")) / 1000.0),
+    );
+    page.assert_states(
         "take between # cycles, if every two neighbours overlap, and #, if none do",
         &[1.1, 2.1].map(|cycles| cycles * figure("/helium/1024/fft_peak/0")),
     );
