@@ -14,7 +14,9 @@ pub fn prepare_packages() {
     let filtered = std::env::args().skip(1).any(|argument| !argument.starts_with('-'));
     PREPARED.call_once(|| {
         if !filtered {
-            let _ = prepare(&Target::ALL, &["mps2"]);
+            let wanted = |target: &Target| *target != Target::M55 || every_image();
+            let targets: Vec<Target> = Target::ALL.into_iter().filter(wanted).collect();
+            let _ = prepare(&targets, &["mps2"]);
         }
     });
 }
