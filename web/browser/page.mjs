@@ -158,6 +158,31 @@ async function files() {
   await context.close();
 }
 
+/** Of two files dropped one after the other the second is shown, though the first takes longer to read. */
+async function hasty() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  await page.evaluate(() => {
+    const read = File.prototype.arrayBuffer;
+    File.prototype.arrayBuffer = async function arrayBuffer() {
+      if (this.name.startsWith("bad-")) await new Promise((done) => setTimeout(done, 500));
+      return read.call(this);
+    };
+  });
+  await drop(page, "bad-silence.wav");
+  await drop(page, "good-tone.wav");
+  await page.waitForTimeout(1000);
+  await measured(page);
+  const shown = await page.locator("#file-name").textContent();
+  // The same when another source is chosen meanwhile.
+  await drop(page, "bad-silence.wav");
+  await page.keyboard.press("1");
+  await page.waitForTimeout(1000);
+  const counts = [await answer(page), (await page.waitForTimeout(500), await answer(page))].map(({ counters }) => counters.blocks);
+  tell("hasty", { errors, shown, counts, ...await answer(page) });
+  await context.close();
+}
+
 async function board(name) {
   const { page, errors, context } = await open(browser, DESKTOP, serial(input(name)));
   await page.keyboard.press("4");
@@ -183,5 +208,5 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), files(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), files(), hasty(), board("session.bin"), board("stranger.bin"), microphone()]);
 await browser.close();

@@ -13,7 +13,7 @@ const HISTORY = 900;
 const SOUND_MPS = 343;
 
 const page = {
-  core: null, source: null, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
+  core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
   counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, band_low_hz: 0, band_high_hz: 0 },
@@ -61,7 +61,14 @@ function restart() {
   return !wrong;
 }
 
+/** Begins another source. What an earlier one still waits for then comes too late: `late()` tells it. */
+function begin() {
+  const turn = page.turn += 1;
+  return () => turn !== page.turn;
+}
+
 async function choose(name) {
+  begin();
   page.source?.stop();
   [page.source, page.name] = [null, name];
   for (const tab of document.querySelectorAll("[data-source]")) tab.setAttribute("aria-selected", tab.dataset.source === name);
@@ -91,12 +98,15 @@ async function drop(file) {
     return choose("file");
   }
   page.file = file;
+  const late = begin();
   restart();
+  const contents = new Uint8Array(await file.arrayBuffer());
+  if (late()) return;
   const told = (wrong, blocks) => {
     notice(wrong);
     $("file-name").textContent = `${file.name}: ${blocks} blocks measured`;
   };
-  const recording = new Recording(page.core, file.name, new Uint8Array(await file.arrayBuffer()), told, (row) => pour(page.core.spectrum(), row));
+  const recording = new Recording(page.core, file.name, contents, told, (row) => pour(page.core.spectrum(), row));
   if (recording.wrong) {
     $("file-name").textContent = "Nothing was measured.";
     return notice(recording.wrong);
@@ -106,21 +116,26 @@ async function drop(file) {
 }
 
 async function listen() {
+  const late = begin();
   page.source?.stop();
   const microphone = new Microphone(page.core);
   const { rate, wrong } = await microphone.listen();
+  if (late()) return microphone.stop();
   if (wrong) return notice(wrong);
   page.rate = rate;
   if (restart()) page.source = microphone;
 }
 
 async function connect() {
+  const late = begin();
   await page.source?.stop();
+  if (late()) return;
   page.core.fresh();
   restart();
   page.core.hear(new Uint8Array());
   const board = new Board(page.core, notice);
   const wrong = await board.connect();
+  if (late()) return board.stop();
   if (wrong) return notice(wrong);
   page.source = board;
 }

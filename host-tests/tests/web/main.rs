@@ -154,6 +154,13 @@ fn file(said: &Value, folder: &Path) {
     ours.iter().zip(&theirs).for_each(|(ours, theirs)| assert_alike(ours, theirs));
 }
 
+/// A file that comes late takes no other source's place.
+fn hasty(said: &Value) {
+    assert!(word(said, "shown").starts_with("good-tone.wav: "), "{said}");
+    assert_eq!(word(said, "notice"), "", "{said}");
+    assert_ne!(said["counts"][0], said["counts"][1], "the scene goes on: {said}");
+}
+
 fn bad(said: &Value) {
     let sentence = match word(said, "file") {
         "bad-silence.wav" => {
@@ -253,6 +260,7 @@ fn the_page_in_a_browser() {
             "bad" => bad(&said),
             "board" => board(&said),
             "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
+            "hasty" => hasty(&said),
             "microphone" => assert_ne!(said["counters"]["blocks"], "0"),
             other => panic!("{other}"),
         }
@@ -260,7 +268,7 @@ fn the_page_in_a_browser() {
     }
     names.sort();
     names.dedup();
-    assert_eq!(names, ["after", "bad", "board", "file", "hands", "microphone", "scenes"]);
+    assert_eq!(names, ["after", "bad", "board", "file", "hands", "hasty", "microphone", "scenes"]);
 }
 
 #[test]
