@@ -1,7 +1,7 @@
 //! From a block of samples to a target. The firmware, the tests and the host tools all call this
 //! and nothing else.
 
-use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
+use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
 use crate::estimate::harmonic::{Harmonic, harmonic};
@@ -13,6 +13,7 @@ use crate::estimate::tone::{Rise, Tone, Verdict};
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
+use crate::solve::segments::{Segments, TRAPEZOID, TRIANGLE};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::peak::{self, Peak};
@@ -63,7 +64,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// Follows another plan from the next block on.
     pub fn adopt(&mut self, plan: Plan<R, N>) {
         self.plan.take(plan);
-        self.ramps.held = 0;
+        self.ramps.segments.forget();
     }
 
     /// Measures one block. Cost: one transform, one search, one fit.
@@ -241,17 +242,11 @@ impl core::fmt::Display for LengthError {
 
 impl core::error::Error for LengthError {}
 
-/// The segments that complete a chirp, as a set of bits `1 << segment`.
-const TRAPEZOID: u8 = 1 << Segment::Up as u8 | 1 << Segment::Flat as u8 | 1 << Segment::Down as u8;
-const TRIANGLE: u8 = 1 << Segment::Up as u8 | 1 << Segment::Down as u8;
-
-/// Collects the tones of one chirp. A block that does not follow the previous one starts a new
-/// chirp, so a target never mixes two.
+/// Collects the tones of one chirp.
 #[derive(Clone, Debug)]
 struct Ramps {
     beats: [Beat; 3],
-    held: u8,
-    last: u32,
+    segments: Segments,
 }
 
 /// What a solver reads of a tone.
@@ -275,27 +270,16 @@ impl Beat {
 
 impl Ramps {
     const fn new() -> Self {
-        Self { beats: [Beat::of(&Tone::ZERO); 3], held: 0, last: 0 }
+        Self { beats: [Beat::of(&Tone::ZERO); 3], segments: Segments::new() }
     }
 
     /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.
     fn push(&mut self, stamp: &Stamp, tone: Tone, wanted: u8) -> Option<[Tone; 3]> {
-        let follows = stamp.sequence == self.last.wrapping_add(1);
-        if stamp.segment == Segment::Up || !follows {
-            self.held = 0;
-        }
-        self.last = stamp.sequence;
-        let index = match stamp.segment {
-            Segment::Continuous => return None,
-            Segment::Up => 0,
-            Segment::Flat => 1,
-            Segment::Down => 2,
-        };
+        let index = self.segments.push(stamp)?;
         if let Some(beat) = self.beats.get_mut(index) {
             *beat = Beat::of(&tone);
-            self.held |= 1 << stamp.segment as u8;
         }
-        let complete = stamp.segment == Segment::Down && self.held == wanted;
+        let complete = self.segments.complete(stamp.segment, wanted);
         complete.then(|| self.beats.each_ref().map(Beat::tone))
     }
 }

@@ -4,5 +4,6 @@ pub mod chirp;
 pub mod displacement;
 pub mod doppler;
 pub mod pairing;
+pub(crate) mod segments;
 pub mod track;
 pub mod tracks;

@@ -7,7 +7,8 @@
 //! beats is a target if the chirps before led there. Until then its verdict is `Unresolved`.
 
 use super::chirp::{self, Scales, Target};
-use crate::acquire::sample::{Segment, Stamp};
+use super::segments::{Segments, TRAPEZOID};
+use crate::acquire::sample::Stamp;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::Verdict;
@@ -46,8 +47,7 @@ pub struct Pairing {
     signed: bool,
     habits: Habits,
     beats: [Vec<Phasor, MOST>; 3],
-    held: u8,
-    last: u32,
+    segments: Segments,
     /// The falling ramp of the last whole chirp.
     chirp: u32,
     courses: Vec<Course, REMEMBERED>,
@@ -78,7 +78,8 @@ impl Pairing {
     /// For a trapezoid with these scales; `signed` for I/Q records.
     pub const fn new(scales: Scales, signed: bool, habits: Habits) -> Self {
         let beats = [const { Vec::new() }; 3];
-        Self { scales, signed, habits, beats, held: 0, last: 0, chirp: 0, courses: Vec::new() }
+        let segments = Segments::new();
+        Self { scales, signed, habits, beats, segments, chirp: 0, courses: Vec::new() }
     }
 
     /// Takes the tones of one segment. The falling ramp completes a chirp and gives its targets, the
@@ -86,24 +87,13 @@ impl Pairing {
     ///
     /// Cost: up to 64 triples of beats, each against every target remembered.
     pub fn push(&mut self, stamp: &Stamp, phasors: &[Phasor]) -> Option<Vec<Target, MOST>> {
-        let follows = stamp.sequence == self.last.wrapping_add(1);
-        if stamp.segment == Segment::Up || !follows {
-            self.held = 0;
-        }
-        self.last = stamp.sequence;
-        let index = match stamp.segment {
-            Segment::Continuous => return None,
-            Segment::Up => 0,
-            Segment::Flat => 1,
-            Segment::Down => 2,
-        };
+        let index = self.segments.push(stamp)?;
         let usable = phasors.iter().copied();
         let usable = usable.filter(|phasor| phasor.tone.verdict < Verdict::Weak);
         if let Some(beats) = self.beats.get_mut(index) {
             *beats = first(usable);
-            self.held |= 1 << index;
         }
-        if stamp.segment != Segment::Down || self.held != 0b111 {
+        if !self.segments.complete(stamp.segment, TRAPEZOID) {
             return None;
         }
         // Chirps in between that were lost.
