@@ -1,5 +1,6 @@
 //! The main job without hardware: the firmware under emulation, fed with targets or a recording.
 
+pub mod answer;
 pub mod drive;
 pub mod measure;
 pub mod options;

@@ -1,16 +1,18 @@
 //! Four cars before a lidar: what each chirp shows of all of them, with nothing called good that is no car.
 
+use super::answer::{Answer, lines};
 use super::drive::save_both;
 use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said};
 use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
 use crate::simulate::generator;
 use picket::plan::Solver;
 use picket::solve::chirp::Scales;
 use picket::solve::pairing::{Habits, Pairing};
-use picket::{Pipeline, Real, Segment, Stamp, Target, Verdict};
+use picket::{Pipeline, Real, Segment, Stamp, Verdict};
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -48,33 +50,6 @@ pub struct Truth {
     pub velocity_mps: f64,
     /// Whether its three beats are three bins from any other.
     pub apart: bool,
-}
-
-/// A measured target.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Answer {
-    /// Metres.
-    pub range_m: f64,
-    /// Metres per second, positive when approaching.
-    pub velocity_mps: f64,
-    /// One standard deviation.
-    pub sigma_range_m: f64,
-    /// One standard deviation.
-    pub sigma_velocity_mps: f64,
-    /// Whether it may be used.
-    pub verdict: &'static str,
-}
-
-impl From<&Target> for Answer {
-    fn from(target: &Target) -> Self {
-        Answer {
-            range_m: target.range.to_num(),
-            velocity_mps: target.velocity.to_num(),
-            sigma_range_m: target.sigma_range.into(),
-            sigma_velocity_mps: target.sigma_velocity.into(),
-            verdict: target.verdict.name(),
-        }
-    }
 }
 
 impl Answer {
@@ -164,7 +139,7 @@ fn truths(cars: &[Car; 4], t: f64, scales: &Scales) -> Vec<Truth> {
 
 /// Measures every chirp of a seed.
 pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
-    let plan = scene::config().plan::<Real, N>().map_err(said)?;
+    let plan = lidar().plan::<Real, N>().map_err(said)?;
     let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
     let habits = Habits { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
@@ -195,10 +170,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         draw(&rows, file)?;
     }
     if options.json {
-        for row in &rows {
-            outln!("{}", serde_json::to_string(row).map_err(said)?);
-        }
-        outln!("{}", serde_json::to_string(&summary).map_err(said)?);
+        lines(&rows, &summary)?;
     } else {
         print(&rows, &summary, options);
     }

@@ -1,5 +1,6 @@
 //! A plate that swings by micrometres before a radar: truth, measurement and bound side by side.
 
+use super::answer::lines;
 use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said};
@@ -123,10 +124,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         draw(&rows, &summary, file)?;
     }
     if options.json {
-        for row in &rows {
-            outln!("{}", serde_json::to_string(row).map_err(said)?);
-        }
-        outln!("{}", serde_json::to_string(&summary).map_err(said)?);
+        lines(&rows, &summary)?;
     } else {
         print(&rows, &summary, options);
     }

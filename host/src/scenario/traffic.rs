@@ -1,8 +1,6 @@
-//! Thirty seconds before a lidar: four cars that cross one another in range and in speed.
+//! Thirty seconds before the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
 
-use picket::acquire::codes::Codes;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{self, Scales, Shape};
+use picket::solve::chirp::{self, Scales};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -15,19 +13,6 @@ pub const CYCLES: usize = 600;
 
 /// The most acceleration of a car, m/s^2.
 pub const ACCELERATION: f64 = 10.0;
-
-/// A 1550 nm lidar: 1 GHz in 10 us, 250 MS/s, a trapezoid.
-pub fn config() -> Config {
-    Config {
-        scene: Scene::Chirp {
-            shape: Shape::Trapezoid,
-            wavelength_m: 1550e-9,
-            bandwidth_hz: 1e9,
-            duration_s: 10e-6,
-        },
-        ..Config::new(250e6, Codes::signed::<12>())
-    }
-}
 
 /// A car that swings to and fro: its middle and its reach in metres, its period in seconds, its phase in turns.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@ mod summary;
 pub(super) use show::save_both;
 pub use summary::Summary;
 
+use super::answer::{Answer, lines};
 use super::measure::{N, play_on};
 use super::options::Options;
 use super::{DemoError, said};
@@ -18,7 +19,7 @@ use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
 use picket::plan::{Plan, Solver};
-use picket::solve::chirp::{Scales, Target};
+use picket::solve::chirp::Scales;
 use picket::tracker::Tracker;
 use picket_wire::capture::Header;
 use picket_wire::follow::Follow;
@@ -55,33 +56,6 @@ pub struct Row {
     pub targets: Vec<(u16, Answer)>,
 }
 
-/// A measured target.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Answer {
-    /// Metres.
-    pub range_m: f64,
-    /// Metres per second, positive when approaching.
-    pub velocity_mps: f64,
-    /// One standard deviation.
-    pub sigma_range_m: f64,
-    /// One standard deviation.
-    pub sigma_velocity_mps: f64,
-    /// Whether it may be used.
-    pub verdict: &'static str,
-}
-
-impl From<&Target> for Answer {
-    fn from(target: &Target) -> Self {
-        Answer {
-            range_m: target.range.to_num(),
-            velocity_mps: target.velocity.to_num(),
-            sigma_range_m: target.sigma_range.into(),
-            sigma_velocity_mps: target.sigma_velocity.into(),
-            verdict: target.verdict.name(),
-        }
-    }
-}
-
 /// Drives, prints and draws. Failure: a track is wrong where it says that it is good, or changed hands.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     let (records, follows) = driven(options)?;
@@ -91,10 +65,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         show::draw(&rows, file)?;
     }
     if options.json {
-        for row in &rows {
-            outln!("{}", serde_json::to_string(row).map_err(said)?);
-        }
-        outln!("{}", serde_json::to_string(&summary).map_err(said)?);
+        lines(&rows, &summary)?;
     } else {
         show::print(&rows, &summary, options);
     }

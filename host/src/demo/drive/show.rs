@@ -1,6 +1,7 @@
 //! A drive as a person looks at it: a table and two plots.
 
-use super::{Answer, Row, Summary};
+use super::{Row, Summary};
+use crate::demo::answer::Answer;
 use crate::demo::measure::N;
 use crate::demo::options::Options;
 use crate::demo::table::table;

@@ -1,6 +1,7 @@
 //! How near chirps alone and tracks came to the truth.
 
-use super::{Answer, NEAR_M, NEAR_MPS, Row};
+use super::{NEAR_M, NEAR_MPS, Row};
+use crate::demo::answer::Answer;
 use crate::scenario::drive::Scene;
 use picket::estimate::tone::Verdict;
 use serde::Serialize;
