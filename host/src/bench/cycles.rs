@@ -51,7 +51,7 @@ impl Clock {
             self.float_done = self.cycles + 14;
         }
         self.cycles += cycles;
-        self.before = Some(step.clone());
+        self.before = Some(*step);
     }
 
     /// Cycles until the first instruction at a branch's target executes.

@@ -243,6 +243,13 @@ fn run<R: Record>(
     Ok((outcome.figures(), outcome.results))
 }
 
+/// The median; `None` of nothing.
+fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
+    let mut counts: Vec<u64> = counts.collect();
+    let middle = counts.len() / 2;
+    (!counts.is_empty()).then(|| *counts.select_nth_unstable(middle).1)
+}
+
 fn equality(figures: &Figures) -> (u64, u64) {
     // One figure for each engine that the image has.
     let figure = |name| figures.get(name).map_or(u64::MAX, |each| each.iter().sum());
@@ -299,9 +306,7 @@ fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
 impl Count {
     /// The instructions of a stage: the median over the records that are not clipped.
     pub fn median(&self, stage: &str) -> Option<u64> {
-        let mut counts: Vec<u64> = self.each(stage, false).collect();
-        let middle = counts.len() / 2;
-        (!counts.is_empty()).then(|| *counts.select_nth_unstable(middle).1)
+        median(self.each(stage, false))
     }
 
     /// The most instructions that a stage took, of the records that are clipped or of the others.

@@ -2,7 +2,7 @@
 
 use super::cycles::Clock;
 use super::trace::{Section, Trace};
-use super::{Core, SEED, config, corpus};
+use super::{Core, SEED, config, corpus, median};
 use crate::emulator::{Capture, RunError};
 use picket::acquire::sample::Real;
 use picket::estimate::least_squares::Reach;
@@ -63,19 +63,8 @@ impl Model {
 
     /// The cycles of a stage: the median over the records that are not clipped.
     pub fn median(&self, stage: &str) -> Option<u64> {
-        let mut cycles: Vec<u64> = self.each(stage, false).collect();
-        let middle = cycles.len() / 2;
-        (!cycles.is_empty()).then(|| *cycles.select_nth_unstable(middle).1)
-    }
-
-    /// The most cycles that a stage took, of the records that are clipped or of the others.
-    pub fn worst(&self, stage: &str, clipped: bool) -> Option<u64> {
-        self.each(stage, clipped).max()
-    }
-
-    fn each(&self, stage: &str, clipped: bool) -> impl Iterator<Item = u64> {
         let sections = self.stages.get(stage).map_or(&[][..], Vec::as_slice);
-        let chosen = sections.iter().zip(&self.clipped).filter(move |&(_, &kind)| kind == clipped);
-        chosen.map(|(section, _)| section.cycles)
+        let whole = sections.iter().zip(&self.clipped).filter(|(_, clipped)| !**clipped);
+        median(whole.map(|(section, _)| section.cycles))
     }
 }

@@ -49,7 +49,7 @@ pub enum Kind {
 }
 
 /// An instruction.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
     /// Where it lies.
     pub address: u32,

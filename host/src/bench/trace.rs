@@ -63,7 +63,7 @@ impl Trace {
             // Its access to a device is done once more, in a piece of its own.
             if let (Some(piece), Some(at)) = (self.running.take(), number(at)) {
                 let done: Vec<Step> =
-                    piece.iter().take_while(|step| step.address < at).cloned().collect();
+                    piece.iter().take_while(|step| step.address < at).copied().collect();
                 self.finish(&done, None);
             }
         }
