@@ -1,7 +1,7 @@
 //! The loops that read a real record's points: the search and the bins around a peak.
 
 use super::{Packed, Point};
-use crate::spectrum::fft::assembly::kernel;
+use crate::spectrum::fft::assembly::{kernel, worth};
 
 /// The state of the search, as [`pairs_outwards`] keeps it.
 #[repr(C)]
@@ -104,19 +104,10 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "strd r5, r6, [sp, #8]",
         "sub r5, r2, #8",
         "str r5, [sp, #4]",
-        // From the strongest bin, `scan::worth`.
+        // From the strongest bin.
         "8:",
         "ldrd r8, r9, [sp, #8]",
-        "lsr r5, r9, #13",
-        "lsr r4, r8, #13",
-        "orr r4, r4, r9, lsl #19",
-        "adds r4, r4, #0x200000",
-        "adc r5, r5, #0",
-        "subs r8, r8, r4",
-        "sbcs r9, r9, r5",
-        "itt lo",
-        "movlo r8, #1",
-        "movlo r9, #0",
+        worth!(),
         "strd r8, r9, [sp, #16]",
         "b 3b",
     )

@@ -38,6 +38,14 @@ macro_rules! begin {
     };
 }
 
+/// The legs after the first, each r2 bytes from the one before.
+macro_rules! legs {
+    ($before:literal $leg:literal $($more:literal)*) => {
+        concat!("add ", $leg, ", ", $before, ", r2\n", legs!($leg $($more)*))
+    };
+    ($last:literal) => { "" };
+}
+
 /// A pass over all vectors: `$halved` for the first quarter, then `$plain`.
 macro_rules! vectors {
     ($halved:expr, $plain:expr) => {
@@ -185,13 +193,7 @@ pub(super) unsafe extern "C" fn eights(
 ) {
     kernel!(
         begin!("3", "64"),
-        "add r5, r4, r2",
-        "add r6, r5, r2",
-        "add r7, r6, r2",
-        "add r8, r7, r2",
-        "add r9, r8, r2",
-        "add r10, r9, r2",
-        "add r11, r10, r2",
+        legs!("r4" "r5" "r6" "r7" "r8" "r9" "r10" "r11"),
         "movw r2, #23170",
         vectors!(
             eight!("r1", "vhadd.s32", "vhsub.s32", "lsr r1, r3, #1"),
@@ -241,9 +243,7 @@ pub(super) unsafe extern "C" fn fours(
 ) {
     kernel!(
         begin!("2", "64"),
-        "add r5, r4, r2",
-        "add r6, r5, r2",
-        "add r7, r6, r2",
+        legs!("r4" "r5" "r6" "r7"),
         vectors!(four!("r1", "lsr r1, r3, #1"), four!("r3", "", "vorr.i32")),
         end!("64"),
     )

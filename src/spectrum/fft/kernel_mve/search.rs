@@ -2,7 +2,7 @@
 
 use super::Point;
 use crate::math::products::power;
-use crate::spectrum::fft::assembly::kernel;
+use crate::spectrum::fft::assembly::{kernel, worth};
 use crate::spectrum::fft::twiddle::{MAX_LENGTH, Packed};
 use crate::spectrum::scan::{Scan, worth};
 use core::mem::{MaybeUninit, offset_of};
@@ -365,17 +365,7 @@ unsafe extern "C" fn split_pairs(
         keep!("add", "r2", "7f"),
         "7:",
         "strd r8, r9, [r0, #{best}]",
-        // `scan::worth`
-        "lsr r5, r9, #13",
-        "lsr r4, r8, #13",
-        "orr r4, r4, r9, lsl #19",
-        "adds r4, r4, #0x200000",
-        "adc r5, r5, #0",
-        "subs r8, r8, r4",
-        "sbcs r9, r9, r5",
-        "itt lo",
-        "movlo r8, #1",
-        "movlo r9, #0",
+        worth!(),
         "orrs r4, r8, r9",
         "it eq",
         "moveq r8, #1",

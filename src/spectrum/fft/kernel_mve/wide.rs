@@ -130,13 +130,7 @@ pub(super) unsafe extern "C" fn eights(
 ) {
     kernel!(
         begin!("3", "224"),
-        "add r5, r4, r2",
-        "add r6, r5, r2",
-        "add r7, r6, r2",
-        "add r8, r7, r2",
-        "add r9, r8, r2",
-        "add r10, r9, r2",
-        "add r11, r10, r2",
+        legs!("r4" "r5" "r6" "r7" "r8" "r9" "r10" "r11"),
         "add r3, r12, #16",
         "add r12, r12, #17",
         // sqrt(1/2) in Q15, in the upper half of a lane, halved.
@@ -187,9 +181,7 @@ pub(super) unsafe extern "C" fn fours(
 ) {
     kernel!(
         begin!("2", "64"),
-        "add r5, r4, r2",
-        "add r6, r5, r2",
-        "add r7, r6, r2",
+        legs!("r4" "r5" "r6" "r7"),
         "add r3, r12, #16",
         "add r12, r12, #15",
         vectors!(four!("r12"), four!("r3", "vorr.i32")),
