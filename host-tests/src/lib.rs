@@ -14,8 +14,7 @@ pub fn prepare_packages() {
     let filtered = std::env::args().skip(1).any(|argument| !argument.starts_with('-'));
     PREPARED.call_once(|| {
         if !filtered {
-            let wanted = |target: &Target| *target != Target::M55 || every_image();
-            let targets: Vec<Target> = Target::ALL.into_iter().filter(wanted).collect();
+            let targets: Vec<Target> = Target::ALL.into_iter().filter(|&t| builds_for(t)).collect();
             let _ = prepare(&targets, &["mps2"]);
         }
     });
@@ -44,13 +43,40 @@ pub fn prepare_images(target: Target) {
         .build_beside(others);
 }
 
-/// Whether the variable `PICKET_IMAGES` is `all`: the images of the 16-bit and of the float engine, of several tones and of the Cortex-M55 are built, too, and the proof of freedom
-/// from panics is made for size as well as for speed. They take as long to build as all others together.
+/// Whether the variable `PICKET_IMAGES` is `all`: the images of the 16-bit and of the float engine and of several tones are
+/// built, too, and the proof of freedom from panics is made for size as well as for speed.
 pub fn every_image() -> bool {
-    std::env::var("PICKET_IMAGES").is_ok_and(|which| which == "all")
+    images().is_some_and(|which| which == "all")
 }
 
-/// Likewise, and a test that needs such an image says that it was skipped.
+/// Whether images are built for a core: for the Cortex-M4F, whose image the M7 runs, and the M33 always; for the M3 and the
+/// M0 if `PICKET_IMAGES` is `cores` or `all`, for the M55 if it is `all`. Each core takes a minute and a half of compiling.
+fn builds_for(target: Target) -> bool {
+    match target {
+        Target::M4f | Target::M33 => true,
+        Target::M3 | Target::M0 => images().is_some(),
+        Target::M55 => every_image(),
+    }
+}
+
+/// What the variable `PICKET_IMAGES` asks for.
+fn images() -> Option<String> {
+    let which = std::env::var("PICKET_IMAGES").ok()?;
+    assert!(["cores", "all"].contains(&&*which), "PICKET_IMAGES is `cores` or `all`, not {which}");
+    Some(which)
+}
+
+/// Whether images are built for a core; a test that needs one otherwise says that it was skipped.
+pub fn has_core(target: Target) -> bool {
+    let built = builds_for(target);
+    if !built {
+        let value = if target == Target::M55 { "all" } else { "cores" };
+        println!("skipped: images for {} are built only with PICKET_IMAGES={value}", target.name());
+    }
+    built
+}
+
+/// As [`every_image`], and a test that needs such an image says that it was skipped.
 pub fn has_image(which: &str) -> bool {
     if !every_image() {
         println!("skipped: {which} is built only with PICKET_IMAGES=all");

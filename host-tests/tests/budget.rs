@@ -1,6 +1,6 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
-use host_tests::{has_image, prepare_images, prepare_packages};
+use host_tests::{has_core, has_image, prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::model::Model;
@@ -223,6 +223,9 @@ fn the_budget_is_kept_without_the_dsp_extension() {
     let (budgets, mut excess) = (budgets(), Excess::default());
     for (name, stages) in &budgets.portable {
         let (core, engine) = (core(name), &ENGINES[0]);
+        if !has_core(core.target) {
+            continue;
+        }
         // Random blocks, because the M0 has kernels of its own.
         let image = image(core, engine, Scope::Short);
         let count = count(core, engine, &image, 1024, 200);
@@ -270,7 +273,7 @@ fn the_kernels_equal_their_definition() {
     let random: Option<u32> =
         std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     // The M7 runs the M4F's image. Images for the M33 and for every length on the M0 are built only for the long run:
-    // elsewhere the instrument's is compared, and the one length that counts.
+    // elsewhere the instrument's is compared, and with PICKET_IMAGES the one length that counts.
     let cores: &[&str] =
         if random.is_some() { &["M4F", "M7", "M33", "M0"] } else { &["M4F", "M7"] };
     let own = || engines().filter(|engine| engine.is_own());
@@ -293,11 +296,11 @@ fn the_kernels_equal_their_definition() {
 /// The same on the Cortex-M55, on both engines of ours, and what its kernels take.
 #[test]
 fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
-    if !has_image("the Cortex-M55's") {
-        return;
-    }
     let (budgets, core, engine, mut excess) =
         (budgets(), core("M55"), &ENGINES[0], Excess::default());
+    if !has_core(core.target) {
+        return;
+    }
     let long = std::env::var_os("PICKET_LONG").map(|_| 100_000);
     let random = std::env::var("PICKET_RANDOM_BLOCKS").ok().map(|text| text.parse().unwrap());
     let kernels = image(core, engine, Scope::Kernels);
@@ -341,7 +344,7 @@ fn a_locked_block_keeps_its_budget_and_its_bits() {
     assert!(held >= 115, "{held}");
     let cores: &[&str] =
         if random.is_some() { &["M4F", "M7", "M3", "M33"] } else { &["M4F", "M7", "M3"] };
-    for core in cores.iter().map(|name| core(name)) {
+    for core in cores.iter().map(|name| core(name)).filter(|core| has_core(core.target)) {
         prepare_images(core.target);
         let image = locked::image(core).unwrap_or_else(|error| panic!("{error}"));
         let count = locked::count(core, &image, random.unwrap_or(100) / 10)

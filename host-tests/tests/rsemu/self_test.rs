@@ -1,5 +1,5 @@
 //! The image that goes through the board's list by itself: what is wrong on the bench shows in it. The whole list, as a person
-//! gets it, is in `host/tests/emulated.rs`.
+//! gets it, is in `host/tests/line.rs`.
 
 use crate::board::{Emulated, self_test};
 use host_tests::sized;
