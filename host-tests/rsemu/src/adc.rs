@@ -11,6 +11,7 @@
 //! | EOC rises at the end; a read of the data clears it | 13.13.1 |
 //! | DMA requests one transfer at each end while DDS is set | 13.8.1 |
 //! | with DMA, data not fetched at the next end is an overrun: OVR, no request and no trigger until OVR is cleared | 13.8.1 |
+//! | after an overrun requests come again once the bit that asks for them was "written to 0, then to 1" | 13.8.1 |
 //! | MULTI 6 starts both by ADC1's trigger; the results are halves of CDR, requested by CCR.DMA 2 in one word | 13.9.2 |
 //! | OVRIE raises the interrupt while OVR is set | 13.11 |
 
@@ -94,10 +95,12 @@ struct State {
     units: [Unit; 2],
     /// CCR.
     common: u32,
+    /// An overrun has ended the requests.
+    mute: bool,
 }
 
 impl State {
-    const RESET: Self = Self { units: [Unit::RESET; 2], common: 0 };
+    const RESET: Self = Self { units: [Unit::RESET; 2], common: 0, mute: false };
 
     fn dual(&self) -> bool {
         self.common & 31 == 6
@@ -158,6 +161,7 @@ impl State {
             unit.words[SR] |= SR_EOC;
         }
         let overrun = self.units.iter().any(|unit| unit.words[SR] & SR_OVR != 0);
+        self.mute |= overrun;
         let first = &self.units[0];
         if ended[0] && first.words[CR2] & CR2_CONT != 0 && !overrun {
             self.start(now);
@@ -166,7 +170,10 @@ impl State {
             true => self.common >> 14 & 3 == 2 && self.common >> 13 & 1 == 1,
             false => self.units[0].words[CR2] & (CR2_DMA | CR2_DDS) == CR2_DMA | CR2_DDS,
         };
-        ended[0] && wanted && !overrun
+        if ended[0] && wanted && self.mute && !overrun {
+            broken("13.8.1: after an overrun the bit for requests was not written to 0, then to 1");
+        }
+        ended[0] && wanted && !self.mute
     }
 
     fn next(&self) -> u64 {
@@ -190,6 +197,7 @@ pub fn overrun() {
         shared.work(|state| {
             state.units[0].words[SR] |= SR_OVR;
             state.units[0].ends = NEVER;
+            state.mute = true;
             ((), false)
         });
     }
@@ -267,10 +275,15 @@ impl Shared {
         let now = self.time.now();
         self.work(|state| {
             match (offset, offset / 0x100) {
-                (0x304, _) => state.common = word,
+                (0x304, _) => {
+                    state.mute &= !state.dual() || word >> 14 & 3 != 0;
+                    state.common = word;
+                }
                 (_, unit @ 0..2) => {
-                    let unit = &mut state.units[unit];
                     let index = offset % 0x100 / 4;
+                    let taken_back = (unit, index) == (0, CR2) && word & CR2_DMA == 0;
+                    state.mute &= state.dual() || !taken_back;
+                    let unit = &mut state.units[unit];
                     let before = unit.words[index.min(DR)];
                     match index {
                         // Flags are cleared by a zero.

@@ -97,3 +97,40 @@ fn the_fastest_rate_that_is_not_refused_holds() {
         assert_eq!(refused, Err(Refusal::Settings([3, 2])));
     }
 }
+
+/// Both converters in step: the sign is right, from the start and after each overrun.
+#[test]
+fn pairs_are_right_after_each_overrun() {
+    let mut settings = Settings { iq: true, report_every: 5, ..tone(500e3) };
+    // Without its image, which the wrong sign would be.
+    settings.config.band_hz = Some((1e4, 2.4e5));
+    let Some(mut board) = Emulated::plug() else { return };
+    let length = 8191;
+    for (channel, turn) in [(0, 0.0), (1, -0.25)] {
+        let angle = |n: usize| std::f64::consts::TAU * (1013.0 * n as f64 / length as f64 + turn);
+        let codes = (0..length).map(|n| (2048.0 + 900.0 * angle(n).cos()).round() as u16);
+        let bytes: Vec<u8> = codes.flat_map(u16::to_le_bytes).collect();
+        board.order(&format!("input {channel} table {}", file(&bytes).display()));
+    }
+    let mut sectors = Sectors::new();
+    sectors.save(&settings);
+    board.load(&sectors);
+    let (mut board, boot) = board.power();
+    assert!(boot.measuring, "{boot:?}");
+    let truth = 1013.0 / length as f64;
+    for round in 0..=sized(2, 20) {
+        board.run(30_000);
+        assert_eq!(u64::from(board.status().counters.adc_overruns), round);
+        let records = board.telemetry();
+        assert!(records.len() > 1, "{} records", records.len());
+        for record in records {
+            let tone = record.measurement.tone;
+            let off = tone.frequency.cycles() - truth;
+            assert!(off.abs() < 5.0 * f64::from(tone.sigma), "round {round}: {tone:?}");
+            assert!(tone.snr_db() > 40.0, "round {round}: {tone:?}");
+        }
+        board.run(311 * round);
+        board.order("overrun");
+    }
+    board.assert_rules();
+}
