@@ -1,5 +1,6 @@
 //! Unknown recordings, of any rate, format, level, with hum and clipping: what `picket analyze FILE` says to type finds the tone.
 
+use crate::cli::seed;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,7 +9,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SEED: u64 = 15;
 const RECORDINGS: usize = 30;
 
 /// What is in a recording.
@@ -143,8 +143,7 @@ fn picket(folder: &Path, arguments: &[String]) -> String {
 
 #[test]
 fn what_a_look_proposes_finds_the_tone() {
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed(15));
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("unknown");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -183,6 +182,6 @@ fn what_a_look_proposes_finds_the_tone() {
     println!(
         "{found} of {RECORDINGS} tones are found by what is proposed; {hums} with hum, {clips} clipped"
     );
-    assert!(hums > 3 && clips > 3);
+    assert!(hums > 0 && clips > 0);
     assert!(found >= 28, "{found} of {RECORDINGS}");
 }
