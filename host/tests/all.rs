@@ -12,6 +12,7 @@ mod readme;
 mod report;
 mod session;
 mod soak;
+mod tones;
 mod trust;
 mod typed;
 mod unknown;
