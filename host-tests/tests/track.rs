@@ -8,6 +8,7 @@ use picket::estimate::tone::Verdict;
 use picket::pipeline::Measurement;
 use picket::solve::track::{State, Track};
 use picket::tracker::Tracker;
+use picket_host::analyze::cut::Cut;
 use picket_host::follow::{self, Pursuit, Sighting};
 use picket_host::recording::Options;
 use picket_host::simulate::{Line, Signal, generator};
@@ -277,6 +278,20 @@ fn a_gap_widens_the_gate_and_keeps_the_track() {
     assert!((feed.bins(track) - place(36) - 1.0).abs() < 0.2);
 }
 
+/// Blocks of a 16-bit recording, one after the other, and how their tones are followed.
+fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Following) -> Pursuit {
+    let cut = Cut {
+        read: Options { rate_hz, ..Options::default() },
+        n,
+        hop: n,
+        skip: 0,
+        band_hz: Some(band_hz),
+        codes: Codes::signed::<16>(),
+        reach: Reach::Sixteen,
+    };
+    Pursuit { cut, following }
+}
+
 /// A car and a motorcycle before a 24 GHz radar: two tracks, each within 1 % of the reference at its points, none on
 /// the spur at 2049 Hz or on interference. The recording lies beside the repository.
 #[test]
@@ -289,16 +304,7 @@ fn two_vehicles_are_two_tracks() {
         return;
     }
     let following = Following { acceleration_bins: 2.0, most: 1, ..Following::default() };
-    let pursuit = Pursuit {
-        read: Options { rate_hz: Some(48e3), ..Options::default() },
-        n: 4096,
-        hop: 4096,
-        skip: 0,
-        band_hz: Some((300.0, 2500.0)),
-        codes: Codes::signed::<16>(),
-        reach: Reach::Sixteen,
-        following,
-    };
+    let pursuit = pursuit(Some(48e3), 4096, (300.0, 2500.0), following);
     let mut seen = Vec::new();
     let trails = follow::run(&file, &pursuit, &mut |s| seen.push(*s), &mut |_| ()).unwrap();
     let long: Vec<_> = trails.iter().filter(|trail| trail.blocks > 20).collect();
@@ -332,16 +338,7 @@ fn vehicles_have_smooth_speeds() {
     ] {
         let Some(file) = host_tests::shared(&format!("data/{name}")) else { return };
         for n in [1024, 2048] {
-            let pursuit = Pursuit {
-                read: Options { rate_hz, ..Options::default() },
-                n,
-                hop: n,
-                skip: 0,
-                band_hz: Some(band_hz),
-                codes: Codes::signed::<16>(),
-                reach: Reach::Sixteen,
-                following: one(),
-            };
+            let pursuit = pursuit(rate_hz, n, band_hz, one());
             let mut seen: Vec<Sighting> = Vec::new();
             let trails = follow::run(&file, &pursuit, &mut |s| seen.push(*s), &mut |_| ()).unwrap();
             let mut ratios = Vec::new();

@@ -1,13 +1,14 @@
 //! The core's tracker on a recording, as the firmware would run it.
 
+use crate::analyze::Style;
+use crate::analyze::cut::Cut;
 use crate::cli::print_line;
-use crate::recording::{self, Recording};
+use crate::recording::Recording;
 use crate::simulate::{Kind, codes};
-use crate::{analyze::Style, with_kind};
+use crate::with_kind;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Segment, Stamp};
 use picket::config::{Config, Following};
-use picket::estimate::least_squares::Reach;
 use picket::solve::track::{State, Track};
 use picket::spectrum::fft::twiddle::supported;
 use picket::tracker::Tracker;
@@ -19,20 +20,8 @@ use std::path::Path;
 /// What is followed, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Pursuit {
-    /// How the file is read.
-    pub read: recording::Options,
-    /// Samples in a block.
-    pub n: usize,
-    /// From one block's start to the next.
-    pub hop: usize,
-    /// Samples left out at the start.
-    pub skip: u64,
-    /// The band searched in hertz.
-    pub band_hz: Option<(f64, f64)>,
-    /// The width of the codes.
-    pub codes: Codes,
-    /// The reach of least squares.
-    pub reach: Reach,
+    /// The blocks.
+    pub cut: Cut,
     /// How tones are followed.
     pub following: Following,
 }
@@ -90,9 +79,9 @@ pub fn run(
     sink: &mut dyn FnMut(&Sighting),
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<Trail>, String> {
-    let recording = Recording::open(file, pursuit.read).map_err(text)?;
-    if !supported(pursuit.n) {
-        return Err(format!("N = {}: --track takes 64, 128, ... 4096", pursuit.n));
+    let recording = Recording::open(file, pursuit.cut.read).map_err(text)?;
+    if !supported(pursuit.cut.n) {
+        return Err(format!("N = {}: --track takes 64, 128, ... 4096", pursuit.cut.n));
     }
     let mut trails = BTreeMap::<u32, Trail>::new();
     let mut sink = |sighting: &Sighting| {
@@ -111,7 +100,7 @@ pub fn run(
         }
         sink(sighting);
     };
-    with_kind!(recording.iq(), R => match pursuit.n {
+    with_kind!(recording.iq(), R => match pursuit.cut.n {
         64 => blocks::<R, 64>(recording, pursuit, &mut sink, progress),
         128 => blocks::<R, 128>(recording, pursuit, &mut sink, progress),
         256 => blocks::<R, 256>(recording, pursuit, &mut sink, progress),
@@ -129,7 +118,8 @@ fn blocks<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Sighting),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Pursuit { hop, skip, band_hz, codes, reach, following, .. } = pursuit;
+    let &Pursuit { cut, following } = pursuit;
+    let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config {
         rate_hz,

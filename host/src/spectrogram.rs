@@ -1,6 +1,7 @@
 //! The tracks of a recording, drawn over its spectrogram.
 
-use crate::follow::{Pursuit, Sighting, Trail};
+use crate::analyze::cut::Cut;
+use crate::follow::{Sighting, Trail};
 use crate::recording::Recording;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::report::field::{Field, SHADES};
@@ -23,16 +24,16 @@ const SPAN_DB: f64 = 34.0;
 /// Draws what [`crate::follow::run`] found in `file`.
 pub fn draw(
     file: &Path,
-    pursuit: &Pursuit,
+    cut: &Cut,
     sightings: &[Sighting],
     trails: &[Trail],
     picture: &Path,
 ) -> Result<(), String> {
-    let field = field(file, pursuit)?;
+    let field = field(file, cut)?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let chart = Chart {
         name: "tracks",
-        title: format!("Tracks in {name}, N = {}", pursuit.n),
+        title: format!("Tracks in {name}, N = {}", cut.n),
         x: Axis::linear("time, s", field.x.0, field.x.1),
         y: Axis::linear("frequency, Hz", field.y.0, field.y.1),
         series: series(sightings, trails),
@@ -73,18 +74,18 @@ fn series(sightings: &[Sighting], trails: &[Trail]) -> Vec<Series> {
 const COLOURS: [usize; NAMED] = [1, 0, 2, 3, 4, 5];
 
 /// The spectrogram in the band that was searched, through Hann's window: each cell is the strongest of its bins.
-fn field(file: &Path, pursuit: &Pursuit) -> Result<Field, String> {
+fn field(file: &Path, cut: &Cut) -> Result<Field, String> {
     let text = |error: crate::recording::RecordingError| error.to_string();
-    let recording = Recording::open(file, pursuit.read).map_err(text)?;
-    let (n, rate_hz, iq) = (pursuit.n, recording.rate_hz(), recording.iq());
+    let recording = Recording::open(file, cut.read).map_err(text)?;
+    let (n, rate_hz, iq) = (cut.n, recording.rate_hz(), recording.iq());
     let half = rate_hz / 2.0;
-    let (low, high) = pursuit.band_hz.unwrap_or((if iq { -half } else { 0.0 }, half));
+    let (low, high) = cut.band_hz.unwrap_or((if iq { -half } else { 0.0 }, half));
     let bin = |hertz: f64| (hertz * n as f64 / rate_hz).round() as i64;
     let bins = (bin(low)..=bin(high)).collect::<Vec<_>>();
     let rows = bins.len().min(ROWS);
     let transform = f64::forward(n);
     let window = |k: usize| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos();
-    let mut blocks = recording.blocks(n, pursuit.hop, pursuit.skip);
+    let mut blocks = recording.blocks(n, cut.hop, cut.skip);
     let mut powers = Vec::new();
     let mut end = 0;
     while let Some((start, samples)) = blocks.next_block().map_err(text)? {
@@ -98,12 +99,12 @@ fn field(file: &Path, pursuit: &Pursuit) -> Result<Field, String> {
             cell.iter().map(power).fold(0.0, f64::max)
         });
         powers.extend(cells.map(|power| 10.0 * (power + 1e-12).log10()));
-        end = start + pursuit.hop as u64;
+        end = start + cut.hop as u64;
     }
     let powers = narrowed(&powers, rows);
     let time = |sample: u64| sample as f64 / rate_hz;
     Ok(Field {
-        x: (time(pursuit.skip), time(end.max(pursuit.skip + 1))),
+        x: (time(cut.skip), time(end.max(cut.skip + 1))),
         y: (low, high),
         rows,
         shades: shades(&powers),

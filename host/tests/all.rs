@@ -1,6 +1,7 @@
 //! The tools as a user runs them, as one program: it is compiled and linked once.
 
 mod bad;
+mod builds;
 mod campaign;
 mod cli;
 mod demo;
@@ -12,6 +13,7 @@ mod readme;
 mod report;
 mod session;
 mod soak;
+mod tones;
 mod trust;
 mod typed;
 mod unknown;

@@ -7,6 +7,13 @@ use std::process::{Command, Output};
 pub const ANALYZE: &str = "analyze";
 pub const SWEEP: &str = "sweep";
 
+/// The seed of a test: `PICKET_TYPED_SEED`, or the test's own.
+pub fn seed(own: u64) -> u64 {
+    let seed = std::env::var("PICKET_TYPED_SEED").map_or(own, |text| text.parse().unwrap());
+    println!("PICKET_TYPED_SEED={seed}");
+    seed
+}
+
 /// A file of this test's own.
 pub fn file(name: &str, bytes: &[u8]) -> String {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);

@@ -1,5 +1,6 @@
 //! Unknown recordings, of any rate, format, level, with hum and clipping: what `picket analyze FILE` says to type finds the tone.
 
+use crate::cli::seed;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,7 +9,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SEED: u64 = 15;
 const RECORDINGS: usize = 30;
 
 /// What is in a recording.
@@ -143,8 +143,7 @@ fn picket(folder: &Path, arguments: &[String]) -> String {
 
 #[test]
 fn what_a_look_proposes_finds_the_tone() {
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed(15));
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("unknown");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -183,6 +182,42 @@ fn what_a_look_proposes_finds_the_tone() {
     println!(
         "{found} of {RECORDINGS} tones are found by what is proposed; {hums} with hum, {clips} clipped"
     );
-    assert!(hums > 3 && clips > 3);
+    assert!(hums > 0 && clips > 0);
     assert!(found >= 28, "{found} of {RECORDINGS}");
+}
+
+/// The look at 6000 samples of a tone beside a hum, and the frequency that the proposed command finds.
+fn beside_hum(name: &str, rate_hz: f64, tone_hz: f64, hum_hz: f64) -> (String, f64) {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("hum");
+    fs::create_dir_all(&folder).unwrap();
+    let value = |n: i32| {
+        let sine = |hertz: f64| 0.3 * (TAU * hertz / rate_hz * f64::from(n)).sin();
+        sine(tone_hz) + sine(hum_hz)
+    };
+    wav(&folder.join(name), rate_hz, 16, &(0..6000).map(value).collect::<Vec<_>>());
+    let look = picket(&folder, &["analyze".into(), name.into()]);
+    let proposed = look.lines().find_map(|line| line.strip_prefix("try       picket ")).unwrap();
+    let words = proposed.split(' ').map(str::to_owned).chain(["--json".into()]);
+    let answers = picket(&folder, &words.collect::<Vec<_>>());
+    let first: serde_json::Value = serde_json::from_str(answers.lines().next().unwrap()).unwrap();
+    let found_hz = first["frequency_hz"].as_f64().unwrap();
+    (look, found_hz)
+}
+
+/// In an eighth of a second both mains are within reach of either line: the nearer one is meant.
+#[test]
+fn the_mains_are_told_apart() {
+    for hum_hz in [50.0, 60.0] {
+        let (look, found_hz) = beside_hum("mains.wav", 48_000.0, 13_847.0, hum_hz);
+        assert!(look.contains(&format!("hum       {hum_hz} Hz is among the lines")), "{look}");
+        assert!((found_hz - 13_847.0).abs() < 1.0, "{found_hz} Hz: {look}");
+    }
+}
+
+/// The band that is proposed ends where the spectrum does, and half of 11,025 Hz is no whole number.
+#[test]
+fn the_proposed_band_is_within_the_spectrum() {
+    let (look, found_hz) = beside_hum("edge.wav", 11_025.0, 4700.0, 50.0);
+    assert!(look.contains("5512."), "{look}");
+    assert!((found_hz - 4700.0).abs() < 0.5, "{found_hz} Hz: {look}");
 }

@@ -1,5 +1,6 @@
 //! `picket analyze`: methods on a recording.
 
+use super::cut::Cut;
 use super::several::{self, Found, Search};
 use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
@@ -10,7 +11,6 @@ use crate::{band, cli, estimator, progress, spectrogram};
 use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following};
-use picket::estimate::least_squares::Reach;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -129,22 +129,24 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         16 => return Err("--unsigned codes have 12 bits: add --bits 12".into()),
         bits => return Err(format!("--bits {bits}: choose 12 or 16")),
     };
+    let n = options.n.unwrap_or(analyze::BLOCK);
+    let hop = options.hop.unwrap_or(n);
+    let (skip, band_hz) = (options.skip, options.band);
+    let cut = Cut { read, n, hop, skip, band_hz, codes, reach };
     if options.track {
-        return track(options, read, codes, reach, style);
-    }
-    if let Some(most) = options.most {
-        if options.plot.is_some() {
-            return Err("--plot draws tracks: add --track".into());
-        }
-        return several(options, read, codes, reach, style, most.into());
+        return track(options, cut, style);
     }
     if options.looks() {
         return look(options, read);
     }
     if options.plot.is_some() {
         return Err(
-            "--plot draws tracks (--track), or the spectrum where FILE is all that is given".into(),
+            "--plot draws tracks: add --track; or the spectrum, where FILE is all that is given"
+                .into(),
         );
+    }
+    if let Some(most) = options.most {
+        return several(options, cut, style, most.into());
     }
     let analysis = Analysis {
         read,
@@ -186,12 +188,12 @@ impl Options {
     /// True where nothing says how to measure: a first look is wanted.
     fn looks(&self) -> bool {
         let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
-        let lengths = self.n.is_some() || self.hop.is_some() || self.skip > 0;
+        let blocks = self.n.is_some() || self.hop.is_some() || self.skip > 0;
         let how = self.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.bits != 16 || self.unsigned || self.k != 16;
         let numbers = self.arith != Arithmetic::F64
             || self.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
-        !(json || lengths || how || codes || numbers || self.json || self.csv)
+        !(json || blocks || self.most.is_some() || how || codes || numbers || self.json || self.csv)
     }
 
     /// The file and how it is read, as it was typed.
@@ -230,81 +232,64 @@ fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String>
 }
 
 /// All the tones of each block.
-fn several(
-    options: &Options,
-    read: recording::Options,
-    codes: Codes,
-    reach: Reach,
-    style: Style,
-    most: usize,
-) -> Result<ExitCode, String> {
-    let n = options.n.unwrap_or(analyze::BLOCK);
-    let search = Search {
-        read,
-        n,
-        hop: options.hop.unwrap_or(n),
-        skip: options.skip,
-        band_hz: options.band,
-        codes,
-        reach,
-        false_alarm: options.false_alarm,
-        carrier_hz: options.carrier_hz,
-        most,
-    };
+fn several(options: &Options, cut: Cut, style: Style, most: usize) -> Result<ExitCode, String> {
+    let &Options { false_alarm, carrier_hz, .. } = options;
+    let search = Search { cut, false_alarm, carrier_hz, most };
     let bar = progress::count("samples");
-    let mut first = true;
+    let heading = || several::print_heading(style, carrier_hz.is_some());
+    let (mut blocks, mut none) = (0, true);
     let mut sink = |found: &Found| {
-        if std::mem::take(&mut first) {
-            several::print_heading(style, options.carrier_hz.is_some());
+        if std::mem::take(&mut none) {
+            heading();
         }
         bar.suspend(|| several::print(found, style));
     };
-    let found = several::run(&options.file, &search, &mut sink, &mut |samples| bar.inc(samples));
+    let done = several::run(&options.file, &search, &mut sink, &mut |samples| {
+        blocks += 1;
+        bar.inc(samples);
+    });
     bar.finish_and_clear();
-    found.map(|()| ExitCode::SUCCESS)
+    done?;
+    if none {
+        heading();
+        eprintln!("no tone in {blocks} blocks");
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
-fn track(
-    options: &Options,
-    read: recording::Options,
-    codes: Codes,
-    reach: Reach,
-    style: Style,
-) -> Result<ExitCode, String> {
-    let n = options.n.unwrap_or(analyze::BLOCK);
-    let pursuit = Pursuit {
-        read,
-        n,
-        hop: options.hop.unwrap_or(n),
-        skip: options.skip,
-        band_hz: options.band,
-        codes,
-        reach,
-        following: Following {
-            acceleration_bins: options.acceleration,
-            most: options.most.unwrap_or(1),
-            ..Following::default()
-        },
+/// Tones followed from block to block.
+fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> {
+    if options.plot.is_some() && options.file.as_os_str() == "-" {
+        return Err("--plot reads the recording twice: give a file, not -".into());
+    }
+    let following = Following {
+        acceleration_bins: options.acceleration,
+        most: options.most.unwrap_or(1),
+        ..Following::default()
     };
+    let pursuit = Pursuit { cut, following };
     let bar = progress::count("samples");
-    let mut first = true;
-    let mut sightings = Vec::new();
+    let (mut blocks, mut sightings) = (0, Vec::new());
     let mut sink = |sighting: &Sighting| {
-        sightings.push(*sighting);
-        if std::mem::take(&mut first) {
+        if sightings.is_empty() {
             follow::print_heading(style);
         }
+        sightings.push(*sighting);
         bar.suspend(|| follow::print(sighting, style));
     };
-    let trails = follow::run(&options.file, &pursuit, &mut sink, &mut |samples| bar.inc(samples));
+    let trails = follow::run(&options.file, &pursuit, &mut sink, &mut |samples| {
+        blocks += 1;
+        bar.inc(samples);
+    });
     bar.finish_and_clear();
     let trails = trails?;
+    if sightings.is_empty() {
+        follow::print_heading(style);
+        eprintln!("no tone was held in {blocks} blocks");
+    }
     follow::print_trails(&trails, style);
     if let Some(picture) = &options.plot {
-        if options.file.as_os_str() == "-" {
-            return Err("--plot reads the recording twice: give a file, not -".into());
-        }
-        spectrogram::draw(&options.file, &pursuit, &sightings, &trails, picture)?;
+        spectrogram::draw(&options.file, &cut, &sightings, &trails, picture)?;
     }
     Ok(ExitCode::SUCCESS)
 }

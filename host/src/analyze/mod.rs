@@ -1,6 +1,7 @@
 //! Methods on a recording, block by block, in constant memory.
 
 pub mod command;
+pub mod cut;
 pub mod several;
 
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};

@@ -1,15 +1,14 @@
 //! All the tones of each block of a recording, as the core on a board would find them.
 
+use super::cut::Cut;
 use super::{Style, fits};
 use crate::cli::print_line;
 use crate::follow::record;
-use crate::recording::{self, Recording};
+use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_kind;
-use picket::acquire::codes::Codes;
 use picket::acquire::sample::Stamp;
 use picket::config::{Config, SPEED_OF_LIGHT};
-use picket::estimate::least_squares::Reach;
 use picket::pipeline::Pipeline;
 use picket::spectrum::fft::twiddle::supported;
 use picket_transform::num_complex::Complex;
@@ -19,20 +18,8 @@ use std::path::Path;
 /// What is sought, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// How the file is read.
-    pub read: recording::Options,
-    /// Samples in a block.
-    pub n: usize,
-    /// From one block's start to the next.
-    pub hop: usize,
-    /// Samples left out at the start.
-    pub skip: u64,
-    /// The band searched in hertz.
-    pub band_hz: Option<(f64, f64)>,
-    /// The width of the codes.
-    pub codes: Codes,
-    /// The reach of least squares.
-    pub reach: Reach,
+    /// The blocks.
+    pub cut: Cut,
     /// The probability of a false alarm in a block of noise.
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
@@ -78,11 +65,11 @@ pub fn run(
     sink: &mut dyn FnMut(&Found),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let recording = Recording::open(file, search.read).map_err(super::text)?;
-    if !supported(search.n) {
-        return Err(format!("N = {}: --most takes 64, 128, ... 4096", search.n));
+    let recording = Recording::open(file, search.cut.read).map_err(super::text)?;
+    if !supported(search.cut.n) {
+        return Err(format!("N = {}: --most takes 64, 128, ... 4096", search.cut.n));
     }
-    with_kind!(recording.iq(), R => match search.n {
+    with_kind!(recording.iq(), R => match search.cut.n {
         64 => blocks::<R, 64>(recording, search, sink, progress),
         128 => blocks::<R, 128>(recording, search, sink, progress),
         256 => blocks::<R, 256>(recording, search, sink, progress),
@@ -99,7 +86,8 @@ fn blocks<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Found),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Search { hop, skip, band_hz, codes, reach, false_alarm, carrier_hz, most, .. } = search;
+    let &Search { cut, false_alarm, carrier_hz, most } = search;
+    let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));

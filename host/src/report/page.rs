@@ -26,8 +26,6 @@ h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 3rem; break-after:
   linear-gradient(to left, var(--ground) 40%, transparent) right, linear-gradient(to right, var(--more), transparent) left,
   linear-gradient(to left, var(--more), transparent) right; background-size: 3rem 100%, 3rem 100%, 1.2rem 100%, 1.2rem 100%;
   background-repeat: no-repeat; background-attachment: local, local, scroll, scroll; }
-.hint { display: none; }
-@media screen and (max-width: 66rem) { .hint { display: block; } }
 table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; }
 th, td { padding: 0.25rem 0.7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 /* What a row is of stays in sight. */
@@ -58,7 +56,7 @@ pub fn page(sections: &[Section], lab: &Lab) -> Result<String, String> {
         env!("CARGO_PKG_VERSION"),
         checks.len()
     );
-    page += "<p class=\"hint faint\">On a narrow screen tables scroll sideways; a shadow says where there is more.</p>\n";
+    page += "<p class=\"hint faint\">A table that is wider than the page scrolls sideways; a shadow says where there is more.</p>\n";
     page += "<nav><ol>\n";
     for (number, section) in (1..).zip(sections) {
         page += &format!("<li><a href=\"#part{number}\">{}</a></li>\n", escape(section.title));

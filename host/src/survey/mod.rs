@@ -173,15 +173,15 @@ impl Survey {
         })
     }
 
-    /// 50 or 60 Hz, where a line is there that a record can tell from its neighbours.
+    /// 50 or 60 Hz, where a line is there that a record can tell from its neighbours: of both, that which a line is nearer to.
     fn hum(&self) -> Option<f64> {
-        let near = |hum: f64| {
-            let close = |line: &Spectral| {
-                (line.frequency_hz.abs() - hum).abs() < 1.5 * self.bin_hz().max(0.2)
-            };
-            self.bin_hz() * 4.0 < hum && self.lines.iter().any(close)
+        let off = |hum: f64| {
+            let each = self.lines.iter().map(|line| (line.frequency_hz.abs() - hum).abs());
+            each.fold(f64::INFINITY, f64::min)
         };
-        [50.0, 60.0].into_iter().find(|&hum| near(hum))
+        let near =
+            |&hum: &f64| self.bin_hz() * 4.0 < hum && off(hum) < 1.5 * self.bin_hz().max(0.2);
+        [50.0, 60.0].into_iter().filter(near).min_by(|&a, &b| off(a).total_cmp(&off(b)))
     }
 
     /// Whether a line is the mains' or one of its harmonics.
@@ -205,8 +205,12 @@ impl Survey {
         let mut words = format!("--n {n}");
         let stronger = self.tone != Some(0);
         if stronger || self.hum_hz.is_some() {
+            // Rounded to a tenth of a bin, inwards: the rate's half may have digits of its own.
+            let digits = (10.0 * n as f64 / self.rate_hz).log10().ceil().clamp(0.0, 12.0);
+            let unit = 10f64.powf(-digits);
             let (low, high) = self.band(tone, n);
-            words += &format!(" --band {low:.0}:{high:.0}");
+            let (low, high) = ((low / unit).ceil() * unit, (high / unit).floor() * unit);
+            words += &format!(" --band {low:.0$}:{high:.0$}", digits as usize);
         }
         if stronger {
             // The sides of a stronger line reach far without a window.
@@ -231,10 +235,7 @@ impl Survey {
         };
         // A tone that moves stays in it for a while.
         let width = (f.abs() / 4.0).max(8.0 * bin);
-        (
-            (f - near(-1.0).min(width)).max(ends.0).floor(),
-            (f + near(1.0).min(width)).min(ends.1).ceil(),
-        )
+        ((f - near(-1.0).min(width)).max(ends.0), (f + near(1.0).min(width)).min(ends.1))
     }
 
     /// The lines for a person; `command` is what was typed of the file and how it is read.
@@ -325,6 +326,9 @@ impl Survey {
 
 /// Four digits and more.
 fn digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
     let before = value.abs().max(1e-9).log10().floor();
     format!("{value:.*}", (3.0 - before).clamp(0.0, 12.0) as usize)
 }

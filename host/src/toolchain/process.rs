@@ -5,7 +5,7 @@ use super::workspace;
 use crate::end::Owned;
 use crate::progress;
 use std::ffi::OsString;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, IsTerminal, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -23,10 +23,17 @@ pub(super) fn ask(program: &Path, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().into())
 }
 
-/// An exclusive lock on a file, freed when dropped.
+/// An exclusive lock on a file, freed when dropped. Who has to wait for it is told so: another build may take minutes.
 pub(super) fn locked(path: &Path) -> Result<File, ToolError> {
     let file = File::create(path).map_err(io_error(path.display()))?;
-    file.lock().map_err(io_error(path.display()))?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            eprintln!("toolchain: waiting for another picket to end its build");
+            file.lock().map_err(io_error(path.display()))?;
+        }
+        Err(TryLockError::Error(error)) => return Err(io_error(path.display())(error)),
+    }
     Ok(file)
 }
 

@@ -1,0 +1,24 @@
+//! The blocks of a recording, and how each is read.
+
+use crate::recording;
+use picket::acquire::codes::Codes;
+use picket::estimate::least_squares::Reach;
+
+/// How a recording is cut into blocks, and what is known of their samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    /// How the file is read.
+    pub read: recording::Options,
+    /// Samples in a block.
+    pub n: usize,
+    /// From one block's start to the next.
+    pub hop: usize,
+    /// Samples left out at the start.
+    pub skip: u64,
+    /// The band searched in hertz.
+    pub band_hz: Option<(f64, f64)>,
+    /// The width of the codes.
+    pub codes: Codes,
+    /// The reach of least squares.
+    pub reach: Reach,
+}
