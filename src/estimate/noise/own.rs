@@ -1,10 +1,10 @@
 //! A tone's own share of the second differences of bins, in floats and in integers.
 
-use super::ring::STEP;
+use super::ring::{EACH, STEP};
 use crate::acquire::sample::Record;
 use crate::estimate::least_squares::Fit;
 use crate::estimate::least_squares::fixed::{product, quantised, square, tail};
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, inverses};
 use crate::math::series::line_shape;
 use crate::spectrum::fft::integer::Point;
 use num_complex::Complex;
@@ -45,29 +45,29 @@ impl Own {
     /// The power of a stretch, whose first difference is around bin `k`.
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
-        let tail = |x: f32| 1.0 / (x * (x * x - 1.0));
+        let tail = |x: f32| x * (x * x - 1.0);
+        let tails = |x: [f32; EACH]| inverses(x.map(tail));
         let x = (self.peak - k) as f32 + self.offset;
         let (value, image) = (self.value, self.image);
         let [a, b, c, d, e, f, g, h, i] = bins;
-        let left = |a: &Point, b: &Point, c: &Point, x: f32| {
-            let (tail, [re, im]) = (tail(x), bend(a, b, c));
+        let own = tails([x, x - 2.0, x - 4.0, x - 6.0]);
+        let left = |[a, b, c]: [&Point; 3], tail: f32| {
+            let [re, im] = bend(a, b, c);
             [re as f32 - value.re * tail, im as f32 - value.im * tail]
         };
+        let bends = [[a, b, c], [c, d, e], [e, f, g], [g, h, i]].into_iter().zip(own);
+        let left = bends.map(|(bins, tail)| left(bins, tail));
         let square = |[re, im]: [f32; 2]| re * re + im * im;
         let Some(mirror) = self.mirror else {
-            let near = square(left(a, b, c, x)) + square(left(c, d, e, x - 2.0));
-            return near + square(left(e, f, g, x - 4.0)) + square(left(g, h, i, x - 6.0));
+            return left.fold(0.0, |sum, left| sum + square(left));
         };
         let s = (self.peak + k - mirror) as f32 + self.offset;
-        let mut sum = 0.0;
-        for (j, [a, b, c]) in
-            [(0.0, [a, b, c]), (2.0, [c, d, e]), (4.0, [e, f, g]), (6.0, [g, h, i])]
-        {
-            let ([re, im], away) = (left(a, b, c, x - j), (s + j).abs());
-            let tail = if away < REACHED as f32 + self.offset { tail(away) } else { 0.0 };
-            sum += square([re - image.re * tail, im - image.im * tail]);
-        }
-        sum
+        let away = [s, s + 2.0, s + 4.0, s + 6.0].map(f32::abs);
+        let beyond = REACHED as f32 + self.offset;
+        left.zip(away.into_iter().zip(tails(away))).fold(0.0, |sum, ([re, im], (away, tail))| {
+            let tail = if away < beyond { tail } else { 0.0 };
+            sum + square([re - image.re * tail, im - image.im * tail])
+        })
     }
 }
 
