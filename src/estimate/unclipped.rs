@@ -148,9 +148,9 @@ impl Unclipped {
     /// The offset is known, but the frequency is not corrected by it. So it is part of the error.
     pub fn widened(&self, sigma: f32, noise: f32) -> f32 {
         let own = noise / self.information;
-        let variance = (sigma * sigma).max(own);
-        // What was read scatters about what all of it would have told.
+        // What was read scatters about what all of it would have told, which scatters by the rest.
         let scatter = self.missed * own;
+        let variance = (sigma * sigma).max(own - scatter);
         (variance + (self.offset * self.offset - scatter).max(0.0)).root()
     }
 }

@@ -48,19 +48,21 @@ pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     }
 }
 
-/// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each.
+/// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each. `$first` are two products
+/// of 32 bits, with which a block begins.
 macro_rules! blocks {
-    ($($sum:literal)*) => {
+    ([$($load:literal)*] [$($first:literal)*] [$($start:literal)*] [$($next:literal)*]) => {
         concat!(
             "push {{r4-r11, lr}}
              add r3, r2, #256
              2:
-             mov r4, #0
-             mov r5, #0
-             mov r6, #0
-             mov r7, #0
-             .rept {groups}\n",
-            $($sum, "\n",)*
+             .rept 2\n",
+            $($load, "\n",)* $($first, "\n",)*
+            "asr r5, r4, #31
+             asr r7, r6, #31\n",
+            $($next, "\n",)*
+            ".rept {groups}-1\n",
+            $($load, "\n",)* $($start, "\n",)* $($next, "\n",)*
             ".endr
              lsr r4, r4, #{shift}
              lsr r6, r6, #{shift}
@@ -68,6 +70,7 @@ macro_rules! blocks {
              orr r6, r6, r7, lsl #32-{shift}
              strd r4, r6, [r2], #8
              sub r1, r1, #{factors}
+             .endr
              cmp r2, r3
              bne 2b
              pop {{r4-r11, pc}}"
@@ -88,12 +91,10 @@ unsafe extern "C" fn weighed<const N: usize>(
 ) {
     kernel!(
         blocks!(
-            "ldrd r8, r9, [r0], #8"
-            "ldm r1!, {{r10, r11, r12, lr}}"
-            "smlald r4, r5, r8, r10"
-            "smlald r6, r7, r8, r11"
-            "smlald r4, r5, r9, r12"
-            "smlald r6, r7, r9, lr"
+            ["ldrd r8, r9, [r0], #8" "ldm r1!, {{r10, r11, r12, lr}}"]
+            ["smuad r4, r8, r10" "smuad r6, r8, r11"]
+            ["smlald r4, r5, r8, r10" "smlald r6, r7, r8, r11"]
+            ["smlald r4, r5, r9, r12" "smlald r6, r7, r9, lr"]
         ),
         groups = const N / POINTS / 4,
         factors = const N / POINTS * size_of::<Factor>(),
@@ -113,12 +114,10 @@ unsafe extern "C" fn turned<const N: usize>(
 ) {
     kernel!(
         blocks!(
-            "ldrd r8, r9, [r0], #8"
-            "ldrd r10, r11, [r1], #8"
-            "smlsld r4, r5, r8, r10"
-            "smlaldx r6, r7, r8, r10"
-            "smlsld r4, r5, r9, r11"
-            "smlaldx r6, r7, r9, r11"
+            ["ldrd r8, r9, [r0], #8" "ldrd r10, r11, [r1], #8"]
+            ["smusd r4, r8, r10" "smuadx r6, r8, r10"]
+            ["smlsld r4, r5, r8, r10" "smlaldx r6, r7, r8, r10"]
+            ["smlsld r4, r5, r9, r11" "smlaldx r6, r7, r9, r11"]
         ),
         groups = const N / POINTS / 2,
         factors = const N / POINTS * size_of::<Factor>(),
