@@ -96,7 +96,7 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 }
 
 /// The stride of the first look, in pairs of points.
-pub(super) const SPARSE: usize = 8;
+pub(super) const SPARSE: usize = 16;
 
 /// The least sum of a pair's powers at which one of its bins may have the power `best`; 1 if any may,
 /// so that silence is not split.

@@ -200,6 +200,7 @@ pub fn fit_at<R: Record, const N: usize>(
 
 /// [`fit_at`] for a real record of N samples. `bins` are those within reach of `peak`, in units of
 /// `2^exponent` codes.
+#[cfg_attr(not(target_arch = "wasm32"), inline(never))] // so that all who fit share one
 pub(crate) fn fit_points<const N: usize>(
     points: &[Point],
     peak: i32,

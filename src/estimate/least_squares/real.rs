@@ -49,6 +49,9 @@ struct Side<T> {
     v: T,
 }
 
+/// The sides that share a division. The outermost that fill no group are left out.
+const GROUP: usize = 4;
+
 /// The eight sums over the bins beside the peak.
 struct Sums<T> {
     aa: T,
@@ -201,6 +204,7 @@ pub(super) fn fit_beside_slow<T: Scalar>(
     problem.read(beside);
     let first = slow::FIRST.min(peak - 2);
     problem.sides.retain(|side| peak + side.i >= first);
+    problem.sides.truncate(problem.sides.len() & !(GROUP - 1));
     problem.room[0] = peak - first;
     let slow = problem.slow_terms(n);
     let (low, high) = problem.limits();
@@ -456,6 +460,7 @@ impl<T: Scalar> Problem<T> {
                 let _ = self.sides.push(Side::new(i, bend + sine, straight + lean, high));
             }
         }
+        self.sides.truncate(self.sides.len() & !(GROUP - 1));
     }
 
     fn sums(&self, p: T) -> Sums<T> {
@@ -463,12 +468,10 @@ impl<T: Scalar> Problem<T> {
         let mut sums =
             Sums { aa: zero, s1: zero, bb: zero, dd: zero, r1: zero, r2: zero, q1: zero, q2: zero };
         let ep = self.e * p;
-        let (groups, rest) = self.sides.as_chunks::<4>();
-        for group in groups {
+        for group in self.sides.as_chunks::<GROUP>().0 {
             let inverses = inverses(group.each_ref().map(|side| ep - side.w));
             group.iter().zip(inverses).for_each(|(side, r)| sums.add(side, ep, r));
         }
-        rest.iter().for_each(|side| sums.add(side, ep, T::one() / (ep - side.w)));
         // A slope over p is e times one over e p.
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
         let e = self.e;
@@ -510,9 +513,9 @@ impl<T: Scalar> Problem<T> {
             add(sums, a, r, x);
             add(sums, b, s, y);
         }
-        for side in rest {
-            let y = T::one() / sums.argument(side.i);
-            add(sums, side, T::one() / (ep - side.w), y);
+        if let [side] = rest {
+            let [r, y, ..] = inverses([ep - side.w, sums.argument(side.i), T::one(), T::one()]);
+            add(sums, side, r, y);
         }
         sum
     }
@@ -521,11 +524,15 @@ impl<T: Scalar> Problem<T> {
     #[inline(always)]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
         let add = |sum, side: &Side<T>, r: T| sum + Self::left(line, side, ep * r).norm_sqr();
-        let (groups, rest) = sides.as_chunks::<4>();
+        let (groups, rest) = sides.as_chunks::<GROUP>();
         let sum = groups.iter().fold(sum, |sum, group| {
             let inverses = inverses(group.each_ref().map(|side| ep - side.w));
             group.iter().zip(inverses).fold(sum, |sum, (side, r)| add(sum, side, r))
         });
+        if !cfg!(feature = "methods") {
+            return sum;
+        }
+        // Near an end of the spectrum there may be some.
         rest.iter().fold(sum, |sum, side| add(sum, side, T::one() / (ep - side.w)))
     }
 }

@@ -51,23 +51,26 @@ impl Own {
         let (value, image) = (self.value, self.image);
         let [a, b, c, d, e, f, g, h, i] = bins;
         let own = tails([x, x - 2.0, x - 4.0, x - 6.0]);
-        let left = |[a, b, c]: [&Point; 3], tail: f32| {
-            let [re, im] = bend(a, b, c);
-            [re as f32 - value.re * tail, im as f32 - value.im * tail]
+        let mut left = [bend(a, b, c), bend(c, d, e), bend(e, f, g), bend(g, h, i)]
+            .map(|[re, im]| [re as f32, im as f32]);
+        let mut less = |value: Complex<f32>, tails: [f32; EACH]| {
+            for ([re, im], tail) in left.iter_mut().zip(tails) {
+                *re -= value.re * tail;
+                *im -= value.im * tail;
+            }
         };
-        let bends = [[a, b, c], [c, d, e], [e, f, g], [g, h, i]].into_iter().zip(own);
-        let left = bends.map(|(bins, tail)| left(bins, tail));
-        let square = |[re, im]: [f32; 2]| re * re + im * im;
-        let Some(mirror) = self.mirror else {
-            return left.fold(0.0, |sum, left| sum + square(left));
-        };
-        let s = (self.peak + k - mirror) as f32 + self.offset;
-        let away = [s, s + 2.0, s + 4.0, s + 6.0].map(f32::abs);
-        let beyond = REACHED as f32 + self.offset;
-        left.zip(away.into_iter().zip(tails(away))).fold(0.0, |sum, ([re, im], (away, tail))| {
-            let tail = if away < beyond { tail } else { 0.0 };
-            sum + square([re - image.re * tail, im - image.im * tail])
-        })
+        less(value, own);
+        if let Some(mirror) = self.mirror {
+            let s = (self.peak + k - mirror) as f32 + self.offset;
+            let away = [s, s + 2.0, s + 4.0, s + 6.0].map(f32::abs);
+            let beyond = REACHED as f32 + self.offset;
+            let mut seen = tails(away);
+            for (tail, away) in seen.iter_mut().zip(away) {
+                *tail = if away < beyond { *tail } else { 0.0 };
+            }
+            less(image, seen);
+        }
+        left.iter().fold(0.0, |sum, [re, im]| sum + (re * re + im * im))
     }
 }
 
