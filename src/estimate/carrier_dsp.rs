@@ -74,6 +74,7 @@ unsafe extern "C" fn pairs(
         "strd r10, r11, [sp, #52]", // cc,
         "strd r10, r11, [sp, #60]", // cs
         // r0: y; r10, r11: y c; r12, lr: y s.
+        ".p2align 2",
         "2:",
         "ldr r4, [r1], #4",
         "ldr r5, [r2], #4",

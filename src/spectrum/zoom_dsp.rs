@@ -55,6 +55,7 @@ macro_rules! blocks {
         concat!(
             "push {{r4-r11, lr}}
              add r3, r2, #256
+             .p2align 2
              2:
              .rept 2\n",
             $($load, "\n",)* $($first, "\n",)*
@@ -201,6 +202,7 @@ unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
         "sub sp, sp, #4",
         "add r2, r0, #64",
         "str r2, [sp]",
+        ".p2align 2",
         "2:",
         four!("0", "64"),
         turn!("r6", "r7", "64"),
@@ -259,6 +261,7 @@ unsafe extern "C" fn eights(points: *mut Point, bins: *mut Point) {
         "sub sp, sp, #4",
         "add r2, r1, #32",
         "str r2, [sp]",
+        ".p2align 2",
         "2:",
         four!("0", "16"),
         "strd r8, r9, [r0]",

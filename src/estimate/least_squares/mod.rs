@@ -117,16 +117,17 @@ impl<T: Scalar> Fit<T> {
     fn scaled(self, unit: T) -> Self {
         let Rest { within, along, cosine_squared } = self.rest;
         let power = unit * unit;
+        let rest = Rest {
+            within: within.map(|part| part * power),
+            along: along.map(|part| part * unit),
+            cosine_squared,
+        };
         Fit {
             line: self.line * unit,
             information: self.information * power,
             peak: self.peak * unit,
             residual: self.residual * power,
-            rest: Rest {
-                within: within.map(|part| part * power),
-                along: along.map(|part| part * unit),
-                cosine_squared,
-            },
+            rest: if cfg!(feature = "methods") { rest } else { self.rest },
             ..self
         }
     }

@@ -468,10 +468,7 @@ impl<T: Scalar> Problem<T> {
         let mut sums =
             Sums { aa: zero, s1: zero, bb: zero, dd: zero, r1: zero, r2: zero, q1: zero, q2: zero };
         let ep = self.e * p;
-        for group in self.sides.as_chunks::<GROUP>().0 {
-            let inverses = inverses(group.each_ref().map(|side| ep - side.w));
-            group.iter().zip(inverses).for_each(|(side, r)| sums.add(side, ep, r));
-        }
+        each(&self.sides, ep, |side, r| sums.add(side, ep, r));
         // A slope over p is e times one over e p.
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
         let e = self.e;
@@ -523,17 +520,24 @@ impl<T: Scalar> Problem<T> {
     /// `sum` and the power that is left in bins farther off.
     #[inline(always)]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
-        let add = |sum, side: &Side<T>, r: T| sum + Self::left(line, side, ep * r).norm_sqr();
-        let (groups, rest) = sides.as_chunks::<GROUP>();
-        let sum = groups.iter().fold(sum, |sum, group| {
-            let inverses = inverses(group.each_ref().map(|side| ep - side.w));
-            group.iter().zip(inverses).fold(sum, |sum, (side, r)| add(sum, side, r))
-        });
-        if !cfg!(feature = "methods") {
-            return sum;
-        }
-        // Near an end of the spectrum there may be some.
-        rest.iter().fold(sum, |sum, side| add(sum, side, T::one() / (ep - side.w)))
+        let mut sum = sum;
+        each(sides, ep, |side, r| sum = sum + Self::left(line, side, ep * r).norm_sqr());
+        sum
+    }
+}
+
+/// Each side with one over its distance from e p.
+#[inline(always)]
+fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
+    // The smallest programs take one after the other.
+    let (groups, rest) =
+        if cfg!(feature = "methods") { sides.as_chunks::<GROUP>() } else { (&[][..], sides) };
+    for group in groups {
+        let inverses = inverses(group.each_ref().map(|side| ep - side.w));
+        group.iter().zip(inverses).for_each(|(side, r)| take(side, r));
+    }
+    for side in rest {
+        take(side, T::one() / (ep - side.w));
     }
 }
 

@@ -1,6 +1,6 @@
 //! A tone's own share of the second differences of bins, in floats and in integers.
 
-use super::ring::{EACH, STEP};
+use super::ring::STEP;
 use crate::acquire::sample::Record;
 use crate::estimate::least_squares::Fit;
 use crate::estimate::least_squares::fixed::{product, quantised, square, tail};
@@ -45,30 +45,30 @@ impl Own {
     /// The power of a stretch, whose first difference is around bin `k`.
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
-        let tail = |x: f32| x * (x * x - 1.0);
-        let tails = |x: [f32; EACH]| inverses(x.map(tail));
+        let cubic = |x: f32| x * (x * x - 1.0);
         let x = (self.peak - k) as f32 + self.offset;
-        let (value, image) = (self.value, self.image);
         let [a, b, c, d, e, f, g, h, i] = bins;
-        let own = tails([x, x - 2.0, x - 4.0, x - 6.0]);
-        let mut left = [bend(a, b, c), bend(c, d, e), bend(e, f, g), bend(g, h, i)]
-            .map(|[re, im]| [re as f32, im as f32]);
-        let mut less = |value: Complex<f32>, tails: [f32; EACH]| {
-            for ([re, im], tail) in left.iter_mut().zip(tails) {
-                *re -= value.re * tail;
-                *im -= value.im * tail;
-            }
-        };
-        less(value, own);
+        let tails = inverses([x, x - 2.0, x - 4.0, x - 6.0].map(cubic));
+        let value = self.value;
+        let left =
+            |[re, im]: Point, tail: f32| [re as f32 - value.re * tail, im as f32 - value.im * tail];
+        let mut left = [
+            left(bend(a, b, c), tails[0]),
+            left(bend(c, d, e), tails[1]),
+            left(bend(e, f, g), tails[2]),
+            left(bend(g, h, i), tails[3]),
+        ];
         if let Some(mirror) = self.mirror {
-            let s = (self.peak + k - mirror) as f32 + self.offset;
-            let away = [s, s + 2.0, s + 4.0, s + 6.0].map(f32::abs);
-            let beyond = REACHED as f32 + self.offset;
-            let mut seen = tails(away);
-            for (tail, away) in seen.iter_mut().zip(away) {
-                *tail = if away < beyond { *tail } else { 0.0 };
+            let mut s = (self.peak + k - mirror) as f32 + self.offset;
+            for [re, im] in &mut left {
+                let away = s.abs();
+                if away < REACHED as f32 + self.offset {
+                    let tail = 1.0 / cubic(away);
+                    *re -= self.image.re * tail;
+                    *im -= self.image.im * tail;
+                }
+                s += 2.0;
             }
-            less(image, seen);
         }
         left.iter().fold(0.0, |sum, [re, im]| sum + (re * re + im * im))
     }

@@ -52,7 +52,7 @@ pub struct Beside {
 const FIRST: i32 = 7;
 
 /// Differences in a stretch, and bins from one stretch to the next.
-pub(super) const EACH: usize = 4;
+const EACH: usize = 4;
 pub(super) const STEP: usize = 2 * EACH;
 
 /// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
