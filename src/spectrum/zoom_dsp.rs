@@ -48,22 +48,19 @@ pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     }
 }
 
-/// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each. `$first` are two products
-/// of 32 bits, with which a block begins.
+/// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each.
 macro_rules! blocks {
-    ([$($load:literal)*] [$($first:literal)*] [$($start:literal)*] [$($next:literal)*]) => {
+    ($($sum:literal)*) => {
         concat!(
             "push {{r4-r11, lr}}
              add r3, r2, #256
-             .p2align 2
              2:
-             .rept 2\n",
-            $($load, "\n",)* $($first, "\n",)*
-            "asr r5, r4, #31
-             asr r7, r6, #31\n",
-            $($next, "\n",)*
-            ".rept {groups}-1\n",
-            $($load, "\n",)* $($start, "\n",)* $($next, "\n",)*
+             mov r4, #0
+             mov r5, #0
+             mov r6, #0
+             mov r7, #0
+             .rept {groups}\n",
+            $($sum, "\n",)*
             ".endr
              lsr r4, r4, #{shift}
              lsr r6, r6, #{shift}
@@ -71,7 +68,6 @@ macro_rules! blocks {
              orr r6, r6, r7, lsl #32-{shift}
              strd r4, r6, [r2], #8
              sub r1, r1, #{factors}
-             .endr
              cmp r2, r3
              bne 2b
              pop {{r4-r11, pc}}"
@@ -92,10 +88,12 @@ unsafe extern "C" fn weighed<const N: usize>(
 ) {
     kernel!(
         blocks!(
-            ["ldrd r8, r9, [r0], #8" "ldm r1!, {{r10, r11, r12, lr}}"]
-            ["smuad r4, r8, r10" "smuad r6, r8, r11"]
-            ["smlald r4, r5, r8, r10" "smlald r6, r7, r8, r11"]
-            ["smlald r4, r5, r9, r12" "smlald r6, r7, r9, lr"]
+            "ldrd r8, r9, [r0], #8"
+            "ldm r1!, {{r10, r11, r12, lr}}"
+            "smlald r4, r5, r8, r10"
+            "smlald r6, r7, r8, r11"
+            "smlald r4, r5, r9, r12"
+            "smlald r6, r7, r9, lr"
         ),
         groups = const N / POINTS / 4,
         factors = const N / POINTS * size_of::<Factor>(),
@@ -115,10 +113,12 @@ unsafe extern "C" fn turned<const N: usize>(
 ) {
     kernel!(
         blocks!(
-            ["ldrd r8, r9, [r0], #8" "ldrd r10, r11, [r1], #8"]
-            ["smusd r4, r8, r10" "smuadx r6, r8, r10"]
-            ["smlsld r4, r5, r8, r10" "smlaldx r6, r7, r8, r10"]
-            ["smlsld r4, r5, r9, r11" "smlaldx r6, r7, r9, r11"]
+            "ldrd r8, r9, [r0], #8"
+            "ldrd r10, r11, [r1], #8"
+            "smlsld r4, r5, r8, r10"
+            "smlaldx r6, r7, r8, r10"
+            "smlsld r4, r5, r9, r11"
+            "smlaldx r6, r7, r9, r11"
         ),
         groups = const N / POINTS / 2,
         factors = const N / POINTS * size_of::<Factor>(),
@@ -202,7 +202,6 @@ unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
         "sub sp, sp, #4",
         "add r2, r0, #64",
         "str r2, [sp]",
-        ".p2align 2",
         "2:",
         four!("0", "64"),
         turn!("r6", "r7", "64"),
@@ -261,7 +260,6 @@ unsafe extern "C" fn eights(points: *mut Point, bins: *mut Point) {
         "sub sp, sp, #4",
         "add r2, r1, #32",
         "str r2, [sp]",
-        ".p2align 2",
         "2:",
         four!("0", "16"),
         "strd r8, r9, [r0]",

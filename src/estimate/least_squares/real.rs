@@ -49,7 +49,7 @@ struct Side<T> {
     v: T,
 }
 
-/// The sides that share a division. The outermost that fill no group are left out.
+/// The sides that share a division.
 const GROUP: usize = 4;
 
 /// The eight sums over the bins beside the peak.
@@ -81,12 +81,19 @@ struct Problem<T> {
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
-    /// The step, in units of p.
-    forward: T,
+    /// The gradient: one over the information of it is the step, in units of p.
+    gradient: T,
     information: T,
     line: Complex<T>,
     /// The slope of `line` over p.
     slope: Complex<T>,
+}
+
+impl<T: Scalar> Step<T> {
+    /// The step in bins, where p changes at this speed.
+    fn forward(&self, speed: T) -> T {
+        limit(self.gradient / (self.information * speed), STEP_LIMIT)
+    }
 }
 
 /// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
@@ -124,7 +131,7 @@ impl<T: Scalar> Products<T> {
         let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (g11 * x2 - g12 * x1) * inverse);
         let information = own - (x1 * slope.re + x2 * slope.im);
         Step {
-            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
+            gradient: a * (q1 - x1) + b * (q2 - x2),
             information,
             line: Complex::new(a, b),
             slope: -slope,
@@ -204,7 +211,6 @@ pub(super) fn fit_beside_slow<T: Scalar>(
     problem.read(beside);
     let first = slow::FIRST.min(peak - 2);
     problem.sides.retain(|side| peak + side.i >= first);
-    problem.sides.truncate(problem.sides.len() & !(GROUP - 1));
     problem.room[0] = peak - first;
     let slow = problem.slow_terms(n);
     let (low, high) = problem.limits();
@@ -212,7 +218,7 @@ pub(super) fn fit_beside_slow<T: Scalar>(
     let (mut p, mut speed) = problem.cosine_offset(d);
     let (mut step, mut shares) = problem.step_beside(p, &slow);
     for _ in 0..STEPS {
-        d = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+        d = (d + step.forward(speed)).max(low).min(high);
         (p, speed) = problem.cosine_offset(d);
         (step, shares) = problem.step_beside(p, &slow);
     }
@@ -340,7 +346,7 @@ impl<T: Scalar> Problem<T> {
             if taken > 0 {
                 step = problem.step(p);
             }
-            let next = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+            let next = (d + step.forward(speed)).max(low).min(high);
             let moved = next - d;
             d = next;
             let information = step.information * speed * speed;
@@ -427,8 +433,9 @@ impl<T: Scalar> Problem<T> {
         let Complex { re: a, im: b } = step.line;
         let bent = self.e * p;
         let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).root();
-        let ratio = if d == T::zero() { T::one() } else { p / d };
-        let line = Complex::new((a - bent * b) / s, b) * (ratio / line_shape(d));
+        let (p_over, d_under) = if d == T::zero() { (T::one(), T::one()) } else { (p, d) };
+        let scale = p_over / (d_under * line_shape(d) * s);
+        let line = Complex::new((a - bent * b) * scale, b * (scale * s));
         let centre = self.centre - step.line;
         let (residual, rest) = self.residual(d, p, step.line, centre);
         Fit {
@@ -460,7 +467,6 @@ impl<T: Scalar> Problem<T> {
                 let _ = self.sides.push(Side::new(i, bend + sine, straight + lean, high));
             }
         }
-        self.sides.truncate(self.sides.len() & !(GROUP - 1));
     }
 
     fn sums(&self, p: T) -> Sums<T> {
