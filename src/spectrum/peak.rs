@@ -165,9 +165,19 @@ pub fn find<R: Record, const N: usize>(
         let three = spectrum.window(found.bin.wrapping_sub(1), &mut place);
         return of(&found, band, skirt, three.first_chunk()?);
     }
+    with_skirt(spectrum, band, &found)
+}
+
+/// The peak with the skirt that its bins have. It is a function of its own, because the search's loop needs all registers.
+#[inline(never)]
+fn with_skirt<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    band: Band,
+    found: &Scan,
+) -> Option<Peak> {
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    of(&found, band, skirt(found.bin, band, around), middle(around)?)
+    of(found, band, skirt(found.bin, band, around), middle(around)?)
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.
