@@ -2,6 +2,7 @@
 
 use super::noise::whole_fixed::Turn;
 use crate::acquire::codes::Between;
+use heapless::Vec;
 use num_complex::Complex;
 
 /// The most samples of a block: a 32nd of a record of 4096.
@@ -15,11 +16,9 @@ pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
 }
 
 /// The cosine and sine of a tone in a block where its phase starts at 0, in Q15.
-#[repr(C)]
 pub(super) struct Carrier {
-    cosines: [i16; LONGEST],
-    sines: [i16; LONGEST],
-    length: usize,
+    cosines: Vec<i16, LONGEST>,
+    sines: Vec<i16, LONGEST>,
     /// The sums over all samples.
     whole: Tone,
 }
@@ -79,14 +78,13 @@ impl Carrier {
     /// The tone that turns by `forward` from sample to sample, over `length` samples, at most
     /// [`LONGEST`].
     pub fn of(forward: Turn, length: usize) -> Self {
-        let (cosines, sines) = ([0; LONGEST], [0; LONGEST]);
-        let length = length.min(LONGEST);
-        let mut carrier = Self { cosines, sines, length, whole: Tone::default() };
+        let mut carrier = Self { cosines: Vec::new(), sines: Vec::new(), whole: Tone::default() };
         let mut turn = [1 << 30, 0];
-        let places = carrier.cosines.iter_mut().zip(&mut carrier.sines);
-        for (cosine, sine) in places.take(length) {
-            [*cosine, *sine] = turn.map(|x: i32| ((x + (1 << 14)) >> 15).min(32767) as i16);
-            carrier.whole.add((*cosine).into(), (*sine).into());
+        for _ in 0..length.min(LONGEST) {
+            let [cosine, sine] = turn.map(|x: i32| ((x + (1 << 14)) >> 15).min(32767) as i16);
+            // The vectors hold the longest.
+            let _ = (carrier.cosines.push(cosine), carrier.sines.push(sine));
+            carrier.whole.add(cosine.into(), sine.into());
             turn = advanced(turn, forward);
         }
         carrier
@@ -106,7 +104,7 @@ impl Carrier {
     /// The cosines and sines of a block.
     #[cfg(dsp)]
     fn parts(&self) -> [&[i16]; 2] {
-        [&self.cosines, &self.sines].map(|part| part.get(..self.length).unwrap_or_default())
+        [&self.cosines, &self.sines]
     }
 
     /// [`Carrier::sums`] by its definition, for samples of `STRIDE` numbers of which one is read.
@@ -119,7 +117,7 @@ impl Carrier {
         [inside, far_inside]: &[Between; 2],
     ) -> Sums {
         let mut sums = Loop::default();
-        let turns = self.cosines.iter().zip(&self.sines).take(self.length);
+        let turns = self.cosines.iter().zip(&self.sines);
         let [samples, others] = [samples, others].map(|x| x.as_chunks::<STRIDE>().0);
         let pairs = samples.iter().zip(others);
         for ((&c, &s), (sample, other)) in turns.zip(pairs) {

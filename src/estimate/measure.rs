@@ -133,9 +133,11 @@ pub fn measure<R: Record, const N: usize>(
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
     let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
-    // A line that is no steady tone takes more steps to the fit's end.
+    // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
+    // lessens.
     if cfg!(feature = "methods")
         && judgement.line != Line::Steady
+        && clipped <= CLIPPED
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         fit = more;

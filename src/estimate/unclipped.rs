@@ -45,10 +45,10 @@ const BLOCKS: usize = 32;
 const SHORTEST: usize = 8;
 
 /// Of a record of this length or a longer one, only blocks whose middle is at least this far from the record's
-/// middle, where its ends are at 1, are read: three eighths of the record have three quarters of the information about
-/// the frequency.
+/// middle, where its ends are at 1, are read: a quarter of the record has six tenths of the information about the
+/// frequency.
 const LONG: usize = 512;
-const OUTER: f32 = 0.625;
+const OUTER: f32 = 0.75;
 
 /// Noise stays within this many standard deviations.
 const DEVIATIONS: f32 = 4.0;
@@ -75,7 +75,7 @@ impl Unclipped {
     /// Fits the tone near a `frequency`, with the complex amplitude `tone` at the first sample,
     /// both as found in the whole record. `None` if the rails leave too few samples.
     ///
-    /// Cost: one pass over the outer three eighths of the record (I/Q: for each part), over all of it below 512
+    /// Cost: one pass over the outer quarter of the record (I/Q: for each part), over all of it below 512
     /// samples, and that of [`Lag`].
     pub fn of<R: Record>(
         samples: &[R::Sample],
@@ -148,9 +148,9 @@ impl Unclipped {
     /// The offset is known, but the frequency is not corrected by it. So it is part of the error.
     pub fn widened(&self, sigma: f32, noise: f32) -> f32 {
         let own = noise / self.information;
-        let variance = (sigma * sigma).max(own);
-        // What was read scatters about what all of it would have told.
+        // What was read scatters about what all of it would have told, which scatters by the rest.
         let scatter = self.missed * own;
+        let variance = (sigma * sigma).max(own - scatter);
         (variance + (self.offset * self.offset - scatter).max(0.0)).root()
     }
 }

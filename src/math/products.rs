@@ -16,3 +16,13 @@ pub const fn power(x: [i32; 2]) -> u64 {
     let [re, im] = [x[0] as i64, x[1] as i64];
     (re * re) as u64 + (im * im) as u64
 }
+
+/// A sum and the squared magnitude. One after the other the squares go into the sum without an instruction of their own.
+#[inline(always)]
+pub const fn plus_power(sum: u64, x: [i32; 2]) -> u64 {
+    if cfg!(short_products) {
+        return sum.wrapping_add(power(x));
+    }
+    let [re, im] = [x[0] as i64, x[1] as i64];
+    sum.wrapping_add((re * re) as u64).wrapping_add((im * im) as u64)
+}

@@ -17,7 +17,7 @@ use super::q15_bins;
 use super::scan::{self, Scan};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
-use crate::math::products::power;
+use crate::math::products::plus_power;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
 use integer::{Pair, Point};
@@ -161,7 +161,7 @@ impl Engine for I32 {
             #[cfg(mve)]
             return scan.beside_by(REACH, points, fft::kernel_mve::powers);
             #[cfg(not(mve))]
-            scan.beside(REACH, points, power)
+            scan.beside(REACH, points, plus_power)
         })
     }
 
@@ -175,7 +175,7 @@ impl Engine for I32 {
         }
         is_whole::<N>(&bins).then(|| {
             let scan = by_length!(R, N, scan::real, (points, const { splits(N) }));
-            scan.beside(REACH, points, power)
+            scan.beside(REACH, points, plus_power)
         })
     }
 }
@@ -223,7 +223,7 @@ impl Engine for Q15 {
         #[cfg(dsp)]
         if !R::IQ && is_whole::<N>(&bins) {
             let scan = by_length!(R, N, fft::kernel_q15::scan, (points, const { splits(N) }));
-            return Some(scan.beside(REACH, points, q15_bins::wide_power));
+            return Some(scan.beside(REACH, points, q15_bins::plus_wide_power));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -238,7 +238,7 @@ impl Engine for Q15 {
         }
         is_whole::<N>(&bins).then(|| {
             let scan = by_length!(R, N, q15_bins::scan, (points, const { splits(N) }));
-            scan.beside(REACH, points, q15_bins::wide_power)
+            scan.beside(REACH, points, q15_bins::plus_wide_power)
         })
     }
 }

@@ -159,9 +159,25 @@ pub fn find<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search(band);
+    // A search that knows the skirt needs no bins of it but the peak and its neighbours.
+    if let Some(skirt) = found.skirt {
+        let mut place = MaybeUninit::<[Point; 3]>::uninit();
+        let three = spectrum.window(found.bin.wrapping_sub(1), &mut place);
+        return of(&found, band, skirt, three.first_chunk()?);
+    }
+    with_skirt(spectrum, band, &found)
+}
+
+/// The peak with the skirt that its bins have. It is a function of its own, because the search's loop needs all registers.
+#[cfg_attr(feature = "methods", inline(never))]
+fn with_skirt<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    band: Band,
+    found: &Scan,
+) -> Option<Peak> {
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    of(&found, band, around)
+    of(found, band, skirt(found.bin, band, around), middle(around)?)
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.
@@ -174,17 +190,22 @@ pub fn find_portably<R: Record, const N: usize>(
         let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]
     });
-    of(&found, band, &around)
+    let skirt = found.skirt.unwrap_or_else(|| skirt(found.bin, band, &around));
+    of(&found, band, skirt, middle(&around)?)
 }
 
-/// The peak that a scan over a band has found, with the bins around it.
+/// The peak and its neighbours among the bins around it.
+fn middle(around: &[Point]) -> Option<&[Point; 3]> {
+    around.get(SKIRT as usize - 1..)?.first_chunk()
+}
+
+/// The peak that a scan over a band has found, with its skirt, itself and its neighbours.
 #[inline(always)]
-fn of(found: &Scan, band: Band, around: &[Point]) -> Option<Peak> {
+fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }
-    let skirt = found.skirt.unwrap_or_else(|| skirt(found.bin, band, around));
-    let [before, peak, after] = *around.get(SKIRT as usize - 1..)?.first_chunk()?;
+    let [before, peak, after] = *three;
     Some(Peak {
         bin: found.bin,
         power: [

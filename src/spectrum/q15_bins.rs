@@ -15,6 +15,12 @@ pub(super) fn wide_power(point: Pair) -> u64 {
     u64::from(power(point) as u32) << SQUARES
 }
 
+/// A sum and the power of a stored point in units of bins.
+#[inline(always)]
+pub(super) fn plus_wide_power(sum: u64, point: Pair) -> u64 {
+    sum.wrapping_add(wide_power(point))
+}
+
 /// A stored point in units of bins.
 #[inline(always)]
 pub fn wide([re, im]: Pair) -> Point {

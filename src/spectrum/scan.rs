@@ -96,7 +96,7 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
 }
 
 /// The stride of the first look, in pairs of points.
-pub(super) const SPARSE: usize = 8;
+pub(super) const SPARSE: usize = 16;
 
 /// The least sum of a pair's powers at which one of its bins may have the power `best`; 1 if any may,
 /// so that silence is not split.
@@ -172,11 +172,9 @@ impl Scan {
         self,
         reach: usize,
         points: &[P],
-        power: impl Fn(P) -> u64,
+        add: impl Fn(u64, P) -> u64,
     ) -> Self {
-        self.beside_by(reach, points, |sum, span| {
-            span.iter().fold(sum, |sum, &x| sum.wrapping_add(power(x)))
-        })
+        self.beside_by(reach, points, |sum, span| span.iter().fold(sum, |sum, &x| add(sum, x)))
     }
 
     /// [`Scan::beside`], with a way to add the powers of points to a sum.
@@ -209,6 +207,7 @@ impl Scan {
 mod tests {
     use super::super::fft::twiddle;
     use super::*;
+    use crate::math::products::plus_power;
     use crate::spectrum::peak::{Band, Search};
     use std::println;
     use std::vec::Vec;
@@ -303,7 +302,7 @@ mod tests {
     fn a_skirt_and_its_mirror_hold_each_point_once() {
         let points = [[1i32, 0]; 128];
         for bin in 1..128i32 {
-            let scan = Scan { bin, ..Scan::from(0) }.beside(8, &points, power);
+            let scan = Scan { bin, ..Scan::from(0) }.beside(8, &points, plus_power);
             let near = |k: i32| k.abs_diff(bin) <= 8 || (128 - k).abs_diff(bin) <= 8;
             let count = (1..128).filter(|&k| near(k)).count() as u64;
             assert_eq!(scan.skirt, Some(Skirt { power: count, points: count as u32 }), "{bin}");

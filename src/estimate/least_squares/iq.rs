@@ -15,7 +15,7 @@
 //!
 //! and p moves by `Re{(A Q - B P) / (D P - B Q)}`: no sine depends on the unknown.
 
-use super::rest::{self, NEAR, Rest};
+use super::rest::{self, NEAR, Rest, SCALES};
 use super::{
     Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
 };
@@ -253,13 +253,19 @@ impl<T: Scalar> Sides<T> for Floats<T> {
             return (far(&self.0, T::zero()), Rest::none());
         }
         let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
+        let mut within = [centre.norm_sqr(); 3];
         for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
+            let left = left(side);
+            let power = left.norm_sqr();
+            sums.add(left, T::one() / sums.argument(side.i));
+            let scales = within.iter_mut().zip(SCALES).filter(|(_, scale)| side.i.abs() <= *scale);
+            scales.for_each(|(within, _)| *within = *within + power);
             // At this distance m is 1.
-            sum = sum + sums.add(side.i, left(side)) / side.m;
+            sum = sum + power / side.m;
             count += 1;
         }
         let rest = self.0.get(count..).unwrap_or(&[]);
-        (far(rest, sum), sums.rest())
+        (far(rest, sum), sums.rest(within))
     }
 
     fn count(&self) -> usize {

@@ -113,6 +113,25 @@ impl<T: Scalar> Fit<T> {
         }
     }
 
+    /// The same fit of a record `unit` times as strong.
+    fn scaled(self, unit: T) -> Self {
+        let Rest { within, along, cosine_squared } = self.rest;
+        let power = unit * unit;
+        let rest = Rest {
+            within: within.map(|part| part * power),
+            along: along.map(|part| part * unit),
+            cosine_squared,
+        };
+        Fit {
+            line: self.line * unit,
+            information: self.information * power,
+            peak: self.peak * unit,
+            residual: self.residual * power,
+            rest: if cfg!(feature = "methods") { rest } else { self.rest },
+            ..self
+        }
+    }
+
     pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
         let turn = if iq { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
         self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T>(iq, n)
@@ -182,6 +201,7 @@ pub fn fit_at<R: Record, const N: usize>(
 
 /// [`fit_at`] for a real record of N samples. `bins` are those within reach of `peak`, in units of
 /// `2^exponent` codes.
+#[cfg_attr(not(target_arch = "wasm32"), inline(never))] // so that all who fit share one
 pub(crate) fn fit_points<const N: usize>(
     points: &[Point],
     peak: i32,
@@ -203,25 +223,22 @@ fn real_points(
     course: Course<f32>,
     table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
-    let reach = points.len() / 2;
-    real::fit(n, peak, bins(points, exponent), reach, course, constants(table))
+    let (centre, beside) = bins(points, table)?;
+    Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
 }
 
-/// The bins of points, by their distance from the middle one.
+/// The middle one of a fit's bins and those beside it.
 #[inline(always)]
-fn bins(points: &[Point], exponent: i32) -> impl Fn(i32) -> Complex<f32> {
-    let (unit, middle) = (f32::two_to(exponent), points.len() as i32 / 2);
-    move |k| {
-        let place = usize::try_from(k.wrapping_add(middle)).unwrap_or(usize::MAX);
-        let [re, im] = points.get(place).copied().unwrap_or([0; 2]);
-        Complex::new(re as f32 * unit, im as f32 * unit)
-    }
-}
-
-/// The constants of a distance.
-#[inline(always)]
-fn constants(table: &[Distance<f32>; REACH + 1]) -> impl Fn(i32) -> Distance<f32> {
-    |i| table.get(i as usize).copied().unwrap_or(NO_DISTANCE)
+fn bins<'a>(
+    points: &'a [Point],
+    table: &'a [Distance<f32>; REACH + 1],
+) -> Option<(Complex<f32>, impl Iterator<Item = real::Both<f32>> + 'a)> {
+    let bin = |&[re, im]: &Point| Complex::new(re as f32, im as f32);
+    let (below, rest) = points.split_at_checked(points.len() / 2)?;
+    let (centre, above) = rest.split_first()?;
+    let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = beside.map(move |((&distance, high), low)| ([bin(low), bin(high)], distance));
+    Some((bin(centre), beside))
 }
 
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
@@ -253,50 +270,44 @@ fn beside_slow(
     reach: usize,
     table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
-    real::fit_beside_slow(n, peak, bins(points, exponent), reach, constants(table))
+    let middle = points.len() / 2;
+    let points = points.get(middle.checked_sub(reach)?..=middle + reach)?;
+    let (centre, beside) = bins(points, table)?;
+    Some(real::fit_beside_slow(n, peak, centre, beside)?.scaled(f32::two_to(exponent)))
 }
 
 /// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
 #[derive(Clone, Copy)]
 pub(crate) struct Distance<T> {
-    /// `sin(e i) / e`
-    near: T,
-    /// `(1 - cos(e i)) / e^2`
-    bend: T,
+    /// `sin(e i)`
+    sine: T,
     /// `1 - cos(e i)`
     versine: T,
 }
 
-/// For a distance beyond the table, which no fit has.
-const NO_DISTANCE: Distance<f32> = Distance { near: 0.0, bend: 0.0, versine: 0.0 };
+/// Of the peak itself.
+const NO_DISTANCE: Distance<f32> = Distance { sine: 0.0, versine: 0.0 };
 
 impl<T: Scalar> Distance<T> {
     fn new(i: i32, n: i32) -> Self {
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
         let half = circle::<T>(i, n.saturating_mul(2));
-        let versine = T::of(2.0) * half.im * half.im;
-        let sine = T::of(2.0) * half.im * half.re;
-        Distance { near: sine / e, bend: versine / (e * e), versine }
+        let two = T::of(2.0);
+        Distance { sine: two * half.im * half.re, versine: two * half.im * half.im }
     }
 }
 
 /// The constants of every distance up to the reach.
 const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     let mut table = [NO_DISTANCE; REACH + 1];
-    let e = core::f64::consts::TAU / N as f64;
     let mut i = 1;
     while i <= REACH {
         // By half the angle, so that 1 - cos does not cancel.
         let (sin, cos) = sin_cos(i, 2 * N);
-        let versine = 2.0 * sin * sin;
         // This runs at compile time: an index out of range would not compile.
         #[allow(clippy::indexing_slicing)]
         {
-            table[i] = Distance {
-                near: (2.0 * sin * cos / e) as f32,
-                bend: (versine / (e * e)) as f32,
-                versine: versine as f32,
-            };
+            table[i] =
+                Distance { sine: (2.0 * sin * cos) as f32, versine: (2.0 * sin * sin) as f32 };
         }
         i += 1;
     }
@@ -313,7 +324,9 @@ pub(crate) fn fit_known<R: Record, const N: usize>(
         return iq::fit(bins, reach, course);
     }
     let table = const { &singles::<N>() };
-    real::fit(N as i32, bins.peak(), |k| bins.at(k), reach, course, constants(table))
+    let beside = (1..=reach as i32).zip(table.iter().skip(1));
+    let beside = beside.map(|(i, &distance)| ([bins.at(-i), bins.at(i)], distance));
+    real::fit(N as i32, bins.peak(), bins.at(0), beside, course)
 }
 
 /// [`fit`] with any reach up to 16.
@@ -326,7 +339,8 @@ pub(crate) fn fit_bins<T: Scalar, R: Record>(
         return iq::fit(bins, reach, course);
     }
     let n = bins.n() as i32;
-    real::fit(n, bins.peak(), |k| bins.at(k), reach, course, |i| Distance::new(i, n))
+    let beside = distances(reach).map(|i| ([bins.at(-i), bins.at(i)], Distance::new(i, n)));
+    real::fit(n, bins.peak(), bins.at(0), beside, course)
 }
 
 /// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 if there is no

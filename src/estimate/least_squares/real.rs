@@ -26,13 +26,12 @@
 //!
 //! Only bins 1..=N/2-1 enter, so a DC offset has no effect.
 
-use super::rest::{self, NEAR, Rest};
+use super::rest::{self, Rest, SCALES};
 use super::slow;
 use super::{
-    Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances,
-    limit,
+    Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, limit,
 };
-use crate::math::scalar::Scalar;
+use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
@@ -43,11 +42,15 @@ use num_complex::Complex;
 struct Side<T> {
     /// The distance from the peak in bins.
     i: i32,
-    u: T,
+    /// e u
+    w: T,
     s: T,
     x: Complex<T>,
     v: T,
 }
+
+/// The sides that share a division.
+const GROUP: usize = 4;
 
 /// The eight sums over the bins beside the peak.
 struct Sums<T> {
@@ -66,19 +69,31 @@ struct Problem<T> {
     peak: i32,
     last: i32,
     e: T,
+    /// C / S
+    cotangent: T,
     c: T,
     centre: Complex<T>,
+    /// The nearest first.
     sides: Vec<Side<T>, { 2 * REACH }>,
+    /// The bins below the peak and above it that a fit may read.
+    room: [i32; 2],
 }
 
 /// One evaluation of the normal equations at an offset.
 struct Step<T> {
-    /// The step, in units of p.
-    forward: T,
+    /// The gradient: one over the information of it is the step, in units of p.
+    gradient: T,
     information: T,
     line: Complex<T>,
     /// The slope of `line` over p.
     slope: Complex<T>,
+}
+
+impl<T: Scalar> Step<T> {
+    /// The step in bins, where p changes at this speed.
+    fn forward(&self, speed: T) -> T {
+        limit(self.gradient / (self.information * speed), STEP_LIMIT)
+    }
 }
 
 /// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
@@ -116,7 +131,7 @@ impl<T: Scalar> Products<T> {
         let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (g11 * x2 - g12 * x1) * inverse);
         let information = own - (x1 * slope.re + x2 * slope.im);
         Step {
-            forward: (a * (q1 - x1) + b * (q2 - x2)) / information,
+            gradient: a * (q1 - x1) + b * (q2 - x2),
             information,
             line: Complex::new(a, b),
             slope: -slope,
@@ -157,17 +172,25 @@ fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
     a.re * b.re + a.im * b.im
 }
 
-/// Fits a tone to the bins around `peak` of a record of `n` samples. `bin(k)` is the bin k bins
-/// from the peak.
+/// The bins below and above the peak, and what is known of their distance.
+pub(super) type Both<T> = ([Complex<T>; 2], Distance<T>);
+
+/// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own and those beside it, the nearest
+/// first, at most [`REACH`] on each side.
+#[inline(always)]
 pub(super) fn fit<T: Scalar>(
     n: i32,
     peak: i32,
-    bin: impl Fn(i32) -> Complex<T>,
-    reach: usize,
+    centre: Complex<T>,
+    beside: impl Iterator<Item = Both<T>>,
     course: Course<T>,
-    distance: impl Fn(i32) -> Distance<T>,
 ) -> Option<Fit<T>> {
-    Some(Problem::new(n, peak, bin, reach, distance)?.fit(course))
+    if !Problem::has_tone(n, peak, centre) {
+        return None;
+    }
+    let mut problem = Problem::new(n, peak, centre);
+    problem.read(beside);
+    Some(problem.fit(course))
 }
 
 /// Gauss-Newton steps of a fit beside slow terms.
@@ -178,20 +201,24 @@ const STEPS: u32 = 2;
 pub(super) fn fit_beside_slow<T: Scalar>(
     n: i32,
     peak: i32,
-    bin: impl Fn(i32) -> Complex<T>,
-    reach: usize,
-    distance: impl Fn(i32) -> Distance<T>,
+    centre: Complex<T>,
+    beside: impl Iterator<Item = Both<T>>,
 ) -> Option<Fit<T>> {
-    let mut problem = Problem::new(n, peak, bin, reach, distance)?;
+    if !Problem::has_tone(n, peak, centre) {
+        return None;
+    }
+    let mut problem = Problem::new(n, peak, centre);
+    problem.read(beside);
     let first = slow::FIRST.min(peak - 2);
     problem.sides.retain(|side| peak + side.i >= first);
+    problem.room[0] = peak - first;
     let slow = problem.slow_terms(n);
     let (low, high) = problem.limits();
     let mut d = limit(problem.start(), START_LIMIT).max(low).min(high);
     let (mut p, mut speed) = problem.cosine_offset(d);
     let (mut step, mut shares) = problem.step_beside(p, &slow);
     for _ in 0..STEPS {
-        d = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+        d = (d + step.forward(speed)).max(low).min(high);
         (p, speed) = problem.cosine_offset(d);
         (step, shares) = problem.step_beside(p, &slow);
     }
@@ -203,31 +230,25 @@ pub(super) fn fit_beside_slow<T: Scalar>(
 }
 
 impl<T: Scalar> Problem<T> {
-    /// `None` if nothing can be fitted.
-    fn new(
-        n: i32,
-        peak: i32,
-        bin: impl Fn(i32) -> Complex<T>,
-        reach: usize,
-        distance: impl Fn(i32) -> Distance<T>,
-    ) -> Option<Self> {
-        let (last, centre) = (n / 2 - 1, bin(0));
-        if peak < 1 || peak > last || centre.norm_sqr() <= T::zero() {
-            return None;
-        }
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
-        let w = circle::<T>(peak, n);
-        // The bins are built in place: a vector made elsewhere would be copied here.
-        let mut problem =
-            Problem { peak, last, e, c: e * (w.re / w.im), centre, sides: Vec::new() };
-        problem.read(bin, reach, distance);
-        Some(problem)
+    /// Whether there is a tone to fit.
+    fn has_tone(n: i32, peak: i32, centre: Complex<T>) -> bool {
+        peak >= 1 && peak < n / 2 && centre.norm_sqr() > T::zero()
     }
 
-    /// What the tone at p leaves of a bin.
-    fn left(&self, p: T, line: Complex<T>, side: &Side<T>) -> Complex<T> {
-        let h = p / (p - side.u);
-        let model = Complex::new(line.re - line.im * self.e * side.u, line.im * side.s);
+    /// Without sides: they are read in place, because a problem with all of them would be copied.
+    #[inline(always)]
+    fn new(n: i32, peak: i32, centre: Complex<T>) -> Self {
+        let last = n / 2 - 1;
+        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let w = circle::<T>(peak, n);
+        let (cotangent, room) = (w.re / w.im, [peak - 1, last - peak]);
+        Problem { peak, last, e, cotangent, c: e * cotangent, centre, sides: Vec::new(), room }
+    }
+
+    /// What the tone leaves of a bin in which the model is h times the basis.
+    #[inline(always)]
+    fn left(line: Complex<T>, side: &Side<T>, h: T) -> Complex<T> {
+        let model = Complex::new(line.re - line.im * side.w, line.im * side.s);
         side.x - model * h
     }
 
@@ -259,11 +280,11 @@ impl<T: Scalar> Problem<T> {
         // The peak itself: h = 1, h' = 0.
         let mut shares = slow.centre.map(|q| [q.re, q.im, T::zero(), T::zero()]);
         for (side, terms) in self.sides.iter().zip(&slow.sides) {
-            let r = T::one() / (p - side.u);
+            let r = T::one() / (p - side.w / self.e);
             let h = p * r;
             let slope = (T::one() - h) * r;
             for (share, q) in shares.iter_mut().zip(terms) {
-                let v = side.s * q.im - self.e * side.u * q.re;
+                let v = side.s * q.im - side.w * q.re;
                 let parts = [h * q.re, h * v, slope * q.re, slope * v];
                 share.iter_mut().zip(parts).for_each(|(sum, part)| *sum = *sum + part);
             }
@@ -296,7 +317,7 @@ impl<T: Scalar> Problem<T> {
         self.centre = self.centre - sum(&slow.centre);
         for (side, terms) in self.sides.iter_mut().zip(&slow.sides) {
             side.x = side.x - sum(terms);
-            side.v = side.s * side.x.im - self.e * side.u * side.x.re;
+            side.v = side.s * side.x.im - side.w * side.x.re;
         }
     }
 
@@ -309,6 +330,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Gauss-Newton steps.
+    #[inline(always)]
     fn fit(&self, course: Course<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
@@ -324,7 +346,7 @@ impl<T: Scalar> Problem<T> {
             if taken > 0 {
                 step = problem.step(p);
             }
-            let next = (d + limit(step.forward / speed, STEP_LIMIT)).max(low).min(high);
+            let next = (d + step.forward(speed)).max(low).min(high);
             let moved = next - d;
             d = next;
             let information = step.information * speed * speed;
@@ -359,11 +381,11 @@ impl<T: Scalar> Problem<T> {
         let (mut above, mut below) = (T::zero(), T::zero());
         for side in self.sides.iter().take(2) {
             let x = side.x;
-            let (re, im) = (x.re - a + self.e * side.u * b, x.im - side.s * b);
-            above = above + side.u * (x.re * re + x.im * im);
+            let (re, im) = (x.re - a + side.w * b, x.im - side.s * b);
+            above = above + side.w * (x.re * re + x.im * im);
             below = below + re * re + im * im;
         }
-        let p = above / below;
+        let p = above / (below * self.e);
         // d of p: tan(e d / 2) = e p / (1 + sqrt(1 + 2 c p - e^2 p^2)), an angle below 0.05.
         let p = limit(p, START_LIMIT);
         let root = (T::one() + T::of(2.0) * self.c * p - self.e * self.e * p * p).max(T::zero());
@@ -411,8 +433,9 @@ impl<T: Scalar> Problem<T> {
         let Complex { re: a, im: b } = step.line;
         let bent = self.e * p;
         let s = (T::one() + (self.c + self.c) * p - bent * bent).max(T::epsilon()).root();
-        let ratio = if d == T::zero() { T::one() } else { p / d };
-        let line = Complex::new((a - bent * b) / s, b) * (ratio / line_shape(d));
+        let (p_over, d_under) = if d == T::zero() { (T::one(), T::one()) } else { (p, d) };
+        let scale = p_over / (d_under * line_shape(d) * s);
+        let line = Complex::new((a - bent * b) * scale, b * (scale * s));
         let centre = self.centre - step.line;
         let (residual, rest) = self.residual(d, p, step.line, centre);
         Fit {
@@ -428,25 +451,20 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Takes the bins beside the peak, the nearest first.
-    fn read(
-        &mut self,
-        bin: impl Fn(i32) -> Complex<T>,
-        reach: usize,
-        distance: impl Fn(i32) -> Distance<T>,
-    ) {
-        let (e, c) = (self.e, self.c);
-        for i in distances(reach) {
-            let Distance { near, bend, versine } = distance(i);
-            let bend = c * bend;
-            for (k, sign) in [(-i, -T::one()), (i, T::one())] {
-                if self.peak + k < 1 || self.peak + k > self.last {
-                    continue;
-                }
-                let u = sign * near + bend;
-                let s = T::one() - versine + sign * c * near;
-                let x = bin(k);
-                // The vector holds every distance up to the reach.
-                let _ = self.sides.push(Side { i: k, u, s, x, v: s * x.im - e * u * x.re });
+    #[inline(always)]
+    fn read(&mut self, beside: impl Iterator<Item = Both<T>>) {
+        let (cotangent, [below, above]) = (self.cotangent, self.room);
+        for (index, ([low, high], distance)) in beside.enumerate() {
+            let i = index as i32 + 1;
+            let Distance { sine, versine } = distance;
+            let (bend, straight, lean) =
+                (cotangent * versine, T::one() - versine, cotangent * sine);
+            // The vector holds every distance up to the reach.
+            if i <= below {
+                let _ = self.sides.push(Side::new(-i, bend - sine, straight - lean, low));
+            }
+            if i <= above {
+                let _ = self.sides.push(Side::new(i, bend + sine, straight + lean, high));
             }
         }
     }
@@ -455,37 +473,100 @@ impl<T: Scalar> Problem<T> {
         let zero = T::zero();
         let mut sums =
             Sums { aa: zero, s1: zero, bb: zero, dd: zero, r1: zero, r2: zero, q1: zero, q2: zero };
-        for side in &self.sides {
-            let r = T::one() / (p - side.u);
-            let h = p * r;
-            let slope = (T::one() - h) * r;
-            sums.aa = sums.aa + h * h;
-            sums.s1 = sums.s1 + slope;
-            sums.bb = sums.bb + h * slope;
-            sums.dd = sums.dd + slope * slope;
-            sums.r1 = sums.r1 + h * side.x.re;
-            sums.r2 = sums.r2 + h * side.v;
-            sums.q1 = sums.q1 + slope * side.x.re;
-            sums.q2 = sums.q2 + slope * side.v;
-        }
-        sums
+        let ep = self.e * p;
+        each(&self.sides, ep, |side, r| sums.add(side, ep, r));
+        // A slope over p is e times one over e p.
+        let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
+        let e = self.e;
+        Sums { aa, s1: e * s1, bb: e * bb, dd: e * e * dd, r1, r2, q1: e * q1, q2: e * q2 }
     }
 
     /// The power that the model leaves and its places; the peak's own bin leaves `centre`.
     fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
-        let left = |side: &Side<T>| self.left(p, line, side);
-        let far = |sides: &[Side<T>], sum| {
-            sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr())
-        };
-        let own = centre.norm_sqr();
+        let (ep, own) = (self.e * p, centre.norm_sqr());
         if !cfg!(feature = "methods") {
-            return (far(&self.sides, own), Rest::none());
+            return (Self::far(&self.sides, ep, line, own), Rest::none());
         }
-        let (mut sum, mut sums, mut count) = (own, rest::Sums::new(d, centre), 0);
-        for side in self.sides.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {
-            sum = sum + sums.add(side.i, left(side));
-            count += 1;
+        let mut sums = rest::Sums::new(d, centre);
+        let (mut from, mut sum, mut within) = (0, own, [own; 3]);
+        for (reach, within) in SCALES.into_iter().zip(&mut within) {
+            let [below, above] = self.room.map(|room| room.min(reach));
+            let to = self.sides.len().min((below + above) as usize);
+            sum =
+                Self::near(self.sides.get(from..to).unwrap_or_default(), ep, line, sum, &mut sums);
+            (from, *within) = (to, sum);
         }
-        (far(self.sides.get(count..).unwrap_or(&[]), sum), sums.rest())
+        let far = self.sides.get(from..).unwrap_or_default();
+        (Self::far(far, ep, line, sum), sums.rest(within))
+    }
+
+    /// `sum` and the power that is left in bins near the line, which are added to `sums` as well.
+    #[inline(always)]
+    fn near(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T, sums: &mut rest::Sums<T>) -> T {
+        let (pairs, rest) = sides.as_chunks::<2>();
+        let mut sum = sum;
+        let mut add = |sums: &mut rest::Sums<T>, side: &Side<T>, r: T, y: T| {
+            let left = Self::left(line, side, ep * r);
+            sums.add(left, y);
+            sum = sum + left.norm_sqr();
+        };
+        for [a, b] in pairs {
+            let [x, y] = [a, b].map(|side| sums.argument(side.i));
+            let [r, s, x, y] = inverses([ep - a.w, ep - b.w, x, y]);
+            add(sums, a, r, x);
+            add(sums, b, s, y);
+        }
+        if let [side] = rest {
+            let [r, y, ..] = inverses([ep - side.w, sums.argument(side.i), T::one(), T::one()]);
+            add(sums, side, r, y);
+        }
+        sum
+    }
+
+    /// `sum` and the power that is left in bins farther off.
+    #[inline(always)]
+    fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
+        let mut sum = sum;
+        each(sides, ep, |side, r| sum = sum + Self::left(line, side, ep * r).norm_sqr());
+        sum
+    }
+}
+
+/// Each side with one over its distance from e p.
+#[inline(always)]
+fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
+    // The smallest programs take one after the other.
+    let (groups, rest) =
+        if cfg!(feature = "methods") { sides.as_chunks::<GROUP>() } else { (&[][..], sides) };
+    for group in groups {
+        let inverses = inverses(group.each_ref().map(|side| ep - side.w));
+        group.iter().zip(inverses).for_each(|(side, r)| take(side, r));
+    }
+    for side in rest {
+        take(side, T::one() / (ep - side.w));
+    }
+}
+
+impl<T: Scalar> Side<T> {
+    #[inline(always)]
+    fn new(i: i32, w: T, s: T, x: Complex<T>) -> Self {
+        Side { i, w, s, x, v: s * x.im - w * x.re }
+    }
+}
+
+impl<T: Scalar> Sums<T> {
+    /// Adds a side, with `r` one over its distance from e p.
+    #[inline(always)]
+    fn add(&mut self, side: &Side<T>, ep: T, r: T) {
+        let h = ep * r;
+        let slope = (T::one() - h) * r;
+        self.aa = self.aa + h * h;
+        self.s1 = self.s1 + slope;
+        self.bb = self.bb + h * slope;
+        self.dd = self.dd + slope * slope;
+        self.r1 = self.r1 + h * side.x.re;
+        self.r2 = self.r2 + h * side.v;
+        self.q1 = self.q1 + slope * side.x.re;
+        self.q2 = self.q2 + slope * side.v;
     }
 }

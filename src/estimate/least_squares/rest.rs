@@ -22,6 +22,9 @@ use num_complex::Complex;
 /// Bins on each side that are read.
 pub(super) const NEAR: usize = 8;
 
+/// The bins on each side whose power is told.
+pub(super) const SCALES: [i32; 3] = [2, 4, NEAR as i32];
+
 /// What a fit leaves near its line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest<T> {
@@ -40,15 +43,13 @@ pub(super) struct Sums<T> {
     x: T,
     sine: T,
     cosine: T,
-    /// The power up to 2 bins from the peak, from there up to 4, and up to 8.
-    within: [T; 3],
     along: [Complex<T>; 3],
 }
 
 impl<T: Scalar> Sums<T> {
     /// For a tone at the offset d; `centre` is the residual of the peak's own bin.
     pub fn new(d: T, centre: Complex<T>) -> Self {
-        let (zero, of) = (T::zero(), T::of);
+        let of = T::of;
         let x = d * of(PI);
         // The angle is doubled twice.
         let quarter = d * of(FRAC_PI_4);
@@ -63,23 +64,19 @@ impl<T: Scalar> Sums<T> {
             x,
             sine: x * line_shape(d),
             cosine: of(2.0) * half * half - T::one(),
-            within: [centre.norm_sqr(), zero, zero],
             along: [centre * (x * g1), centre * (z * g2), centre * (z * x * g3)],
         }
     }
 
-    /// Adds the residual i bins from the peak, within [`NEAR`] and not 0. Returns its power.
+    /// What [`Sums::add`] wants one over for the bin i bins from the peak.
     #[inline(always)]
-    pub fn add(&mut self, i: i32, left: Complex<T>) -> T {
-        let power = left.norm_sqr();
-        let [two, four, eight] = &mut self.within;
-        let scale = match i.unsigned_abs() {
-            0..=2 => two,
-            3..=4 => four,
-            _ => eight,
-        };
-        *scale = *scale + power;
-        let y = T::one() / (self.x - T::of(PI) * T::of_i32(i));
+    pub fn argument(&self, i: i32) -> T {
+        self.x - T::of(PI) * T::of_i32(i)
+    }
+
+    /// Adds the residual of a bin within [`NEAR`] and not the peak's own. `y` is one over its [`Sums::argument`].
+    #[inline(always)]
+    pub fn add(&mut self, left: Complex<T>, y: T) {
         let zeroth = self.sine * y;
         let first = (zeroth - self.cosine) * y;
         let second = T::of(3.0) * first * y - zeroth;
@@ -87,17 +84,11 @@ impl<T: Scalar> Sums<T> {
         for (sum, shape) in self.along.iter_mut().zip([first, second, third]) {
             *sum = *sum + left * shape;
         }
-        power
     }
 
-    pub fn rest(&self) -> Rest<T> {
-        let [two, four, eight] = self.within;
-        let four = two + four;
-        Rest {
-            within: [two, four, four + eight],
-            along: self.along,
-            cosine_squared: self.cosine * self.cosine,
-        }
+    /// With the power up to each of [`SCALES`].
+    pub fn rest(&self, within: [T; 3]) -> Rest<T> {
+        Rest { within, along: self.along, cosine_squared: self.cosine * self.cosine }
     }
 }
 
@@ -137,9 +128,10 @@ mod tests {
                 let centre = if d == 0.0 { small } else { function(0, order) };
                 let mut sums = Sums::new(d, Complex::new(centre, 0.0));
                 for i in (1..=8).flat_map(|i| [-i, i]) {
-                    sums.add(i, Complex::new(function(i, order), 0.0));
+                    let y = 1.0 / (PI * (d - f64::from(i)));
+                    sums.add(Complex::new(function(i, order), 0.0), y);
                 }
-                let rest = sums.rest();
+                let rest = sums.rest([0.0; 3]);
                 let squares = [1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0][order];
                 for (other, along) in rest.along.iter().enumerate() {
                     let expected = if other == order { squares } else { 0.0 };

@@ -4,7 +4,7 @@ use super::ring::STEP;
 use crate::acquire::sample::Record;
 use crate::estimate::least_squares::Fit;
 use crate::estimate::least_squares::fixed::{product, quantised, square, tail};
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::{Scalar as _, inverses};
 use crate::math::series::line_shape;
 use crate::spectrum::fft::integer::Point;
 use num_complex::Complex;
@@ -45,29 +45,32 @@ impl Own {
     /// The power of a stretch, whose first difference is around bin `k`.
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
-        let tail = |x: f32| 1.0 / (x * (x * x - 1.0));
+        let cubic = |x: f32| x * (x * x - 1.0);
         let x = (self.peak - k) as f32 + self.offset;
-        let (value, image) = (self.value, self.image);
         let [a, b, c, d, e, f, g, h, i] = bins;
-        let left = |a: &Point, b: &Point, c: &Point, x: f32| {
-            let (tail, [re, im]) = (tail(x), bend(a, b, c));
-            [re as f32 - value.re * tail, im as f32 - value.im * tail]
-        };
-        let square = |[re, im]: [f32; 2]| re * re + im * im;
-        let Some(mirror) = self.mirror else {
-            let near = square(left(a, b, c, x)) + square(left(c, d, e, x - 2.0));
-            return near + square(left(e, f, g, x - 4.0)) + square(left(g, h, i, x - 6.0));
-        };
-        let s = (self.peak + k - mirror) as f32 + self.offset;
-        let mut sum = 0.0;
-        for (j, [a, b, c]) in
-            [(0.0, [a, b, c]), (2.0, [c, d, e]), (4.0, [e, f, g]), (6.0, [g, h, i])]
-        {
-            let ([re, im], away) = (left(a, b, c, x - j), (s + j).abs());
-            let tail = if away < REACHED as f32 + self.offset { tail(away) } else { 0.0 };
-            sum += square([re - image.re * tail, im - image.im * tail]);
+        let tails = inverses([x, x - 2.0, x - 4.0, x - 6.0].map(cubic));
+        let value = self.value;
+        let left =
+            |[re, im]: Point, tail: f32| [re as f32 - value.re * tail, im as f32 - value.im * tail];
+        let mut left = [
+            left(bend(a, b, c), tails[0]),
+            left(bend(c, d, e), tails[1]),
+            left(bend(e, f, g), tails[2]),
+            left(bend(g, h, i), tails[3]),
+        ];
+        if let Some(mirror) = self.mirror {
+            let mut s = (self.peak + k - mirror) as f32 + self.offset;
+            for [re, im] in &mut left {
+                let away = s.abs();
+                if away < REACHED as f32 + self.offset {
+                    let tail = 1.0 / cubic(away);
+                    *re -= self.image.re * tail;
+                    *im -= self.image.im * tail;
+                }
+                s += 2.0;
+            }
         }
-        sum
+        left.iter().fold(0.0, |sum, [re, im]| sum + (re * re + im * im))
     }
 }
 

@@ -1,4 +1,6 @@
 //! The loops that read a real record's points: the search and the bins around a peak.
+//!
+//! A branch to a wide instruction across two words takes a cycle more (Cortex-M4 TRM, 3.3.1), so loops begin at a word.
 
 use super::{Packed, Point};
 use crate::spectrum::fft::assembly::{kernel, worth};
@@ -37,6 +39,7 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "add r2, r2, #8",
         "sub r3, r3, r0, lsr #1",
         "b 8f",
+        ".p2align 2",
         "2:",
         "ldrd r4, r5, [r0], #-8",
         "ldrd r6, r7, [r2], #8",
@@ -145,6 +148,7 @@ pub unsafe extern "C" fn span_below(
     kernel!(
         "ldr r12, [sp]",
         "push {{r4-r10, lr}}",
+        ".p2align 2",
         "2:",
         "ldrd r5, r6, [r0], #8",
         "ldrd r7, r8, [r1], #-8",
@@ -174,6 +178,7 @@ pub unsafe extern "C" fn span_above(
     kernel!(
         "ldr r12, [sp]",
         "push {{r4-r10, lr}}",
+        ".p2align 2",
         "2:",
         "ldrd r7, r8, [r0], #8",
         "ldrd r5, r6, [r1], #-8",

@@ -13,7 +13,7 @@ macro_rules! begin {
         "rbit r5, r3
          ubfx r5, r5, #16-{digits}, #{digits}
          and r6, r5, #0x55555555
-         add r5, r5, r6
+         add.w r5, r5, r6 // wide, so that the groups begin at a word
          add r5, r5, r6, lsl #1 // twice h with its digits in base 4 backwards
          add lr, r0, r5, lsl #1
          add r3, r3, #1<<16"
@@ -64,6 +64,7 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
 ) {
     kernel!(
         "push {{r4-r11, lr}}",
+        ".p2align 2",
         "2:",
         begin!(),
         "3:",
@@ -144,6 +145,7 @@ pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mu
     kernel!(
         "push {{r4-r11, lr}}",
         "mov r3, r2",
+        ".p2align 2",
         "2:",
         begin!(),
         "3:",

@@ -36,7 +36,7 @@ use passes::{even, fine, long, near, short};
 #[cfg(all(not(mve), feature = "methods"))]
 use rails::first_strong;
 #[cfg(not(mve))]
-use rails::{all_outside, any_outside};
+use rails::{all_outside, first_outside};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -207,22 +207,27 @@ pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     // SAFETY: the range is inside `pairs`, and not empty.
     unsafe {
         let (from, to) = (groups.start.cast(), groups.end.cast());
-        if any_outside(from, to, low, high) == 0 { 0 } else { all_outside(from, to, low, high) }
+        #[cfg(not(mve))]
+        let from = first_outside(from, to, low, high);
+        #[cfg(mve)]
+        let from = if any_outside(from, to, low, high) == 0 { to } else { from };
+        if from == to { 0 } else { all_outside(from, to, low, high) }
     }
 }
 
-/// The pairs from the first group of 16 on that holds a pair whose squares add up to `least^2` or more. The
+/// The pairs from the first group of 32 on that holds a pair whose squares add up to `least^2` or more. The
 /// smallest programs leave this out.
 #[cfg(all(not(mve), feature = "methods"))]
 fn beyond_weak(pairs: &[Pair], least: i32) -> &[Pair] {
-    let groups = pairs.as_chunks::<16>().0;
+    let groups = pairs.as_chunks::<32>().0;
     if least < 1 || groups.is_empty() {
         return pairs;
     }
     let range = groups.as_ptr_range();
     // SAFETY: the range is inside `pairs`, and not empty; the result is in it, or its end.
     let weak = unsafe {
-        let strong = first_strong(range.start.cast(), range.end.cast(), -least * least);
+        let room = (i32::MAX - least * least).wrapping_add(1);
+        let strong = first_strong(range.start.cast(), range.end.cast(), room);
         strong.cast::<Pair>().offset_from_unsigned(pairs.as_ptr())
     };
     pairs.get(weak..).unwrap_or_default()

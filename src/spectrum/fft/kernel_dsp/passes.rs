@@ -42,6 +42,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "add r2, r2, r3",
         "strd r4, r5, [sp]",    // the next point of a leg, and the leg's end
         "strd r2, r3, [sp, #8]", // its factors, and the stride
+        ".p2align 2",
         "2:",
         plain_legs!(
             leg!("ldrd", "r7", "r9", 1),
@@ -59,6 +60,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "str r5, [sp, #8]",
         "add r5, r0, #8",
         "str r5, [sp]",
+        ".p2align 2",
         "4:",
         outer_legs!(leg!("ldrd", "r5", "r6", 1), "r2", leg!("ldrd", "r5", "r7", 3), "r4"),
         middle_leg!(leg!("ldrd", "r7", "r9", 2), "r3", "r11"),
@@ -115,6 +117,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
         "mov r3, r5",
         plain_of_legs!(),
         turned!(),
+        ".p2align 2",
         "2:",
         turned!(),
         turned!(),
@@ -206,6 +209,7 @@ pub(super) unsafe extern "C" fn fine(
         "mov r1, r5",
         plain_of_legs!(),
         turned!(),
+        ".p2align 2",
         "2:",
         turned!(),
         turned!(),
@@ -234,6 +238,7 @@ pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, tab
             "ldrd r10, r9, [r0, #512]\n"
         ),
         "b 3f",
+        ".p2align 2",
         "2:",
         "ldm r2, {{r3, r4, lr}}",
         "add r2, r2, #12*{stride}",
@@ -272,6 +277,7 @@ pub(super) unsafe extern "C" fn even(block: *mut Point, table: *const Triple) {
             "ldrd r10, r9, [r1, #-1016]\n"
         ),
         "b 3f",
+        ".p2align 2",
         "2:",
         "ldm r2!, {{r4, r11, lr}}",
         outer_legs!("ldrd r5, r6, [r0, #8]\n", "r4", "ldrd r5, r7, [r1, #8]\n", "lr"),

@@ -62,6 +62,7 @@ unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2
     kernel!(
         "push {{r2, r4-r11, lr}}",
         "ldrd r2, r12, [r2]",
+        ".p2align 2",
         "2:",
         "ldm r0!, {{r4-r11}}",
         look!("r4", "r5"; "r6", "r7"; "r8", "r9"; "r10", "r11"),
@@ -234,6 +235,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
         "movw r2, #{diagonal}",
         "movt r2, #{diagonal}",
         "movw r3, #0x4000",
+        ".p2align 2",
         "2:",
         next_groups!(),
         // Four groups, whose first digit is the last of their place.
@@ -314,6 +316,7 @@ unsafe extern "C" fn fours<const M: usize, const UP: bool>(
         ".if {up}",
         keep_shift!(),
         ".endif",
+        ".p2align 2",
         "2:",
         next_groups!(),
         ".rept 4",

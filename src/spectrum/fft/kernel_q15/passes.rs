@@ -177,6 +177,7 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
         rounding!(),
         "mov r12, #0",
         "mov lr, #{turns}", // what turns one rounding of leg 0 into the other
+        ".p2align 2",
         "2:",
         first!(0),
         between!(),
@@ -275,6 +276,7 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
         sums!(),
         store!(),
         turned!(),
+        ".p2align 2",
         "2:",
         "eor r6, r6, r12",
         turned!(),

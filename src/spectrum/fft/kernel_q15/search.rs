@@ -125,6 +125,7 @@ unsafe extern "C" fn pairs_outwards(
         pair!("r5", "r6", "10", "11"),
         // Two pairs at once, each of two words.
         "sub r0, r0, #4",
+        ".p2align 2",
         "2:",
         "ldrd r4, r5, [r0], #-8",
         "ldrd r6, r7, [r2], #8",
@@ -154,6 +155,7 @@ unsafe extern "C" fn strongest_pair(lower: *const Pair, upper: *const Pair) -> i
     kernel!(
         "push {{r4, lr}}",
         "mov r12, #0",
+        ".p2align 2",
         "2:",
         "ldr r2, [r0], #4*{sparse}",
         "ldr r3, [r1], #-4*{sparse}",
