@@ -122,6 +122,34 @@ fn check(wrong: Vec<String>) {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Noise of one part of the spectrum alone, 60 dB above the tone: its peaks pass for a tone hardly ever. A record of 256 has no
+/// room for a ring within such a band, so it errs once in 250 at most.
+#[test]
+fn coloured_noise_alone_is_weak() {
+    fn passing<const N: usize>(text: &str) -> f64 {
+        let field = field::<Real, N>(text, -60.0, None, 20_000);
+        field.print();
+        field.share(|seen| !seen.is(Verdict::Weak))
+    }
+    let mut wrong = Vec::new();
+    for text in [
+        "none",
+        "noise-low-pass:0.5",
+        "noise-low-pass:0.25",
+        "noise-low-pass:0.5,order=4",
+        "noise-band-pass:0.5,width=0.25",
+        "noise-band-pass:0.5,width=0.5",
+        "noise-rc:0.4,sections=3",
+    ] {
+        let (short, long) = (passing::<256>(text), passing::<1024>(text));
+        println!("{text}: {short:.3} % at N = 256, {long:.3} % at N = 1024");
+        if short > 0.4 || long > 0.02 {
+            wrong.push(format!("{text}: {short:.3} % at N = 256, {long:.3} % at N = 1024"));
+        }
+    }
+    check(wrong);
+}
+
 #[test]
 fn few_lies() {
     let mut wrong = Vec::new();

@@ -206,7 +206,8 @@ fn noise_alone_is_weak() {
     });
     let alarms = seen.iter().filter(|&&v| v < Verdict::Weak).count() as f64 / 2000.0;
     println!("seed 10: {alarms:.3} of nominal");
-    assert!((0.93..=1.07).contains(&alarms));
+    // The ring and the residual, which coloured noise must exceed, refuse a tenth of them.
+    assert!((0.8..=1.05).contains(&alarms));
 }
 
 /// How a record clips.

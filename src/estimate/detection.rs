@@ -19,8 +19,8 @@ const FLOOR: u32 = 47;
 pub enum Less {
     /// Not lowered.
     Nothing = 0,
-    /// By a factor of 32.
-    Some = 5,
+    /// By a factor of 256.
+    Some = 8,
     /// By a factor of 1024.
     Most = 10,
 }

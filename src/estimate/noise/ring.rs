@@ -204,8 +204,10 @@ pub fn loud<R: Record, const N: usize>(
         if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
     };
     let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
-    let power = (left.0.max(right.0) * unit(spectrum)).max(rounding::<R>());
-    let freedom = left.1 + right.1;
+    let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
+    let power = (louder.0 * unit(spectrum)).max(rounding::<R>());
+    // A side that is much quieter is of another noise, and makes the louder one no more accurate.
+    let freedom = if louder.0 > 2.0 * quieter.0 { louder.1 } else { louder.1 + quieter.1 };
     (freedom > 0.0).then_some(Beside {
         noise: Noise { power, freedom },
         loud: power,
