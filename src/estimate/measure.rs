@@ -283,8 +283,8 @@ fn stands_out<R: Record, const N: usize>(
 /// Shorter records have rings as wide as what a filter leaves of the spectrum.
 const HUMPED: usize = 512;
 /// The middle one of the three residuals over the ring's noise, above which the ring does not tell the noise
-/// here. White noise exceeds it in one record of 2000.
-const HUMP: f32 = 2.0;
+/// here. White noise hardly ever exceeds it.
+const HUMP: f32 = 3.0;
 /// The independent real numbers that the middle one and the least are as accurate as.
 const MIDDLE: f32 = 14.0;
 const LEAST: f32 = 8.0;
@@ -295,16 +295,18 @@ const LOUDER: f32 = 1.4;
 /// line may be in one of them, and the middle one. A fit of eight bins has no bins beyond, and at the
 /// spectrum's ends there are fewer.
 pub(super) fn spread<R: Record, const N: usize>(fit: &Fit<f32>, peak: i32) -> [f32; 2] {
-    let bins = |nearest: i32, farthest: i32| {
-        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
-        let (left, right) =
-            if R::IQ { (N as i32, N as i32) } else { (peak - 1, N as i32 / 2 - 1 - peak) };
-        side(left) + side(right)
-    };
     let [two, four, eight] = fit.rest.within;
-    let share = |power: f32, bins: i32| power / bins.max(1) as f32;
-    let (near, middle) = (share(four - two, bins(3, 4)), share(eight - four, bins(5, 8)));
-    let far = share(fit.residual - eight, bins(9, 16));
+    let last = N as i32 / 2 - 1;
+    let shares = if R::IQ || (17..last - 16).contains(&peak) {
+        [0.25, 0.125, 0.0625]
+    } else {
+        [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
+            let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
+            1.0 / (side(peak - 1) + side(last - peak)).max(1) as f32
+        })
+    };
+    let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
+    let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
     let (low, high) = (near.min(middle), near.max(middle));
     if far > 0.0 { [low.min(far), high.min(low.max(far))] } else { [low, high] }
 }

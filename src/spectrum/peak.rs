@@ -169,7 +169,6 @@ pub fn find<R: Record, const N: usize>(
 }
 
 /// The peak with the skirt that its bins have. It is a function of its own, because the search's loop needs all registers.
-#[cfg_attr(feature = "methods", inline(never))]
 fn with_skirt<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,

@@ -104,6 +104,9 @@ pub(crate) fn around<'a, R: Record, const N: usize>(
 /// The bins of one side.
 type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
+/// The freedom of a side of three stretches: it tells little by itself.
+const FEW: f32 = 24.0;
+
 /// Stretches on each side of the wide ring, which decides whether a weak peak is a tone.
 const WIDE: usize = 7;
 
@@ -206,8 +209,10 @@ pub fn loud<R: Record, const N: usize>(
     let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
     let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
     let power = (louder.0 * unit(spectrum)).max(rounding::<R>());
-    // A side that is much quieter is of another noise, and makes the louder one no more accurate.
-    let freedom = if louder.0 > 2.0 * quieter.0 { louder.1 } else { louder.1 + quieter.1 };
+    let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
+    // A side that is quieter by more than chance is of another noise, and makes the louder one no more accurate.
+    let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
+    let freedom = if apart { louder.1 } else { louder.1 + quieter.1 };
     (freedom > 0.0).then_some(Beside {
         noise: Noise { power, freedom },
         loud: power,
