@@ -297,18 +297,21 @@ const LOUDER: f32 = 1.4;
 pub(super) fn spread<R: Record, const N: usize>(fit: &Fit<f32>, peak: i32) -> [f32; 2] {
     let [two, four, eight] = fit.rest.within;
     let last = N as i32 / 2 - 1;
-    let shares = if R::IQ || (17..last - 16).contains(&peak) {
-        [0.25, 0.125, 0.0625]
-    } else {
-        [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
-            let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
-            1.0 / (side(peak - 1) + side(last - peak)).max(1) as f32
-        })
-    };
+    let inside = R::IQ || (17..last - 16).contains(&peak);
+    let shares = if inside { [0.25, 0.125, 0.0625] } else { shares(peak - 1, last - peak) };
     let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
     let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
     let (low, high) = (near.min(middle), near.max(middle));
     if far > 0.0 { [low.min(far), high.min(low.max(far))] } else { [low, high] }
+}
+
+/// One over the number of bins 3 to 4, 5 to 8 and 9 to 16 away, of so many on each side.
+#[inline(never)]
+fn shares(left: i32, right: i32) -> [f32; 3] {
+    [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
+        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
+        1.0 / (side(left) + side(right)).max(1) as f32
+    })
 }
 
 // Both are compiled once for all kinds and lengths of records.

@@ -228,7 +228,7 @@ fn real_points(
 }
 
 /// The middle one of a fit's bins and those beside it.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn bins<'a>(
     points: &'a [Point],
     table: &'a [Distance<f32>; REACH + 1],

@@ -119,7 +119,7 @@ struct Products<T> {
 
 impl<T: Scalar> Products<T> {
     /// The normal equations: the line by elimination, and the step that follows from it.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn step(&self) -> Step<T> {
         let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
         let inverse = T::one() / (g11 * g22 - g12 * g12);
@@ -177,7 +177,7 @@ pub(super) type Both<T> = ([Complex<T>; 2], Distance<T>);
 
 /// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own and those beside it, the nearest
 /// first, at most [`REACH`] on each side.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn fit<T: Scalar>(
     n: i32,
     peak: i32,
@@ -236,7 +236,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Without sides: they are read in place, because a problem with all of them would be copied.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn new(n: i32, peak: i32, centre: Complex<T>) -> Self {
         let last = n / 2 - 1;
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
@@ -246,7 +246,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// What the tone leaves of a bin in which the model is h times the basis.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn left(line: Complex<T>, side: &Side<T>, h: T) -> Complex<T> {
         let model = Complex::new(line.re - line.im * side.w, line.im * side.s);
         side.x - model * h
@@ -330,7 +330,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Gauss-Newton steps.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn fit(&self, course: Course<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
@@ -399,7 +399,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// The inner products at p, from the sums.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn products(&self, p: T) -> Products<T> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sums(p);
         // The peak itself: h = 1, h' = 0.
@@ -451,7 +451,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Takes the bins beside the peak, the nearest first.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn read(&mut self, beside: impl Iterator<Item = Both<T>>) {
         let (cotangent, [below, above]) = (self.cotangent, self.room);
         for (index, ([low, high], distance)) in beside.enumerate() {
@@ -501,7 +501,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// `sum` and the power that is left in bins near the line, which are added to `sums` as well.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn near(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T, sums: &mut rest::Sums<T>) -> T {
         let (pairs, rest) = sides.as_chunks::<2>();
         let mut sum = sum;
@@ -524,7 +524,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// `sum` and the power that is left in bins farther off.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
         let mut sum = sum;
         each(sides, ep, |side, r| sum = sum + Self::left(line, side, ep * r).norm_sqr());
@@ -533,7 +533,7 @@ impl<T: Scalar> Problem<T> {
 }
 
 /// Each side with one over its distance from e p.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
     // The smallest programs take one after the other.
     let (groups, rest) =
@@ -548,7 +548,7 @@ fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) 
 }
 
 impl<T: Scalar> Side<T> {
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn new(i: i32, w: T, s: T, x: Complex<T>) -> Self {
         Side { i, w, s, x, v: s * x.im - w * x.re }
     }
@@ -556,7 +556,7 @@ impl<T: Scalar> Side<T> {
 
 impl<T: Scalar> Sums<T> {
     /// Adds a side, with `r` one over its distance from e p.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn add(&mut self, side: &Side<T>, ep: T, r: T) {
         let h = ep * r;
         let slope = (T::one() - h) * r;

@@ -268,7 +268,7 @@ pub(crate) fn window<'a>(
 }
 
 /// Fills `places` from an iterator and returns the places it filled.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn filled(
     places: &mut [MaybeUninit<Point>],
     bins: impl Iterator<Item = Point>,
@@ -284,7 +284,7 @@ pub(crate) fn filled(
 }
 
 /// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
     let (dr, di) = (p[0].wrapping_sub(q[0]), p[1].wrapping_add(q[1]));
@@ -295,7 +295,7 @@ pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
 }
 
 /// The radix-4 butterfly of four points, already turned and halved.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     let (sum, difference) = (add(b, d), sub(b, d));
     let (even, odd) = (add(a, c), sub(a, c));
@@ -308,19 +308,19 @@ fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
 }
 
 /// The four-point transform.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn dft4(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     butterfly(a, b, c, d)
 }
 
 /// x (cos - j sin) / 2, with the factor packed as `cos | -sin << 16`.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn turn(x: Point, w: Packed) -> Point {
     [low(x[0], w).wrapping_sub(high(x[1], w)), low(x[1], w).wrapping_add(high(x[0], w))]
 }
 
 /// x (cos - j sin) / 2, with a factor `[cos, sin]` of 32 bits (SMMUL, then SMMLA or SMMLS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
     let product = |x: i32, factor: i32| i64::from(x) * i64::from(factor);
     let upper = |product: i64| (product >> 32) as i32;
@@ -333,20 +333,20 @@ fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
 }
 
 /// x times the low Q15 half of `w`, halved and floored (SMULWB).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn low(x: i32, w: Packed) -> i32 {
     scaled(x, (w << 16) as i32)
 }
 
 /// x times the high Q15 half of `w`, halved and floored (SMULWT).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn high(x: i32, w: Packed) -> i32 {
     scaled(x, (w & 0xffff_0000) as i32)
 }
 
 /// x times a Q15 number in the upper half of a word, halved and floored: the upper word of the
 /// product. A core without an instruction for that word takes two products of half the width.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn scaled(x: i32, factor: i32) -> i32 {
     if cfg!(short_products) {
         let factor = factor >> 16;
@@ -357,7 +357,7 @@ fn scaled(x: i32, factor: i32) -> i32 {
 }
 
 /// x times sqrt(1/2) in Q15, shifted up by `shift`.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     if NARROW {
         return x.wrapping_mul(23170) >> (15 - shift);
@@ -365,27 +365,27 @@ fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     low(x << (shift + 1), 23170)
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn widen(pair: Option<&Pair>, shift: u32) -> Point {
     pair.map_or([0; 2], |p| up([i32::from(p[0]), i32::from(p[1])], shift))
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn up(x: Point, shift: u32) -> Point {
     [x[0] << shift, x[1] << shift]
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn half(x: Point) -> Point {
     [x[0] >> 1, x[1] >> 1]
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn add(a: Point, b: Point) -> Point {
     [a[0].wrapping_add(b[0]), a[1].wrapping_add(b[1])]
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn sub(a: Point, b: Point) -> Point {
     [a[0].wrapping_sub(b[0]), a[1].wrapping_sub(b[1])]
 }
