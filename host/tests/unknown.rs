@@ -143,7 +143,9 @@ fn picket(folder: &Path, arguments: &[String]) -> String {
 
 #[test]
 fn what_a_look_proposes_finds_the_tone() {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed(15));
+    const SEED: u64 = 15;
+    let seed = seed(SEED);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("unknown");
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -182,7 +184,9 @@ fn what_a_look_proposes_finds_the_tone() {
     println!(
         "{found} of {RECORDINGS} tones are found by what is proposed; {hums} with hum, {clips} clipped"
     );
-    assert!(hums > 0 && clips > 0);
+    // Another seed may clip three of them.
+    let few = if seed == SEED { 3 } else { 0 };
+    assert!(hums > few && clips > few);
     assert!(found >= 28, "{found} of {RECORDINGS}");
 }
 
