@@ -48,6 +48,13 @@ impl Threshold {
         Self { log: log(bins as f64 / pfa) as f32 }
     }
 
+    /// The threshold for the floor where the noise beside the peak is tested as well. That test refuses a tenth of the
+    /// noise which the floor lets pass, so the floor lets a tenth more pass: both together pass what is asked.
+    pub fn with_another(&self) -> Self {
+        const REFUSED: f32 = 0.095;
+        Self { log: (self.log - REFUSED).max(0.0) }
+    }
+
     /// The ratio by which a peak must exceed the mean of `floor_bins` other bins. It is infinite
     /// without them.
     pub fn over(&self, floor_bins: u32) -> f32 {

@@ -178,7 +178,7 @@ pub fn measure<R: Record, const N: usize>(
             && R::IQ
             && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise),
         gap: stamp.gap,
-        weak: !(options.threshold.detects(peak)
+        weak: !(of_floor::<R, N>(options.threshold).detects(peak)
             && stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic)),
         sigma,
     };
@@ -234,6 +234,11 @@ fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
     // quiet side.
     let power = if middle > 1.5 * all { middle } else { all };
     beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
+}
+
+/// The threshold for the floor: where a record has room for a ring, that is another test.
+fn of_floor<R: Record, const N: usize>(threshold: Threshold) -> Threshold {
+    if const { ring::has_room::<R, N>() } { threshold.with_another() } else { threshold }
 }
 
 /// Whether a peak exceeds both the noise of the louder side and the fit's residual from 3 bins on.

@@ -60,9 +60,11 @@ pub(crate) const fn stride<R: Record, const N: usize, const BINS: usize>() -> us
     stride
 }
 
-/// The number of real numbers that the estimate averages.
+/// The independent real numbers that the estimate is as accurate as. A bin has two, but bins do not count alike: with
+/// weights w it is `2 (sum w)^2 / sum w^2`, 4/3 a bin for I/Q and for a real tone in the middle of the spectrum.
 pub const fn freedom<R: Record, const N: usize, const BINS: usize>() -> u32 {
-    2 * count::<R, N, BINS>() as u32
+    let count = count::<R, N, BINS>() as u32;
+    count + count / 3
 }
 
 /// The number of bins that the estimate reads.
