@@ -1,6 +1,7 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
 
-use super::detection::{Less, Threshold};
+use super::detection::Threshold;
+use super::evidence::stands_out;
 use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, judge};
@@ -178,8 +179,7 @@ pub fn measure<R: Record, const N: usize>(
             && R::IQ
             && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise),
         gap: stamp.gap,
-        weak: !(of_floor::<R, N>(options.threshold).detects(peak)
-            && stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic)),
+        weak: !stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic),
         sigma,
     };
     seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
@@ -234,89 +234,6 @@ fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
     // quiet side.
     let power = if middle > 1.5 * all { middle } else { all };
     beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
-}
-
-/// The threshold for the floor: where a record has room for a ring, that is another test.
-fn of_floor<R: Record, const N: usize>(threshold: Threshold) -> Threshold {
-    if const { ring::has_room::<R, N>() } { threshold.with_another() } else { threshold }
-}
-
-/// Whether a peak exceeds both the noise of the louder side and the fit's residual from 3 bins on.
-fn stands_out<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: &Peak,
-    fit: &Fit<f32>,
-    beside: &Beside,
-    threshold: Threshold,
-    arithmetic: Arithmetic,
-) -> bool {
-    let unit = f32::two_to(2 * spectrum.exponent());
-    let power = peak.power[1] as f32 * unit;
-    let ring = beside.loud * N as f32;
-    let [least, middle] =
-        if cfg!(feature = "methods") { spread::<R, N>(fit, peak.bin) } else { [0.0; 2] };
-    if const { N < HUMPED } && middle > HUMP * ring {
-        // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
-        let detects =
-            |rest, freedom| threshold.detects_beside(power / rest, freedom, Less::Nothing);
-        return detects(middle, MIDDLE) || detects(least, LEAST);
-    }
-    if threshold.is_far_above(power / least.max(ring)) {
-        return true;
-    }
-    // The smallest programs use only the ring that they have.
-    let wide = if cfg!(feature = "methods") {
-        ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside)
-    } else {
-        *beside
-    };
-    // The floor is a test of its own where it is as loud as the ring.
-    let floor = peak.floor as f32 * unit;
-    let tested = Threshold::has_floor(peak)
-        && wide.loud * N as f32 * peak.floor_bins as f32 <= LOUDER * floor;
-    let less = if tested { Less::Some } else { Less::Nothing };
-    let detects = |beside: &Beside, less| {
-        threshold.detects_beside(
-            power / least.max(beside.loud * N as f32),
-            beside.noise.freedom,
-            less,
-        )
-    };
-    detects(&wide, less) && detects(beside, Less::Most)
-}
-
-/// Shorter records have rings as wide as what a filter leaves of the spectrum.
-const HUMPED: usize = 512;
-/// The middle one of the three residuals over the ring's noise, above which the ring does not tell the noise
-/// here. White noise hardly ever exceeds it.
-const HUMP: f32 = 3.0;
-/// The independent real numbers that the middle one and the least are as accurate as.
-const MIDDLE: f32 = 14.0;
-const LEAST: f32 = 8.0;
-/// The ring's noise over the floor's, above which the floor is that of another part of the spectrum.
-const LOUDER: f32 = 1.4;
-
-/// The residual power of a bin 3 to 4, 5 to 8 and 9 to 16 bins away: the least of the three, because another
-/// line may be in one of them, and the middle one. A fit of eight bins has no bins beyond, and at the
-/// spectrum's ends there are fewer.
-pub(super) fn spread<R: Record, const N: usize>(fit: &Fit<f32>, peak: i32) -> [f32; 2] {
-    let [two, four, eight] = fit.rest.within;
-    let last = N as i32 / 2 - 1;
-    let inside = R::IQ || (17..last - 16).contains(&peak);
-    let shares = if inside { [0.25, 0.125, 0.0625] } else { shares(peak - 1, last - peak) };
-    let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
-    let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
-    let (low, high) = (near.min(middle), near.max(middle));
-    if far > 0.0 { [low.min(far), high.min(low.max(far))] } else { [low, high] }
-}
-
-/// One over the number of bins 3 to 4, 5 to 8 and 9 to 16 away, of so many on each side.
-#[inline(never)]
-fn shares(left: i32, right: i32) -> [f32; 3] {
-    [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {
-        let side = |room: i32| (farthest.min(room) - nearest + 1).max(0);
-        1.0 / (side(left) + side(right)).max(1) as f32
-    })
 }
 
 // Both are compiled once for all kinds and lengths of records.

@@ -7,6 +7,7 @@ mod carrier;
 #[cfg(dsp)]
 mod carrier_dsp;
 pub mod detection;
+mod evidence;
 pub mod frequency;
 pub mod harmonic;
 mod image;

@@ -1,8 +1,8 @@
 //! Which lines are no targets of their own.
 
 use super::super::detection::Less;
+use super::super::evidence::spread;
 use super::super::judge::Line;
-use super::super::measure::spread;
 use super::super::noise::ring::Beside;
 use super::super::several::Found;
 use super::super::uncertainty::CLIPPED;

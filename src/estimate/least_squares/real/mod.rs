@@ -26,43 +26,21 @@
 //!
 //! Only bins 1..=N/2-1 enter, so a DC offset has no effect.
 
+mod beside_slow;
+mod normal;
+mod side;
+
+pub(super) use beside_slow::fit_beside_slow;
+
 use super::rest::{self, Rest, SCALES};
-use super::slow;
-use super::{
-    Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, limit,
-};
+use super::{Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, limit};
 use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
+use normal::{Products, Step, Sums};
 use num_complex::Complex;
-
-/// A bin beside the peak.
-#[derive(Clone, Copy)]
-struct Side<T> {
-    /// The distance from the peak in bins.
-    i: i32,
-    /// e u
-    w: T,
-    s: T,
-    x: Complex<T>,
-    v: T,
-}
-
-/// The sides that share a division.
-const GROUP: usize = 4;
-
-/// The eight sums over the bins beside the peak.
-struct Sums<T> {
-    aa: T,
-    s1: T,
-    bb: T,
-    dd: T,
-    r1: T,
-    r2: T,
-    q1: T,
-    q2: T,
-}
+use side::{Side, each};
 
 /// The bins in the form of the module's equations.
 struct Problem<T> {
@@ -77,99 +55,6 @@ struct Problem<T> {
     sides: Vec<Side<T>, { 2 * REACH }>,
     /// The bins below the peak and above it that a fit may read.
     room: [i32; 2],
-}
-
-/// One evaluation of the normal equations at an offset.
-struct Step<T> {
-    /// The gradient: one over the information of it is the step, in units of p.
-    gradient: T,
-    information: T,
-    line: Complex<T>,
-    /// The slope of `line` over p.
-    slope: Complex<T>,
-}
-
-impl<T: Scalar> Step<T> {
-    /// The step in bins, where p changes at this speed.
-    fn forward(&self, speed: T) -> T {
-        limit(self.gradient / (self.information * speed), STEP_LIMIT)
-    }
-}
-
-/// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
-/// and of the data.
-struct Products<T> {
-    g11: T,
-    g12: T,
-    g22: T,
-    /// F1 and F2 with the data.
-    r: [T; 2],
-    /// G1 F1, G1 F2, G2 F1, G2 F2.
-    b11: T,
-    b12: T,
-    b21: T,
-    b22: T,
-    /// G1 G1, G1 G2, G2 G2.
-    d11: T,
-    d12: T,
-    d22: T,
-    /// G1 and G2 with the data.
-    q: [T; 2],
-}
-
-impl<T: Scalar> Products<T> {
-    /// The normal equations: the line by elimination, and the step that follows from it.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-    fn step(&self) -> Step<T> {
-        let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
-        let inverse = T::one() / (g11 * g22 - g12 * g12);
-        let a = (g22 * r1 - g12 * r2) * inverse;
-        let b = (g11 * r2 - g12 * r1) * inverse;
-        let x1 = a * self.b11 + b * self.b21;
-        let x2 = a * self.b12 + b * self.b22;
-        let own = a * a * self.d11 + (a + a) * b * self.d12 + b * b * self.d22;
-        let slope = Complex::new((g22 * x1 - g12 * x2) * inverse, (g11 * x2 - g12 * x1) * inverse);
-        let information = own - (x1 * slope.re + x2 * slope.im);
-        Step {
-            gradient: a * (q1 - x1) + b * (q2 - x2),
-            information,
-            line: Complex::new(a, b),
-            slope: -slope,
-        }
-    }
-
-    /// Takes out what lies along a vector of length 1, from its products with F1, F2, G1, G2 and the
-    /// data.
-    fn less(&mut self, f1: T, f2: T, g1: T, g2: T, data: T) {
-        self.g11 = self.g11 - f1 * f1;
-        self.g12 = self.g12 - f1 * f2;
-        self.g22 = self.g22 - f2 * f2;
-        self.r = [self.r[0] - f1 * data, self.r[1] - f2 * data];
-        self.b11 = self.b11 - g1 * f1;
-        self.b12 = self.b12 - g1 * f2;
-        self.b21 = self.b21 - g2 * f1;
-        self.b22 = self.b22 - g2 * f2;
-        self.d11 = self.d11 - g1 * g1;
-        self.d12 = self.d12 - g1 * g2;
-        self.d22 = self.d22 - g2 * g2;
-        self.q = [self.q[0] - g1 * data, self.q[1] - g2 * data];
-    }
-}
-
-/// The slow terms in the bins of a fit.
-struct Slow<T> {
-    centre: slow::Values<T>,
-    sides: Vec<slow::Values<T>, { 2 * REACH }>,
-    /// Their products with the data.
-    data: [T; slow::TERMS],
-}
-
-/// The slow terms' products with the model's basis and its derivative.
-type Shares<T> = [[T; 4]; slow::TERMS];
-
-/// The inner product of two bins as real vectors.
-fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
-    a.re * b.re + a.im * b.im
 }
 
 /// The bins below and above the peak, and what is known of their distance.
@@ -193,42 +78,6 @@ pub(super) fn fit<T: Scalar>(
     Some(problem.fit(course))
 }
 
-/// Gauss-Newton steps of a fit beside slow terms.
-const STEPS: u32 = 2;
-
-/// The same beside the leakage of a drift and of a hum of up to one and a half cycles, whose own
-/// bins lie below: see [`slow`].
-pub(super) fn fit_beside_slow<T: Scalar>(
-    n: i32,
-    peak: i32,
-    centre: Complex<T>,
-    beside: impl Iterator<Item = Both<T>>,
-) -> Option<Fit<T>> {
-    if !Problem::has_tone(n, peak, centre) {
-        return None;
-    }
-    let mut problem = Problem::new(n, peak, centre);
-    problem.read(beside);
-    let first = slow::FIRST.min(peak - 2);
-    problem.sides.retain(|side| peak + side.i >= first);
-    problem.room[0] = peak - first;
-    let slow = problem.slow_terms(n);
-    let (low, high) = problem.limits();
-    let mut d = limit(problem.start(), START_LIMIT).max(low).min(high);
-    let (mut p, mut speed) = problem.cosine_offset(d);
-    let (mut step, mut shares) = problem.step_beside(p, &slow);
-    for _ in 0..STEPS {
-        d = (d + step.forward(speed)).max(low).min(high);
-        (p, speed) = problem.cosine_offset(d);
-        (step, shares) = problem.step_beside(p, &slow);
-    }
-    step.information = step.information * speed * speed;
-    problem.take_slow_terms(step.line, &shares, &slow);
-    let mut fit = problem.finish(d, p, &step);
-    fit.freedom = fit.freedom.saturating_sub(slow::TERMS as u32).max(1);
-    Some(fit)
-}
-
 impl<T: Scalar> Problem<T> {
     /// Whether there is a tone to fit.
     fn has_tone(n: i32, peak: i32, centre: Complex<T>) -> bool {
@@ -243,82 +92,6 @@ impl<T: Scalar> Problem<T> {
         let w = circle::<T>(peak, n);
         let (cotangent, room) = (w.re / w.im, [peak - 1, last - peak]);
         Problem { peak, last, e, cotangent, c: e * cotangent, centre, sides: Vec::new(), room }
-    }
-
-    /// What the tone leaves of a bin in which the model is h times the basis.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-    fn left(line: Complex<T>, side: &Side<T>, h: T) -> Complex<T> {
-        let model = Complex::new(line.re - line.im * side.w, line.im * side.s);
-        side.x - model * h
-    }
-
-    /// The slow terms in these bins, and their products with the data.
-    fn slow_terms(&self, n: i32) -> Slow<T> {
-        let mut slow = Slow {
-            centre: slow::values(self.peak, n),
-            sides: Vec::new(),
-            data: [T::zero(); slow::TERMS],
-        };
-        for side in &self.sides {
-            // The vector holds as many as there are sides.
-            let _ = slow.sides.push(slow::values(self.peak + side.i, n));
-        }
-        let basis = slow::Basis::of(core::iter::once(&slow.centre).chain(&slow.sides));
-        slow.centre = basis.turned(&slow.centre);
-        slow.data = slow.centre.map(|q| dot(q, self.centre));
-        for (terms, side) in slow.sides.iter_mut().zip(&self.sides) {
-            *terms = basis.turned(terms);
-            let data = slow.data.iter_mut().zip(terms);
-            data.for_each(|(sum, &mut q)| *sum = *sum + dot(q, side.x));
-        }
-        slow
-    }
-
-    /// The slow terms' products with the model's basis and with its derivative at p: with `(1, 0) h`,
-    /// `(-e u, s) h`, `(1, 0) h'` and `(-e u, s) h'`.
-    fn shares(&self, p: T, slow: &Slow<T>) -> Shares<T> {
-        // The peak itself: h = 1, h' = 0.
-        let mut shares = slow.centre.map(|q| [q.re, q.im, T::zero(), T::zero()]);
-        for (side, terms) in self.sides.iter().zip(&slow.sides) {
-            let r = T::one() / (p - side.w / self.e);
-            let h = p * r;
-            let slope = (T::one() - h) * r;
-            for (share, q) in shares.iter_mut().zip(terms) {
-                let v = side.s * q.im - side.w * q.re;
-                let parts = [h * q.re, h * v, slope * q.re, slope * v];
-                share.iter_mut().zip(parts).for_each(|(sum, part)| *sum = *sum + part);
-            }
-        }
-        shares
-    }
-
-    /// [`Problem::step`] with slow terms as further linear unknowns: what lies along them is taken
-    /// out of every inner product.
-    #[inline(never)]
-    fn step_beside(&self, p: T, slow: &Slow<T>) -> (Step<T>, Shares<T>) {
-        let shares = self.shares(p, slow);
-        let mut products = self.products(p);
-        for (&[f1, f2, g1, g2], data) in shares.iter().zip(slow.data) {
-            products.less(f1, f2, g1, g2, data);
-        }
-        (products.step(), shares)
-    }
-
-    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
-    fn take_slow_terms(&mut self, line: Complex<T>, shares: &Shares<T>, slow: &Slow<T>) {
-        let mut heights = slow.data;
-        for (height, &[f1, f2, ..]) in heights.iter_mut().zip(shares) {
-            *height = *height - line.re * f1 - line.im * f2;
-        }
-        let sum = |terms: &slow::Values<T>| {
-            let zero = Complex::new(T::zero(), T::zero());
-            terms.iter().zip(heights).fold(zero, |sum, (&q, height)| sum + q * height)
-        };
-        self.centre = self.centre - sum(&slow.centre);
-        for (side, terms) in self.sides.iter_mut().zip(&slow.sides) {
-            side.x = side.x - sum(terms);
-            side.v = side.s * side.x.im - side.w * side.x.re;
-        }
     }
 
     /// The least and the largest offset: the tone stays between DC and Nyquist.
@@ -506,7 +279,7 @@ impl<T: Scalar> Problem<T> {
         let (pairs, rest) = sides.as_chunks::<2>();
         let mut sum = sum;
         let mut add = |sums: &mut rest::Sums<T>, side: &Side<T>, r: T, y: T| {
-            let left = Self::left(line, side, ep * r);
+            let left = side.left(line, ep * r);
             sums.add(left, y);
             sum = sum + left.norm_sqr();
         };
@@ -527,46 +300,7 @@ impl<T: Scalar> Problem<T> {
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
         let mut sum = sum;
-        each(sides, ep, |side, r| sum = sum + Self::left(line, side, ep * r).norm_sqr());
+        each(sides, ep, |side, r| sum = sum + side.left(line, ep * r).norm_sqr());
         sum
-    }
-}
-
-/// Each side with one over its distance from e p.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
-    // The smallest programs take one after the other.
-    let (groups, rest) =
-        if cfg!(feature = "methods") { sides.as_chunks::<GROUP>() } else { (&[][..], sides) };
-    for group in groups {
-        let inverses = inverses(group.each_ref().map(|side| ep - side.w));
-        group.iter().zip(inverses).for_each(|(side, r)| take(side, r));
-    }
-    for side in rest {
-        take(side, T::one() / (ep - side.w));
-    }
-}
-
-impl<T: Scalar> Side<T> {
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-    fn new(i: i32, w: T, s: T, x: Complex<T>) -> Self {
-        Side { i, w, s, x, v: s * x.im - w * x.re }
-    }
-}
-
-impl<T: Scalar> Sums<T> {
-    /// Adds a side, with `r` one over its distance from e p.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-    fn add(&mut self, side: &Side<T>, ep: T, r: T) {
-        let h = ep * r;
-        let slope = (T::one() - h) * r;
-        self.aa = self.aa + h * h;
-        self.s1 = self.s1 + slope;
-        self.bb = self.bb + h * slope;
-        self.dd = self.dd + slope * slope;
-        self.r1 = self.r1 + h * side.x.re;
-        self.r2 = self.r2 + h * side.v;
-        self.q1 = self.q1 + slope * side.x.re;
-        self.q2 = self.q2 + slope * side.v;
     }
 }
