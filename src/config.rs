@@ -6,6 +6,7 @@ use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
+use crate::estimate::noise::ring;
 use crate::estimate::several::MOST;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Scale, Scales, Shape};
@@ -218,6 +219,7 @@ impl Config {
         }
         let band = self.band::<R>(n)?;
         let threshold = Threshold::new(band.width(), self.false_alarm);
+        let threshold = if ring::has_room(n, R::IQ) { threshold.with_another() } else { threshold };
         Ok(Terms {
             n: n as u32,
             iq: R::IQ,

@@ -7,6 +7,7 @@ use crate::estimate::detection::{FALSE_ALARM, Threshold};
 use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
+use crate::estimate::noise::ring;
 use crate::solve::chirp::{Scale, Scales, Shape};
 use crate::solve::track::Tracking;
 use crate::spectrum::fft::twiddle::supported;
@@ -96,11 +97,12 @@ impl<R: Record, const N: usize> Plan<R, N> {
     pub const fn tone(rate_hz: f64, codes: Codes) -> Self {
         Self::supported();
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+        let threshold = Threshold::new(band.width(), FALSE_ALARM);
         let options = Options {
             method: Method::LeastSquares.of_kind::<R>(),
             reach: Reach::Eight,
             arithmetic: Arithmetic::of_core(),
-            threshold: Threshold::new(band.width(), FALSE_ALARM),
+            threshold: if ring::has_room(N, R::IQ) { threshold.with_another() } else { threshold },
         };
         let Self { terms: idle, kind } = Self::IDLE;
         Self {

@@ -34,25 +34,28 @@ pub enum Less {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     log: f32,
+    /// The same for the floor alone.
+    floor: f32,
 }
 
 impl Threshold {
     /// Everything passes.
-    pub const ZERO: Self = Self { log: 0.0 };
+    pub const ZERO: Self = Self { log: 0.0, floor: 0.0 };
 
     /// For a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
     pub const fn new(bins: u32, false_alarm: f64) -> Self {
         // `max` returns the number if the other is NaN.
         let pfa = false_alarm.max(1e-30).min(0.5);
         let bins = if bins == 0 { 1 } else { bins };
-        Self { log: log(bins as f64 / pfa) as f32 }
+        let log = log(bins as f64 / pfa) as f32;
+        Self { log, floor: log }
     }
 
-    /// The threshold for the floor where the noise beside the peak is tested as well. That test refuses a tenth of the
-    /// noise which the floor lets pass, so the floor lets a tenth more pass: both together pass what is asked.
-    pub fn with_another(&self) -> Self {
+    /// The same for a peak that must exceed the noise beside it as well. That test refuses a tenth of the noise which the
+    /// floor lets pass, so the floor lets a tenth more pass: both together pass what is asked.
+    pub const fn with_another(self) -> Self {
         const REFUSED: f32 = 0.095;
-        Self { log: (self.log - REFUSED).max(0.0) }
+        Self { floor: self.log - REFUSED, ..self }
     }
 
     /// The ratio by which a peak must exceed the mean of `floor_bins` other bins. It is infinite
@@ -62,7 +65,7 @@ impl Threshold {
             return f32::INFINITY;
         }
         let m = floor_bins as f32;
-        m * raised(self.log / m)
+        m * raised(self.floor / m)
     }
 
     /// True if a peak with this ratio to the noise near it is a tone by far, so that no
@@ -97,7 +100,7 @@ impl Threshold {
         let power = peak.power[1] as f32 * bins;
         // m (exp(L/m) - 1) is below L + L^2/m if L is not above m. So most tones need no
         // exponential.
-        self.log <= bins && power * bins > self.log * (bins + self.log) * floor
+        self.floor <= bins && power * bins > self.floor * (bins + self.floor) * floor
             || power > self.over(peak.floor_bins) * floor
     }
 }

@@ -11,11 +11,6 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 
-/// The threshold for the floor: where a record has room for a ring, that is another test.
-fn of_floor<R: Record, const N: usize>(threshold: Threshold) -> Threshold {
-    if const { ring::has_room::<R, N>() } { threshold.with_another() } else { threshold }
-}
-
 /// Whether a peak exceeds the floor of its band and the noise beside it.
 pub(super) fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -25,8 +20,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     threshold: Threshold,
     arithmetic: Arithmetic,
 ) -> bool {
-    of_floor::<R, N>(threshold).detects(peak)
-        && exceeds_beside(spectrum, peak, fit, beside, threshold, arithmetic)
+    threshold.detects(peak) && exceeds_beside(spectrum, peak, fit, beside, threshold, arithmetic)
 }
 
 /// Whether a peak exceeds both the noise of the louder side and the fit's residual from 3 bins on.

@@ -17,7 +17,7 @@ use core::mem::MaybeUninit;
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a bin, less all models.
     pub(super) fn beside(&self, peak: i32) -> Beside {
-        if !ring::has_room::<R, N>() {
+        if !ring::has_room(N, R::IQ) {
             let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
             return ring::of_power(self.rest.noise(), freedom);
         }

@@ -131,7 +131,7 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
     fit: &Fit<f32>,
     arithmetic: Arithmetic,
 ) -> Beside {
-    if !has_room::<R, N>() {
+    if !has_room(N, R::IQ) {
         let power = match arithmetic {
             Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
             Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
@@ -194,7 +194,7 @@ pub fn loud<R: Record, const N: usize>(
     beside: &Beside,
     arithmetic: Arithmetic,
 ) -> Option<Beside> {
-    if !has_room::<R, N>() {
+    if !has_room(N, R::IQ) {
         return None;
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
@@ -222,8 +222,8 @@ pub fn loud<R: Record, const N: usize>(
 }
 
 /// Whether a record has room for a ring.
-pub(crate) const fn has_room<R: Record, const N: usize>() -> bool {
-    N >= if R::IQ { 128 } else { 256 }
+pub(crate) const fn has_room(n: usize, iq: bool) -> bool {
+    n >= if iq { 128 } else { 256 }
 }
 
 /// The noise power of a sample, in squared codes, for which a stretch has the power 1 in stored
