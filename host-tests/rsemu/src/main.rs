@@ -7,6 +7,7 @@
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! hse HZ              the probe's clock; 0 without power: it does not come, and while it runs: it fails (RM 6.2.7)
 //! oscillator 0|1      whether the watchdog's oscillator is at TIM5's input (before `power`)
+//! line CHARACTERS     the serial line takes so many a second, 92160 otherwise (before `power`)
 //! power               off and on: flash is kept, memory is lost
 //! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset US CAUSE` for each reset, then `at US`
 //! hear HEX            the host sends bytes
@@ -63,6 +64,8 @@ struct Board {
     erase_ms: u64,
     lsi_hz: u64,
     hse_hz: u64,
+    /// Characters that the serial line takes in a second.
+    line: u64,
     stall: bool,
     now: u64,
     quantum: u64,
@@ -111,7 +114,10 @@ impl Board {
         let text = include_str!("../nucleo.machine");
         let text = text.replace("ERASE", &(self.erase_ms * self.hse_hz / 1_000).to_string());
         let text = text.replace("HSE", &self.hse_hz.to_string());
-        let text = text.replace("LSI", &self.lsi_hz.to_string()).replace("OPTR", "0x0FFFAAE1");
+        let text = text
+            .replace("LSI", &self.lsi_hz.to_string())
+            .replace("LINE", &self.line.to_string())
+            .replace("OPTR", "0x0FFFAAE1");
         let mut registry = catalog::registry()?;
         let mut options = catalog::build_options()?;
         for add in [adc::add, dac::add, bench::add, pulses::add] {
@@ -200,6 +206,7 @@ impl Board {
                 self.hse_hz = hz.parse()?;
                 rsemu::NO_HSE.store(false, SeqCst);
             }
+            ["line", characters] => self.line = characters.parse()?,
             ["oscillator", on] => OSCILLATOR.store(on == "1", SeqCst),
             ["quantum", us] => self.quantum = us.parse()?,
             ["stall", on] => self.stall = on == "1",
@@ -288,6 +295,7 @@ fn main() -> Fallible<()> {
         erase_ms: 1_000,
         lsi_hz: 32_000,
         hse_hz: 8_000_000,
+        line: 92_160,
         stall: true,
         now: 0,
         quantum: QUANTUM,
