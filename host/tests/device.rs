@@ -16,9 +16,10 @@ use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::{Health, Telemetry};
 use serialport::{SerialPort, TTYPort};
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::fd::AsRawFd;
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -504,6 +505,29 @@ fn one_measurement_is_one_row() {
     }
     let table = text(&run(&["-", "--count", "1"], &session()).stdout);
     assert_eq!(table.lines().filter(|line| line.contains("good")).count(), 1, "{table}");
+}
+
+/// Whoever runs the tests may be allowed everything: then nobody types it.
+#[test]
+fn a_port_that_one_may_not_open_is_told_with_its_cure() {
+    const NOBODY: u32 = 65_534;
+    let (_ours, theirs) = TTYPort::pair().unwrap();
+    let name = theirs.name().unwrap();
+    fs::set_permissions(&name, fs::Permissions::from_mode(0)).unwrap();
+    let mut watch = Command::new(PICKET);
+    if fs::metadata(&name).unwrap().uid() == 0 {
+        watch.uid(NOBODY).gid(NOBODY);
+    }
+    let output = match watch.args(["watch", &name]).current_dir("/").output() {
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+            return println!("skipped: {PICKET} lies where nobody may start it");
+        }
+        output => output.unwrap(),
+    };
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.starts_with(&format!("error: {name}: you may not open it: ")), "{message}");
+    assert!(message.contains("dialout") && message.lines().count() == 1, "{message}");
 }
 
 #[test]
