@@ -2,6 +2,7 @@
 //! ones. `cargo test -p host-tests golden::` runs a file's tests.
 
 mod budget;
+mod cmsis;
 mod cycles;
 mod displacement;
 mod emulated;

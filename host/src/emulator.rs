@@ -60,6 +60,14 @@ impl Machine {
             Machine::An547 => 31.25 / 64.0 / 256.0,
         }
     }
+
+    /// Instructions in one tick of the core's own timer, SysTick.
+    pub const fn instructions_per_core_tick(self) -> f64 {
+        match self {
+            Machine::An547 => 256.0 * self.instructions_per_tick(),
+            _ => self.instructions_per_tick(),
+        }
+    }
 }
 
 /// Emulated time by instructions, 64 ns each, skipped while the core sleeps: a run is the same every
@@ -345,6 +353,15 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// Bytes of the section `.rodata`, where C compilers place tables.
+    pub fn constants(elf: &Path) -> Result<u64, RunError> {
+        use object::{Object, ObjectSection};
+        let bytes = fs::read(elf).map_err(io_error(elf.display()))?;
+        let file = object::File::parse(&*bytes)
+            .map_err(|error| io_error(elf.display())(io::Error::other(error)))?;
+        Ok(file.section_by_name(".rodata").map_or(0, |section| section.size()))
+    }
+
     /// Reads an ELF file.
     pub fn of(elf: &Path) -> Result<Self, RunError> {
         use object::{Object, ObjectSection, SectionFlags, SectionKind};

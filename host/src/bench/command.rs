@@ -78,6 +78,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         cores.iter().map(|core| engines.iter().filter(|engine| engine.is_for(core)).count()).sum();
     let bar = progress::bar((pairs * lengths.len()) as u64, "runs");
     let (mut rows, mut compared, mut unequal) = (Vec::new(), 0, 0);
+    let mut quoted = None;
     for core in cores {
         let engines = engines.iter().filter(|engine| engine.is_for(core));
         let images = engines.map(|&engine| Ok((engine, bench::image(core, engine, Scope::All)?)));
@@ -94,7 +95,10 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 new.extend(count.rows(Some(code), model.as_ref()));
                 bar.inc(1);
             }
-            new.extend(bench::quoted::rows(core.name, n));
+            new.extend(bench::cmsis::rows(core, n).unwrap_or_else(|error| {
+                quoted = Some(error);
+                bench::quoted::rows(core, n)
+            }));
             if options.json {
                 for row in &new {
                     print_json(row)?;
@@ -121,11 +125,10 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         cli::print_line(&format!(
             "Instructions counted on emulated cores, least squares with K = {}, records of seed {}: median and worst of those \
              without a sample at a rail, worst of those with. Cycles are modelled: the median of a quarter of the records.\n\
-             * {}\n\
-             Kernel and portable definition: {compared} blocks compared, {unequal} differ.",
+             {}Kernel and portable definition: {compared} blocks compared, {unequal} differ.",
             options.k,
             bench::SEED,
-            bench::quoted::SOURCE
+            quoted.map_or(String::new(), |error| format!("* {}: {error}\n", bench::quoted::SOURCE)),
         ));
     }
     Ok(if unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })

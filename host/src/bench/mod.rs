@@ -3,6 +3,7 @@
 //! What is counted are executed instructions, exactly (QEMU's instruction clock), not cycles: the
 //! emulator knows no pipeline, no wait states and no cache. [`cycles`] models them from the program as it was executed.
 
+pub mod cmsis;
 pub mod command;
 pub mod corpus;
 pub mod cycles;

@@ -1,59 +1,44 @@
 //! Figures of others that are not measured in the same run.
 
-use super::Row;
+use super::{Core, Row};
+use serde_json::Value;
 
-/// Where the figures of CMSIS-DSP are from.
-pub const SOURCE: &str = "quoted: CMSIS-DSP 1.17, gcc -O3, with its vector functions (MVE) on the M55, counted on the same \
-     emulated cores for this project's design";
+/// Where they are from.
+pub const SOURCE: &str =
+    "counted with gcc 12 on the same emulated cores, in another run than this one";
 
-/// CMSIS-DSP on a real record: what is called, its stage, instructions at N = 256, 1024, 4096; and where known bytes of memory
-/// and of tables at 1024, and the ratio to the error in dB of a full-scale tone and of one 40 dB below.
-type Quoted = (&'static str, &'static str, [u64; 3], Option<([u64; 2], [f64; 2])>);
-
-// With fft_peak, its squared magnitudes and their largest on top: the bin's index and no more.
-const Q15: Option<([u64; 2], [f64; 2])> = Some(([6 << 10, 35 << 10], [52.7, 13.4]));
-const CMSIS: [Quoted; 4] = [
-    ("cmsis-q15", "fft", [9_882, 44_610, 198_991], Q15),
-    ("cmsis-q15", "fft_peak", [11_448, 50_784, 223_597], Q15),
-    ("cmsis-q31", "fft", [19_196, 87_304, 391_705], Some(([12 << 10, 70 << 10], [145.0, 105.0]))),
-    ("cmsis-f32", "fft", [11_331, 44_685, 229_520], Some(([8 << 10, 9 << 10], [141.0, 142.0]))),
-];
-const CMSIS_MVE: [Quoted; 4] = [
-    ("cmsis-q15", "fft", [2_288, 9_149, 39_266], None),
-    ("cmsis-q15", "fft_peak", [2_790, 10_995, 46_488], None),
-    ("cmsis-q31", "fft", [4_014, 17_022, 74_441], None),
-    ("cmsis-q31", "fft_peak", [4_933, 20_533, 88_320], None),
-];
+/// Rows of CMSIS-DSP as `picket bench --json` prints them: `PICKET_WRITE_FIGURES=1 cargo test --test all cmsis` writes them anew.
+pub const CMSIS: &str = include_str!("../../cmsis/figures.jsonl");
 
 /// The rows of CMSIS-DSP on this core for records of `n` samples.
-pub fn rows(core: &'static str, n: usize) -> Vec<Row> {
-    let quoted = match core {
-        "M4F" => CMSIS,
-        "M55" => CMSIS_MVE,
-        _ => return Vec::new(),
-    };
-    let Some(place) = [256, 1024, 4096].iter().position(|&length| length == n) else {
-        return Vec::new();
-    };
-    let row = |&(engine, stage, instructions, known): &Quoted| Row {
-        core,
-        engine: engine.into(),
-        n,
-        stage: stage.into(),
-        instructions: instructions[place],
-        median: instructions[place],
-        worst: None,
-        worst_clipped: None,
-        ram_bytes: known.filter(|_| n == 1024).map(|([ram, _], _)| ram),
-        table_bytes: known.filter(|_| n == 1024).map(|([_, table], _)| table),
-        code_bytes: None,
-        snr_0_db: known.filter(|_| n == 1024).map(|(_, snr)| snr[0]),
-        snr_m40_db: known.filter(|_| n == 1024).map(|(_, snr)| snr[1]),
-        median_cycles: None,
-        model_cycles: None,
-        source: SOURCE,
-    };
-    quoted.iter().map(row).collect()
+pub fn rows(core: &Core, n: usize) -> Vec<Row> {
+    let rows = CMSIS.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    rows.filter(|row| row["core"] == core.name && row["n"] == n)
+        .filter_map(|row| {
+            let text = |name: &str| row[name].as_str().map(str::to_owned);
+            let instructions = row["instructions"].as_u64()?;
+            let model_cycles =
+                || Some([row["model_cycles"][0].as_u64()?, row["model_cycles"][1].as_u64()?]);
+            Some(Row {
+                core: core.name,
+                engine: text("engine")?,
+                n,
+                stage: text("stage")?,
+                instructions,
+                median: instructions,
+                worst: None,
+                worst_clipped: None,
+                ram_bytes: row["ram_bytes"].as_u64(),
+                table_bytes: row["table_bytes"].as_u64(),
+                code_bytes: None,
+                snr_0_db: row["snr_0_db"].as_f64(),
+                snr_m40_db: row["snr_m40_db"].as_f64(),
+                median_cycles: row["median_cycles"].as_u64(),
+                model_cycles: model_cycles(),
+                source: SOURCE,
+            })
+        })
+        .collect()
 }
 
 /// The memory that a rival's transform works in, in bytes.

@@ -7,6 +7,7 @@
 //! the command to type. The emulator needs no root.
 
 mod apt;
+mod cmsis;
 mod dependent;
 mod error;
 mod image;
@@ -16,6 +17,7 @@ mod process;
 mod qemu;
 mod route;
 
+pub use cmsis::cmsis;
 pub use dependent::Dependent;
 pub use error::ToolError;
 pub(crate) use error::io_error;
