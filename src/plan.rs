@@ -153,7 +153,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
 
     /// Takes another plan, one field after the other: where the compiler knows them, a small program stores them at once and needs no
     /// routine that copies memory.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub(crate) fn take(&mut self, plan: Self) {
         let Terms { n, iq, rate_hz, codes, band, options, solver, tracking } = plan.terms;
         let terms = &mut self.terms;

@@ -97,7 +97,7 @@ impl Between {
         [self.first as i16, last as i16]
     }
 
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn holds(self, x: i16) -> bool {
         (i32::from(x).wrapping_sub(self.first) as u32) < self.count
     }

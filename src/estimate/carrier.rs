@@ -9,7 +9,7 @@ use num_complex::Complex;
 pub(super) const LONGEST: usize = 128;
 
 /// The product of two turns. It loses the last two bits.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
     let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
     [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
@@ -35,7 +35,7 @@ pub(super) struct Tone {
 }
 
 impl Tone {
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn add(&mut self, c: i32, s: i32) {
         self.count = self.count.wrapping_add(1);
         self.c = self.c.wrapping_add(c);
@@ -92,7 +92,7 @@ impl Carrier {
 
     /// The sums over the samples of a block that count. A sample counts if it is inside the first
     /// bounds and its other sample is inside the second.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn sums(&self, samples: &[i16], others: &[i16], bounds: &[Between; 2]) -> Sums {
         #[cfg(dsp)]
         if let Some(sums) = super::carrier_dsp::sums(self.parts(), samples, others, bounds) {

@@ -85,7 +85,7 @@ impl Lag {
     }
 
     /// The sums over the terms whose samples are inside. Samples are `STRIDE` numbers apart.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn terms<const STRIDE: usize>(self, part: Part, inside: Between) -> Terms {
         let bend = (self.bend * (1u32 << 18) as f32) as i32;
         let apart = (part.length.saturating_sub(2 * self.samples) / GROUPS).max(GROUP);

@@ -28,7 +28,7 @@ impl<'a> Part<'a> {
     }
 
     /// The numbers from sample `n` on. Those of the other part lie between them.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn from(&self, n: usize) -> &'a [i16] {
         self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default()
     }

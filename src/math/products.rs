@@ -1,7 +1,7 @@
 //! Products wider than a register.
 
 /// The squared magnitude; no parts overflow it.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub const fn power(x: [i32; 2]) -> u64 {
     if cfg!(short_products) {
         // A library multiplies all four pairs of halves if the core has no instruction for the
@@ -18,7 +18,7 @@ pub const fn power(x: [i32; 2]) -> u64 {
 }
 
 /// A sum and the squared magnitude. One after the other the squares go into the sum without an instruction of their own.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub const fn plus_power(sum: u64, x: [i32; 2]) -> u64 {
     if cfg!(short_products) {
         return sum.wrapping_add(power(x));

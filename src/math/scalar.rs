@@ -152,7 +152,7 @@ pub fn sinc<T: Scalar>(z: T) -> T {
 
 /// One over each of four numbers, by one division: it takes as long as fourteen products. The smallest programs divide
 /// four times.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn inverses<T: Scalar>([a, b, c, d]: [T; 4]) -> [T; 4] {
     if !cfg!(feature = "methods") {
         return [T::one() / a, T::one() / b, T::one() / c, T::one() / d];

@@ -43,7 +43,7 @@ impl Own {
     }
 
     /// The power of a stretch, whose first difference is around bin `k`.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
         let cubic = |x: f32| x * (x * x - 1.0);
         let x = (self.peak - k) as f32 + self.offset;
@@ -93,7 +93,7 @@ impl Whole {
     }
 
     /// As [`Own::power`].
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
         const ONE: i32 = 1 << 25;
         let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(self.offset);
@@ -124,7 +124,7 @@ impl Whole {
 }
 
 /// Half the second difference of three bins.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn bend(a: &Point, b: &Point, c: &Point) -> Point {
     let part = |a: i32, b: i32, c: i32| (a >> 1).wrapping_sub(b).wrapping_add(c >> 1);
     [part(a[0], b[0], c[0]), part(a[1], b[1], c[1])]

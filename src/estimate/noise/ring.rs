@@ -319,7 +319,7 @@ struct Side {
 }
 
 impl Side {
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn add(&mut self, power: f32) {
         self.count += 1;
         self.sum += power;
@@ -390,7 +390,7 @@ impl Own {
     }
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn powers(bins: &[Point], first: i32, power: impl Fn(&[Point; STEP + 1], i32) -> f32) -> Side {
     let (mut side, mut rest, mut centre) = (Side::default(), bins, first + 1);
     while let Some(bins) = rest.first_chunk() {

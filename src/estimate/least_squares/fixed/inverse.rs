@@ -29,7 +29,7 @@ pub(super) fn of(m: u32) -> u32 {
 }
 
 /// `2^46 / m` to 14 bits, at most 2^16, for the same `m`.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(super) fn rough(m: u32) -> u32 {
     let seed = SEEDS.get((m >> 23 & 127) as usize).map_or(256, |&seed| u32::from(seed) + 256);
     // r = 2^39 / m to 8 bits: 2^37 - (m/4) r is below 2^30.

@@ -25,7 +25,7 @@ impl Near {
     }
 
     /// Takes the residual i bins from the peak.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn take(&mut self, i: i32, left: [i32; 2]) {
         let place = i.unsigned_abs().wrapping_sub(1) as usize;
         if let Some([below, above]) = self.sides.get_mut(place) {
@@ -127,7 +127,7 @@ impl Functions {
     }
 
     /// The functions of the bin i bins from it, without alternating signs.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn beside(&self, i: i32) -> [i32; 3] {
         let y = reciprocal(self.d, i);
         let zeroth = (self.sine * y) >> SHAPE;
@@ -139,7 +139,7 @@ impl Functions {
 }
 
 /// `1 / (pi (d - i))` with [`SHAPE`] fractional bits for d in Q26, |d - i| below 16 and not below 1/2.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn reciprocal(d: i32, i: i32) -> i32 {
     let x = d.wrapping_sub(i << 26);
     let size = x.unsigned_abs().max(1 << 25).min(i32::MAX as u32);

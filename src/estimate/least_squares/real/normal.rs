@@ -57,7 +57,7 @@ pub(super) struct Products<T> {
 
 impl<T: Scalar> Products<T> {
     /// The normal equations: the line by elimination, and the step that follows from it.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn step(&self) -> Step<T> {
         let Self { g11, g12, g22, r: [r1, r2], q: [q1, q2], .. } = *self;
         let inverse = T::one() / (g11 * g22 - g12 * g12);
@@ -96,7 +96,7 @@ impl<T: Scalar> Products<T> {
 
 impl<T: Scalar> Sums<T> {
     /// Adds a side, with `r` one over its distance from e p.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn add(&mut self, side: &Side<T>, ep: T, r: T) {
         let h = ep * r;
         let slope = (T::one() - h) * r;

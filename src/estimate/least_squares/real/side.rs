@@ -19,13 +19,13 @@ pub(super) struct Side<T> {
 const GROUP: usize = 4;
 
 impl<T: Scalar> Side<T> {
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn new(i: i32, w: T, s: T, x: Complex<T>) -> Self {
         Side { i, w, s, x, v: s * x.im - w * x.re }
     }
 
     /// What the tone leaves of a bin in which the model is h times the basis.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn left(&self, line: Complex<T>, h: T) -> Complex<T> {
         let model = Complex::new(line.re - line.im * self.w, line.im * self.s);
         self.x - model * h
@@ -33,7 +33,7 @@ impl<T: Scalar> Side<T> {
 }
 
 /// Each side with one over its distance from e p.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(super) fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
     // The smallest programs take one after the other.
     let (groups, rest) =
