@@ -189,7 +189,7 @@ fn cortex_m55_gives_the_same_bits() {
         println!("skipped: PICKET_RANDOM_BLOCKS is not set");
         return;
     }
-    same_bits_on(Machine::An547, Target::M55, "core_check");
+    same_bits_on(Machine::An547, Target::M55, "frontend_qemu");
 }
 
 #[test]
@@ -212,9 +212,18 @@ fn cortex_m33_gives_the_same_bits() {
     same_bits_on(Machine::An505, Target::M33, "frontend_qemu");
 }
 
+/// The boards that have a front end: with a DMA controller, and with a copy by interrupt in its place.
+fn boards() -> impl Iterator<Item = Machine> {
+    [Machine::An505, Machine::An547].into_iter().filter(|board| has_core(board.target()))
+}
+
 #[test]
 fn the_front_end_delivers_every_block_in_order() {
     println!("seed {SEED}");
+    boards().for_each(delivers_in_order);
+}
+
+fn delivers_in_order(board: Machine) {
     // The last two are longer than one transfer of the controller, and than its memory of input.
     for (iq, n, blocks) in
         [(false, 64, 90), (false, 1024, 300), (true, 4096, 30), (false, 4096, 2500)]
@@ -222,8 +231,8 @@ fn the_front_end_delivers_every_block_in_order() {
         let header = Header::of::<Real>(config(Method::ZRife, LIDAR), n, blocks);
         let header = Header { iq, stride: n + 500, ..header };
         let (capture, ours) = here(&header);
-        let (outcome, theirs) = there(capture, Machine::An505, "frontend_qemu").unwrap();
-        assert_same(&ours, &theirs, &format!("iq {iq}, n {n}"));
+        let (outcome, theirs) = there(capture, board, "frontend_qemu").unwrap();
+        assert_same(&ours, &theirs, &format!("{board:?}, iq {iq}, n {n}"));
         for (index, record) in records(&theirs).iter().enumerate() {
             let stamp = record.measurement.stamp;
             assert_eq!(stamp.sequence, index as u32);
@@ -243,10 +252,14 @@ fn the_front_end_delivers_every_block_in_order() {
 
 #[test]
 fn a_converter_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
+    boards().for_each(counts_its_losses);
+}
+
+fn counts_its_losses(board: Machine) {
     let header = Header::of::<Real>(config(Method::ZRife, Scene::Tone), 1024, 200);
     let header = Header { period_us: 1000, ..header };
     let (capture, _) = here(&header);
-    let (outcome, telemetry) = there(capture, Machine::An505, "frontend_qemu").unwrap();
+    let (outcome, telemetry) = there(capture, board, "frontend_qemu").unwrap();
     let records = records(&telemetry);
     let lost = outcome.figure("lost").unwrap();
     assert!(lost > 0 && records.len() > 10, "{}", outcome.messages);

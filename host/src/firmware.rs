@@ -42,7 +42,11 @@ const IMAGES: [(Target, &[&str], &[&str]); 9] = [
     (Target::M4f, &["frontend_nucleo"], &["nucleo", "tracking"]),
     (Target::M4f, &["self_test_nucleo"], &["self-test"]),
     (Target::M33, &["bench", "core_check", "frontend_qemu", "tracker_qemu"], &["mps2"]),
-    (Target::M55, &["bench", "bench_short", "core_check", "kernels"], &["mps2"]),
+    (
+        Target::M55,
+        &["bench", "bench_short", "core_check", "frontend_qemu", "kernels", "tracker_qemu"],
+        &["mps2"],
+    ),
 ];
 
 /// Does the work.

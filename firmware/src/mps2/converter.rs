@@ -1,5 +1,5 @@
-//! A stand-in for an analog-to-digital converter on AN505: samples of a capture in PSRAM, a timer
-//! for the sample clock, PL081 for the DMA.
+//! A stand-in for an analog-to-digital converter on AN505 and AN547: samples of a capture in the
+//! board's large memory, a timer for the sample clock, PL081 or a copy by the core for the DMA.
 //!
 //! Each interrupt of the timer "converts" a block: the controller copies it into the slot that it
 //! holds. The controller's terminal-count interrupt then hands the slot over. Neither interrupt
@@ -7,7 +7,7 @@
 
 use super::halt::{Exit, exit};
 use super::playback::Playback;
-use super::{self as mps2, CLOCK_HZ, DMA_IRQ, Dma as Controller, TIMER_IRQ, Timer};
+use super::{self as mps2, CLOCK_HZ, DMA_IRQ, Dma as Controller, Timer};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::interrupt::{Mutex, free};
@@ -21,12 +21,12 @@ use static_cell::ConstStaticCell;
 type Memory = [u32; MAX_LENGTH];
 type Slot = crate::slot::Slot<MAX_LENGTH>;
 
-/// The input of the converter: 16 MiB of PSRAM.
+/// The input of the converter: 16 MiB of AN505's PSRAM, or of AN547's DDR memory.
 #[derive(Debug)]
 pub struct Input(&'static mut [u32]);
 
 impl Input {
-    const START: usize = 0x8000_0000;
+    const START: usize = if cfg!(an505) { 0x8000_0000 } else { 0x7000_0000 };
     const WORDS: usize = (16 << 20) / 4;
 
     /// The input; `None` at the second call.
@@ -35,7 +35,7 @@ impl Input {
         if TAKEN.swap(true, Ordering::Relaxed) {
             return None;
         }
-        // SAFETY: AN505 has PSRAM at this address. The linker script does not use it, and this is
+        // SAFETY: the board has this memory at this address. The linker script does not use it, and this is
         // the only reference to it. Any bits are valid words.
         let words = unsafe {
             core::slice::from_raw_parts_mut(
@@ -124,7 +124,8 @@ fn with_filler<T>(work: impl FnOnce(&mut Filler<'static, PlayedConverter>) -> T)
     free(|token| FILLER.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
 }
 
-extern "C" fn timer() {
+/// The interrupt of the converter's clock.
+pub extern "C" fn timer() {
     Timer::ZERO.clear();
     with_filler(|filler| filler.dma().convert());
 }
@@ -134,7 +135,11 @@ extern "C" fn transferred() {
 }
 
 /// The interrupts' part of the vector table.
-pub const HANDLERS: mps2::Handlers = mps2::handlers(&[(TIMER_IRQ, timer), (DMA_IRQ, transferred)]);
+pub const HANDLERS: mps2::Handlers = mps2::handlers(&[
+    #[cfg(an505)]
+    (mps2::TIMER_IRQ, timer),
+    (DMA_IRQ, transferred),
+]);
 
 /// The main loop's end of the front end.
 pub struct Acquisition {
@@ -172,7 +177,7 @@ impl Acquisition {
                 *place = Some(filler);
             }
         });
-        mps2::enable(TIMER_IRQ);
+        Timer::ZERO.enable();
         mps2::enable(DMA_IRQ);
         let period = if header.period_us == 0 { PERIOD_US } else { header.period_us };
         let ticks = u64::from(period) * u64::from(CLOCK_HZ / 1_000_000);
@@ -181,7 +186,7 @@ impl Acquisition {
     }
 
     /// Converts the whole capture and runs `work` on each block, with the counters up to it. The
-    /// converter's clock stands still while PSRAM is refilled.
+    /// converter's clock stands still while the input is refilled.
     pub fn play<R: Record, const N: usize>(
         &mut self,
         playback: &mut Playback,

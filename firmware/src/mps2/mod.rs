@@ -1,10 +1,11 @@
 //! ARM's MPS2 boards as QEMU emulates them: AN385 (Cortex-M3), AN386 (M4F), AN500 (M7) and AN505
-//! (M33, secure side), and the MPS3 board AN547 (M55, secure side). Only AN505 has a DMA controller.
+//! (M33, secure side), and the MPS3 board AN547 (M55, secure side). Only AN505 has a DMA controller;
+//! on AN547 an interrupt copies instead.
 //!
 //! Register layouts: ARM DDI 0479 (CMSDK timer and UART), DDI 0218 (PL081), DAI 0505 (AN505), DAI
 //! 0547 (AN547).
 
-#[cfg(an505)]
+#[cfg(any(an505, an547))]
 pub mod converter;
 pub mod count;
 pub mod halt;
@@ -126,8 +127,12 @@ fn send_number(uart: Uart, number: u64) {
     uart.send(digits.get(digits.len().saturating_sub(used)..).unwrap_or(&[]));
 }
 
-#[cfg(an505)]
+#[cfg(any(an505, an547))]
 pub use dma::{DMA_IRQ, Dma};
+
+#[cfg(an547)]
+#[path = "dma_an547.rs"]
+mod dma;
 
 #[cfg(an505)]
 mod dma {
@@ -299,10 +304,17 @@ extern "C" fn unexpected() {
     exit(Exit::Unexpected)
 }
 
-/// Puts an image's handlers into its vector table.
+/// Puts an image's handlers into its vector table. On AN547 the converter's clock is SysTick, an
+/// exception of the core.
 #[macro_export]
 macro_rules! vectors {
     ($handlers:expr) => {
+        #[cfg(an547)]
+        #[cortex_m_rt::exception]
+        fn SysTick() {
+            $crate::mps2::converter::timer();
+        }
+
         // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
         // the vector table, whose type is an array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]

@@ -26,6 +26,11 @@ impl Timer {
         timer.control.write(0b1001);
     }
 
+    /// Lets its interrupt through.
+    pub fn enable(self) {
+        super::enable(TIMER_IRQ);
+    }
+
     /// Stops the timer.
     pub fn stop(self) {
         self.registers().control.write(0);

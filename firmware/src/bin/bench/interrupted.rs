@@ -52,7 +52,7 @@ impl<const N: usize> Record<N> {
 pub fn drive() -> (u32, u32) {
     let mut record = Record::<1024>::new(20_220_222);
     for run in 0..RUNS {
-        Timer::ONE.interrupt_after(run * STEP + 1);
+        Timer::ONE.start(run * STEP + 2);
         if !record.run() {
             UNEQUAL.fetch_add(1, Ordering::Relaxed);
         }
