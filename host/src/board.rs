@@ -20,10 +20,25 @@ use tempfile::TempDir;
 /// The image's name.
 pub const IMAGE: &str = "frontend_nucleo";
 
-/// The image for the board, or for the emulator; the one that measures block by block, or the one that follows tones.
-pub fn image(played: bool, tracking: bool) -> Result<PathBuf, toolchain::ToolError> {
+/// What an image does beside measuring block by block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// Nothing.
+    Nothing,
+    /// It follows tones.
+    Tracking,
+    /// It reports several tones of a block.
+    Lines,
+}
+
+/// The image for the board, or for the emulator.
+pub fn image(played: bool, beside: Beside) -> Result<PathBuf, toolchain::ToolError> {
     let mut features = vec![if played { "played" } else { "nucleo" }];
-    features.extend(tracking.then_some("tracking"));
+    features.extend(match beside {
+        Beside::Nothing => None,
+        Beside::Tracking => Some("tracking"),
+        Beside::Lines => Some("lines"),
+    });
     let (target, profile) = (Target::M4f, Profile::Size);
     Firmware { bin: IMAGE, target, features: &features, profile }.build()
 }

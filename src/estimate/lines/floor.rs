@@ -94,11 +94,16 @@ impl Blocks {
         }
     }
 
+    /// The blocks that the floor of one is taken from.
+    fn around(&self, index: usize) -> &[Block] {
+        let end = index.saturating_add(AROUND + 1).min(self.all.len());
+        self.all.get(index.saturating_sub(AROUND)..end).unwrap_or_default()
+    }
+
     /// The floor of a block: the mean of the quieter two thirds of its neighbours.
     fn floor(&self, index: usize) -> f32 {
-        let end = index.saturating_add(AROUND + 1).min(self.all.len());
-        let around = self.all.get(index.saturating_sub(AROUND)..end).unwrap_or_default();
-        // Numbers above 0 are ordered as their bits, which are compared in fewer instructions.
+        let around = self.around(index);
+        // By their bits, as in `quietest_of`.
         const NONE: u32 = f32::INFINITY.to_bits();
         let ([mut first, mut second, mut third], mut count) = ([0; 3], 0);
         for block in around {
@@ -141,9 +146,7 @@ impl Blocks {
     /// its floor by `least` does not stand out.
     fn compare(&mut self, changed: u64, least: f32) {
         // No floor is below the quietest block.
-        let quietest = self.all.iter().fold(f32::INFINITY, |quietest, block| {
-            if block.mean < quietest { block.mean } else { quietest }
-        });
+        let quietest = quietest_of(&self.all);
         let mut near = changed;
         for _ in 0..AROUND {
             near |= (near << 1) | (near >> 1);
@@ -155,7 +158,9 @@ impl Blocks {
                 continue;
             }
             let most = self.all.get(index).map_or(0.0, |block| block.most);
-            let floor = if most > least * quietest { self.floor(index) } else { f32::INFINITY };
+            // Nor is it below the quietest block around, which rules out nearly all.
+            let stands = most > least * quietest && most > least * quietest_of(self.around(index));
+            let floor = if stands { self.floor(index) } else { f32::INFINITY };
             if let Some(block) = self.all.get_mut(index) {
                 let rise = if most > least * floor { most / floor } else { 0.0 };
                 (block.floor, block.rise) = (floor, rise);
@@ -173,6 +178,13 @@ impl Blocks {
         }
         highest
     }
+}
+
+/// The least mean of these blocks.
+fn quietest_of(blocks: &[Block]) -> f32 {
+    // Numbers above 0 are ordered as their bits, which are compared in fewer instructions.
+    let least = blocks.iter().map(|block| block.mean.to_bits());
+    f32::from_bits(least.fold(f32::INFINITY.to_bits(), u32::min))
 }
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
