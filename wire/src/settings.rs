@@ -125,7 +125,9 @@ pub struct Settings {
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
     /// Tones reported a block, 1 to [`MOST`]. Above 1, all of them follow the block's telemetry with their
-    /// phases: see [`crate::lines`]. An image built without the feature `lines` refuses that.
+    /// phases: see [`crate::lines`]. An image built without the feature `lines` refuses that, and this crate
+    /// has the field only with it.
+    #[cfg(feature = "lines")]
     pub most: u8,
     /// Blocks that the board has memory for at the same time; 0 for its usual number. More of them
     /// bridge longer pauses of the measurement.
@@ -146,6 +148,7 @@ impl Default for Settings {
             guard: 0,
             drive: Drive::Off,
             report_every: 1,
+            #[cfg(feature = "lines")]
             most: 1,
             slots: 0,
             start: true,
@@ -225,6 +228,7 @@ impl Settings {
                 _ => return Err(field),
             },
             report_every,
+            #[cfg(feature = "lines")]
             most: if lines { 1 + (flags >> 1 & 3) } else { 1 },
             slots,
             start: flags & 1 != 0,
@@ -233,12 +237,15 @@ impl Settings {
         Ok((settings, n as usize))
     }
 
-    /// Tones reported a block beyond the first. Without the feature `lines` there are none.
+    /// Tones reported a block beyond the first, at most three. Without the feature `lines` there are none.
     pub const fn further(&self) -> u8 {
-        match self.most {
-            2..=4 if cfg!(feature = "lines") => self.most - 1,
+        #[cfg(feature = "lines")]
+        return match self.most {
+            2..=4 => self.most - 1,
             _ => 0,
-        }
+        };
+        #[cfg(not(feature = "lines"))]
+        0
     }
 
     /// Segments in a chirp; 1 without a chirp.

@@ -82,15 +82,15 @@ impl<const N: usize> Measurer<N> {
         }
     }
 
-    /// All tones of the last block, at most `most`, if the settings ask for more than one. The block is
-    /// that of this measurement.
+    /// All tones of the last block, if the settings ask for some beyond the first. The block is that of this
+    /// measurement.
     #[cfg(all(feature = "lines", not(feature = "tracking")))]
-    pub fn lines(&self, measurement: &Measurement, most: u8) -> Option<Lines> {
+    pub fn lines(&self, measurement: &Measurement, further: u8) -> Option<Lines> {
         let tones = |most: usize| match self {
             Measurer::Real(meter) => meter.lines(measurement, most),
             Measurer::Iq(meter) => meter.lines(measurement, most),
         };
-        (most > 1).then(|| Lines::of(&measurement.stamp, tones(most.into())))
+        (further > 0).then(|| Lines::of(&measurement.stamp, tones(1 + usize::from(further))))
     }
 
     /// Nothing: this image reports one tone of a block.

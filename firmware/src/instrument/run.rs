@@ -213,7 +213,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let method = self.plan.plan.options.method;
         let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
-        let lines = self.measurer.lines(&measurement, self.plan.settings.most);
+        let lines = self.measurer.lines(&measurement, self.plan.settings.further());
         if LINES {
             self.longest = self.longest.max(self.board.ticks().wrapping_sub(began));
         }
