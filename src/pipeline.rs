@@ -143,8 +143,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 
     /// The tones of the last block with their phases, at most `most` and
-    /// [`MOST`]: the strongest first, as they were found. `measurement` is the last block's; its own
-    /// tone is the first.
+    /// [`MOST`]: the strongest first. `measurement` is the last block's; its own tone is among them.
     ///
     /// A line that the front end or the transform makes of a stronger one is none of them, see
     /// [`crate::estimate::lines`]. With `most = 1` this is the phase of the block's tone.

@@ -27,6 +27,7 @@ mod protocol;
 mod q15;
 mod recordings;
 mod registers;
+mod sequence;
 mod signal;
 mod solver;
 mod sweep;

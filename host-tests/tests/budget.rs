@@ -20,6 +20,10 @@ struct Budgets {
     engines: BTreeMap<String, Budget>,
     /// Instructions of a block that is measured where its tone is expected, on the average, by stage.
     locked: BTreeMap<String, u64>,
+    /// Instructions of all tones of blocks of one to four, beside the measurement: the mean.
+    several: Vec<u64>,
+    /// Instructions of the phase of a block's only tone.
+    phase: u64,
     /// Instructions of the search for the peak in so many bins of 1,024 samples, real and I/Q.
     band: BTreeMap<u32, [u64; 2]>,
     /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage: the median.
@@ -383,8 +387,11 @@ fn further_tones_have_the_same_bits() {
     let image = several::image(core).unwrap_or_else(|error| panic!("{error}"));
     let (rows, sent) = several::count(core, &image).unwrap_or_else(|error| panic!("{error}"));
     assert!(sent == here, "other bits than here");
-    for row in &rows {
-        println!("{} tones: {} instructions beside {}", row.tones, row.lines, row.whole);
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    assert_eq!(rows.len(), budgets.several.len());
+    for (row, &allowed) in rows.iter().zip(&budgets.several) {
+        excess.check(&format!("{} tones, instructions", row.tones), row.lines, allowed);
     }
-    assert!(rows.len() == 4 && rows.iter().all(|row| row.lines > 0));
+    excess.check("phase of one tone, instructions", rows[0].phase, budgets.phase);
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

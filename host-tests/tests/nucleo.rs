@@ -18,13 +18,14 @@ use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
-use picket_host::board::{Board, image};
+use picket_host::board::{Beside, Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
 use picket_host::{flash, recording};
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::follow::Follow;
+use picket_wire::lines::Lines;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::status::Status;
 use picket_wire::telemetry::{Health, Telemetry};
@@ -39,12 +40,12 @@ const SEED: u64 = 446;
 
 fn played() -> &'static PathBuf {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    IMAGE.get_or_init(|| built(false))
+    IMAGE.get_or_init(|| built(Beside::Nothing))
 }
 
-fn built(tracking: bool) -> PathBuf {
+fn built(beside: Beside) -> PathBuf {
     prepare_packages();
-    image(true, tracking).unwrap_or_else(|error| panic!("{error}"))
+    image(true, beside).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn tree() -> Tree {
@@ -211,7 +212,7 @@ fn instructions_of_a_block() {
 fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     println!("seed {SEED}");
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let image = built(true);
+    let image = built(Beside::Tracking);
     let mut board = Board::start_counted(&image).unwrap();
     boot(&mut board);
     let following = Following { most: 1, refresh: 16, ..Following::default() };
@@ -280,6 +281,84 @@ fn an_image_that_does_not_follow_says_so() {
     let settings = Settings { config: Config { following, ..settings.config }, ..settings };
     let refused = board.request(Command::SetSettings(settings, N)).unwrap();
     assert_eq!(refused, Err(Refusal::Settings([12, 0])));
+}
+
+/// The sum of tones of the converter's codes: their bins and amplitudes.
+fn tones(lines: &[(f64, f64)], noise: f64, rng: &mut impl Rng) -> [i16; N] {
+    let phases: Vec<f64> = lines.iter().map(|_| rng.random()).collect();
+    std::array::from_fn(|n| {
+        let sum = lines.iter().zip(&phases).map(|((bin, amplitude), phase)| {
+            amplitude * (std::f64::consts::TAU * (bin * n as f64 / N as f64 + phase)).sin()
+        });
+        let value = 2048.0 + sum.sum::<f64>() + noise * rng.random_range(-1.0..1.0);
+        value.round().clamp(0.0, 4095.0) as i16
+    })
+}
+
+/// The image that reports several tones: all of them to the bit, as many as there are and as were asked for.
+#[test]
+fn several_tones_of_a_block_are_those_of_this_machine() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let image = built(Beside::Lines);
+    let mut board = Board::start_counted(&image).unwrap();
+    boot(&mut board);
+    let scenes: [&[(f64, f64)]; 3] = [
+        &[(200.3, 900.0)],
+        &[(100.4, 400.0), (131.9, 900.0)],
+        &[(60.2, 700.0), (63.4, 500.0), (300.7, 100.0)],
+    ];
+    let mut longest = Vec::new();
+    for most in [4, 2, 1] {
+        let settings = Settings { most, ..Settings::default() };
+        let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+        let answer: &[u8; Settings::BYTES] = answer[..].try_into().unwrap();
+        assert_eq!(Settings::of_bytes(answer).unwrap().0.most, most);
+        assert!(boot(&mut board).measuring);
+        let mut here = Here::<Real>::new(&settings);
+        for (number, scene) in scenes.iter().cycle().take(9).enumerate() {
+            let samples = tones(scene, 10.0, &mut rng);
+            assert!(board.block(&bytes(&samples)).unwrap());
+            let stamp = here.stamp(number as u64, false);
+            let expected = here.record(stamp, &samples, Health::default());
+            let record = board.expect(|said| match said {
+                Said::Telemetry(record) => Some(record),
+                Said::Lines(_) => panic!("the tones of a block that was not measured"),
+                _ => None,
+            });
+            assert_eq!(record.unwrap().to_bytes(), expected.to_bytes(), "block {number}");
+            if most == 1 {
+                continue;
+            }
+            let lines = board.expect(|said| match said {
+                Said::Lines(lines) => Some(lines),
+                _ => None,
+            });
+            let lines = lines.unwrap_or_else(|error| panic!("{error}"));
+            let found = here.pipeline.lines(&expected.measurement, most.into());
+            assert_eq!(found.len(), scene.len().min(most.into()), "block {number}");
+            assert!(found.is_sorted_by(|a, b| a.tone.amplitude >= b.tone.amplitude));
+            assert_eq!(lines.to_frame(), Lines::of(&stamp, found).to_frame(), "block {number}");
+        }
+        longest.push(status(&mut board).longest);
+    }
+    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    println!(
+        "{longest:?} instructions; flash {} B, RAM {} B and {stack} B of stack",
+        footprint.flash, footprint.ram
+    );
+    let ram = footprint.ram + u64::from(stack);
+    assert!(footprint.flash <= flash::LINES.flash && ram <= flash::LINES.ram);
+}
+
+#[test]
+fn an_image_of_one_tone_refuses_settings_of_several() {
+    let (mut board, _) = start();
+    let settings = Settings { most: 2, ..Settings::default() };
+    let refused = board.request(Command::SetSettings(settings, N)).unwrap();
+    let Err(refusal) = refused else { panic!("it took them") };
+    assert_eq!(refusal, Refusal::Settings([1, 1]));
+    assert!(refusal.to_string().contains("--lines"), "{refusal}");
 }
 
 #[test]

@@ -20,12 +20,28 @@ use tempfile::TempDir;
 /// The image's name.
 pub const IMAGE: &str = "frontend_nucleo";
 
-/// The image for the board, or for the emulator; the one that measures block by block, or the one that follows tones.
-pub fn image(played: bool, tracking: bool) -> Result<PathBuf, toolchain::ToolError> {
+/// What an image does beside measuring block by block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// Nothing.
+    Nothing,
+    /// It follows tones.
+    Tracking,
+    /// It reports several tones of a block.
+    Lines,
+}
+
+/// The image for the board, or for the emulator.
+pub fn image(played: bool, beside: Beside) -> Result<PathBuf, toolchain::ToolError> {
     let mut features = vec![if played { "played" } else { "nucleo" }];
-    features.extend(tracking.then_some("tracking"));
-    let (target, profile) = (Target::M4f, Profile::Size);
-    Firmware { bin: IMAGE, target, features: &features, profile }.build()
+    features.extend(match beside {
+        Beside::Nothing => None,
+        Beside::Tracking => Some("tracking"),
+        Beside::Lines => Some("lines"),
+    });
+    // Compiled for size alone, the search for further tones takes twice as long; for speed alone, all of the flash.
+    let profile = if beside == Beside::Lines { Profile::Balanced } else { Profile::Size };
+    Firmware { bin: IMAGE, target: Target::M4f, features: &features, profile }.build()
 }
 
 /// The image that goes through the board's list by itself.

@@ -4,6 +4,7 @@ use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
+use picket_wire::lines::Lines;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::Telemetry;
 
@@ -18,6 +19,8 @@ pub enum Said {
     Status(Status),
     /// What is followed.
     Follow(Follow),
+    /// All tones of the block of the last measurement.
+    Lines(Lines),
     /// A piece of a block's samples.
     Raw(Raw),
     /// The answer to a command.
@@ -74,6 +77,7 @@ impl Said {
             Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
             Kind::Status => Said::Status(Status::of_frame(frame)?),
             Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),
+            Kind::Lines => Said::Lines(Lines::of_frame(frame).ok()?),
             Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::of_frame(frame)?;

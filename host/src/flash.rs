@@ -1,6 +1,6 @@
 //! `picket flash`: the image on its way to the board; here the NUCLEO's.
 
-use crate::board;
+use crate::board::{self, Beside};
 use crate::cli::print_line;
 use crate::emulator::{Footprint, RunError};
 use crate::end;
@@ -34,8 +34,11 @@ pub struct Options {
     /// The image that also follows tones from block to block: see `follow` in docs/board.md
     #[arg(long)]
     tracking: bool,
-    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    /// The image that also reports up to four tones of a block: see `most` in docs/board.md
     #[arg(long, conflicts_with = "tracking")]
+    lines: bool,
+    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    #[arg(long, conflicts_with_all = ["tracking", "lines"])]
     self_test: bool,
     /// Writes nothing: begins the self-test that is on the board anew, and prints its list
     #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
@@ -55,6 +58,8 @@ pub enum Kind {
     Usual,
     /// Follows tones.
     Tracking,
+    /// Reports several tones of a block.
+    Lines,
     /// Goes through the board's list.
     SelfTest,
 }
@@ -64,10 +69,11 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
     if options.board == Board::Pico {
         return to_pico(options);
     }
-    let kind = match (options.tracking, options.self_test) {
-        (_, true) => Kind::SelfTest,
-        (true, false) => Kind::Tracking,
-        (false, false) => Kind::Usual,
+    let kind = match (options.tracking, options.lines, options.self_test) {
+        (_, _, true) => Kind::SelfTest,
+        (true, ..) => Kind::Tracking,
+        (_, true, _) => Kind::Lines,
+        _ => Kind::Usual,
     };
     let image = build(kind)?;
     if let Some(port) = &options.listen {
@@ -87,7 +93,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
 }
 
 fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
-    if options.tracking || options.self_test {
+    if options.tracking || options.lines || options.self_test {
         return Err(FlashError::NoSuchImage);
     }
     let image = pico::flash::build()?;
@@ -104,6 +110,9 @@ pub const BUDGET: Footprint = Footprint { flash: 112 << 10, ram: 100 << 10 };
 
 /// What the image that follows tones may take: the chip has 256 KB of flash for it, and 128 KB of RAM.
 pub const TRACKING: Footprint = Footprint { flash: 136 << 10, ram: 112 << 10 };
+
+/// What the image that reports several tones of a block may take.
+pub const LINES: Footprint = Footprint { flash: 232 << 10, ram: 112 << 10 };
 
 /// What the self-test may take: its code lies in RAM as well, and its DAC's table of 10 KB.
 pub const SELF_TEST: Footprint = Footprint { flash: 80 << 10, ram: 116 << 10 };
@@ -123,7 +132,7 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has neither an image that follows tones nor a self-test.
+    /// The Pico has neither an image that follows tones or reports several, nor a self-test.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -146,7 +155,7 @@ impl fmt::Display for FlashError {
                 file.display()
             ),
             FlashError::NoSuchImage => {
-                write!(f, "the Pico has one image: leave --tracking and --self-test out")
+                write!(f, "the Pico has one image: leave --tracking, --lines and --self-test out")
             }
             FlashError::Port(error) => error.fmt(f),
             FlashError::Silent => f.write_str(
@@ -210,8 +219,9 @@ impl fmt::Display for Image {
 /// Builds one of the images.
 pub fn build(kind: Kind) -> Result<Image, FlashError> {
     let elf = match kind {
-        Kind::Usual => board::image(false, false)?,
-        Kind::Tracking => board::image(false, true)?,
+        Kind::Usual => board::image(false, Beside::Nothing)?,
+        Kind::Tracking => board::image(false, Beside::Tracking)?,
+        Kind::Lines => board::image(false, Beside::Lines)?,
         Kind::SelfTest => board::self_test()?,
     };
     let bytes = binary(&elf)?;
@@ -221,6 +231,7 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
     let budget = match kind {
         Kind::Usual => BUDGET,
         Kind::Tracking => TRACKING,
+        Kind::Lines => LINES,
         Kind::SelfTest => SELF_TEST,
     };
     Ok(Image { footprint: Footprint::of(&elf)?, budget, program: checksum(&elf)?, elf, binary })

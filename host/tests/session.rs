@@ -1,5 +1,14 @@
 //! The recording that docs/board.md replays is what its command makes.
 
+use fixed::types::I0F32;
+use picket::acquire::sample::Stamp;
+use picket::estimate::frequency::Frequency;
+use picket::estimate::method::Method;
+use picket::estimate::phasor::Phasor;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::Measurement;
+use picket_wire::lines::Lines;
+use picket_wire::telemetry::{Health, Telemetry};
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -30,4 +39,76 @@ fn live_into_a_pipe_is_lines() {
     };
     let (live, lines) = (watch(&["--live"]), watch(&[]));
     assert!(live.status.success() && live.stdout == lines.stdout, "{live:?}");
+}
+
+/// A recording of blocks with two tones each: a row below its block's for people, a line each for programs, and for the
+/// reader of docs/protocol.md.
+#[test]
+fn the_tones_of_a_block_are_shown() {
+    let mut bytes = Vec::new();
+    for sequence in 0..3 {
+        let stamp = Stamp { sequence, clock: 1024 * u64::from(sequence), ..Stamp::default() };
+        let tone = |bin: f64, amplitude: f32| Tone {
+            frequency: Frequency(I0F32::from_num(bin / 1024.0)),
+            sigma: 1e-6,
+            snr: 100.0,
+            amplitude,
+            verdict: Verdict::Good,
+            rate_hz: 0.0,
+        };
+        let phasors =
+            [(100.25, 900.0, 1.5), (200.5, 300.0, -0.25)].map(|(bin, amplitude, phase)| Phasor {
+                tone: tone(bin, amplitude),
+                phase,
+                sigma_phase: 0.01,
+            });
+        let measurement = Measurement { stamp, tone: phasors[0].tone, ..Measurement::default() };
+        let (method, health) = (Method::LeastSquaresReal, Health::default());
+        bytes.extend(Telemetry { measurement, method, health }.to_frame());
+        bytes.extend(Lines::of(&stamp, phasors.into_iter().collect()).to_frame());
+    }
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("tones.bin");
+    fs::write(&file, bytes).unwrap();
+    let watch = |flags: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_picket"));
+        let output =
+            command.args(["watch", "--rate", "1024000", "--replay"]).arg(&file).args(flags);
+        String::from_utf8(output.output().unwrap().stdout).unwrap()
+    };
+    let table = watch(&[]);
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows.len(), 1 + 3 * 3 + 1, "{table}");
+    assert!(rows[3].contains("line 2") && rows[3].contains("200500.0000"), "{table}");
+    assert!(rows[3].contains("phase  -0.2500 ± 0.0100 rad  good"), "{table}");
+    assert!(rows[10].contains("0 bad frames"), "{table}");
+    let json = watch(&["--jsonl"]);
+    let json = json.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let lines: Vec<_> = json.filter(|line| line["line"] == 2).collect();
+    assert_eq!(lines.len(), 3);
+    assert_eq!(lines[1]["sequence"], 1);
+    assert_eq!(lines[1]["frequency_hz"], 200_500.0);
+    assert_eq!(lines[1]["phase_rad"], -0.25);
+    assert_eq!(lines[1]["verdict"], "good");
+    let csv = watch(&["--csv"]);
+    let columns: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert!(columns[..10].iter().all(|row| row.len() == columns[0].len()), "{csv}");
+    let place = |name: &str| columns[0].iter().position(|column| *column == name).unwrap();
+    assert_eq!(columns[3][place("line")], "2");
+    assert_eq!(columns[3][place("frequency_hz")], "200500");
+    assert_eq!(columns[3][place("verdict")], "good");
+    assert_eq!(columns[3][place("phase_rad")], "-0.25");
+    let page =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/protocol.md")).unwrap();
+    let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    let Ok(output) = Command::new("python3").args(["-c", program]).arg(&file).output() else {
+        println!("skipped: there is no python3");
+        return;
+    };
+    let theirs = String::from_utf8(output.stdout).unwrap();
+    let theirs: Vec<&str> = theirs.lines().collect();
+    assert_eq!(theirs.len(), 9, "{theirs:?}");
+    let fields: Vec<&str> = theirs[2].split(' ').collect();
+    let number = |at: usize| fields[at].parse::<f64>().unwrap();
+    assert_eq!(fields[0], "line");
+    assert!((number(1) - 200.5 / 1024.0).abs() < 1e-9 && number(3) == -0.25, "{theirs:?}");
 }

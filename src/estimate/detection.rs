@@ -77,8 +77,14 @@ impl Threshold {
     /// True if a peak with this ratio to the noise near it is a tone. The noise estimate averages
     /// `freedom` real numbers. `less` lowers the required evidence.
     pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Less) -> bool {
+        ratio > self.beside(freedom, less)
+    }
+
+    /// The ratio that [`Threshold::detects_beside`] asks for.
+    #[inline(always)]
+    pub(crate) fn beside(&self, freedom: f32, less: Less) -> f32 {
         let m = freedom * 0.5;
-        ratio > m * raised((self.log - less as u32 as f32 * LN_2).max(0.0) / m)
+        m * raised((self.log - less as u32 as f32 * LN_2).max(0.0) / m)
     }
 
     /// Whether a band has enough bins away from its peak to tell noise from tones.

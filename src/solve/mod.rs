@@ -5,5 +5,6 @@ pub mod displacement;
 pub mod doppler;
 pub mod pairing;
 pub(crate) mod segments;
+pub mod sequence;
 pub mod track;
 pub mod tracks;

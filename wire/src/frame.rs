@@ -45,6 +45,8 @@ pub enum Kind {
     Raw = 8,
     /// Tracks and targets ([`super::follow::Follow`]).
     Follow = 9,
+    /// All tones of a block ([`super::lines::Lines`]).
+    Lines = 10,
 }
 
 impl Kind {
@@ -60,6 +62,7 @@ impl Kind {
             7 => Some(Kind::Status),
             8 => Some(Kind::Raw),
             9 => Some(Kind::Follow),
+            10 => Some(Kind::Lines),
             _ => None,
         }
     }

@@ -3,10 +3,10 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | version of this layout: u8 |
+//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
-//! | 3 | flags: u8, bit 0 measures from power-on |
+//! | 3 | flags: u8, bit 0 measures from power-on, bits 1 and 2 tones reported a block less one |
 //! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; slots: 6 u16 |
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
@@ -22,6 +22,8 @@ use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
+#[cfg(doc)]
+use picket::estimate::several::MOST;
 use picket::pipeline::{Measurement, Outcome};
 
 /// The largest number of guard samples before a block.
@@ -122,6 +124,11 @@ pub struct Settings {
     pub drive: Drive,
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
+    /// Tones reported a block, 1 to [`MOST`]. Above 1, all of them follow the block's telemetry with their
+    /// phases: see [`crate::lines`]. An image built without the feature `lines` refuses that, and this crate
+    /// has the field only with it.
+    #[cfg(feature = "lines")]
+    pub most: u8,
     /// Blocks that the board has memory for at the same time; 0 for its usual number. More of them
     /// bridge longer pauses of the measurement.
     pub slots: u16,
@@ -141,6 +148,8 @@ impl Default for Settings {
             guard: 0,
             drive: Drive::Off,
             report_every: 1,
+            #[cfg(feature = "lines")]
+            most: 1,
             slots: 0,
             start: true,
             calibration: Calibration::default(),
@@ -149,6 +158,9 @@ impl Default for Settings {
 }
 
 const VERSION: u8 = 1;
+
+/// That of settings by which more than one tone is reported: readers that do not know it refuse it.
+const LINES: u8 = 2;
 
 impl Settings {
     /// Length of the settings, bytes.
@@ -167,7 +179,9 @@ impl Settings {
         let Calibration { clock_ppm, range_offset_m, range_slope } = self.calibration;
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION, drive, divider, u8::from(self.start)]);
+        let further = self.further();
+        let version = if further > 0 { LINES } else { VERSION };
+        writer.put([version, drive, divider, u8::from(self.start) | further << 1]);
         for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
         }
@@ -189,7 +203,8 @@ impl Settings {
         let mut reader = Reader(bytes);
         let field = SettingsError::Encoding(EncodingError::Field);
         let [version, drive, divider, flags] = reader.take().ok_or(field)?;
-        if version != VERSION {
+        let lines = cfg!(feature = "lines") && version == LINES;
+        if version != VERSION && !lines {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
@@ -213,11 +228,24 @@ impl Settings {
                 _ => return Err(field),
             },
             report_every,
+            #[cfg(feature = "lines")]
+            most: if lines { 1 + (flags >> 1 & 3) } else { 1 },
             slots,
             start: flags & 1 != 0,
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
         Ok((settings, n as usize))
+    }
+
+    /// Tones reported a block beyond the first, at most three. Without the feature `lines` there are none.
+    pub const fn further(&self) -> u8 {
+        #[cfg(feature = "lines")]
+        return match self.most {
+            2..=4 => self.most - 1,
+            _ => 0,
+        };
+        #[cfg(not(feature = "lines"))]
+        0
     }
 
     /// Segments in a chirp; 1 without a chirp.
@@ -254,6 +282,14 @@ mod tests {
         ] {
             let bytes = settings.to_bytes(1024);
             assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+        }
+        #[cfg(feature = "lines")]
+        for most in 1..=4 {
+            let settings = Settings { most, ..Settings::default() };
+            let bytes = settings.to_bytes(1024);
+            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+            // A reader of one tone refuses those of more.
+            assert_eq!(bytes[0], if most > 1 { 2 } else { 1 });
         }
         let told = |place: usize, value: u8| {
             let mut bytes = Settings::default().to_bytes(1024);

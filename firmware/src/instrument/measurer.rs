@@ -10,9 +10,13 @@ use picket::plan::EitherPlan;
 #[cfg(feature = "tracking")]
 pub use picket::tracker::Tracker as Meter;
 use picket_wire::follow::Follow;
+use picket_wire::lines::Lines;
 
 /// Whether this image follows tones.
 pub const FOLLOWS: bool = cfg!(feature = "tracking");
+
+/// Whether this image reports more than one tone of a block.
+pub const LINES: bool = cfg!(all(feature = "lines", not(feature = "tracking")));
 
 /// A meter for each kind of record, in static memory: built at run time, they would pass over the
 /// stack.
@@ -76,6 +80,23 @@ impl<const N: usize> Measurer<N> {
             Measurer::Real(tracker) => tracker.follows().then(|| Follow::of(tracker, stamp)),
             Measurer::Iq(tracker) => tracker.follows().then(|| Follow::of(tracker, stamp)),
         }
+    }
+
+    /// All tones of the last block, if the settings ask for some beyond the first. The block is that of this
+    /// measurement.
+    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    pub fn lines(&self, measurement: &Measurement, further: u8) -> Option<Lines> {
+        let tones = |most: usize| match self {
+            Measurer::Real(meter) => meter.lines(measurement, most),
+            Measurer::Iq(meter) => meter.lines(measurement, most),
+        };
+        (further > 0).then(|| Lines::of(&measurement.stamp, tones(1 + usize::from(further))))
+    }
+
+    /// Nothing: this image reports one tone of a block.
+    #[cfg(not(all(feature = "lines", not(feature = "tracking"))))]
+    pub fn lines(&self, _: &Measurement, _: u8) -> Option<Lines> {
+        None
     }
 
     /// Nothing: this image does not follow tones.

@@ -6,7 +6,7 @@
 
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
-use super::measurer::{FOLLOWS, Measurer, Meters};
+use super::measurer::{FOLLOWS, LINES, Measurer, Meters};
 use super::plan::Plan;
 use super::stack::Stack;
 use super::storage;
@@ -17,6 +17,7 @@ use picket::acquire::frontend::{Block, Blocks, Counters};
 use picket::acquire::sample::{Iq, Real};
 use picket::pipeline::Measurement;
 use picket_wire::boot::{Boot, Causes, LastEnd, Name};
+use picket_wire::capture::EncodingError;
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Drive, Settings};
@@ -69,6 +70,9 @@ fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
 ) -> Result<(Plan<N>, B::Words), SettingsError> {
     if settings.config.following.most > 0 && !FOLLOWS {
         return Err(SettingsError::Tracking);
+    }
+    if settings.further() > 0 && !LINES {
+        return Err(SettingsError::Encoding(EncodingError::Version));
     }
     board.plan(settings)
 }
@@ -199,16 +203,24 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            self.report(measurement, since);
+            self.report(measurement, since, before);
         }
         true
     }
 
-    fn report(&mut self, measurement: Measurement, since: Counters) {
+    /// Reports a block whose measurement began at a tick.
+    fn report(&mut self, measurement: Measurement, since: Counters, began: u32) {
         let method = self.plan.plan.options.method;
         let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
+        let lines = self.measurer.lines(&measurement, self.plan.settings.further());
+        if LINES {
+            self.longest = self.longest.max(self.board.ticks().wrapping_sub(began));
+        }
         self.send(&Telemetry { measurement, method, health }.to_frame());
+        if let Some(lines) = lines {
+            self.send(&lines.to_frame());
+        }
         if let Some(follow) = self.measurer.followed(&stamp) {
             self.send(&follow.to_frame());
         }

@@ -26,7 +26,7 @@ pub fn image() -> &'static PathBuf {
         if let Some(other) = std::env::var_os("PICKET_IMAGE") {
             return other.into();
         }
-        in_flash(board::image(false, false))
+        in_flash(board::image(false, board::Beside::Nothing))
     })
 }
 

@@ -39,7 +39,9 @@ fn a_chirp_is_played_code_by_code() {
             static TRACKING: OnceLock<PathBuf> = OnceLock::new();
             let following = Following { most: 1, refresh: 16, ..Following::default() };
             settings.config = Config { following, ..settings.config };
-            let image = built(&TRACKING, || picket_host::board::image(false, true));
+            let image = built(&TRACKING, || {
+                picket_host::board::image(false, picket_host::board::Beside::Tracking)
+            });
             Emulated::start_with(image, &settings)
         } else {
             Emulated::start(&settings)

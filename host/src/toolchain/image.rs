@@ -60,8 +60,10 @@ impl Firmware<'_> {
         }
         let mut command = build(&directory, &[self.target])?;
         command.args(["--bin", self.bin]).args(others.iter().flat_map(|bin| ["--bin", bin]));
-        for package in self.profile.for_size() {
-            command.args(["--config", &format!("profile.release.package.{package}.opt-level='z'")]);
+        let (packages, level) = self.profile.for_size();
+        for package in packages {
+            let set = format!("profile.release.package.{package}.opt-level={level}");
+            command.args(["--config", &set]);
         }
         command.args(["--features", &self.features.join(",")]);
         if ["single", "self_test_nucleo"].contains(&self.bin) {

@@ -93,6 +93,8 @@ pub enum Profile {
     /// For size: opt-level "z", for our own code and the elementary functions. What an image takes of other packages it takes as
     /// generic functions, which are compiled with ours: they are compiled once for both.
     Size,
+    /// Between them: opt-level 2, for the same packages.
+    Balanced,
 }
 
 impl Profile {
@@ -101,14 +103,17 @@ impl Profile {
         match self {
             Profile::Release => "release",
             Profile::Size => "size",
+            Profile::Balanced => "balanced",
         }
     }
 
-    /// The packages that are compiled at opt-level "z".
-    const fn for_size(self) -> &'static [&'static str] {
+    /// The packages that are compiled at another opt-level than 3, and at which.
+    const fn for_size(self) -> (&'static [&'static str], &'static str) {
+        const OURS: &[&str] = &["picket-dsp", "picket-firmware", "picket-wire", "libm"];
         match self {
-            Profile::Release => &[],
-            Profile::Size => &["picket-dsp", "picket-firmware", "picket-wire", "libm"],
+            Profile::Release => (&[], ""),
+            Profile::Size => (OURS, "'z'"),
+            Profile::Balanced => (OURS, "2"),
         }
     }
 }

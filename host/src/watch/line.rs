@@ -2,11 +2,13 @@
 
 use crate::device::Listener;
 use picket::acquire::sample::Segment;
+use picket::estimate::phasor::Phasor;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
 use picket_wire::boot::Boot;
 use picket_wire::follow::Follow;
+use picket_wire::lines as wire;
 use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
@@ -51,7 +53,7 @@ pub struct Row {
 }
 
 /// The header of comma-separated values.
-pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,lost,faults,missing,bad_frames";
+pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,lost,faults,missing,bad_frames,line,phase_rad,sigma_phase_rad";
 
 /// The header of the table.
 pub const TABLE: &str = "    block  segment     frequency Hz      sigma Hz  SNR dB     range m  velocity m/s  verdict      lost  faults";
@@ -123,6 +125,11 @@ impl Row {
         row
     }
 
+    /// The block's number.
+    pub fn sequence(&self) -> u32 {
+        self.sequence
+    }
+
     /// One JSON object. A number that is none is null.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -151,6 +158,10 @@ impl Row {
             self.faults.to_string(),
             self.missing.to_string(),
             self.bad_frames.to_string(),
+            // Those of a line.
+            String::new(),
+            String::new(),
+            String::new(),
         ]
         .join(",")
     }
@@ -192,6 +203,113 @@ impl Row {
             .filter(|(_, value)| value.is_finite())
             .map(|(name, value)| format!(">{name}:{value}"))
             .collect()
+    }
+}
+
+/// The tones of a block, units in the fields' names.
+#[derive(Debug)]
+pub struct Lines(Vec<Line>);
+
+/// One of them.
+#[derive(Debug, Serialize)]
+struct Line {
+    /// Its place, the strongest first: 1 and on.
+    line: usize,
+    sequence: u32,
+    segment: &'static str,
+    frequency_cycles_per_sample: f64,
+    sigma_cycles_per_sample: f32,
+    frequency_hz: Option<f64>,
+    sigma_hz: Option<f64>,
+    snr_db: f64,
+    amplitude_codes: f32,
+    phase_rad: f32,
+    sigma_phase_rad: f32,
+    verdict: &'static str,
+}
+
+impl Lines {
+    /// Those of a device.
+    pub fn of(lines: &wire::Lines, scale: &Scale) -> Self {
+        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+        let line = |(index, phasor): (usize, &Phasor)| {
+            let Phasor { tone, phase, sigma_phase } = phasor;
+            let cycles = tone.frequency.0.to_num::<f64>();
+            Line {
+                line: index + 1,
+                sequence: lines.sequence,
+                segment: segment(lines.segment),
+                frequency_cycles_per_sample: cycles,
+                sigma_cycles_per_sample: tone.sigma,
+                frequency_hz: hertz(cycles),
+                sigma_hz: hertz(tone.sigma.into()),
+                snr_db: 10.0 * f64::from(tone.snr).log10(),
+                amplitude_codes: tone.amplitude,
+                phase_rad: *phase,
+                sigma_phase_rad: *sigma_phase,
+                verdict: tone.verdict.name(),
+            }
+        };
+        Lines(lines.tones.iter().enumerate().map(line).collect())
+    }
+
+    /// The block's number; 0 without a tone.
+    pub fn sequence(&self) -> u32 {
+        self.0.first().map_or(0, |line| line.sequence)
+    }
+
+    /// A JSON object for each.
+    pub fn json(&self) -> Vec<String> {
+        self.0.iter().map(|line| serde_json::to_string(line).unwrap_or_default()).collect()
+    }
+
+    /// Comma-separated values of each, empty where only a block has one.
+    pub fn csv(&self) -> Vec<String> {
+        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+        let csv = |line: &Line| {
+            format!(
+                "{},,{},,{},{},{},{},,{},,,,,,,,,{},{},{}",
+                line.sequence,
+                line.segment,
+                f(line.frequency_hz),
+                f(line.sigma_hz),
+                line.snr_db,
+                line.amplitude_codes,
+                line.verdict,
+                line.line,
+                line.phase_rad,
+                line.sigma_phase_rad,
+            )
+        };
+        self.0.iter().map(csv).collect()
+    }
+
+    /// A row of the table for each, if there are more than one.
+    pub fn table(&self) -> Vec<String> {
+        let table = |line: &Line| {
+            let hertz = line.frequency_hz.unwrap_or(line.frequency_cycles_per_sample);
+            let sigma = line.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
+            format!(
+                "{:>9}  {:7} {hertz:>16.4} {sigma:>13} {:7.1}  phase {:8.4} ± {:.4} rad  {}",
+                format!("line {}", line.line),
+                "",
+                line.snr_db,
+                line.phase_rad,
+                line.sigma_phase_rad,
+                line.verdict,
+            )
+        };
+        if self.0.len() > 1 { self.0.iter().map(table).collect() } else { Vec::new() }
+    }
+
+    /// Teleplot's lines.
+    pub fn teleplot(&self) -> Vec<String> {
+        let each = self.0.iter().flat_map(|line| {
+            let number = line.line;
+            let hertz = line.frequency_hz.map(|hertz| format!(">line_{number}_hz:{hertz}"));
+            hertz.into_iter().chain([format!(">line_{number}_phase_rad:{}", line.phase_rad)])
+        });
+        each.collect()
     }
 }
 

@@ -262,6 +262,8 @@ struct Watch {
     header: bool,
     /// The last row for people: not more than they can read.
     shown: Option<Instant>,
+    /// The block of that row, if it is the last one's.
+    sequence: Option<u32>,
     capture: Option<Capture>,
     /// The orders' answers are wanted, not what is measured meanwhile.
     quiet: bool,
@@ -308,6 +310,7 @@ impl Watch {
             scale: Scale { rate_hz: options.rate, ..Scale::default() },
             header: false,
             shown: None,
+            sequence: None,
             capture,
             quiet,
             heard: false,
@@ -384,10 +387,13 @@ impl Watch {
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
         match said {
-            Said::Telemetry(_) | Said::Status(_) | Said::Follow(_) if self.quiet => {}
+            Said::Telemetry(_) | Said::Status(_) | Said::Follow(_) | Said::Lines(_)
+                if self.quiet => {}
             Said::Telemetry(record) => {
+                self.sequence = None;
                 self.row(&line::Row::of(&record, &self.scale, &self.listener))
             }
+            Said::Lines(lines) => self.lines(&line::Lines::of(&lines, &self.scale)),
             Said::Boot(boot) => {
                 self.scale.n = Some(boot.n as usize);
                 self.note(&line::boot(&boot));
@@ -436,10 +442,29 @@ impl Watch {
                     return;
                 }
                 self.shown = Some(now);
+                self.sequence = Some(row.sequence());
                 if !std::mem::replace(&mut self.header, true) {
                     print_line(line::TABLE);
                 }
                 print_line(&row.table());
+            }
+        }
+    }
+
+    /// The tones of a block, below its row.
+    fn lines(&mut self, lines: &line::Lines) {
+        match self.style {
+            Style::Jsonl => lines.json().iter().for_each(|line| print_line(line)),
+            Style::Teleplot => lines.teleplot().iter().for_each(|line| print_line(line)),
+            Style::Csv => {
+                if self.header {
+                    lines.csv().iter().for_each(|line| print_line(line));
+                }
+            }
+            Style::Table => {
+                if self.sequence == Some(lines.sequence()) {
+                    lines.table().iter().for_each(|line| print_line(line));
+                }
             }
         }
     }

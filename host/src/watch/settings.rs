@@ -5,6 +5,7 @@ use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
+use picket::estimate::several::MOST;
 use picket::solve::chirp::Shape;
 use picket_wire::settings::{Calibration, Drive, Settings};
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,7 @@ struct Fields {
     reach: u8,
     false_alarm: f64,
     scene: Scenes,
+    most: u8,
     follow: Follow,
     drive: Drives,
     guard: u16,
@@ -119,6 +121,7 @@ impl Fields {
                 }
                 _ => Scenes::Tone,
             },
+            most: settings.most,
             follow: Follow::of(&config.following),
             drive: match settings.drive {
                 Drive::Off => Drives::Off,
@@ -145,6 +148,9 @@ impl Fields {
             16 => Reach::Sixteen,
             other => return Err(format!("reach is 4, 8 or 16, not {other}")),
         };
+        if !(1..=MOST as u8).contains(&self.most) {
+            return Err(format!("most is 1 to {MOST} tones a block, not {}", self.most));
+        }
         let method = Method::ALL.iter().find(|method| method.name() == self.method);
         let method = *method.ok_or_else(|| format!("there is no method {}", self.method))?;
         let scene = match self.scene {
@@ -193,6 +199,7 @@ impl Fields {
             guard: self.guard,
             drive,
             report_every: self.report_every,
+            most: self.most,
             slots: self.slots,
             start: self.start,
             calibration,

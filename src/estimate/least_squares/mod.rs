@@ -314,19 +314,37 @@ const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
     table
 }
 
-/// [`fit_bins`] for a record of N samples. What depends on N alone is computed at compile time.
-pub(crate) fn fit_known<R: Record, const N: usize>(
-    bins: &Bins<f32, R, Rectangular>,
-    reach: usize,
+/// [`fit`] to an odd number of bins around `peak` of a record of N samples, at most `2 REACH + 1`. What
+/// depends on N alone is computed at compile time.
+#[inline(never)]
+pub(crate) fn fit_around<R: Record, const N: usize>(
+    bins: &[Complex<f32>],
+    peak: i32,
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
+    let reach = bins.len() / 2;
     if R::IQ {
-        return iq::fit(bins, reach, course);
+        return iq::fit(&Bins::<f32, R, _>::of_middle(N, peak, bins), reach, course);
     }
+    let (below, rest) = bins.split_at_checked(reach)?;
+    let (&centre, above) = rest.split_first()?;
     let table = const { &singles::<N>() };
-    let beside = (1..=reach as i32).zip(table.iter().skip(1));
-    let beside = beside.map(|(i, &distance)| ([bins.at(-i), bins.at(i)], distance));
-    real::fit(N as i32, bins.peak(), bins.at(0), beside, course)
+    let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = beside.map(|((&distance, &high), &low)| ([low, high], distance));
+    real::fit(N as i32, peak, centre, beside, course)
+}
+
+/// Takes a tone's model from an odd number of bins around `peak` of a record of N samples.
+pub(crate) fn take_around<R: Record, const N: usize>(
+    model: &Model<f32>,
+    peak: i32,
+    bins: &mut [Complex<f32>],
+) {
+    if R::IQ {
+        model.take_from(peak.wrapping_sub((bins.len() / 2) as i32), bins);
+    } else {
+        model.take_around(peak, const { &singles::<N>() }, bins);
+    }
 }
 
 /// [`fit`] with any reach up to 16.

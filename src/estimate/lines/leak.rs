@@ -7,76 +7,157 @@ use crate::acquire::sample::Record;
 use crate::math::series::line_shape;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
+use core::mem::MaybeUninit;
+use heapless::Vec;
 use num_complex::Complex;
 
 /// A tone leaks into second differences up to so many bins away: beyond by less than -100 dB.
 pub(super) const LEAKS: i32 = 32;
 
-/// A tone's leakage into second differences of bins.
+/// A weak tone's leakage is below the noise beyond this distance.
+const LEAST: i32 = 8;
+
+/// The most differences that are taken at once.
+pub(super) const CHUNK: usize = 32;
+
+/// A tone's leakage into second differences of bins, or that of a real tone's image.
+#[derive(Clone, Copy)]
 pub(super) struct Leak {
     peak: i32,
     offset: f32,
     /// `line sin(pi d) / pi`.
     value: Complex<f32>,
+    reach: i32,
+}
+
+/// Half the second difference of three bins, which leave the room that this needs.
+#[inline]
+pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
+    let part = |before: i32, here: i32, after: i32| {
+        (before >> 1).wrapping_add(after >> 1).wrapping_sub(here)
+    };
+    [part(a, c, e), part(b, d, f)]
 }
 
 impl Leak {
-    pub(super) fn of<R: Record, const N: usize>(found: &Found) -> Self {
+    pub fn of<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
         let Fit { offset, line, .. } = found.fit;
         // A real line and an I/Q line are turned by different angles.
         let angle = if R::IQ { offset * core::f32::consts::PI / N as f32 } else { 0.0 };
         let value = line * Complex::new(1.0, angle) * (offset * line_shape(offset));
-        Self { peak: found.peak, offset, value }
+        Self { peak: found.peak, offset, value, reach }
     }
 
-    /// The tone's own share of the difference around `k`, with that of a real tone's image.
-    fn at<R: Record, const N: usize>(&self, k: i32) -> Complex<f32> {
-        let tail = |x: f32| 1.0 / (x * (x * x - 1.0));
-        let (n, zero) = (N as i32, Complex::new(0.0, 0.0));
-        let mut apart = self.peak.wrapping_sub(k);
+    /// How far the leakage of a tone whose strongest difference has this power exceeds a tenth of the
+    /// power `floor`.
+    pub fn reach(power: f32, floor: f32) -> i32 {
+        let (mut reach, most) = (LEAST, power / floor);
+        let sixth = |x: i32| (x * x * x) as f32 * (x * x * x) as f32;
+        while reach < LEAKS && sixth(reach) < most {
+            reach += reach / 4;
+        }
+        reach.min(LEAKS)
+    }
+
+    /// The image of a real tone, if it reaches the spectrum.
+    pub fn image<R: Record, const N: usize>(&self) -> Option<Self> {
+        let (n, peak) = (N as i32, self.peak);
+        let low = peak < n / 4;
+        let near = if low { peak } else { n / 2 - peak };
+        (!R::IQ && near <= LEAKS).then_some(Self {
+            peak: if low { -peak } else { n - peak },
+            offset: -self.offset,
+            value: -self.value.conj(),
+            reach: LEAKS,
+        })
+    }
+
+    /// Bins from `first` to the tone, the short way.
+    fn from<R: Record, const N: usize>(&self, first: i32) -> i32 {
+        let (n, apart) = (N as i32, self.peak.wrapping_sub(first));
         if R::IQ {
-            apart = (apart + n / 2).checked_rem_euclid(n).unwrap_or(0) - n / 2;
+            return (apart + n / 2).checked_rem_euclid(n).unwrap_or(0) - n / 2;
         }
-        let own =
-            if apart.abs() <= LEAKS { self.value * tail(apart as f32 + self.offset) } else { zero };
-        let low = self.peak < n / 4;
-        let across = self.peak + k - if low { 0 } else { n };
-        if R::IQ || across.abs() > LEAKS {
-            return own;
+        apart
+    }
+
+    /// Whether it reaches any of the `count` bins from `first` on.
+    pub fn reaches<R: Record, const N: usize>(&self, first: i32, count: i32) -> bool {
+        let half = count / 2;
+        self.from::<R, N>(first + half).abs() <= self.reach + half
+    }
+
+    /// Takes it from the differences around the bins from `first` on.
+    fn take<R: Record, const N: usize>(&self, first: i32, differences: &mut [Complex<f32>]) {
+        let mut x = self.from::<R, N>(first) as f32 + self.offset;
+        let Complex { re, im } = self.value;
+        for difference in differences {
+            let tail = 1.0 / (x * (x * x - 1.0));
+            difference.re -= re * tail;
+            difference.im -= im * tail;
+            x -= 1.0;
         }
-        let image = if low { self.value.conj() } else { -self.value.conj() };
-        own + image * tail((across as f32 + self.offset).abs())
     }
 }
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
-    /// Half the second difference of three bins around `k`, less what the tones near it leave there:
-    /// `c sin(pi d) / (pi x (x^2 - 1))`, see [`super::noise::ring`].
-    pub(super) fn difference(
+    /// The bins that `count` second differences from `first` on need.
+    pub(super) fn near<'p>(
         &self,
-        k: i32,
-        [before, here, after]: [Complex<f32>; 3],
-    ) -> Complex<f32> {
-        let mut rest = (before + after) * 0.5 - here;
+        first: i32,
+        count: usize,
+        places: &'p mut [MaybeUninit<Point>],
+    ) -> &'p [Point] {
+        self.rest.spectrum.fill(first - 1, places.get_mut(..count + 2).unwrap_or_default())
+    }
+
+    /// Takes what the tones leave from half the second differences around the bins from `first` on:
+    /// `c sin(pi d) / (pi x (x^2 - 1))`, see [`super::noise::ring`].
+    pub(super) fn less_leaks(&self, first: i32, differences: &mut [Complex<f32>]) {
         for leak in &self.leaks {
-            rest -= leak.at::<R, N>(k);
+            if leak.reaches::<R, N>(first, differences.len() as i32) {
+                leak.take::<R, N>(first, differences);
+            }
         }
-        rest
     }
 
-    /// Points as bins in codes.
-    pub(super) fn wide(&self, points: &[Point; 3]) -> [Complex<f32>; 3] {
-        points.map(|[re, im]| Complex::new(re as f32, im as f32) * self.rest.unit)
-    }
-
-    /// A bin as it is.
-    pub(super) fn bin(&self, k: i32) -> Complex<f32> {
-        let x = self.rest.spectrum.bin(k);
-        Complex::new(x.re as f32, x.im as f32) * self.rest.unit
+    /// Half the second differences of neighbouring points, in codes.
+    pub(super) fn bend<const ROOM: usize>(
+        &self,
+        points: &[Point],
+        differences: &mut Vec<Complex<f32>, ROOM>,
+    ) {
+        differences.clear();
+        let unit = self.rest.unit;
+        let [Some(&before), Some(&here)] = [points.first(), points.get(1)] else { return };
+        let (mut before, mut here) = (before, here);
+        for &after in points.get(2..).unwrap_or_default() {
+            let [re, im] = bent(before, here, after);
+            if differences.push(Complex::new(re as f32 * unit, im as f32 * unit)).is_err() {
+                return;
+            }
+            (before, here) = (here, after);
+        }
     }
 
     /// The power of the difference around bin `k`.
     pub(super) fn power(&self, k: i32) -> f32 {
-        self.difference(k, [-1, 0, 1].map(|i| self.bin(k + i))).norm_sqr()
+        let mut differences = Vec::<_, 1>::new();
+        self.bend(self.near(k, 1, &mut [MaybeUninit::uninit(); 3]), &mut differences);
+        self.less_leaks(k, &mut differences);
+        differences.first().map_or(0.0, Complex::norm_sqr)
+    }
+
+    /// Takes the leakage of the tones as they are now.
+    pub(super) fn leak(&mut self) {
+        self.leaks.clear();
+        for (found, mark) in self.rest.found.iter().zip(&self.marks) {
+            let leak = Leak::of::<R, N>(found, mark.reach);
+            // There is room for two of each.
+            let _ = self.leaks.push(leak);
+            if let Some(image) = leak.image::<R, N>() {
+                let _ = self.leaks.push(image);
+            }
+        }
     }
 }

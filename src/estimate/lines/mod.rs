@@ -3,8 +3,8 @@
 //! The first tone is the pipeline's own. Each further one is sought in the second differences of the
 //! bins, which are Hann's window: a tone's leakage falls by 18 dB an octave there, and models of the
 //! tones found need to be subtracted only near them. A candidate exceeds the floor of its own
-//! neighbourhood. Then all tones are fitted anew, each to bins less the models of the others, until
-//! none moves ([`super::several`]).
+//! neighbourhood. Then tones are fitted anew to nine bins, each less the models of the others, until
+//! what one leaves in the bins of another does not change. In the end each is fitted once to all its bins.
 //!
 //! A line that is no target of its own is refused:
 //!
@@ -23,19 +23,23 @@ mod leak;
 mod refusal;
 mod report;
 
-use super::least_squares::Reach;
+use super::judge::Judgement;
+use super::least_squares::Course;
 use super::measure::Options;
+use super::noise::ring::Beside;
 use super::phasor::Phasor;
 use super::several::{Found, MOST, Rest, first, remove};
 use super::tone::{Tone, Verdict};
 use crate::acquire::sample::{Record, Stamp};
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Band;
-use floor::{BLOCKS, Block};
+use floor::{Blocks, Candidate};
 use heapless::Vec;
-use leak::Leak;
+use leak::{LEAKS, Leak};
 pub use refusal::{HARMONIC, IMAGE, TRANSFORM};
+use report::{noise_power, phase_of, place};
 
 /// Room for the tones and for lines that a front end makes of them, which are subtracted, too.
 pub(super) const ROOM: usize = 2 * MOST;
@@ -45,6 +49,9 @@ const BESIDE: i32 = 1;
 
 /// No further tone is sought below this bin, where a drift is.
 const DRIFT: i32 = 4;
+
+/// Bins around a tone whose second differences change when another is found.
+const CLOSE: i32 = 4;
 
 /// The most searches of a record.
 const SEARCHES: usize = 10;
@@ -56,24 +63,37 @@ struct Hidden {
     width: i32,
 }
 
+/// What is known of a line beside its fit.
+#[derive(Clone, Copy)]
+struct Mark {
+    /// Whether it is a tone of its own, and not made of a stronger one.
+    own: bool,
+    /// Whether it is to be fitted anew.
+    due: bool,
+    /// The noise's power in a bin near it.
+    noise: f32,
+    /// How far it leaks into second differences of bins.
+    reach: i32,
+}
+
 /// The tones of a record while they are sought.
 struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     rest: Rest<'a, R, N, E, ROOM>,
     options: &'a Options,
-    band: Band,
     clipped: f32,
     /// Whether lines that are made of others count, too.
     every: bool,
-    /// Which of the lines found are tones of their own, and not made of a stronger one.
-    own: Vec<bool, ROOM>,
+    /// Of each line found.
+    marks: Vec<Mark, ROOM>,
     hidden: Vec<Hidden, SEARCHES>,
-    leaks: Vec<Leak, ROOM>,
-    /// Those of the last search.
-    blocks: Vec<Block, BLOCKS>,
+    leaks: Vec<Leak, { 2 * ROOM }>,
+    blocks: Blocks,
+    /// What each line is, when all are found.
+    judged: Vec<(Beside, Judgement), ROOM>,
 }
 
-/// The tones of a record with their phases, the strongest first as they were found: `most` of them,
-/// at most [`MOST`]. `tone` is the one that was measured in this spectrum.
+/// The tones of a record with their phases, the strongest first: `most` of them, at most [`MOST`].
+/// `tone` is the one that was measured in this spectrum, and among them.
 ///
 /// Sigma of each tone is that of the joint fit.
 pub fn lines<R: Record, const N: usize>(
@@ -85,11 +105,18 @@ pub fn lines<R: Record, const N: usize>(
     options: &Options,
     most: usize,
 ) -> Vec<Phasor, MOST> {
-    let Some(mut hunt) = Hunt::start(spectrum, tone, band, clipped, options) else {
+    let alone = || first(phase_of(spectrum, tone, options).into_iter());
+    if most <= 1 && tone.verdict == Verdict::Good {
+        return alone();
+    }
+    let mut hunt = Hunt::new(spectrum, clipped, options);
+    if !hunt.start(tone, band) {
         return Vec::new();
-    };
-    if most > 1 {
-        hunt.seek(most.min(MOST));
+    }
+    hunt.seek(most.clamp(1, MOST));
+    let only = hunt.rest.found.len() == 1;
+    if only && tone.verdict == Verdict::Good {
+        return alone();
     }
     let mut phasors = hunt.phasors(stamp);
     // The only tone is known better by what measured it.
@@ -98,7 +125,22 @@ pub fn lines<R: Record, const N: usize>(
     {
         phasor.tone = *tone;
     }
+    strongest_first(&mut phasors);
     phasors
+}
+
+/// Orders tones by their amplitude.
+fn strongest_first(phasors: &mut [Phasor]) {
+    // By insertion: there are four.
+    for end in 1..phasors.len() {
+        for place in (1..=end).rev() {
+            if let Some([before, here]) = phasors.get_mut(place - 1..=place)
+                && here.tone.amplitude > before.tone.amplitude
+            {
+                core::mem::swap(before, here);
+            }
+        }
+    }
 }
 
 /// Every line of a record that stands out of the noise, also those that are made of another: up to
@@ -111,52 +153,52 @@ pub(super) fn every_line<R: Record, const N: usize>(
     options: &Options,
 ) -> Vec<Phasor, ROOM> {
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    let Some(mut hunt) = Hunt::start(spectrum, tone, band, clipped, options) else {
+    let mut hunt = Hunt::new(spectrum, clipped, options);
+    if !hunt.start(tone, band) {
         return Vec::new();
-    };
+    }
     hunt.every = true;
     hunt.seek(ROOM);
     hunt.phasors(stamp)
 }
 
 impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
-    /// Begins with the tone that was measured; `None` if there is none.
-    fn start(
-        spectrum: &'a Spectrum<R, N, E>,
-        tone: &Tone,
-        band: Band,
-        clipped: u32,
-        options: &'a Options,
-    ) -> Option<Self> {
-        let unit = libm::ldexpf(1.0, spectrum.exponent());
-        let clipped = clipped as f32 / N as f32;
-        let rest = Rest { spectrum, unit, found: Vec::new() };
-        let (hidden, leaks) = (Vec::new(), Vec::new());
-        let mut hunt = Self {
-            rest,
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))] // a large object is made in its place
+    fn new(spectrum: &'a Spectrum<R, N, E>, clipped: u32, options: &'a Options) -> Self {
+        Self {
+            rest: Rest { spectrum, unit: f32::two_to(spectrum.exponent()), found: Vec::new() },
             options,
-            band,
-            clipped,
+            clipped: clipped as f32 / N as f32,
             every: false,
-            own: Vec::new(),
-            hidden,
-            leaks,
-            blocks: Vec::new(),
-        };
-        let turn = if R::IQ { N as i32 } else { i32::MAX };
-        let peak = (libm::rint(tone.frequency.bins(N)) as i32).checked_rem_euclid(turn)?;
+            marks: Vec::new(),
+            hidden: Vec::new(),
+            leaks: Vec::new(),
+            blocks: Blocks::new(),
+            judged: Vec::new(),
+        }
+    }
+
+    /// Begins with the tone that was measured; false if there is none.
+    fn start(&mut self, tone: &Tone, band: Band) -> bool {
+        let Some((peak, offset)) = place::<R, N>(tone) else { return false };
         if tone.verdict == Verdict::NoSignal {
-            return None;
+            return false;
         }
+        self.blocks.start::<R, N>(band);
         // A peak at DC is no tone that could be fitted, but there may be others.
-        if hunt.alone(peak) {
-            hunt.leak();
+        let noise = noise_power::<R, N>(tone) * N as f32;
+        let mark = Mark { own: true, due: false, noise, reach: LEAKS };
+        if self.add(peak, Course::From(offset, 1), mark) {
+            self.leak();
         }
-        Some(hunt)
+        true
     }
 
     /// The tones as they are now.
-    fn phasors<const COUNT: usize>(&self, stamp: &Stamp) -> Vec<Phasor, COUNT> {
+    fn phasors<const COUNT: usize>(&mut self, stamp: &Stamp) -> Vec<Phasor, COUNT> {
+        if self.judged.is_empty() {
+            self.judge_all();
+        }
         first((0..self.rest.found.len()).filter_map(|index| self.phasor(index, stamp)))
     }
 
@@ -164,24 +206,32 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
     /// known only when all others are subtracted.
     fn seek(&mut self, most: usize) {
         for _ in 0..SEARCHES {
-            let own = self.own.iter().filter(|own| **own).count();
+            let own = self.marks.iter().filter(|mark| mark.own).count();
             let full = own >= most || self.rest.found.is_full();
-            let Some(bin) = (if full { None } else { self.search() }) else {
-                self.settle(self.options.reach);
+            let Some(candidate) = (if full { None } else { self.search() }) else {
                 if self.refuse() {
                     continue;
                 }
                 return;
             };
+            let Candidate { bin, floor } = candidate;
             if self.is_drift(bin) || self.is_skirt(bin) {
                 continue;
             }
-            if !self.add(bin) {
+            // Half the second differences of white noise have 3/2 of a bin's power.
+            let reach = Leak::reach(self.power(bin), floor);
+            let mark = Mark { own: true, due: false, noise: floor / 1.5, reach };
+            if !self.add(bin, Course::Usual, mark) {
                 self.hide(bin, BESIDE);
                 continue;
             }
-            self.settle(Reach::Four);
-            self.disown();
+            self.settle();
+            self.renewed();
+            if self.is_remainder() {
+                self.drop(self.rest.found.len() - 1);
+            } else {
+                self.disown();
+            }
         }
         for _ in 0..ROOM {
             if !self.refuse() {
@@ -190,37 +240,51 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         }
     }
 
-    /// Adds a line; false if no bins can be fitted.
-    fn add(&mut self, bin: i32) -> bool {
-        self.rest.add(bin) && self.own.push(true).is_ok()
+    /// The newest line has changed what is around it, and a little around the others.
+    fn renewed(&mut self) {
+        let newest = self.rest.found.len().wrapping_sub(1);
+        for (index, (found, mark)) in self.rest.found.iter().zip(&self.marks).enumerate() {
+            let reach = if index == newest { mark.reach } else { CLOSE };
+            self.blocks.touch::<R, N>(found.peak, reach);
+        }
     }
 
     /// Marks the newest line if it is made of another.
     fn disown(&mut self) {
         let target = self.rest.found.last().is_none_or(|newest| self.is_target(newest));
-        if let Some(own) = self.own.last_mut() {
-            *own = self.every || target;
+        if let Some(mark) = self.marks.last_mut() {
+            mark.own = self.every || target;
         }
     }
 
-    /// Takes out the last further tone that does not stand out of the noise, if there is one.
+    /// Judges all lines, and takes out the last further one that does not stand out of the noise.
+    /// Returns whether there is one.
     fn refuse(&mut self) -> bool {
-        let mut further = self.rest.found.iter().enumerate().skip(1).rev();
-        let wrong = further.find(|(_, found)| !self.stands_out(found, &self.beside(found.peak)));
-        let Some((index, &Found { peak, .. })) = wrong else { return false };
-        remove(&mut self.rest.found, index);
-        remove(&mut self.own, index);
-        self.hide(peak, BESIDE);
-        self.settle(self.options.reach);
+        self.judged.clear();
+        if self.rest.found.len() < 2 {
+            return false;
+        }
+        self.judge_all();
+        let mut further = self.rest.found.iter().zip(&self.judged).enumerate().skip(1).rev();
+        let wrong = further.find(|(_, (found, (beside, _)))| !self.stands_out(found, beside));
+        let Some((index, _)) = wrong else { return false };
+        self.drop(index);
         true
     }
 
-    /// Takes the leakage of the tones as they are now.
-    fn leak(&mut self) {
-        self.leaks = first(self.rest.found.iter().map(Leak::of::<R, N>));
+    /// Takes out a line.
+    fn drop(&mut self, index: usize) {
+        let Some(&Found { peak, .. }) = self.rest.found.get(index) else { return };
+        self.tell(index, None);
+        remove(&mut self.rest.found, index);
+        remove(&mut self.marks, index);
+        self.hide(peak, BESIDE);
+        self.blocks.touch::<R, N>(peak, LEAKS);
+        self.settle();
     }
 
     fn hide(&mut self, bin: i32, width: i32) {
+        self.blocks.touch::<R, N>(bin, width);
         // A full list ends the search soon.
         let _ = self.hidden.push(Hidden { bin, width });
     }

@@ -46,10 +46,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// then.
     pub(super) fn is_drift(&mut self, bin: i32) -> bool {
         let from_dc = apart::<R, N>(bin, 0);
+        if from_dc >= SKIRT {
+            return false;
+        }
         let inward = if R::IQ && bin > N as i32 / 2 { 1 } else { -1 };
         let here = self.power(bin);
-        let falls =
-            from_dc < SKIRT && [1, 2].into_iter().any(|i| self.power(bin + i * inward) > here);
+        let falls = [1, 2].into_iter().any(|i| self.power(bin + i * inward) > here);
         if falls {
             self.hide(0, from_dc);
         }
@@ -59,6 +61,14 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// Whether a candidate lies in the skirt of a tone that moves. The skirt is hidden then.
     pub(super) fn is_skirt(&mut self, bin: i32) -> bool {
         (0..self.rest.found.len()).any(|index| self.is_in_skirt_of(index, bin))
+    }
+
+    /// Whether the newest line is what a much stronger one left: too near it to be told from it.
+    pub(super) fn is_remainder(&self) -> bool {
+        let Some((newest, others)) = self.rest.found.split_last() else { return false };
+        let power = newest.fit.line.norm_sqr();
+        let stronger = others.iter().any(|other| power < SKIRT_POWER * other.fit.line.norm_sqr());
+        stronger && self.rest.crowded(newest)
     }
 
     fn is_in_skirt_of(&mut self, index: usize, bin: i32) -> bool {
@@ -83,7 +93,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// Whether a line is a target of its own, if it is no noise.
     pub(super) fn is_target(&self, found: &Found) -> bool {
         let power = found.fit.line.norm_sqr();
-        let tones = || self.rest.found.iter().zip(&self.own).filter(|(_, own)| **own);
+        let tones = || self.rest.found.iter().zip(&self.marks).filter(|(_, mark)| mark.own);
         let others = || tones().map(|(other, _)| other).filter(|other| other.peak != found.peak);
         let strongest = others().map(|other| other.fit.line.norm_sqr()).fold(0.0, f32::max);
         let steps = found.fit.amplitude_squared::<R>(N) < 0.25;

@@ -1,18 +1,59 @@
 //! From a line to a tone with sigma, phase and verdict.
 
 use super::super::judge::{Judgement, Line, judge};
-use super::super::least_squares::{Course, Fit, Reach, fit_known};
-use super::super::measure::Seen;
+use super::super::least_squares::{Course, Model, Reach, fit_around, fit_at};
+use super::super::measure::{Options, Seen};
 use super::super::noise::ring::{self, Beside};
 use super::super::noise::rounding;
 use super::super::noise::whole::{self, NOISE_BINS};
 use super::super::phasor::{Phasor, phase};
 use super::super::several::Found;
+use super::super::tone::Tone;
 use super::super::uncertainty::{sigma_bins, widened};
+use super::fit::Window;
 use super::{Hunt, apart};
 use crate::acquire::sample::{Record, Stamp};
+use crate::estimate::measure::Arithmetic;
+use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use core::mem::MaybeUninit;
+use heapless::Vec;
+use num_complex::Complex;
+
+/// The peak bin of a tone and its distance from there, in bins.
+pub(super) fn place<R: Record, const N: usize>(tone: &Tone) -> Option<(i32, f32)> {
+    let bins = tone.frequency.bins(N);
+    let nearest = libm::rint(bins);
+    let turn = if R::IQ { N as i32 } else { i32::MAX };
+    Some(((nearest as i32).checked_rem_euclid(turn)?, (bins - nearest) as f32))
+}
+
+/// The noise power per sample that a tone was measured in.
+pub(super) fn noise_power<R: Record, const N: usize>(tone: &Tone) -> f32 {
+    let power = tone.amplitude * tone.amplitude;
+    // The ratio lacks the noise within the amplitude.
+    let (power, own) = if R::IQ { (power, 1.0) } else { (0.5 * power, 2.0) };
+    power / (tone.snr + own / N as f32)
+}
+
+/// A good tone with its phase, as it was measured.
+pub(super) fn phase_of<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    options: &Options,
+) -> Option<Phasor> {
+    let (peak, offset) = place::<R, N>(tone)?;
+    // The frequency hardly turns the phase in the middle.
+    let steps = u32::from(!options.method.is_least_squares());
+    let fit = fit_at(spectrum, peak, options.reach, Course::From(offset, steps))?;
+    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::freedom::<R, N>());
+    let [phase, sigma_phase] = phase::<R>(&fit, peak, N, options.reach, noise);
+    Some(Phasor { tone: *tone, phase, sigma_phase })
+}
+
+/// Differences on one side of a ring, and all bins of one.
+const SIDE: usize = ring::OUTERMOST as usize - ring::FIRST as usize;
+const RING: i32 = 2 * ring::OUTERMOST + 1;
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a bin, less all models.
@@ -21,14 +62,20 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
             return ring::of_power(self.rest.noise(), freedom);
         }
-        // All bins of the ring in one read.
-        let mut places = [MaybeUninit::uninit(); 2 * ring::OUTERMOST as usize + 1];
-        let first = peak - ring::OUTERMOST;
-        let points = self.rest.spectrum.fill(first, &mut places);
+        let [left, right] = ring::stretches(N, R::IQ, peak);
+        let low = peak - ring::FIRST - (left * ring::STEP) as i32 + 2;
+        let high = peak + ring::FIRST;
+        let (mut below, mut above) = (Vec::<_, SIDE>::new(), Vec::<_, SIDE>::new());
+        for (first, stretches, side) in [(low, left, &mut below), (high, right, &mut above)] {
+            let mut places = [MaybeUninit::uninit(); SIDE + 2];
+            let count = (stretches * ring::STEP).saturating_sub(1);
+            self.bend(self.near(first, count, &mut places), side);
+            self.less_leaks(first, side);
+        }
         let power = |k: i32| {
-            let place = usize::try_from(k - 1 - first).unwrap_or(usize::MAX);
-            let around = points.get(place..).and_then(|points| points.first_chunk());
-            around.map_or(0.0, |around| self.difference(k, self.wide(around)).norm_sqr())
+            let (first, side) = if k < peak { (low, &below) } else { (high, &above) };
+            let place = usize::try_from(k - first).unwrap_or(usize::MAX);
+            side.get(place).map_or(0.0, Complex::norm_sqr)
         };
         let mut beside = ring::of_rest(N, R::IQ, peak, power);
         beside.noise.power = beside.noise.power.max(rounding::<R>());
@@ -36,30 +83,60 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         beside
     }
 
+    /// The same. If no other tone reaches the ring, it is that of a single one.
+    fn beside_fitted(&self, found: &Found) -> Beside {
+        let first = found.peak - ring::OUTERMOST;
+        let leaks = self.leaks.iter();
+        let near = leaks.filter(|leak| leak.reaches::<R, N>(first, RING)).count();
+        if near > 1 || !ring::has_room::<R, N>() {
+            return self.beside(found.peak);
+        }
+        ring::beside(self.rest.spectrum, found.peak, &found.fit, Arithmetic::Float)
+    }
+
+    /// Fits every tone to all its bins and judges it.
+    pub(super) fn judge_all(&mut self) {
+        self.judged.clear();
+        for index in 0..self.rest.found.len() {
+            let Some((found, beside, judgement)) = self.judged(index) else { return };
+            self.take(index, found);
+            // There is room for all that were found.
+            let _ = self.judged.push((beside, judgement));
+        }
+    }
+
     /// One tone as fitted to all its bins less the others, and what it is.
     pub(super) fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
-        let &Found { peak, fit: Fit { offset, .. }, model } = self.rest.found.get(index)?;
-        let bins = self.bins(peak, self.options.reach.bins(), Some(index));
-        let beside = self.beside(peak);
+        let &Found { peak, fit: old, .. } = self.rest.found.get(index)?;
+        let mut window = Window::new();
+        let reach = self.options.reach;
+        let bins = self.bins(peak, reach, Some(index), &mut window);
         let fitted = |reach: Reach| {
-            let fit = fit_known::<R, N>(&bins, reach.bins(), Course::From(offset, 1))?;
-            Some((fit, judge(&fit, N, &beside)))
+            let outer = (bins.len() / 2).checked_sub(reach.bins())?;
+            let bins = bins.get(outer..bins.len() - outer)?;
+            let fit = fit_around::<R, N>(bins, peak, Course::From(old.offset, 1))?;
+            Some(Found { peak, fit, model: Model::new(&fit, peak, N as i32) })
         };
-        let (mut fit, mut judgement) = fitted(self.options.reach)?;
+        let mut found = fitted(reach)?;
+        let beside = self.beside_fitted(&found);
+        let mut judgement = judge(&found.fit, N, &beside);
         // What another line leaves far off may be in the outer bins.
         if judgement.line != Line::Steady
             && self.rest.found.len() > 1
-            && let Some((narrow, inner)) = fitted(Reach::Four)
-            && inner.line == Line::Steady
+            && let Some(narrow) = fitted(Reach::Four)
         {
-            (fit, judgement) = (narrow, inner);
+            let inner = judge(&narrow.fit, N, &beside);
+            if inner.line == Line::Steady {
+                (found, judgement) = (narrow, inner);
+            }
         }
-        Some((Found { peak, fit, model }, beside, judgement))
+        Some((found, beside, judgement))
     }
 
     pub(super) fn phasor(&self, index: usize, stamp: &Stamp) -> Option<Phasor> {
-        self.own.get(index).filter(|own| **own)?;
-        let (found, beside, Judgement { line, widening }) = self.judged(index)?;
+        self.marks.get(index).filter(|mark| mark.own)?;
+        let found = *self.rest.found.get(index)?;
+        let &(beside, Judgement { line, widening }) = self.judged.get(index)?;
         let near = beside.noise.power * widening;
         // What is only suspicious widens the frequency's sigma alone.
         let turned = if line == Line::Steady { beside.noise.power } else { near };

@@ -49,11 +49,11 @@ pub struct Beside {
 }
 
 /// Bins from the tone to the middle of the first difference.
-const FIRST: i32 = 7;
+pub(crate) const FIRST: i32 = 7;
 
 /// Differences in a stretch, and bins from one stretch to the next.
 const EACH: usize = 4;
-pub(super) const STEP: usize = 2 * EACH;
+pub(crate) const STEP: usize = 2 * EACH;
 
 /// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
 /// two more: the noise farther away is a different one.
@@ -170,7 +170,7 @@ pub(crate) fn of_power(power: f32, freedom: f32) -> Beside {
 /// X[k+1]) / 2 - X[k]|^2` for a record of `n` samples. The noise is at least the smallest normal
 /// float.
 pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
-    let [left, right] = shared(room(n as i32, iq, peak));
+    let [left, right] = stretches(n, iq, peak);
     let side = |towards: i32, count: usize| {
         let mut side = Side::default();
         for index in 0..count {
@@ -221,6 +221,15 @@ pub fn loud<R: Record, const N: usize>(
     })
 }
 
+/// The freedom of the noise beside a tone away from the ends of the spectrum.
+pub(crate) fn freedom<R: Record, const N: usize>() -> f32 {
+    if has_room::<R, N>() {
+        const { 4.0 / KEPT[WANTED].1 }
+    } else {
+        whole::freedom::<R, N, NOISE_BINS>() as f32
+    }
+}
+
 /// Whether a record has room for a ring.
 pub(crate) const fn has_room(n: usize, iq: bool) -> bool {
     n >= if iq { 128 } else { 256 }
@@ -261,6 +270,11 @@ fn room(n: i32, iq: bool, peak: i32) -> [usize; 2] {
         [peak - FIRST - DRIFT + 2, half - peak - FIRST]
     };
     room.map(|room| (room.max(0) / STEP as i32) as usize)
+}
+
+/// The number of stretches of a ring on each side.
+pub(crate) fn stretches(n: usize, iq: bool, peak: i32) -> [usize; 2] {
+    shared(room(n as i32, iq, peak))
 }
 
 /// The number of stretches to take on each side.

@@ -37,6 +37,12 @@ pub struct Words {
     pub block_ticks: Option<u64>,
 }
 
+/// Core cycles that so many further tones of a block take at most, by 1.4 cycles an instruction, which are
+/// modelled and not measured: a search, and what each of them costs.
+const fn lines_cycles(further: u8) -> u64 {
+    if further == 0 { 0 } else { 80_000 + 60_000 * further as u64 }
+}
+
 impl Words {
     /// Checks settings for blocks of `N` samples with this clock, and computes their words.
     ///
@@ -61,7 +67,8 @@ impl Words {
         let searches = settings.config.following.most == 0 && tree.pll.is_some();
         let [real, iq] = BLOCK_CYCLES;
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
-        if searches && settings.start && cycles < if settings.iq { iq } else { real } {
+        let least = if settings.iq { iq } else { real } + lines_cycles(settings.further());
+        if searches && settings.start && cycles < least {
             return Err(SettingsError::Rate(RateError::Load));
         }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);

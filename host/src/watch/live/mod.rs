@@ -163,6 +163,8 @@ impl Live {
                 self.scale.n = Some(boot.n as usize);
                 self.title = boot.board.as_str().to_owned();
             }
+            // The picture has room for one tone.
+            Said::Lines(_) => {}
             Said::Answer(_, Ok(body)) => {
                 if let Some((settings, n)) = of_answer(&body) {
                     let rate_hz = Some(settings.config.rate_hz);
