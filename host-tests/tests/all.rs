@@ -34,3 +34,4 @@ mod track;
 mod trust;
 mod two_tones;
 mod vectors;
+mod widths;

@@ -6,7 +6,7 @@
 //! | 0 | version of this layout: u8 |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
-//! | 3 | flags: u8, bit 0 measures from power-on |
+//! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected |
 //! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; slots: 6 u16 |
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
@@ -127,6 +127,8 @@ pub struct Settings {
     pub slots: u16,
     /// Whether to measure from power-on, without a command.
     pub start: bool,
+    /// Whether a board that corrects its converter's codes shall leave them as they are.
+    pub uncorrected: bool,
     /// Corrections of rate and range.
     pub calibration: Calibration,
 }
@@ -143,6 +145,7 @@ impl Default for Settings {
             report_every: 1,
             slots: 0,
             start: true,
+            uncorrected: false,
             calibration: Calibration::default(),
         }
     }
@@ -167,7 +170,8 @@ impl Settings {
         let Calibration { clock_ppm, range_offset_m, range_slope } = self.calibration;
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION, drive, divider, u8::from(self.start)]);
+        let flags = u8::from(self.start) | u8::from(self.uncorrected) << 1;
+        writer.put([VERSION, drive, divider, flags]);
         for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
         }
@@ -215,6 +219,7 @@ impl Settings {
             report_every,
             slots,
             start: flags & 1 != 0,
+            uncorrected: flags & 2 != 0,
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
         Ok((settings, n as usize))
@@ -249,6 +254,7 @@ mod tests {
                 core_mhz: 144,
                 ..chirp(Shape::Trapezoid, Drive::Dac { low: 0, high: 4095 })
             },
+            Settings { uncorrected: true, ..Settings::default() },
             Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
             Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {

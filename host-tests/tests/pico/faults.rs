@@ -4,6 +4,7 @@ use super::scene::{expected, measured, plug, record, settings, status};
 use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::{Completed, Pico};
+use picket_host::pico::converter::Converter;
 use picket_wire::telemetry::Telemetry;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -22,9 +23,10 @@ fn steady(blocks: usize, seed: u64) -> Vec<i16> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // Whole cycles in all of it, since it comes again and again.
     let step = TAU * (100 * blocks + 37) as f64 / (N * blocks) as f64;
+    let converter = Converter::default();
     let sample = |n: usize| {
         let noise: f64 = StandardNormal.sample(&mut rng);
-        (2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise).round() as i16
+        converter.code(2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise)
     };
     (0..N * blocks).map(sample).collect()
 }

@@ -1,6 +1,7 @@
 //! The Raspberry Pi Pico: its image, and the board on rp2040js.
 
 pub mod bench;
+pub mod converter;
 pub mod flash;
 
 use crate::emulator::RunError;
