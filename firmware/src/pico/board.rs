@@ -57,6 +57,8 @@ impl Board<N, SLOT> for Pico {
         AdcPin::new(pins.gpio26.into_floating_input()).ok()?;
         Adc::new(chip.ADC, resets);
         chip.DMA.split(resets);
+        #[cfg(feature = "usb")]
+        super::usb::start((chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock), resets)?;
         Some(Self { serial: Serial::start()?, corrects: false })
     }
 
@@ -107,7 +109,10 @@ impl Board<N, SLOT> for Pico {
     }
 
     fn send(&mut self, frame: &[u8]) -> bool {
-        self.serial.send(frame)
+        let sent = self.serial.send(frame);
+        #[cfg(feature = "usb")]
+        let sent = super::usb::send(frame) && sent;
+        sent
     }
 
     fn receive(&mut self) -> Option<u8> {

@@ -145,6 +145,16 @@ pub fn waiting() -> bool {
     RECEIVED.load(Relaxed) != TAKEN.load(Relaxed)
 }
 
+/// Takes bytes of the host that came by another way.
+#[cfg(feature = "usb")]
+pub fn hear(bytes: impl Iterator<Item = u8>) {
+    free(|token| {
+        let Ok(mut into) = INTO.borrow(token).try_borrow_mut() else { return };
+        let Some(into) = into.as_mut() else { return };
+        bytes.filter(|byte| enqueue(into, *byte).is_ok()).for_each(|_| add(&RECEIVED, 1));
+    });
+}
+
 /// Handles the interrupt of the port: bytes were received.
 pub extern "C" fn received() {
     free(|token| {

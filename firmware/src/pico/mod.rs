@@ -29,6 +29,8 @@ pub mod registers;
 pub mod start;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod storage;
+#[cfg(all(target_os = "none", feature = "usb"))]
+pub mod usb;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod vectors;
 

@@ -40,6 +40,21 @@ pub fn program() -> u32 {
 
 /// A board with this source's image; `None` where the emulator cannot be had, which is said.
 pub fn plug() -> Option<Pico> {
+    plugged(image)
+}
+
+/// A board with the image that has a serial port over USB.
+pub fn plug_usb() -> Option<Pico> {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    plugged(|| {
+        IMAGE.get_or_init(|| {
+            let elf = pico::usb_image().unwrap_or_else(|error| panic!("{error}"));
+            pico::binary(&elf).unwrap_or_else(|error| panic!("{error}"))
+        })
+    })
+}
+
+fn plugged(image: impl FnOnce() -> &'static [u8]) -> Option<Pico> {
     if let Err(error) = pico::bench::emulator() {
         println!("skipped: {error}");
         return None;
