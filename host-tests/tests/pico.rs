@@ -3,6 +3,8 @@
 //!
 //! Each test has a short form. `PICKET_LONG=1 cargo test --test pico --release` runs the long ones.
 
+#[path = "pico/demo.rs"]
+mod demo;
 #[path = "pico/faults.rs"]
 mod faults;
 #[path = "pico/scene.rs"]

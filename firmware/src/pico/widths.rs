@@ -36,6 +36,8 @@ pub const CURVE: [(i16, i16); 17] = [
 const LAST: i16 = 3711;
 
 /// How far each code moves: by the curve, drawn out so that the rails stay where they are.
+// A place out of range would be a compile error.
+#[allow(clippy::indexing_slicing)]
 pub static MOVES: [i8; 4096] = {
     let mut moves = [0; 4096];
     let (low, high) = (curve(0) as i32, 4095 + curve(4095) as i32);
@@ -50,13 +52,12 @@ pub static MOVES: [i8; 4096] = {
 
 /// The curve at a code.
 pub const fn curve(code: i16) -> i16 {
-    let mut place = CURVE.len();
-    while place > 0 {
-        place -= 1;
-        let (first, higher) = CURVE[place];
-        if first <= code {
-            return if code >= LAST { higher - 1 } else { higher };
+    let mut rest: &[(i16, i16)] = &CURVE;
+    while let [before @ .., (first, higher)] = rest {
+        if *first <= code {
+            return if code >= LAST { *higher - 1 } else { *higher };
         }
+        rest = before;
     }
     0
 }
