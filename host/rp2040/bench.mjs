@@ -23,12 +23,14 @@ let again = null;
 let blocks = null;
 /** How often the converter was started. */
 let starts = 0;
+/** The last start after which a sample found no place. */
+let over = -1;
 let figures;
 
 const now = () => before + (mcu ? mcu.clock.nanos : 0);
 
 function zero() {
-  figures = { at: now(), cycles: 0, idle: 0, instructions: 0, entries: 0, frames: 0, level: 0, overruns: 0, taken: 0 };
+  figures = { at: now(), cycles: 0, idle: 0, instructions: 0, entries: 0, frames: 0, level: 0, overruns: 0, over: 0, taken: 0 };
 }
 zero();
 
@@ -81,7 +83,11 @@ function convert() {
   };
   const complete = adc.completeADCRead.bind(adc);
   adc.completeADCRead = (value, error) => {
-    if (adc.fifo.full && adc.fcs & 1) figures.overruns++;
+    if (adc.fifo.full && adc.fcs & 1) {
+      figures.overruns++;
+      if (over !== starts) figures.over++;
+      over = starts;
+    }
     complete(value, error);
     figures.level = Math.max(figures.level, adc.fifo.itemCount);
   };

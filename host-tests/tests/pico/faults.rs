@@ -75,7 +75,10 @@ fn play(mut pico: Pico, faults: &[(f64, Fault)], seed: u64) {
     assert_eq!(status.dropped, 0, "seed {seed}");
     let told = |kind: &str| faults.iter().filter(|(_, (k, _))| *k == kind).count() as u32;
     assert_eq!(counters.dma_errors, told("error"), "seed {seed}: {counters:?}");
-    assert_eq!(counters.adc_overruns, told("overrun"), "seed {seed}: {counters:?}");
+    // One that is found while it lasts, and the samples started anew, comes again.
+    let over = pico.figures().unwrap().over;
+    assert_eq!(counters.adc_overruns, over, "seed {seed}: {counters:?}");
+    assert!(over >= told("overrun"), "seed {seed}: {counters:?}");
     assert!(counters.spurious >= told("doubled"), "seed {seed}: {counters:?}");
     let kept = pico.kept(N).unwrap();
     let flat: Vec<i16> = kept.iter().flat_map(|block| block.samples.iter().copied()).collect();

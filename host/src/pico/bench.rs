@@ -45,6 +45,8 @@ pub struct Figures {
     pub level: u32,
     /// Samples that found no place in it.
     pub overruns: u32,
+    /// Starts of the converter after which one did.
+    pub over: u32,
     /// Samples converted.
     pub taken: u64,
     /// The core's clock, Hz.
