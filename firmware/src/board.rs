@@ -5,6 +5,7 @@ use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;
 use crate::slot::Slot;
 use picket::acquire::frontend::{Blocks, Counters};
+use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
@@ -45,6 +46,12 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
         plan: &Plan<N>,
         words: &Self::Words,
     ) -> Option<Blocks<'static, Slot<WORDS>>>;
+
+    /// Corrects the samples of a block in place, before it is measured, where the converter needs it.
+    fn correct(&self, _: &mut Slot<WORDS>) {}
+
+    /// Widens a measurement's sigma by what the converter adds to its error.
+    fn widen(&self, _: &mut Measurement) {}
 
     /// The front end's counters so far.
     fn counters(&self) -> Counters;

@@ -36,6 +36,11 @@ impl Document {
         Self::new("docs/own-board.md", include_str!("../../docs/own-board.md"))
     }
 
+    /// The instructions for the Pico.
+    pub fn pico() -> Self {
+        Self::new("docs/pico.md", include_str!("../../docs/pico.md"))
+    }
+
     /// The instructions for another board.
     pub fn porting() -> Self {
         Self::new("docs/porting.md", include_str!("../../docs/porting.md"))

@@ -36,3 +36,4 @@ mod track;
 mod trust;
 mod two_tones;
 mod vectors;
+mod widths;

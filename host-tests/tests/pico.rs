@@ -3,10 +3,14 @@
 //!
 //! Each test has a short form. `PICKET_LONG=1 cargo test --test pico --release` runs the long ones.
 
+#[path = "pico/demo.rs"]
+mod demo;
 #[path = "pico/faults.rs"]
 mod faults;
 #[path = "pico/scene.rs"]
 mod scene;
+#[path = "pico/usb.rs"]
+mod usb;
 
 use host_tests::sized;
 use picket_firmware::pico::N;
@@ -185,7 +189,7 @@ fn the_emulator_does_so_otherwise() {
     let output = std::process::Command::new(node).arg(scripts.join("otherwise.mjs")).output();
     let text = String::from_utf8(output.unwrap().stdout).unwrap();
     println!("{text}");
-    assert_eq!(text.lines().count(), 11);
+    assert_eq!(text.lines().count(), 15);
     for line in text.lines() {
         assert!(line.ends_with(" true"), "mended: {line}");
     }
@@ -195,16 +199,21 @@ fn the_emulator_does_so_otherwise() {
 #[test]
 fn the_image_keeps_its_budget() {
     let budget: serde_json::Value = serde_json::from_str(include_str!("../budget.json")).unwrap();
-    let elf = picket_host::pico::image().unwrap_or_else(|error| panic!("{error}"));
-    let footprint = picket_host::pico::flash::footprint(&elf).unwrap();
-    for (what, spent) in [("flash", footprint.flash), ("ram", footprint.ram)] {
-        let allowed = budget["pico"][what].as_u64().unwrap();
-        println!("{what}: {spent} of {allowed} B");
-        assert!(spent as f64 <= 1.01 * allowed as f64, "{what}: {spent} of {allowed} B");
-    }
-    let most = picket_host::pico::flash::BUDGET;
-    assert!(footprint.flash <= most.flash && footprint.ram <= most.ram, "{footprint:?}");
-    let Some(mut pico) = plug() else { return };
+    let keeps = |image: &str, elf: Result<std::path::PathBuf, _>| {
+        let elf = elf.unwrap_or_else(|error| panic!("{error}"));
+        let footprint = picket_host::pico::flash::footprint(&elf).unwrap();
+        for (what, spent) in [("flash", footprint.flash), ("ram", footprint.ram)] {
+            let allowed = budget[image][what].as_u64().unwrap();
+            println!("{image}, {what}: {spent} of {allowed} B");
+            assert!(spent as f64 <= 1.01 * allowed as f64, "{what}: {spent} of {allowed} B");
+        }
+        let most = picket_host::pico::flash::BUDGET;
+        assert!(footprint.flash <= most.flash && footprint.ram <= most.ram, "{footprint:?}");
+        footprint
+    };
+    keeps("pico", picket_host::pico::image());
+    let footprint = keeps("pico_usb", picket_host::pico::usb_image());
+    let Some(mut pico) = scene::plug_usb() else { return };
     pico.samples(&stream(20, Some((4, Hard::Mixed)), 22)).unwrap();
     pico.power().unwrap();
     pico.run(60_000).unwrap();

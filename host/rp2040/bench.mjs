@@ -3,6 +3,7 @@ import { closeSync, openSync, readFileSync, writeSync } from 'node:fs';
 import { createInterface } from 'node:readline';
 import { chip, FLASH } from './chip.mjs';
 import { faults } from './faults.mjs';
+import { Host } from './usb.mjs';
 
 const flash = new Uint8Array(16 << 20).fill(0xff);
 flash.set(readFileSync(process.argv[2]));
@@ -14,16 +15,22 @@ let samples = new Int16Array([2048]);
 /** The next of them. */
 let next = 0;
 let said = [];
+/** What came by USB. */
+let usb = [];
+const host = new Host();
+host.onData = (bytes) => usb.push(...bytes);
 let again = null;
 let blocks = null;
 /** How often the converter was started. */
 let starts = 0;
+/** The last start after which a sample found no place. */
+let over = -1;
 let figures;
 
 const now = () => before + (mcu ? mcu.clock.nanos : 0);
 
 function zero() {
-  figures = { at: now(), cycles: 0, idle: 0, instructions: 0, entries: 0, frames: 0, level: 0, overruns: 0, taken: 0 };
+  figures = { at: now(), cycles: 0, idle: 0, instructions: 0, entries: 0, frames: 0, level: 0, overruns: 0, over: 0, taken: 0 };
 }
 zero();
 
@@ -53,6 +60,7 @@ function plug(reason) {
     if (offset === 0xd0c) again ??= value & 4 ? 'core' : null;
     else write(offset, value);
   };
+  host.attach(mcu);
   convert();
   watch();
 }
@@ -75,7 +83,11 @@ function convert() {
   };
   const complete = adc.completeADCRead.bind(adc);
   adc.completeADCRead = (value, error) => {
-    if (adc.fifo.full && adc.fcs & 1) figures.overruns++;
+    if (adc.fifo.full && adc.fcs & 1) {
+      figures.overruns++;
+      if (over !== starts) figures.over++;
+      over = starts;
+    }
     complete(value, error);
     figures.level = Math.max(figures.level, adc.fifo.itemCount);
   };
@@ -172,6 +184,10 @@ const orders = {
   hear(hex) {
     mcu.hear(Buffer.from(hex, 'hex'));
   },
+  /** `plug`, `unplug`, `open 1`, `open 0`, `read 1`, `read 0`, `hear HEX` at the USB socket. */
+  usb(what, word) {
+    host[what](what === 'hear' ? Buffer.from(word, 'hex') : word === '1');
+  },
   read(address) {
     console.log(`word ${mcu.readUint32(Number(address)) >>> 0}`);
   },
@@ -201,7 +217,8 @@ for await (const line of createInterface({ input: process.stdin })) {
     failure = ` ${String(error.stack).split('\n').slice(0, 3).join(' | ')}`;
   }
   if (said.length > 0) console.log(`say ${Buffer.from(said).toString('hex')}`);
-  said = [];
+  if (usb.length > 0) console.log(`usb ${Buffer.from(usb).toString('hex')}`);
+  [said, usb] = [[], []];
   console.log(`at ${Math.round(now() / 1e3)}`);
   console.log(`ok${failure}`);
 }

@@ -19,13 +19,16 @@ export const faults = {
       })
       .schedule(nanos);
   },
-  /** The interrupt comes though nothing has ended. */
+  /** The interrupt comes though nothing has ended, as soon as the core takes it. */
   doubled(mcu) {
-    const { core } = mcu;
+    const { core, clock } = mcu;
     core.pendingInterrupts |= DMA_IRQ_0;
     core.interruptsUpdated = true;
-    if (core.checkForInterrupts()) core.waiting = false;
+    const entered = core.checkForInterrupts();
+    if (entered) core.waiting = false;
     core.pendingInterrupts &= ~DMA_IRQ_0;
+    // The handler of the eleventh line.
+    if (!entered || core.IPSR !== 16 + 11) clock.createAlarm(() => faults.doubled(mcu)).schedule(1e3);
   },
   /** The next flags of the channels are lost, with their interrupt. */
   lost(mcu) {

@@ -1,5 +1,5 @@
 // What the emulator, as npm got it, does otherwise than the chip: a line for each, `name true` while it does.
-import { ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
+import { ConsoleLogger, LogLevel, RP2040, USBCDC } from 'rp2040js';
 
 const make = () => {
   const mcu = new RP2040();
@@ -7,6 +7,7 @@ const make = () => {
   return mcu;
 };
 const [ADC, DMA, RESETS, UART] = [0x4004c000, 0x50000000, 0x4000c000, 0x40034000];
+const [DPRAM, USB] = [0x50100000, 0x50110000];
 const tell = (name, otherwise) => console.log(`${name} ${otherwise}`);
 
 /** Runs instructions from the start of SRAM. */
@@ -78,4 +79,27 @@ tell('abort-reads-ones', make().readUint32(DMA + 0x444) >>> 0 !== 0);
   // X / Y = 1 / 250 of 125 MHz: a request in 2 us.
   mcu.writeUint32(DMA + 0x420, (1 << 16) | 250);
   tell('pacing-timers-are-inverted', mcu.dma.getTimer(59) !== 2);
+}
+{
+  const mcu = make();
+  mcu.usbCtrl.sieStatus |= 1 << 4;
+  mcu.writeUint32(USB + 0x50, 1 << 4);
+  tell('usb-stays-suspended', (mcu.readUint32(USB + 0x50) & (1 << 4)) !== 0);
+}
+{
+  const mcu = make();
+  // FULL, AVAILABLE, 5 bytes for a host that has not asked.
+  mcu.writeUint32(DPRAM + 0x88, (1 << 15) | (1 << 10) | 5);
+  tell('usb-takes-a-packet-at-once', (mcu.readUint32(DPRAM + 0x88) & (1 << 10)) === 0);
+}
+{
+  const mcu = make();
+  const host = new USBCDC(mcu.usbCtrl);
+  let answered = 0;
+  mcu.usbCtrl.endpointReadDone = () => answered++;
+  host.outEndpoint = 2;
+  mcu.usbCtrl.onEndpointRead(2, 64);
+  host.cdcSetControlLineState();
+  tell('usb-host-answers-with-nothing', answered === 1);
+  tell('usb-host-asks-the-device', mcu.readUint8(DPRAM) === 0x20);
 }

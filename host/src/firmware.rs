@@ -21,9 +21,10 @@ enum Work {
 }
 
 /// The images for each core, with the board's feature. The M0's benchmark runs on the M3's board.
-const IMAGES: [(Target, &[&str], &[&str]); 10] = [
+const IMAGES: [(Target, &[&str], &[&str]); 11] = [
     (Target::M0, &["bench"], &["mps2"]),
     (Target::M0, &["frontend_pico"], &["pico"]),
+    (Target::M0, &["frontend_pico"], &["usb"]),
     (Target::M3, &["bench", "bench_locked", "core_check"], &["mps2"]),
     (
         Target::M4f,

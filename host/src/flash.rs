@@ -46,6 +46,9 @@ pub struct Options {
     /// With --listen: watches each rate for a moment instead of ten seconds
     #[arg(long, requires = "listen")]
     quick: bool,
+    /// With --board pico: the image that has a serial port over USB, too. It is outside the proof that no panic is reachable
+    #[arg(long, conflicts_with_all = ["tracking", "self_test"])]
+    usb: bool,
     /// Stops before the board
     #[arg(long)]
     dry_run: bool,
@@ -68,6 +71,9 @@ pub enum Kind {
 pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
     if options.board == Board::Pico {
         return to_pico(options);
+    }
+    if options.usb {
+        return Err(FlashError::NoSuchImage);
     }
     let kind = match (options.tracking, options.lines, options.self_test) {
         (_, _, true) => Kind::SelfTest,
@@ -96,7 +102,7 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
     if options.tracking || options.lines || options.self_test {
         return Err(FlashError::NoSuchImage);
     }
-    let image = pico::flash::build()?;
+    let image = pico::flash::build(options.usb)?;
     outln!("{image}");
     if !options.dry_run {
         let drive = pico::flash::write(&image)?;
@@ -132,7 +138,7 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has neither an image that follows tones or reports several, nor a self-test.
+    /// The Pico has neither an image that follows tones or reports several, nor a self-test, the NUCLEO none with USB.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -155,7 +161,10 @@ impl fmt::Display for FlashError {
                 file.display()
             ),
             FlashError::NoSuchImage => {
-                write!(f, "the Pico has one image: leave --tracking, --lines and --self-test out")
+                write!(
+                    f,
+                    "this board has no such image: --usb is the Pico's, --tracking, --lines and --self-test are the NUCLEO's"
+                )
             }
             FlashError::Port(error) => error.fmt(f),
             FlashError::Silent => f.write_str(

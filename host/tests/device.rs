@@ -513,7 +513,7 @@ fn a_port_that_one_may_not_open_is_told_with_its_cure() {
     const NOBODY: u32 = 65_534;
     let (_ours, theirs) = TTYPort::pair().unwrap();
     let name = theirs.name().unwrap();
-    fs::set_permissions(&name, fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(&name, fs::Permissions::from_mode(0o000)).unwrap();
     let mut watch = Command::new(PICKET);
     if fs::metadata(&name).unwrap().uid() == 0 {
         watch.uid(NOBODY).gid(NOBODY);

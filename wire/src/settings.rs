@@ -6,7 +6,7 @@
 //! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
-//! | 3 | flags: u8, bit 0 measures from power-on, bits 1 and 2 tones reported a block less one |
+//! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected, bits 2 and 3 tones reported a block less one |
 //! | 4 | core's clock, MHz; guard; blocks a record; DAC's low and high code; slots: 6 u16 |
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
@@ -134,6 +134,8 @@ pub struct Settings {
     pub slots: u16,
     /// Whether to measure from power-on, without a command.
     pub start: bool,
+    /// Whether a board that corrects its converter's codes shall leave them as they are.
+    pub uncorrected: bool,
     /// Corrections of rate and range.
     pub calibration: Calibration,
 }
@@ -152,6 +154,7 @@ impl Default for Settings {
             most: 1,
             slots: 0,
             start: true,
+            uncorrected: false,
             calibration: Calibration::default(),
         }
     }
@@ -181,7 +184,8 @@ impl Settings {
         let mut writer = Writer::new(&mut bytes);
         let further = self.further();
         let version = if further > 0 { LINES } else { VERSION };
-        writer.put([version, drive, divider, u8::from(self.start) | further << 1]);
+        let flags = u8::from(self.start) | u8::from(self.uncorrected) << 1 | further << 2;
+        writer.put([version, drive, divider, flags]);
         for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
         }
@@ -229,9 +233,10 @@ impl Settings {
             },
             report_every,
             #[cfg(feature = "lines")]
-            most: if lines { 1 + (flags >> 1 & 3) } else { 1 },
+            most: if lines { 1 + (flags >> 2 & 3) } else { 1 },
             slots,
             start: flags & 1 != 0,
+            uncorrected: flags & 2 != 0,
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
         Ok((settings, n as usize))
@@ -277,6 +282,7 @@ mod tests {
                 core_mhz: 144,
                 ..chirp(Shape::Trapezoid, Drive::Dac { low: 0, high: 4095 })
             },
+            Settings { uncorrected: true, ..Settings::default() },
             Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
             Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {

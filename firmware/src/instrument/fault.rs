@@ -57,8 +57,17 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
     end(LastEnd { kind: 1, pc, more: [lr, cfsr] })
 }
 
+/// Restarts the board, which then reports the line: the crates for USB hold panics.
+#[cfg(feature = "usb")]
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    let line = info.location().map_or(0, |location| location.line());
+    end(LastEnd { kind: 4, pc: 0, more: [line, 0] })
+}
+
 /// Calls a function that does not exist. The image links only if the optimiser finds no way to a
 /// panic.
+#[cfg(not(feature = "usb"))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {

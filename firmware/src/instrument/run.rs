@@ -184,10 +184,12 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
     /// Measures a block, if one waits. Returns whether it did.
     fn measure(&mut self) -> bool {
         let Some(blocks) = &mut self.blocks else { return false };
-        let Some(block) = blocks.receive() else { return false };
+        let Some(mut block) = blocks.receive() else { return false };
         let guard = self.plan.settings.guard;
         let before = self.board.ticks();
+        self.board.correct(&mut block.slot);
         let mut measurement = self.measurer.block(&block, guard);
+        self.board.widen(&mut measurement);
         self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
         let since = block.counters.since(&self.zero);

@@ -1,13 +1,15 @@
 //! The implementation of [`Board`](crate::board::Board).
 
+use super::correct::correct;
 use super::line::Serial;
 use super::storage::{self, Flash};
 use super::words::{BAUD, CORE_MHZ, Words};
-use super::{N, SLOT, converter, start};
+use super::{N, SLOT, converter, start, widths};
 use crate::board::Board;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::frontend::{Blocks, Counters};
+use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
@@ -21,6 +23,8 @@ use rp2040_hal::{Clock as _, Sio, Timer, pac};
 /// The Raspberry Pi Pico.
 pub struct Pico {
     serial: Serial,
+    /// Whether the converter's codes are corrected.
+    corrects: bool,
 }
 
 impl Board<N, SLOT> for Pico {
@@ -53,7 +57,9 @@ impl Board<N, SLOT> for Pico {
         AdcPin::new(pins.gpio26.into_floating_input()).ok()?;
         Adc::new(chip.ADC, resets);
         chip.DMA.split(resets);
-        Some(Self { serial: Serial::start()? })
+        #[cfg(feature = "usb")]
+        super::usb::start((chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock), resets)?;
+        Some(Self { serial: Serial::start()?, corrects: false })
     }
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
@@ -61,7 +67,21 @@ impl Board<N, SLOT> for Pico {
     }
 
     fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
+        self.corrects = words.corrects;
         converter::start(plan, words)
+    }
+
+    fn correct(&self, slot: &mut Slot<SLOT>) {
+        // A real block has two samples in a word.
+        if self.corrects
+            && let Some(words) = slot.memory().first_chunk_mut::<{ N / 2 }>()
+        {
+            correct(words);
+        }
+    }
+
+    fn widen(&self, measurement: &mut Measurement) {
+        widths::widen(measurement, self.corrects);
     }
 
     fn counters(&self) -> Counters {
@@ -89,7 +109,10 @@ impl Board<N, SLOT> for Pico {
     }
 
     fn send(&mut self, frame: &[u8]) -> bool {
-        self.serial.send(frame)
+        let sent = self.serial.send(frame);
+        #[cfg(feature = "usb")]
+        let sent = super::usb::send(frame) && sent;
+        sent
     }
 
     fn receive(&mut self) -> Option<u8> {

@@ -79,10 +79,12 @@ impl Serial {
         if !self.has_room(frame.len()) {
             return false;
         }
-        let begin = WRITTEN.load(Relaxed) as usize;
-        for (offset, &byte) in frame.iter().enumerate() {
-            if let Some(place) = self.ring.get_mut(begin.wrapping_add(offset) % OUT) {
-                *place = byte;
+        // The ring begins again where it ends.
+        let (before, after) = self.ring.split_at_mut(WRITTEN.load(Relaxed) as usize % OUT);
+        let (first, rest) = frame.split_at(frame.len().min(after.len()));
+        for (places, bytes) in [(after, first), (before, rest)] {
+            if let Some(places) = places.get_mut(..bytes.len()) {
+                places.copy_from_slice(bytes);
             }
         }
         // The barrier puts the bytes in memory before the channel reads them.
@@ -141,6 +143,16 @@ pub extern "C" fn sent() {
 /// Whether a byte from the host waits. The loop must not sleep then.
 pub fn waiting() -> bool {
     RECEIVED.load(Relaxed) != TAKEN.load(Relaxed)
+}
+
+/// Takes bytes of the host that came by another way.
+#[cfg(feature = "usb")]
+pub fn hear(bytes: impl Iterator<Item = u8>) {
+    free(|token| {
+        let Ok(mut into) = INTO.borrow(token).try_borrow_mut() else { return };
+        let Some(into) = into.as_mut() else { return };
+        bytes.filter(|byte| enqueue(into, *byte).is_ok()).for_each(|_| add(&RECEIVED, 1));
+    });
 }
 
 /// Handles the interrupt of the port: bytes were received.

@@ -7,15 +7,18 @@
 //!
 //! What runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's
 //! cache of 16 KiB it would take longer than a block. [`words`] computes what goes into the registers,
-//! and has tests on the host; the other modules only write it. Sections named DS are of the RP2040's
+//! and [`widths`] corrects the codes: both have tests on the host. The other modules only write registers. Sections named DS are of the RP2040's
 //! data sheet.
 
+pub mod widths;
 pub mod words;
 
 #[cfg(all(target_os = "none", feature = "pico"))]
 mod board;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod converter;
+#[cfg(all(target_os = "none", feature = "pico"))]
+mod correct;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod line;
 #[cfg(all(target_os = "none", feature = "pico"))]
@@ -26,6 +29,8 @@ pub mod registers;
 pub mod start;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod storage;
+#[cfg(all(target_os = "none", feature = "usb"))]
+pub mod usb;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod vectors;
 

@@ -40,5 +40,9 @@ pub const HANDLERS: [Handler; LINES] = {
     table[pac::Interrupt::DMA_IRQ_1 as usize] = line::sent;
     table[pac::Interrupt::UART0_IRQ as usize] = line::received;
     table[pac::Interrupt::TIMER_IRQ_0 as usize] = start::wake;
+    #[cfg(feature = "usb")]
+    {
+        table[pac::Interrupt::USBCTRL_IRQ as usize] = super::usb::event;
+    }
     table
 };

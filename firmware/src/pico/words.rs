@@ -83,6 +83,8 @@ pub const fn causes(reason: u32, chip: u32) -> Causes {
 pub struct Words {
     /// Cycles of the converter's clock from a sample to the next: 96 to 65536.
     pub period: u32,
+    /// Whether the converter's codes are corrected.
+    pub corrects: bool,
 }
 
 impl Words {
@@ -101,7 +103,8 @@ impl Words {
         if !(4..=SLOTS as u16).contains(&slots) {
             return Err(SettingsError::Slots);
         }
-        let words = Self { period: period(settings.config.rate_hz).map_err(SettingsError::Rate)? };
+        let period = period(settings.config.rate_hz).map_err(SettingsError::Rate)?;
+        let words = Self { period, corrects: !settings.uncorrected };
         // Floats would take longer than a block: this core has none.
         let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
@@ -250,7 +253,7 @@ mod tests {
     #[test]
     fn blocks_are_counted_by_time_and_parity() {
         for period in [96, 97, 480, 65_536] {
-            let words = Words { period };
+            let words = Words { period, corrects: true };
             let block = u64::from(words.block_cycles());
             for error in [-2i64, 0, 2] {
                 let begun = 0xFFFF_0000u32;

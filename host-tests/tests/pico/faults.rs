@@ -1,9 +1,10 @@
 //! What goes wrong: no record is of a mixed block, every loss is counted, and the stamps are right after it.
 
-use super::scene::{expected, measured, plug, record, settings, status};
+use super::scene::{expected, measured, plug, plug_usb, record, settings, status};
 use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::{Completed, Pico};
+use picket_host::pico::converter::Converter;
 use picket_wire::telemetry::Telemetry;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -22,9 +23,10 @@ fn steady(blocks: usize, seed: u64) -> Vec<i16> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // Whole cycles in all of it, since it comes again and again.
     let step = TAU * (100 * blocks + 37) as f64 / (N * blocks) as f64;
+    let converter = Converter::default();
     let sample = |n: usize| {
         let noise: f64 = StandardNormal.sample(&mut rng);
-        (2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise).round() as i16
+        converter.code(2048.0 + 1200.0 * (step * n as f64).cos() + 4.0 * noise)
     };
     (0..N * blocks).map(sample).collect()
 }
@@ -49,23 +51,34 @@ fn numbers(blocks: &[Completed]) -> Vec<u64> {
 }
 
 /// Lets these faults happen, each some time after the one before, and checks everything.
-fn play(faults: &[(f64, Fault)], seed: u64) -> Option<Pico> {
+fn play(mut pico: Pico, faults: &[(f64, Fault)], seed: u64) {
     let samples = steady(300, seed);
-    let mut pico = plug()?;
+    pico.order("usb plug").unwrap();
     pico.samples(&samples).unwrap();
     pico.keep().unwrap();
     pico.power().unwrap();
     pico.run(6_000).unwrap();
     for &(after, (kind, duration)) in faults {
         pico.run(after as u64).unwrap();
-        pico.fault(kind, duration).unwrap();
+        match kind {
+            "usb" => pico.order("usb unplug").map(drop).unwrap(),
+            _ => pico.fault(kind, duration).unwrap(),
+        }
         pico.run(duration as u64).unwrap();
+        if kind == "usb" {
+            pico.order("usb plug").unwrap();
+        }
     }
     pico.run(16_000).unwrap();
-    let counters = status(&mut pico).counters;
+    let status = status(&mut pico);
+    let counters = status.counters;
+    assert_eq!(status.dropped, 0, "seed {seed}");
     let told = |kind: &str| faults.iter().filter(|(_, (k, _))| *k == kind).count() as u32;
     assert_eq!(counters.dma_errors, told("error"), "seed {seed}: {counters:?}");
-    assert_eq!(counters.adc_overruns, told("overrun"), "seed {seed}: {counters:?}");
+    // One that is found while it lasts, and the samples started anew, comes again.
+    let over = pico.figures().unwrap().over;
+    assert_eq!(counters.adc_overruns, over, "seed {seed}: {counters:?}");
+    assert!(over >= told("overrun"), "seed {seed}: {counters:?}");
     assert!(counters.spurious >= told("doubled"), "seed {seed}: {counters:?}");
     let kept = pico.kept(N).unwrap();
     let flat: Vec<i16> = kept.iter().flat_map(|block| block.samples.iter().copied()).collect();
@@ -89,13 +102,24 @@ fn play(faults: &[(f64, Fault)], seed: u64) -> Option<Pico> {
         next = stamp.sequence + 1;
     }
     assert!(records.len() > 4, "{faults:?}");
+    let by_usb = by_usb(&pico, &records);
     println!(
-        "{} faults: {} of {} completed blocks delivered, {counters:?}",
+        "seed {seed}, {} faults: {} of {} completed blocks delivered, {by_usb} of them by USB, {counters:?}",
         faults.len(),
         records.len(),
         kept.len()
     );
-    Some(pico)
+}
+
+/// How many records came by USB: each as it came by the wire, which may still have the last one to send.
+fn by_usb(pico: &Pico, records: &[Telemetry]) -> usize {
+    let others: Vec<Telemetry> =
+        pico.by_usb.split_inclusive(|&byte| byte == 0).filter_map(record).collect();
+    let last = records.last().unwrap().measurement.stamp.sequence;
+    for other in others.iter().filter(|other| other.measurement.stamp.sequence <= last) {
+        assert!(records.contains(other), "only by USB: {other:?}");
+    }
+    others.len()
 }
 
 #[test]
@@ -111,18 +135,21 @@ fn each_fault_alone_is_counted_exactly() {
         ("error", 0.0),
     ];
     let each: Vec<(f64, Fault)> = all.iter().map(|&fault| (9_300.0, fault)).collect();
-    play(&each, 81);
+    let Some(pico) = plug() else { return };
+    play(pico, &each, 81);
 }
 
-/// Faults of every kind at any moment.
+/// Faults of every kind at any moment, on the image with USB: 1,000 in the long form.
 #[test]
 fn random_faults_mix_no_block() {
     let mut rng = ChaCha8Rng::seed_from_u64(82);
     let rounds = sized(1, 25);
     for seed in 0..rounds {
         let mut fault = || -> Fault {
-            match rng.random_range(0..5) {
+            match rng.random_range(0..7) {
                 0 => ("late", rng.random_range(10.0..15_000.0)),
+                4 => ("late", [1_500.0, 3_000.0, 5_000.0, 15_000.0][rng.random_range(0..4)]),
+                5 => ("usb", rng.random_range(10.0..8_000.0)),
                 1 => ("doubled", 0.0),
                 2 => ("lost", 0.0),
                 3 => ("overrun", rng.random_range(12.0..500.0)),
@@ -130,13 +157,12 @@ fn random_faults_mix_no_block() {
             }
         };
         let mut faults = Vec::new();
-        for _ in 0..sized(5, 40) {
+        for _ in 0..sized(30, 40) {
             faults.push(fault());
         }
         let faults: Vec<(f64, Fault)> =
             faults.into_iter().map(|fault| (rng.random_range(4_200.0..9_000.0), fault)).collect();
-        if play(&faults, 1_000 + seed).is_none() {
-            return;
-        }
+        let Some(pico) = plug_usb() else { return };
+        play(pico, &faults, 1_000 + seed);
     }
 }

@@ -5,10 +5,12 @@ use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
 use picket_firmware::pico::N;
+use picket_firmware::pico::widths::{corrected, widen};
 use picket_firmware::pico::words::Words;
 use picket_host::device::{Listener, Said};
 use picket_host::pico;
 use picket_host::pico::bench::Pico;
+use picket_host::pico::converter::Converter;
 use picket_wire::command::Command;
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
@@ -38,6 +40,21 @@ pub fn program() -> u32 {
 
 /// A board with this source's image; `None` where the emulator cannot be had, which is said.
 pub fn plug() -> Option<Pico> {
+    plugged(image)
+}
+
+/// A board with the image that has a serial port over USB.
+pub fn plug_usb() -> Option<Pico> {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    plugged(|| {
+        IMAGE.get_or_init(|| {
+            let elf = pico::usb_image().unwrap_or_else(|error| panic!("{error}"));
+            pico::binary(&elf).unwrap_or_else(|error| panic!("{error}"))
+        })
+    })
+}
+
+fn plugged(image: impl FnOnce() -> &'static [u8]) -> Option<Pico> {
     if let Err(error) = pico::bench::emulator() {
         println!("skipped: {error}");
         return None;
@@ -67,6 +84,7 @@ pub enum Hard {
 pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = Vec::with_capacity(blocks * N);
+    let converter = Converter::default();
     let mut mixed = [Hard::Constant, Hard::Clipped, Hard::Noise].into_iter().cycle();
     for number in 0..blocks as u64 {
         let kind = match hard {
@@ -76,12 +94,12 @@ pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
             },
             _ => None,
         };
-        samples.extend(block(kind, &mut rng));
+        samples.extend(block(kind, &converter, &mut rng));
     }
     samples
 }
 
-fn block(kind: Option<Hard>, rng: &mut impl Rng) -> [i16; N] {
+fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16; N] {
     let (bin, phase) = (rng.random_range(3.0..500.0), rng.random_range(0.0..TAU));
     let (amplitude, noise) = match kind {
         None => (10f64.powf(rng.random_range(2.0..3.25)), rng.random_range(0.5..8.0)),
@@ -92,7 +110,7 @@ fn block(kind: Option<Hard>, rng: &mut impl Rng) -> [i16; N] {
     let noise = Normal::new(0.0, noise).unwrap();
     std::array::from_fn(|n| {
         let tone = amplitude * (TAU * bin * n as f64 / N as f64 + phase).cos();
-        (2048.0 + tone + noise.sample(rng)).round().clamp(0.0, 4095.0) as i16
+        converter.code(2048.0 + tone + noise.sample(rng))
     })
 }
 
@@ -103,7 +121,9 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(Plan::of_terms(*plan.plan).unwrap()));
     let blocks = samples.as_chunks::<N>().0.iter().zip(0..);
     let frames = blocks.map(|(block, number)| {
-        let measurement = pipeline.block(plan.timing.stamp(number, false), block);
+        let block = block.map(|code| if settings.uncorrected { code } else { corrected(code) });
+        let mut measurement = pipeline.block(plan.timing.stamp(number, false), &block);
+        widen(&mut measurement, !settings.uncorrected);
         Telemetry { measurement, method, health: Health::default() }.to_frame().to_vec()
     });
     frames.collect()

@@ -1,8 +1,8 @@
 //! Feeds the firmware with targets and reads its answers.
 
-use super::options::Options;
+use super::options::{Board, Options};
 use super::table::{Answer, Result as Row, Summary};
-use super::{DemoError, said};
+use super::{DemoError, pico, said};
 use crate::device::{Listener, Said};
 use crate::emulator::{self, Capture, Machine, RunError};
 use crate::progress;
@@ -29,7 +29,10 @@ fn amplitude(snr_db: f64) -> f64 {
 /// The lidar's rows, once for each seed.
 pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(options.method)?;
-    let records = measured::<Real>(lidar.config, &lidar.beats, options)?;
+    let records = match options.board {
+        Board::Mps2 => measured::<Real>(lidar.config, &lidar.beats, options)?,
+        Board::Pico => pico::lidar(lidar.config, &lidar.beats, options)?,
+    };
     Ok(lidar.summary(records.iter().map(|record| &record.measurement), options.seeds))
 }
 

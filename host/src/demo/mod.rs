@@ -4,6 +4,7 @@ pub mod answer;
 pub mod drive;
 pub mod measure;
 pub mod options;
+pub mod pico;
 pub mod replay;
 pub mod seeds;
 mod session;
@@ -12,7 +13,7 @@ pub mod traffic;
 pub mod vibration;
 
 use crate::scenario;
-use options::{Options, Scenario};
+use options::{Board, Options, Scenario};
 use std::fmt::Display;
 use std::process::ExitCode;
 
@@ -79,6 +80,16 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     if options.record.is_some() && !board {
         return Err(said("--record keeps a board's session: add --scenario board"));
     }
+    let pico = options.board == Board::Pico;
+    let replay = options.replay.is_some();
+    if pico && !replay && options.scenario != Scenario::Table3 {
+        return Err(said(
+            "the Pico measures the lidar's beats or a recording: use --scenario table3 or --replay",
+        ));
+    }
+    if pico && (options.iq || options.log || (replay && options.n != measure::N)) {
+        return Err(said("the Pico has real blocks of 1024 samples, and no log"));
+    }
     let core = options.scenario.is_by_the_core();
     if options.plot.is_some() && !drive && !core {
         return Err(said("--plot draws a drive, traffic or a vibration: add --scenario drive"));
@@ -103,6 +114,11 @@ fn fits(options: &Options) -> Result<(), DemoError> {
 fn heading(options: &Options) -> String {
     let (snr, seed) = (options.snr_db(), options.seed);
     match options.scenario {
+        Scenario::Table3 if options.board == Board::Pico => format!(
+            "The beats of Ye et al. 2022 at a Pico's 500 kS/s, ramps of {:.3} ms solved by the host, N = {}, {snr} dB, seed {seed}",
+            1e3 * measure::N as f64 / pico::RATE_HZ,
+            measure::N
+        ),
         Scenario::Table3 => format!(
             "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",
             measure::N

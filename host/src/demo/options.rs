@@ -12,6 +12,10 @@ const CORE_SNR_DB: f64 = 20.0;
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
 pub struct Options {
+    /// The emulated board
+    #[arg(long, value_enum, default_value_t = Board::Mps2)]
+    pub board: Board,
+
     /// What is in front of the sensor
     #[arg(long, value_enum, default_value_t = Scenario::Table3, conflicts_with = "replay")]
     pub scenario: Scenario,
@@ -77,6 +81,15 @@ pub struct Options {
     pub json: bool,
 }
 
+/// An emulated board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Board {
+    /// Arm's MPS2 with a Cortex-M33, whose converter is played (QEMU)
+    Mps2,
+    /// The Raspberry Pi Pico with its own image: tones at 500 kS/s, a chirp's from its ramps' records (rp2040js)
+    Pico,
+}
+
 /// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Scenario {
@@ -92,6 +105,13 @@ pub enum Scenario {
     Vibration,
     /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
     Board,
+}
+
+impl Default for Options {
+    /// What `picket demo` alone does.
+    fn default() -> Self {
+        Self::parse_from(["demo"])
+    }
 }
 
 impl Options {

@@ -1,8 +1,8 @@
 //! A recording through the firmware: a line for each block.
 
 use super::measure::play;
-use super::options::Options;
-use super::{DemoError, said};
+use super::options::{Board, Options};
+use super::{DemoError, pico, said};
 use crate::band;
 use crate::emulator::Capture;
 use crate::progress;
@@ -50,6 +50,9 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     config.terms::<R>(options.n).map_err(said)?;
     let length = recording.length().ok_or_else(|| said("replay reads wav and int16 files"))?;
     let blocks = u32::try_from(length / options.n as u64).map_err(|_| said("too many blocks"))?;
+    if options.board == Board::Pico {
+        return on_pico(recording, config, options);
+    }
     let header = Header::of::<R>(config, options.n as u32, blocks);
     let mut capture = Capture::create(&header).map_err(said)?;
     let mut source = recording.blocks(options.n, options.n, 0);
@@ -72,6 +75,29 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     bar.finish_and_clear();
     if arrived != blocks || listener.missing + listener.bad > 0 {
         return Err(said(format!("{arrived} of {blocks} blocks arrived")));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The largest sample of the recording comes to this distance from the middle of the Pico's codes.
+const PEAK: f64 = 1900.0;
+
+/// A real recording before the Pico's converter, which has twelve bits: its amplifier makes use of them.
+fn on_pico(recording: Recording, config: Config, options: &Options) -> Result<ExitCode, DemoError> {
+    let rate_hz = config.rate_hz;
+    let mut samples: Vec<f64> = Vec::new();
+    let mut source = recording.blocks(options.n, options.n, 0);
+    while let Some((_, block)) = source.next_block().map_err(said)? {
+        samples.extend(block.iter().map(|sample| f64::from(sample.code()[0])));
+    }
+    let peak = samples.iter().fold(1.0f64, |peak, sample| peak.max(sample.abs()));
+    samples.iter_mut().for_each(|sample| *sample *= PEAK / peak);
+    let records = pico::records(config, &samples)?;
+    if !options.json {
+        outln!("{}", heading(options));
+    }
+    for record in &records {
+        print_line(&Line::of(record, rate_hz, options), options);
     }
     Ok(ExitCode::SUCCESS)
 }

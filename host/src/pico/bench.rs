@@ -22,7 +22,7 @@ use tempfile::TempDir;
 /// # Errors
 /// Node.js, npm or the package cannot be had: the error says what to type.
 pub fn emulator() -> Result<PathBuf, ToolError> {
-    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs", "otherwise.mjs"];
+    let files = ["bench.mjs", "chip.mjs", "correct.mjs", "faults.mjs", "otherwise.mjs", "usb.mjs"];
     scripts(&workspace().join("host/rp2040"), &files, "rp2040js", firmware_dir().join("rp2040"))
 }
 
@@ -45,6 +45,8 @@ pub struct Figures {
     pub level: u32,
     /// Samples that found no place in it.
     pub overruns: u32,
+    /// Starts of the converter after which one did.
+    pub over: u32,
     /// Samples converted.
     pub taken: u64,
     /// The core's clock, Hz.
@@ -80,13 +82,21 @@ pub struct Pico {
     listener: Listener,
     said: VecDeque<Said>,
     folder: TempDir,
-    /// Every byte it has sent.
+    /// Every byte it has sent by its serial port.
     pub sent: Vec<u8>,
+    /// Every byte it has sent by USB.
+    pub by_usb: Vec<u8>,
     /// Emulated time, us.
     pub now: u64,
     /// When it was reset, us.
     pub resets: Vec<u64>,
     tag: u8,
+}
+
+/// The bytes of a line.
+fn bytes(hex: &str) -> impl Iterator<Item = u8> {
+    let pairs = (0..hex.len()).step_by(2).filter_map(|at| hex.get(at..at + 2));
+    pairs.filter_map(|pair| u8::from_str_radix(pair, 16).ok())
 }
 
 fn failed(text: impl Into<String>) -> RunError {
@@ -116,6 +126,7 @@ impl Pico {
             said: VecDeque::new(),
             folder,
             sent: Vec::new(),
+            by_usb: Vec::new(),
             now: 0,
             resets: Vec::new(),
             tag: 0,
@@ -139,6 +150,7 @@ impl Pico {
                 ("ok", "") => return Ok(lines),
                 ("ok", error) => return Err(failed(format!("{line}: {error}"))),
                 ("say", hex) => self.say(hex),
+                ("usb", hex) => self.by_usb.extend(bytes(hex)),
                 ("at", time) => self.now = time.parse().unwrap_or(self.now),
                 ("reset", time) => self.resets.extend(time.parse::<u64>()),
                 (_, rest) => lines.push(rest.into()),
@@ -147,8 +159,7 @@ impl Pico {
     }
 
     fn say(&mut self, hex: &str) {
-        let pairs = (0..hex.len()).step_by(2).filter_map(|at| hex.get(at..at + 2));
-        for byte in pairs.filter_map(|pair| u8::from_str_radix(pair, 16).ok()) {
+        for byte in bytes(hex) {
             self.sent.push(byte);
             self.said.extend(self.listener.push(byte));
         }

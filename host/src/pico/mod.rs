@@ -1,6 +1,7 @@
 //! The Raspberry Pi Pico: its image, and the board on rp2040js.
 
 pub mod bench;
+pub mod converter;
 pub mod flash;
 
 use crate::emulator::RunError;
@@ -16,8 +17,17 @@ pub const FLASH: u32 = 0x1000_0000;
 
 /// The image for the board; the emulated one runs the same.
 pub fn image() -> Result<PathBuf, ToolError> {
+    of_feature("pico")
+}
+
+/// The image that has a serial port over USB, too.
+pub fn usb_image() -> Result<PathBuf, ToolError> {
+    of_feature("usb")
+}
+
+fn of_feature(feature: &str) -> Result<PathBuf, ToolError> {
     let (target, profile) = (Target::M0, Profile::Release);
-    Firmware { bin: IMAGE, target, features: &["pico"], profile }.build()
+    Firmware { bin: IMAGE, target, features: &[feature], profile }.build()
 }
 
 /// The image as it lies in flash.

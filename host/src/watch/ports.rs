@@ -5,6 +5,8 @@ use std::io::ErrorKind;
 
 /// ST's number: the board's own programmer.
 const BOARD: u16 = 0x0483;
+/// What a Pico with Picket calls itself.
+const PICO: &str = "Picket on a Pico";
 
 /// A rule for Linux that lets whoever sits at the machine use the board.
 pub const UDEV: &str = "\
@@ -13,6 +15,7 @@ pub const UDEV: &str = "\
 #   sudo udevadm control --reload && sudo udevadm trigger
 SUBSYSTEM==\"tty\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
 SUBSYSTEM==\"usb\", ATTRS{idVendor}==\"0483\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
+SUBSYSTEM==\"tty\", ATTRS{product}==\"Picket on a Pico\", MODE=\"0660\", GROUP=\"dialout\", TAG+=\"uaccess\"
 ";
 
 /// A line for each port of this machine, the board's first, and the name of the first.
@@ -24,7 +27,11 @@ pub fn list() -> (Vec<String>, Option<String>) {
 fn described(mut ports: Vec<SerialPortInfo>) -> (Vec<String>, Option<String>) {
     ports.sort_by_key(|port| {
         let rank = match &port.port_type {
-            SerialPortType::UsbPort(usb) if usb.vid == BOARD => 0,
+            SerialPortType::UsbPort(usb)
+                if usb.vid == BOARD || usb.product.as_deref() == Some(PICO) =>
+            {
+                0
+            }
             SerialPortType::UsbPort(_) => 1,
             _ => 2,
         };

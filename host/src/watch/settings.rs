@@ -31,6 +31,7 @@ struct Fields {
     report_every: u16,
     slots: u16,
     start: bool,
+    uncorrected: bool,
     clock_ppm: f32,
     range_offset_m: f32,
     range_slope: f32,
@@ -135,6 +136,7 @@ impl Fields {
             report_every: settings.report_every,
             slots: settings.slots,
             start: settings.start,
+            uncorrected: settings.uncorrected,
             clock_ppm: calibration.clock_ppm,
             range_offset_m: calibration.range_offset_m,
             range_slope: calibration.range_slope,
@@ -202,6 +204,7 @@ impl Fields {
             most: self.most,
             slots: self.slots,
             start: self.start,
+            uncorrected: self.uncorrected,
             calibration,
         };
         Ok((settings, self.n))
@@ -244,6 +247,7 @@ mod tests {
         for settings in [
             Settings::default(),
             Settings { config, drive, guard: 9, iq: true, ..Settings::default() },
+            Settings { uncorrected: true, ..Settings::default() },
         ] {
             let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();
             assert_eq!(fields.settings(), Ok((settings, 1024)));

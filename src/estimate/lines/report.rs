@@ -88,7 +88,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let first = found.peak - ring::OUTERMOST;
         let leaks = self.leaks.iter();
         let near = leaks.filter(|leak| leak.reaches::<R, N>(first, RING)).count();
-        if near > 1 || !ring::has_room::<R, N>() {
+        if near > 1 || !ring::has_room(N, R::IQ) {
             return self.beside(found.peak);
         }
         ring::beside(self.rest.spectrum, found.peak, &found.fit, Arithmetic::Float)

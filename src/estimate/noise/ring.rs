@@ -223,7 +223,7 @@ pub fn loud<R: Record, const N: usize>(
 
 /// The freedom of the noise beside a tone away from the ends of the spectrum.
 pub(crate) fn freedom<R: Record, const N: usize>() -> f32 {
-    if has_room::<R, N>() {
+    if has_room(N, R::IQ) {
         const { 4.0 / KEPT[WANTED].1 }
     } else {
         whole::freedom::<R, N, NOISE_BINS>() as f32

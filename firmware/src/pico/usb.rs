@@ -1,0 +1,134 @@
+//! A serial port over USB (CDC-ACM), beside UART0: both say the same and take the same commands.
+//!
+//! Frames wait in a ring while a program has the port open. Nobody waits for the line: a frame without
+//! room is dropped whole and counted. With nobody there the ring is empty, and nothing is lost.
+
+use super::line;
+use super::registers::enable;
+use core::cell::RefCell;
+use cortex_m::interrupt::{Mutex, free};
+use rp2040_hal::clocks::UsbClock;
+use rp2040_hal::pac;
+use rp2040_hal::usb::UsbBus;
+use static_cell::StaticCell;
+use usb_device::bus::UsbBusAllocator;
+use usb_device::prelude::{
+    StringDescriptors, UsbDevice, UsbDeviceBuilder, UsbDeviceState, UsbVidPid,
+};
+use usbd_serial::{CdcAcmClass, USB_CLASS_CDC};
+
+/// The numbers that V-USB shares among serial ports, which the names tell apart.
+const NUMBERS: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
+/// The largest packet of the endpoints, bytes.
+const PACKET: usize = 64;
+/// Room for bytes to the host: 40 records.
+const OUT: usize = 4096;
+
+static PORT: Mutex<RefCell<Option<Port>>> = Mutex::new(RefCell::new(None));
+
+/// The device, its one class, and the bytes that wait.
+struct Port {
+    device: UsbDevice<'static, UsbBus>,
+    class: CdcAcmClass<'static, UsbBus>,
+    open: bool,
+    ring: [u8; OUT],
+    /// Bytes written to the ring, and sent of them; modulo 2^32.
+    written: u32,
+    sent: u32,
+}
+
+impl Port {
+    /// Follows what happened on the bus.
+    fn follow(&mut self) {
+        let _ = self.device.poll(&mut [&mut self.class]);
+        let open = self.device.state() == UsbDeviceState::Configured && self.class.dtr();
+        if open != self.open {
+            // What was not sent is of no use to another reader. A zero ends the frame that was cut.
+            (self.open, self.sent) = (open, self.written);
+            self.put(if open { &[0] } else { &[] });
+        }
+        let mut packet = [0; PACKET];
+        if let Ok(length) = self.class.read_packet(&mut packet) {
+            line::hear(packet.iter().copied().take(length));
+        }
+        self.pass();
+    }
+
+    /// Whether a frame was taken, or nobody is there to miss it.
+    fn send(&mut self, frame: &[u8]) -> bool {
+        if !self.open {
+            return true;
+        }
+        let waiting = self.written.wrapping_sub(self.sent) as usize;
+        let taken = OUT.saturating_sub(waiting) >= frame.len();
+        if taken {
+            self.put(frame);
+            self.pass();
+        }
+        taken
+    }
+
+    /// Puts bytes into the ring, which begins again where it ends.
+    fn put(&mut self, bytes: &[u8]) {
+        let (before, after) = self.ring.split_at_mut(self.written as usize % OUT);
+        let (first, rest) = bytes.split_at(bytes.len().min(after.len()));
+        for (places, bytes) in [(after, first), (before, rest)] {
+            if let Some(places) = places.get_mut(..bytes.len()) {
+                places.copy_from_slice(bytes);
+            }
+        }
+        self.written = self.written.wrapping_add(bytes.len() as u32);
+    }
+
+    /// Gives the endpoint its next packet, if it is free.
+    fn pass(&mut self) {
+        let waiting = self.written.wrapping_sub(self.sent) as usize;
+        let rest = self.ring.get(self.sent as usize % OUT..).unwrap_or_default();
+        // A packet that is not full ends a transfer, so that the host passes it on at once.
+        let length = waiting.min(rest.len()).min(PACKET - 1);
+        if let Some(packet) = rest.get(..length).filter(|packet| !packet.is_empty())
+            && self.class.write_packet(packet).is_ok()
+        {
+            self.sent = self.sent.wrapping_add(length as u32);
+        }
+    }
+}
+
+/// Sets up the port; `None` at the second call.
+pub fn start(
+    bus: (pac::USBCTRL_REGS, pac::USBCTRL_DPRAM, UsbClock),
+    resets: &mut pac::RESETS,
+) -> Option<()> {
+    static BUS: StaticCell<UsbBusAllocator<UsbBus>> = StaticCell::new();
+    let (registers, memory, clock) = bus;
+    // The board has no wire to sense the host's voltage with.
+    let bus = UsbBus::new(registers, memory, clock, true, resets);
+    let bus = &*BUS.try_init_with(|| UsbBusAllocator::new(bus))?;
+    let class = CdcAcmClass::new(bus, PACKET as u16);
+    let names = StringDescriptors::default().manufacturer("Picket").product("Picket on a Pico");
+    let device = UsbDeviceBuilder::new(bus, NUMBERS)
+        .strings(&[names])
+        .ok()?
+        .max_packet_size_0(PACKET as u8)
+        .ok()?
+        .device_class(USB_CLASS_CDC)
+        .build();
+    let port = Port { device, class, open: false, ring: [0; OUT], written: 0, sent: 0 };
+    free(|token| *PORT.borrow(token).borrow_mut() = Some(port));
+    enable(pac::Interrupt::USBCTRL_IRQ);
+    Some(())
+}
+
+fn with<T>(work: impl FnOnce(&mut Port) -> T) -> Option<T> {
+    free(|token| PORT.borrow(token).try_borrow_mut().ok()?.as_mut().map(work))
+}
+
+/// Sends a frame whole and returns true, or drops it and returns false.
+pub fn send(frame: &[u8]) -> bool {
+    with(|port| port.send(frame)).unwrap_or(true)
+}
+
+/// Handles the interrupt of the bus.
+pub extern "C" fn event() {
+    with(Port::follow);
+}
