@@ -118,8 +118,8 @@ fn full_scale_tones_before_and_after_the_table() {
     assert!(before.rms_millihertz > 2.0 * ideal.rms_millihertz && before.worst_sigmas > 10.0);
     assert!(right.rms_millihertz < 1.1 * ideal.rms_millihertz);
     for errors in others.iter().chain([right]) {
-        // Of so many tones in noise alone the worst is at four sigmas.
-        assert!(errors.worst_sigmas < 5.5, "{}", errors.worst_sigmas);
+        // In noise alone the worst of 4,000 is at four sigmas, and of 40,000 near five; one of so many has all its steps pulling together.
+        assert!(errors.worst_sigmas < [5.5, 6.5][sized(0, 1) as usize], "{}", errors.worst_sigmas);
         assert!((0.8..1.05).contains(&errors.rms_sigmas), "{}", errors.rms_sigmas);
         // Sigma is no larger than need be where no line comes near.
         assert!(errors.median_sigma < 1.25 * ideal.median_sigma, "{}", errors.median_sigma);

@@ -15,7 +15,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 8] = [
+const LEFT_OUT: [(&str, &str); 9] = [
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
@@ -27,14 +27,19 @@ const LEFT_OUT: [(&str, &str); 8] = [
     ("cargo add", "it belongs to a project of the reader's, and to a registry"),
     ("cargo test", "it is what runs this"),
     (
+        "cargo picket demo --board pico --replay car.bin",
+        "the recording is another's; host-tests/tests/pico.rs replays it where it is",
+    ),
+    (
         "cargo picket demo --replay car.bin",
         "the recording is another's; tests/demo.rs replays it where it is",
     ),
 ];
 
 /// Beginnings of commands that take minutes: `PICKET_TYPED=all` runs them, too. Else who runs what is in them.
-const LONG: [(&str, &str); 5] = [
+const LONG: [(&str, &str); 6] = [
     ("cargo picket flash --board pico --dry-run", "host-tests/tests/pico.rs builds the image"),
+    ("cargo picket demo --board pico", "host-tests/tests/pico.rs runs it"),
     ("cargo picket web --build", "host-tests/tests/web.rs builds the page"),
     ("cargo picket report", "tests/report.rs runs it with --quick"),
     ("cargo picket bench", "host-tests/tests/budget.rs counts the same"),

@@ -157,6 +157,8 @@ pub fn measured(frame: &[u8]) -> Option<Telemetry> {
 
 /// The board's status.
 pub fn status(pico: &mut Pico) -> Status {
+    // Not one of those that it sends each second.
+    pico.forget_status();
     pico.request(Command::Status).unwrap().unwrap();
     pico.expect(|said| match said {
         Said::Status(status) => Some(*status),

@@ -307,6 +307,11 @@ impl Pico {
         records
     }
 
+    /// Forgets what it said of its status so far.
+    pub fn forget_status(&mut self) {
+        self.said.retain(|said| !matches!(said, Said::Status(_)));
+    }
+
     /// What was said and counted so far.
     pub fn listener(&self) -> &Listener {
         &self.listener

@@ -20,8 +20,14 @@ impl Converter {
             });
             code as f64 + f64::from(curve(code as i16)) + changed.sum::<f64>()
         };
-        let edges: Vec<f64> =
-            (1..4096).map(|code| (middle(code - 1) + middle(code)) / 2.0).collect();
+        let wide = |code: usize| WIDE.iter().any(|&wide| usize::from(wide as u16) == code);
+        // A wide code reaches to its neighbours, which are as wide as all others.
+        let edge = |code: usize| match (wide(code - 1), wide(code)) {
+            (true, _) => middle(code) - 0.5,
+            (_, true) => middle(code - 1) + 0.5,
+            _ => (middle(code - 1) + middle(code)) / 2.0,
+        };
+        let edges: Vec<f64> = (1..4096).map(edge).collect();
         // Its rails are those of an ideal one.
         let (low, high) = (edges[0], edges[edges.len() - 1]);
         Self(edges.iter().map(|edge| (edge - low) / (high - low) * 4094.0 + 0.5).collect())
@@ -58,6 +64,7 @@ mod tests {
         };
         for wide in WIDE {
             assert!((9.0..12.0).contains(&width(wide)), "{wide}: {}", width(wide));
+            assert!((0.9..1.1).contains(&width(wide - 1)) && (0.9..1.1).contains(&width(wide + 1)));
         }
         assert!((0.9..1.1).contains(&width(700)));
         assert_eq!([-1.0, 0.0, 4094.9, 9e9].map(|v| converter.code(v)), [0, 0, 4095, 4095]);
