@@ -5,8 +5,9 @@
 //! approaches by `V T`, which turns the phase in the middle of the beat by `-2 V T / lambda`. So a line
 //! through the phases of some chirps gives the velocity thousands of times as exactly as one beat gives
 //! the range, and no second transform is needed. The velocity is known but for multiples of
-//! `lambda / (2 T)`, a whole turn a chirp; `lambda` is the wavelength in the middle of the block. The range itself moves by `-V` a second, which tells the turns if
-//! the sequence is long enough; until then all velocities that agree with it are listed.
+//! `lambda / (2 T)`, a whole turn a chirp; `lambda` is the wavelength in the middle of the block. The
+//! range itself moves by `-V` a second, which tells the turns if the sequence is long enough; until then
+//! all velocities that agree with it are listed.
 //!
 //! The beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat
 //! with the wrong sign.

@@ -113,7 +113,7 @@ impl SettingsError {
                 "the sample rate is above what the board can do at this clock: lower rate_hz, or see the board's page in docs/"
             }
             [3, 2] => {
-                "the core cannot measure every block at this rate: lower rate_hz, or follow tones (see the board's page in docs/)"
+                "the core cannot measure every block at this rate: lower rate_hz or most, or follow tones (see the board's page in docs/)"
             }
             [3, _] => {
                 "the sample rate is below what the board can count: raise rate_hz to 1 or more"
