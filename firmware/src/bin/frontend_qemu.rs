@@ -6,7 +6,7 @@ use cortex_m_rt::entry;
 use picket::acquire::kind::{ForRecord, for_record};
 use picket::acquire::sample::Record;
 use picket::pipeline::Pipeline;
-use picket_firmware::mps2::converter::{Acquisition, HANDLERS};
+use picket_firmware::mps2::converter::Acquisition;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Uart, figure};
@@ -15,7 +15,7 @@ use picket_wire::telemetry::Health;
 #[cfg(feature = "log")]
 use defmt_semihosting as _;
 
-picket_firmware::vectors!(HANDLERS);
+picket_firmware::converter_vectors!();
 
 /// Writes a log line, in images with the feature `log`. No interrupt logs.
 macro_rules! info {

@@ -6,14 +6,14 @@
 use cortex_m_rt::entry;
 use picket::acquire::sample::Real;
 use picket::tracker::Tracker;
-use picket_firmware::mps2::converter::{Acquisition, HANDLERS};
+use picket_firmware::mps2::converter::Acquisition;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};
 use picket_firmware::mps2::{Uart, figure};
 use picket_wire::follow::Follow;
 use picket_wire::telemetry::Health;
 
-picket_firmware::vectors!(HANDLERS);
+picket_firmware::converter_vectors!();
 
 /// Samples in a block.
 const N: usize = 1024;

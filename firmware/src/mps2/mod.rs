@@ -304,21 +304,28 @@ extern "C" fn unexpected() {
     exit(Exit::Unexpected)
 }
 
-/// Puts an image's handlers into its vector table. On AN547 the converter's clock is SysTick, an
-/// exception of the core.
+/// Puts an image's handlers into its vector table.
 #[macro_export]
 macro_rules! vectors {
     ($handlers:expr) => {
-        #[cfg(an547)]
-        #[cortex_m_rt::exception]
-        fn SysTick() {
-            $crate::mps2::converter::timer();
-        }
-
         // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
         // the vector table, whose type is an array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: $crate::mps2::Handlers = $handlers;
+    };
+}
+
+/// The same for an image with the converter. On AN547 its clock is SysTick, an exception of the core.
+#[macro_export]
+macro_rules! converter_vectors {
+    () => {
+        $crate::vectors!($crate::mps2::converter::HANDLERS);
+
+        #[cfg(an547)]
+        #[cortex_m_rt::exception]
+        fn SysTick() {
+            $crate::mps2::converter::timer();
+        }
     };
 }
