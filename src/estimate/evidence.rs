@@ -11,7 +11,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 
-/// Whether a peak exceeds the floor of its band and the noise beside it.
+/// Whether a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
 pub(super) fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: &Peak,
@@ -20,18 +20,9 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     threshold: Threshold,
     arithmetic: Arithmetic,
 ) -> bool {
-    threshold.detects(peak) && exceeds_beside(spectrum, peak, fit, beside, threshold, arithmetic)
-}
-
-/// Whether a peak exceeds both the noise of the louder side and the fit's residual from 3 bins on.
-fn exceeds_beside<R: Record, const N: usize>(
-    spectrum: &Spectrum<R, N, impl Engine>,
-    peak: &Peak,
-    fit: &Fit<f32>,
-    beside: &Beside,
-    threshold: Threshold,
-    arithmetic: Arithmetic,
-) -> bool {
+    if !threshold.detects(peak) {
+        return false;
+    }
     let unit = f32::two_to(2 * spectrum.exponent());
     let power = peak.power[1] as f32 * unit;
     let ring = beside.loud * N as f32;
