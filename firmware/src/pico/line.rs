@@ -42,6 +42,17 @@ fn add(count: &AtomicU32, more: u32) {
     count.store(count.load(Relaxed).wrapping_add(more), Relaxed);
 }
 
+/// Puts bytes into a ring to which `written` bytes were written before. It begins again where it ends.
+pub fn put_in<const OUT: usize>(ring: &mut [u8; OUT], written: u32, bytes: &[u8]) {
+    let (before, after) = ring.split_at_mut(written as usize % OUT);
+    let (first, rest) = bytes.split_at(bytes.len().min(after.len()));
+    for (places, bytes) in [(after, first), (before, rest)] {
+        if let Some(places) = places.get_mut(..bytes.len()) {
+            places.copy_from_slice(bytes);
+        }
+    }
+}
+
 impl Serial {
     /// Sets up channel and queue of a port that runs; `None` at the second call.
     pub fn start() -> Option<Self> {
@@ -79,14 +90,7 @@ impl Serial {
         if !self.has_room(frame.len()) {
             return false;
         }
-        // The ring begins again where it ends.
-        let (before, after) = self.ring.split_at_mut(WRITTEN.load(Relaxed) as usize % OUT);
-        let (first, rest) = frame.split_at(frame.len().min(after.len()));
-        for (places, bytes) in [(after, first), (before, rest)] {
-            if let Some(places) = places.get_mut(..bytes.len()) {
-                places.copy_from_slice(bytes);
-            }
-        }
+        put_in(self.ring, WRITTEN.load(Relaxed), frame);
         // The barrier puts the bytes in memory before the channel reads them.
         cortex_m::asm::dmb();
         add(&WRITTEN, frame.len() as u32);

@@ -68,15 +68,8 @@ impl Port {
         taken
     }
 
-    /// Puts bytes into the ring, which begins again where it ends.
     fn put(&mut self, bytes: &[u8]) {
-        let (before, after) = self.ring.split_at_mut(self.written as usize % OUT);
-        let (first, rest) = bytes.split_at(bytes.len().min(after.len()));
-        for (places, bytes) in [(after, first), (before, rest)] {
-            if let Some(places) = places.get_mut(..bytes.len()) {
-                places.copy_from_slice(bytes);
-            }
-        }
+        line::put_in(&mut self.ring, self.written, bytes);
         self.written = self.written.wrapping_add(bytes.len() as u32);
     }
 
