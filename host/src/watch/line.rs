@@ -3,7 +3,7 @@
 use crate::device::Listener;
 use picket::acquire::sample::Segment;
 use picket::estimate::phasor::Phasor;
-use picket::estimate::tone::Verdict;
+use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
 use picket_wire::boot::Boot;
@@ -24,6 +24,32 @@ pub struct Scale {
     pub iq: bool,
 }
 
+/// What is read of a tone.
+#[derive(Clone, Debug, Serialize)]
+struct Reading {
+    frequency_cycles_per_sample: f64,
+    sigma_cycles_per_sample: f32,
+    frequency_hz: Option<f64>,
+    sigma_hz: Option<f64>,
+    snr_db: f64,
+    amplitude_codes: f32,
+}
+
+impl Reading {
+    fn of(tone: &Tone, scale: &Scale) -> Self {
+        let cycles = tone.frequency.0.to_num::<f64>();
+        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+        Self {
+            frequency_cycles_per_sample: cycles,
+            sigma_cycles_per_sample: tone.sigma,
+            frequency_hz: hertz(cycles),
+            sigma_hz: hertz(tone.sigma.into()),
+            snr_db: 10.0 * f64::from(tone.snr).log10(),
+            amplitude_codes: tone.amplitude,
+        }
+    }
+}
+
 /// A record's fields, units in their names.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -31,12 +57,8 @@ pub struct Row {
     time_s: Option<f64>,
     segment: &'static str,
     gap: bool,
-    frequency_cycles_per_sample: f64,
-    sigma_cycles_per_sample: f32,
-    frequency_hz: Option<f64>,
-    sigma_hz: Option<f64>,
-    snr_db: f64,
-    amplitude_codes: f32,
+    #[serde(flatten)]
+    reading: Reading,
     clipped: u32,
     verdict: &'static str,
     method: &'static str,
@@ -72,19 +94,12 @@ impl Row {
     pub fn of(record: &Telemetry, scale: &Scale, listener: &Listener) -> Self {
         let measurement = &record.measurement;
         let (stamp, tone) = (&measurement.stamp, &measurement.tone);
-        let cycles = tone.frequency.0.to_num::<f64>();
-        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
         let mut row = Row {
             sequence: stamp.sequence,
             time_s: scale.rate_hz.map(|rate| stamp.clock as f64 / rate),
             segment: segment(stamp.segment),
             gap: stamp.gap,
-            frequency_cycles_per_sample: cycles,
-            sigma_cycles_per_sample: tone.sigma,
-            frequency_hz: hertz(cycles),
-            sigma_hz: hertz(tone.sigma.into()),
-            snr_db: 10.0 * f64::from(tone.snr).log10(),
-            amplitude_codes: tone.amplitude,
+            reading: Reading::of(tone, scale),
             clipped: measurement.clipped,
             verdict: tone.verdict.name(),
             method: record.method.name(),
@@ -120,7 +135,7 @@ impl Row {
             }
         }
         if tone.verdict == Verdict::NoSignal {
-            (row.frequency_hz, row.sigma_hz) = (None, None);
+            (row.reading.frequency_hz, row.reading.sigma_hz) = (None, None);
         }
         row
     }
@@ -144,10 +159,10 @@ impl Row {
             f(self.time_s),
             self.segment.into(),
             self.gap.to_string(),
-            f(self.frequency_hz),
-            f(self.sigma_hz),
-            self.snr_db.to_string(),
-            self.amplitude_codes.to_string(),
+            f(self.reading.frequency_hz),
+            f(self.reading.sigma_hz),
+            self.reading.snr_db.to_string(),
+            self.reading.amplitude_codes.to_string(),
             self.clipped.to_string(),
             self.verdict.into(),
             f(self.range_m),
@@ -176,9 +191,9 @@ impl Row {
             "{:9}  {:7} {:>16} {:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}",
             self.sequence,
             self.segment,
-            number(self.frequency_hz.or(Some(self.frequency_cycles_per_sample)), 4),
-            number(self.sigma_hz, 4),
-            self.snr_db,
+            number(self.reading.frequency_hz.or(Some(self.reading.frequency_cycles_per_sample)), 4),
+            number(self.reading.sigma_hz, 4),
+            self.reading.snr_db,
             number(self.range_m, 4),
             number(self.velocity_mps, 4),
             self.outcome_verdict.unwrap_or(self.verdict),
@@ -190,9 +205,9 @@ impl Row {
     /// Teleplot's lines.
     pub fn teleplot(&self) -> Vec<String> {
         let values = [
-            ("frequency_hz", self.frequency_hz),
-            ("sigma_hz", self.sigma_hz),
-            ("snr_db", Some(self.snr_db)),
+            ("frequency_hz", self.reading.frequency_hz),
+            ("sigma_hz", self.reading.sigma_hz),
+            ("snr_db", Some(self.reading.snr_db)),
             ("range_m", self.range_m),
             ("velocity_mps", self.velocity_mps),
             ("lost", Some(self.lost.into())),
@@ -217,12 +232,8 @@ struct Line {
     line: usize,
     sequence: u32,
     segment: &'static str,
-    frequency_cycles_per_sample: f64,
-    sigma_cycles_per_sample: f32,
-    frequency_hz: Option<f64>,
-    sigma_hz: Option<f64>,
-    snr_db: f64,
-    amplitude_codes: f32,
+    #[serde(flatten)]
+    reading: Reading,
     phase_rad: f32,
     sigma_phase_rad: f32,
     verdict: &'static str,
@@ -231,20 +242,13 @@ struct Line {
 impl Lines {
     /// Those of a device.
     pub fn of(lines: &wire::Lines, scale: &Scale) -> Self {
-        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
         let line = |(index, phasor): (usize, &Phasor)| {
             let Phasor { tone, phase, sigma_phase } = phasor;
-            let cycles = tone.frequency.0.to_num::<f64>();
             Line {
                 line: index + 1,
                 sequence: lines.sequence,
                 segment: segment(lines.segment),
-                frequency_cycles_per_sample: cycles,
-                sigma_cycles_per_sample: tone.sigma,
-                frequency_hz: hertz(cycles),
-                sigma_hz: hertz(tone.sigma.into()),
-                snr_db: 10.0 * f64::from(tone.snr).log10(),
-                amplitude_codes: tone.amplitude,
+                reading: Reading::of(tone, scale),
                 phase_rad: *phase,
                 sigma_phase_rad: *sigma_phase,
                 verdict: tone.verdict.name(),
@@ -271,10 +275,10 @@ impl Lines {
                 "{},,{},,{},{},{},{},,{},,,,,,,,,{},{},{}",
                 line.sequence,
                 line.segment,
-                f(line.frequency_hz),
-                f(line.sigma_hz),
-                line.snr_db,
-                line.amplitude_codes,
+                f(line.reading.frequency_hz),
+                f(line.reading.sigma_hz),
+                line.reading.snr_db,
+                line.reading.amplitude_codes,
                 line.verdict,
                 line.line,
                 line.phase_rad,
@@ -287,13 +291,14 @@ impl Lines {
     /// A row of the table for each, if there are more than one.
     pub fn table(&self) -> Vec<String> {
         let table = |line: &Line| {
-            let hertz = line.frequency_hz.unwrap_or(line.frequency_cycles_per_sample);
-            let sigma = line.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
+            let hertz =
+                line.reading.frequency_hz.unwrap_or(line.reading.frequency_cycles_per_sample);
+            let sigma = line.reading.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
             format!(
                 "{:>9}  {:7} {hertz:>16.4} {sigma:>13} {:7.1}  phase {:8.4} ± {:.4} rad  {}",
                 format!("line {}", line.line),
                 "",
-                line.snr_db,
+                line.reading.snr_db,
                 line.phase_rad,
                 line.sigma_phase_rad,
                 line.verdict,
@@ -306,7 +311,7 @@ impl Lines {
     pub fn teleplot(&self) -> Vec<String> {
         let each = self.0.iter().flat_map(|line| {
             let number = line.line;
-            let hertz = line.frequency_hz.map(|hertz| format!(">line_{number}_hz:{hertz}"));
+            let hertz = line.reading.frequency_hz.map(|hertz| format!(">line_{number}_hz:{hertz}"));
             hertz.into_iter().chain([format!(">line_{number}_phase_rad:{}", line.phase_rad)])
         });
         each.collect()
