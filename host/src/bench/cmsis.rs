@@ -2,14 +2,14 @@
 
 use super::cycles::{self, Clock};
 use super::trace::Trace;
-use super::{Core, Figures, LIMIT, Row, exact, ratio};
+use super::{Core, Figures, LIMIT, Row, bins, exact, ratio};
 use crate::emulator::{Capture, Footprint, Outcome, RunError};
 use crate::toolchain;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Real;
 use picket::config::Config;
-use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
+use std::path::Path;
 
 /// A kind of numbers of the library's.
 struct Numbers {
@@ -34,10 +34,9 @@ const KINDS: [Numbers; 3] = [
 pub fn rows(core: &Core, n: usize) -> Result<Vec<Row>, RunError> {
     let mut rows = Vec::new();
     for numbers in &KINDS {
-        let capture = capture(n)?;
         let header = Header::BYTES;
         let Some(image) = toolchain::cmsis(core.target, numbers.name, n, header)? else { break };
-        let outcome = capture.run(core.machine, &image, LIMIT, |_| {})?;
+        let outcome = capture(n)?.run(core.machine, &image, LIMIT, |_| {})?;
         let figures = figures(&outcome);
         let cycles = match Clock::of(core) {
             Some(clock) => modelled(core, &image, n, clock)?,
@@ -51,24 +50,15 @@ pub fn rows(core: &Core, n: usize) -> Result<Vec<Row>, RunError> {
             let instructions = (ticks as f64 * rate).round() as u64;
             let median_cycles = cycles.get(index).copied();
             rows.push(Row {
-                core: core.name,
-                engine: numbers.engine.into(),
-                n,
-                stage: stage.into(),
-                instructions,
-                median: instructions,
-                worst: None,
-                worst_clipped: None,
                 ram_bytes: Some(numbers.bytes * n as u64),
                 table_bytes: Some(tables),
-                code_bytes: None,
                 snr_0_db: snr.first().copied(),
                 snr_m40_db: snr.get(1).copied(),
                 median_cycles,
                 model_cycles: median_cycles
                     .map(cycles::range)
                     .or_else(|| cycles::rough(core, instructions)),
-                source: "measured",
+                ..Row::new(core.name, numbers.engine, n, stage, instructions)
             });
         }
     }
@@ -94,12 +84,7 @@ fn figures(outcome: &Outcome) -> Figures {
 }
 
 /// Cycles of the stages for the first record.
-fn modelled(
-    core: &Core,
-    image: &std::path::Path,
-    n: usize,
-    clock: Clock,
-) -> Result<Vec<u64>, RunError> {
+fn modelled(core: &Core, image: &Path, n: usize, clock: Clock) -> Result<Vec<u64>, RunError> {
     let mut trace = Trace::new(clock);
     capture(n)?.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
     // Before each stage, the program reads its clock around nothing.
@@ -108,10 +93,6 @@ fn modelled(
 }
 
 fn snr_db(n: usize, results: &[u8]) -> Vec<f64> {
-    let float = |bytes: &[u8; 4]| f64::from(f32::from_le_bytes(*bytes));
-    let values = results.as_chunks::<4>().0.as_chunks::<2>().0.iter();
-    let bins: Vec<Complex<f64>> =
-        values.map(|[re, im]| Complex::new(float(re), float(im))).collect();
-    let spectra = bins.chunks_exact(n / 2);
-    exact(n).iter().zip(spectra).map(|(block, spectrum)| ratio(block, spectrum)).collect()
+    let bins = bins(results);
+    exact(n).iter().zip(bins.chunks_exact(n / 2)).map(|(block, bins)| ratio(block, bins)).collect()
 }

@@ -95,10 +95,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 new.extend(count.rows(Some(code), model.as_ref()));
                 bar.inc(1);
             }
-            new.extend(bench::cmsis::rows(core, n).unwrap_or_else(|error| {
+            // What cannot be had is not asked for again.
+            let counted = quoted.is_none().then(|| bench::cmsis::rows(core, n)).transpose();
+            let counted = counted.unwrap_or_else(|error| {
                 quoted = Some(error);
-                bench::quoted::rows(core, n)
-            }));
+                None
+            });
+            new.extend(counted.unwrap_or_else(|| bench::quoted::rows(core, n)));
             if options.json {
                 for row in &new {
                     print_json(row)?;

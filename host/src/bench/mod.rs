@@ -277,11 +277,7 @@ fn ratios(
 ) -> HashMap<String, [f64; 2]> {
     let names = RIVALS.into_iter().filter(|name| figures.contains_key(*name));
     let names: Vec<&str> = std::iter::once(ours.name).chain(names).collect();
-    let float = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
-    let values: Vec<Complex<f64>> = results
-        .chunks_exact(8)
-        .map(|bytes| Complex::new(float(&bytes[..4]), float(&bytes[4..])))
-        .collect();
+    let values = bins(results);
     let mut ratios = HashMap::new();
     for (index, spectrum) in values.chunks_exact(n / 2).enumerate() {
         let (block, engine) = (index / names.len(), index % names.len());
@@ -292,6 +288,13 @@ fn ratios(
         }
     }
     ratios
+}
+
+/// The bins that an image has written.
+fn bins(results: &[u8]) -> Vec<Complex<f64>> {
+    let float = |bytes: &[u8; 4]| f64::from(f32::from_le_bytes(*bytes));
+    let parts = results.as_chunks::<4>().0.as_chunks::<2>().0;
+    parts.iter().map(|[re, im]| Complex::new(float(re), float(im))).collect()
 }
 
 fn ratio(samples: &[i16], got: &[Complex<f64>]) -> f64 {
@@ -352,12 +355,6 @@ impl Count {
             let transform = stage.starts_with("fft");
             let median_cycles = model.and_then(|model| model.median(name));
             Some(Row {
-                core: self.core.name,
-                engine: engine.into(),
-                n: self.n,
-                stage: stage.into(),
-                instructions,
-                median: instructions,
                 worst: self.worst(name, false).filter(|_| ours),
                 worst_clipped: self.worst(name, true).filter(|_| ours),
                 ram_bytes: match (ours, stage) {
@@ -373,7 +370,7 @@ impl Count {
                 model_cycles: median_cycles
                     .map(cycles::range)
                     .or_else(|| cycles::rough(&self.core, instructions)),
-                source: "measured",
+                ..Row::new(self.core.name, engine, self.n, stage, instructions)
             })
         };
         let ours = STAGES.iter().filter_map(|stage| row(self.engine.name, stage, stage));

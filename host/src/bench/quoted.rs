@@ -15,27 +15,17 @@ pub fn rows(core: &Core, n: usize) -> Vec<Row> {
     let rows = CMSIS.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
     rows.filter(|row| row["core"] == core.name && row["n"] == n)
         .filter_map(|row| {
-            let text = |name: &str| row[name].as_str().map(str::to_owned);
-            let instructions = row["instructions"].as_u64()?;
-            let model_cycles =
-                || Some([row["model_cycles"][0].as_u64()?, row["model_cycles"][1].as_u64()?]);
+            let [engine, stage] = [row["engine"].as_str()?, row["stage"].as_str()?];
+            let cycles = &row["model_cycles"];
             Some(Row {
-                core: core.name,
-                engine: text("engine")?,
-                n,
-                stage: text("stage")?,
-                instructions,
-                median: instructions,
-                worst: None,
-                worst_clipped: None,
                 ram_bytes: row["ram_bytes"].as_u64(),
                 table_bytes: row["table_bytes"].as_u64(),
-                code_bytes: None,
                 snr_0_db: row["snr_0_db"].as_f64(),
                 snr_m40_db: row["snr_m40_db"].as_f64(),
                 median_cycles: row["median_cycles"].as_u64(),
-                model_cycles: model_cycles(),
+                model_cycles: cycles[0].as_u64().zip(cycles[1].as_u64()).map(|(a, b)| [a, b]),
                 source: SOURCE,
+                ..Row::new(core.name, engine, n, stage, row["instructions"].as_u64()?)
             })
         })
         .collect()

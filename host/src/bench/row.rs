@@ -39,3 +39,27 @@ pub struct Row {
     /// "measured" in this run, or where the figure is from.
     pub source: &'static str,
 }
+
+impl Row {
+    /// A row of which no more is known than the instructions, measured in this run.
+    pub fn new(core: &'static str, engine: &str, n: usize, stage: &str, instructions: u64) -> Self {
+        Self {
+            core,
+            engine: engine.into(),
+            n,
+            stage: stage.into(),
+            instructions,
+            median: instructions,
+            worst: None,
+            worst_clipped: None,
+            ram_bytes: None,
+            table_bytes: None,
+            code_bytes: None,
+            snr_0_db: None,
+            snr_m40_db: None,
+            median_cycles: None,
+            model_cycles: None,
+            source: "measured",
+        }
+    }
+}
