@@ -7,7 +7,7 @@
 //! instrument/     blocks to telemetry, commands to answers
 //!   |
 //! board.rs        what the instrument needs from a board
-//!   ^             (sampler.rs, shared.rs, slot.rs: what boards have in common)
+//!   ^             (progress.rs, sampler.rs, shared.rs, slot.rs: what boards have in common)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
 //! pico/           another one, with words.rs
 //!
@@ -32,6 +32,7 @@ pub mod instrument;
 pub mod mps2;
 pub mod nucleo_f446re;
 pub mod pico;
+pub mod progress;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod sampler;
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -3,6 +3,8 @@
 //!
 //! Each test has a short form. `PICKET_LONG=1 cargo test --test pico --release` runs the long ones.
 
+#[path = "pico/chirp.rs"]
+mod chirp;
 #[path = "pico/demo.rs"]
 mod demo;
 #[path = "pico/faults.rs"]
@@ -189,7 +191,7 @@ fn the_emulator_does_so_otherwise() {
     let output = std::process::Command::new(node).arg(scripts.join("otherwise.mjs")).output();
     let text = String::from_utf8(output.unwrap().stdout).unwrap();
     println!("{text}");
-    assert_eq!(text.lines().count(), 15);
+    assert_eq!(text.lines().count(), 17);
     for line in text.lines() {
         assert!(line.ends_with(" true"), "mended: {line}");
     }

@@ -14,6 +14,12 @@ let before = 0;
 let samples = new Int16Array([2048]);
 /** The next of them. */
 let next = 0;
+/** Whether the converter's input is wired to the chirp's output, through a filter of no time. */
+let wired = false;
+/** The sync output's rises and falls, in ns. */
+let edges = [];
+/** Bytes of a block. */
+const BLOCK = 2048;
 let said = [];
 /** What came by USB. */
 let usb = [];
@@ -61,17 +67,28 @@ function plug(reason) {
     else write(offset, value);
   };
   host.attach(mcu);
+  mcu.gpio[12].addListener((state) => edges.push([state === 1 ? 1 : 0, now()]));
   convert();
   watch();
 }
 
-/** The converter gives the samples in turn; what it does to its queue is watched. */
+/** What lies at the converter's input: the samples in turn, or the chirp's level of 4096. */
+function input() {
+  if (wired) {
+    const { alarmA, timer } = mcu.pwm.channels[7];
+    return Math.min(Math.floor((4096 * alarmA.target) / (timer.top + 1)), 4095);
+  }
+  const sample = samples[next];
+  next = (next + 1) % samples.length;
+  return sample;
+}
+
+/** The converter takes its input where a conversion begins; what it does to its queue is watched. */
 function convert() {
   const { adc } = mcu;
   adc.onADCRead = (channel) => {
     adc.currentChannel = channel;
-    adc.channelValues[channel] = samples[next];
-    next = (next + 1) % samples.length;
+    adc.channelValues[channel] = input();
     figures.taken++;
     adc.sampleAlarm.schedule(2000);
   };
@@ -83,7 +100,8 @@ function convert() {
   };
   const complete = adc.completeADCRead.bind(adc);
   adc.completeADCRead = (value, error) => {
-    if (adc.fifo.full && adc.fcs & 1) {
+    // The conversion under way when the board stops the converter may find none: it is thrown away.
+    if (adc.fifo.full && adc.fcs & 1 && adc.cs & 8) {
       figures.overruns++;
       if (over !== starts) figures.over++;
       over = starts;
@@ -101,14 +119,13 @@ function watch() {
       const last = channel.transCount === 1;
       transfer();
       if (last && blocks !== null) {
-        const end = channel.ringMask + 1;
-        // The address has just come round to its slot.
-        const base = channel.writeAddr & ~channel.ringMask & 0xfffff;
+        // The address is behind the last sample; the guard is before the block.
+        const end = channel.writeAddr & 0xfffff;
         const head = Buffer.alloc(16);
         head.writeDoubleLE(now());
         head.writeDoubleLE(starts, 8);
         writeSync(blocks, head);
-        writeSync(blocks, mcu.sram.subarray(base, base + end));
+        writeSync(blocks, mcu.sram.subarray(end - BLOCK, end));
       }
     };
   }
@@ -169,6 +186,16 @@ const orders = {
     const bytes = readFileSync(file);
     samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length >> 1);
     next = 0;
+    wired = false;
+  },
+  /** GP14 to GP26. */
+  wire() {
+    wired = true;
+  },
+  /** The sync output's edges since the last asking: `edge 1 NS`, `edge 0 NS`. */
+  edges() {
+    for (const [level, nanos] of edges) console.log(`edge ${level} ${nanos}`);
+    edges = [];
   },
   load(address, file) {
     flash.set(readFileSync(file), Number(address) - FLASH);

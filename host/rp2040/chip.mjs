@@ -19,6 +19,7 @@ export function chip(flash, sram, reason) {
   exceptions(mcu);
   serial(mcu);
   aborts(mcu);
+  wraps(mcu);
   rom(mcu);
   boot(mcu);
   return mcu;
@@ -92,6 +93,16 @@ function serial(mcu) {
 function aborts(mcu) {
   const read = mcu.dma.readUint32.bind(mcu.dma);
   mcu.dma.readUint32 = (offset) => (offset === 0x444 ? 0 : read(offset));
+}
+
+/** A wrap of the PWM asks for one transfer; the emulator's asks for ever. */
+function wraps(mcu) {
+  const { dma, pwm } = mcu;
+  const wrap = pwm.channelInterrupt.bind(pwm);
+  pwm.channelInterrupt = (slice) => {
+    wrap(slice);
+    dma.clearDREQ(24 + slice);
+  };
 }
 
 /** The boot ROM's functions for the flash: a look-up by their two letters, and each a breakpoint that does here what it does there. */

@@ -82,6 +82,18 @@ tell('abort-reads-ones', make().readUint32(DMA + 0x444) >>> 0 !== 0);
 }
 {
   const mcu = make();
+  const PWM = 0x40050000;
+  // Slice 0 with a period of 100 cycles and a level of 50, in the output's hands.
+  mcu.writeUint32(0x40014004, 4);
+  mcu.writeUint32(PWM + 0x10, 99);
+  mcu.writeUint32(PWM + 0xc, 50);
+  mcu.writeUint32(PWM, 1);
+  tell('pwm-starts-without-a-pulse', mcu.gpio[0].value !== 1);
+  mcu.clock.tick(1000);
+  tell('pwm-asks-for-ever', mcu.dma.dreq[24] === true);
+}
+{
+  const mcu = make();
   mcu.usbCtrl.sieStatus |= 1 << 4;
   mcu.writeUint32(USB + 0x50, 1 << 4);
   tell('usb-stays-suspended', (mcu.readUint32(USB + 0x50) & (1 << 4)) !== 0);

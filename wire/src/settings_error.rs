@@ -123,7 +123,9 @@ impl SettingsError {
             }
             [5, _] => "the synthesiser cannot make these ramps",
             [6, _] => "this image measures blocks of another length",
-            [7, _] => "guard samples: at most 64, and only with a chirp",
+            [7, _] => {
+                "guard samples: at most 64, an even number on the Pico, and only with a chirp"
+            }
             [8, _] => "a chirp needs a drive, and a drive a chirp",
             [9, _] => "the sync input does not work at the fastest rate: use a slower one",
             [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",

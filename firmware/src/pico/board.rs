@@ -16,7 +16,8 @@ use picket_wire::settings_error::SettingsError;
 use rp2040_hal::adc::{Adc, AdcPin};
 use rp2040_hal::dma::DMAExt;
 use rp2040_hal::fugit::RateExtU32;
-use rp2040_hal::gpio::{FunctionUart, Pins};
+use rp2040_hal::gpio::{FunctionPwm, FunctionUart, Pins};
+use rp2040_hal::pwm::Slices;
 use rp2040_hal::uart::{DataBits, StopBits, UartConfig, UartPeripheral};
 use rp2040_hal::{Clock as _, Sio, Timer, pac};
 
@@ -25,6 +26,8 @@ pub struct Pico {
     serial: Serial,
     /// Whether the converter's codes are corrected.
     corrects: bool,
+    /// Samples of a guard, which is even.
+    guard: usize,
 }
 
 impl Board<N, SLOT> for Pico {
@@ -53,13 +56,17 @@ impl Board<N, SLOT> for Pico {
         UartPeripheral::new(chip.UART0, serial, resets)
             .enable(config, clocks.peripheral_clock.freq())
             .ok()?;
+        // The chirp's sync pulse, and the chirp.
+        pins.gpio12.into_function::<FunctionPwm>();
+        pins.gpio14.into_function::<FunctionPwm>();
+        Slices::new(chip.PWM, resets);
         // The pad without its digital input and its pulls.
         AdcPin::new(pins.gpio26.into_floating_input()).ok()?;
         Adc::new(chip.ADC, resets);
         chip.DMA.split(resets);
         #[cfg(feature = "usb")]
         super::usb::start((chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock), resets)?;
-        Some(Self { serial: Serial::start()?, corrects: false })
+        Some(Self { serial: Serial::start()?, corrects: false, guard: 0 })
     }
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
@@ -68,13 +75,15 @@ impl Board<N, SLOT> for Pico {
 
     fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
         self.corrects = words.corrects;
+        self.guard = plan.settings.guard.into();
         converter::start(plan, words)
     }
 
     fn correct(&self, slot: &mut Slot<SLOT>) {
-        // A real block has two samples in a word.
+        // Two samples share a word.
+        let block = slot.memory().get_mut(self.guard / 2..);
         if self.corrects
-            && let Some(words) = slot.memory().first_chunk_mut::<{ N / 2 }>()
+            && let Some(words) = block.and_then(|block| block.first_chunk_mut::<{ N / 2 }>())
         {
             correct(words);
         }

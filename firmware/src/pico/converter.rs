@@ -1,26 +1,29 @@
 //! The converter, its FIFO, and two DMA channels that start each other.
 //!
-//! While one channel fills its slot, the interrupt gives the other one an empty slot. A chained
-//! channel starts where its last transfer ended: the ring of its address (`words::chained`) makes that
-//! its slot's beginning, so a late interrupt spoils the slot that the channel holds, and nothing else.
+//! While one channel fills its slot, the interrupt notes an empty slot for the other one. At the end of
+//! a block a further channel reads that note: it gives the other channel its slot and starts it. Without
+//! a new note the channel has the slot that it had, so a late interrupt spoils that one, and nothing
+//! else.
 
+use super::chirp::Chirp;
 use super::registers::{adc, dma, enable, put, wait};
 use super::start::ticks;
-use super::words::{BLOCK_BYTES, BOTH, CHAINED, ERRORS, Elapsed, FIFO, Words, chained};
+use super::words::{BOTH, CHAINED, ERRORS, Elapsed, FIFO, TURNED, TURNS, Words, chained};
 use super::{N, SLOT, SLOTS, line};
 use crate::instrument::plan::Plan;
+use crate::progress::Progress;
 use crate::shared::{self, Shared};
+use core::sync::atomic::{AtomicU32, Ordering};
 use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status};
 use rp2040_hal::pac::{self, NVIC};
 use static_cell::ConstStaticCell;
 
-/// Memory of a block, aligned to the ring of a channel's address.
-#[repr(C, align(4096))]
-struct Memory([u32; SLOT]);
-const _: () =
-    assert!(align_of::<Memory>().is_multiple_of(BLOCK_BYTES) && BLOCK_BYTES.is_power_of_two());
-
+/// Memory of a block with its guard.
+type Memory = [u32; SLOT];
 type Slot = crate::slot::Slot<SLOT>;
+
+/// The slot that each of the two channels has next.
+static NEXT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 
 /// The two channels and the slots that they fill.
 pub struct Chain {
@@ -31,19 +34,43 @@ pub struct Chain {
     /// Whether a late exchange has stopped the channels.
     stopped: bool,
     time: Elapsed,
+    progress: Progress,
+    chirp: Option<Chirp>,
 }
 
-/// The number of a channel.
-const fn number(second: bool) -> usize {
-    if second { CHAINED[1] } else { CHAINED[0] }
+/// One of two, by the channel.
+const fn of<T: Copy>([one, other]: [T; 2], second: bool) -> T {
+    if second { other } else { one }
 }
 
-fn busy(second: bool) -> bool {
-    dma().ch(number(second)).ch_ctrl_trig().read().busy().bit_is_set()
+fn busy(channel: usize) -> bool {
+    dma().ch(channel).ch_ctrl_trig().read().busy().bit_is_set()
+}
+
+/// Whether a channel fills its slot, or is about to.
+fn fills(second: bool) -> bool {
+    // In this order: the one starts the other.
+    busy(of(TURNED, second)) || busy(of(CHAINED, second))
 }
 
 fn failed(second: bool) -> bool {
-    dma().ch(number(second)).ch_ctrl_trig().read().bits() & ERRORS != 0
+    dma().ch(of(CHAINED, second)).ch_ctrl_trig().read().bits() & ERRORS != 0
+}
+
+/// Notes the slot that a channel has next.
+fn note(second: bool, slot: &Slot) {
+    let [one, other] = &NEXT;
+    let next = if second { other } else { one };
+    next.store(slot.address(), Ordering::Relaxed);
+    // The barrier puts the note into memory, and completes all reads of the slot, before the channel
+    // may be started.
+    cortex_m::asm::dmb();
+}
+
+/// Waits until an aborted channel rests, and turns it off.
+pub fn rest<const CHANNEL: usize>() {
+    let _ = wait(|| !busy(CHANNEL));
+    put!(dma().ch(CHANNEL).ch_al1_ctrl(), 0);
 }
 
 impl Chain {
@@ -54,10 +81,13 @@ impl Chain {
         let _ = wait(|| adc().cs().read().ready().bit_is_set());
         // An abort may raise the interrupt (RP2040-E13).
         put!(dma().inte0(), 0);
-        put!(dma().chan_abort(), BOTH);
-        let _ = wait(|| !busy(false) && !busy(true));
-        for second in [false, true] {
-            put!(dma().ch(number(second)).ch_al1_ctrl(), 0);
+        put!(dma().chan_abort(), BOTH | 1 << TURNED[0] | 1 << TURNED[1]);
+        rest::<{ CHAINED[0] }>();
+        rest::<{ CHAINED[1] }>();
+        rest::<{ TURNED[0] }>();
+        rest::<{ TURNED[1] }>();
+        if let Some(chirp) = &self.chirp {
+            chirp.stop();
         }
         // The FIFO has four places.
         for _ in 0..4 {
@@ -66,26 +96,37 @@ impl Chain {
         put!(dma().ints0(), BOTH);
     }
 
-    /// Starts at the first sample of a block.
+    /// Starts at the first sample of a block, and of a chirp.
     fn start(&mut self) {
         let [first, second] = &self.held;
-        for (second, slot) in [(false, first), (true, second)] {
-            let channel = dma().ch(number(second));
+        for (second, slot, next) in [(false, first, &NEXT[0]), (true, second, &NEXT[1])] {
+            let channel = dma().ch(of(CHAINED, second));
             put!(channel.ch_read_addr(), adc().fifo().as_ptr() as u32);
-            put!(channel.ch_write_addr(), slot.address());
-            put!(channel.ch_trans_count(), N as u32);
-            put!(channel.ch_al1_ctrl(), chained(number(!second)));
+            put!(channel.ch_trans_count(), self.words.length);
+            put!(channel.ch_al1_ctrl(), chained(of(CHAINED, !second)));
+            let turn = dma().ch(of(TURNED, second));
+            put!(turn.ch_read_addr(), next.as_ptr().expose_provenance() as u32);
+            put!(turn.ch_write_addr(), channel.ch_al2_write_addr_trig().as_ptr() as u32);
+            put!(turn.ch_trans_count(), 1);
+            put!(turn.ch_al1_ctrl(), of(TURNS, second));
+            note(second, slot);
         }
         (self.last, self.stopped) = (true, false);
         put!(dma().inte0(), BOTH);
-        // The barrier puts the slots in memory before a channel writes them.
-        cortex_m::asm::dmb();
-        put!(dma().multi_chan_trigger(), 1 << CHAINED[0]);
+        put!(dma().multi_chan_trigger(), 1 << TURNED[0]);
         put!(adc().div(), self.words.divider());
         put!(adc().fcs(), FIFO);
-        self.time = Elapsed::new(self.words.block_cycles(), ticks());
-        // EN 0, START_MANY 3; AINSEL 14:12 is input 0, GPIO 26.
-        put!(adc().cs(), 1 | 1 << 3);
+        if let Some(chirp) = &self.chirp {
+            chirp.rewind();
+        }
+        cortex_m::interrupt::free(|_| {
+            self.time = Elapsed::new(self.words.block_cycles(), ticks());
+            if let Some(chirp) = &self.chirp {
+                chirp.run();
+            }
+            // EN 0, START_MANY 3; AINSEL 14:12 is input 0, GPIO 26.
+            put!(adc().cs(), 1 | 1 << 3);
+        });
     }
 }
 
@@ -100,7 +141,7 @@ impl Dma for Chain {
             1 => false,
             2 => true,
             // Of both, the one that does not run completed last.
-            _ => busy(false),
+            _ => fills(false),
         };
         let broken = failed(false) || failed(true);
         let completed = match flags {
@@ -109,6 +150,7 @@ impl Dma for Chain {
             _ => self.time.completed(last != self.last, ticks()),
         };
         self.last = last;
+        self.progress.pass(completed);
         let adc_overrun = adc().fcs().read().over().bit_is_set();
         let dma_error = self.stopped || broken;
         Status { completed, dma_error, adc_overrun }
@@ -116,19 +158,17 @@ impl Dma for Chain {
 
     fn exchange(&mut self, empty: Slot) -> Result<Slot, Slot> {
         let last = self.last;
-        if busy(last) {
+        if fills(last) {
             return Err(empty);
         }
-        // The barrier completes all reads of the slot before the channel may write it.
-        cortex_m::asm::dmb();
-        put!(dma().ch(number(last)).ch_write_addr(), empty.address());
+        note(last, &empty);
         let [first, second] = &mut self.held;
         let place = if last { second } else { first };
         let full = core::mem::replace(place, empty);
-        if !busy(last) {
+        if !fills(last) {
             return Ok(full);
         }
-        // The channel has started meanwhile, and with which address is unknown.
+        // The channel has started meanwhile, and in which slot is unknown.
         let empty = core::mem::replace(place, full);
         self.stop();
         self.stopped = true;
@@ -140,7 +180,7 @@ impl Dma for Chain {
         self.stop();
         let passed = self.time.restart(ticks());
         self.start();
-        passed
+        self.progress.skip(passed)
     }
 }
 
@@ -159,7 +199,7 @@ pub fn pause() {
     FILLER.with(|filler| filler.dma().stop());
 }
 
-/// Starts the samples; what passed since [`pause`] is counted as lost.
+/// Starts the samples at the start of a chirp; what passed since [`pause`] is counted as lost.
 pub fn resume() {
     FILLER.with(|filler| {
         filler.restart();
@@ -177,14 +217,19 @@ pub fn counters() -> Counters {
 /// call.
 pub fn start(plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot>> {
     // One cell, since each has a flag, which takes as much as its memory's alignment.
-    static MEMORY: ConstStaticCell<[Memory; SLOTS]> =
-        ConstStaticCell::new([const { Memory([0; SLOT]) }; SLOTS]);
+    static MEMORY: ConstStaticCell<[Memory; SLOTS]> = ConstStaticCell::new([[0; SLOT]; SLOTS]);
     static FRONT_END: ConstStaticCell<FrontEnd<Slot, SPARES>> =
         ConstStaticCell::new(FrontEnd::new());
-    let mut slots = MEMORY.try_take()?.iter_mut().map(|memory| Slot::new(&mut memory.0));
+    let mut slots = MEMORY.try_take()?.iter_mut().map(Slot::new);
     let [a, b, c] = [slots.next()?, slots.next()?, slots.next()?];
     let time = Elapsed::new(words.block_cycles(), ticks());
-    let chain = Chain { held: [a, b], words: *words, last: true, stopped: false, time };
+    let progress = Progress::new(plan.timing.segments.len());
+    let chirp = match &words.waveform {
+        Some(wave) => Some(Chirp::new(wave)?),
+        None => None,
+    };
+    let (held, words) = ([a, b], *words);
+    let chain = Chain { held, words, last: true, stopped: false, time, progress, chirp };
     let (mut filler, mut blocks) = FRONT_END.try_take()?.split(chain, plan.timing, [c]);
     let more = usize::from(plan.settings.slots).saturating_sub(3);
     slots.take(more).for_each(|slot| blocks.release(slot));

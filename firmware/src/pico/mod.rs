@@ -3,18 +3,22 @@
 //! ```text
 //! converter -> FIFO -> channel 0 -> slot --+
 //!                   -> channel 1 -> slot --+-> interrupt -> main loop -> UART0 by channel 2, USB
+//! levels -> channel 3 -> PWM -> chirp
 //! ```
 //!
 //! What runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's
-//! cache of 16 KiB it would take longer than a block. [`words`] computes what goes into the registers,
-//! and [`widths`] corrects the codes: both have tests on the host. The other modules only write registers. Sections named DS are of the RP2040's
-//! data sheet.
+//! cache of 16 KiB it would take longer than a block. [`words`] and [`waveform`] compute what goes into
+//! the registers, and [`widths`] corrects the codes: they have tests on the host. The other modules only
+//! write registers. Sections named DS are of the RP2040's data sheet.
 
+pub mod waveform;
 pub mod widths;
 pub mod words;
 
 #[cfg(all(target_os = "none", feature = "pico"))]
 mod board;
+#[cfg(all(target_os = "none", feature = "pico"))]
+mod chirp;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod converter;
 #[cfg(all(target_os = "none", feature = "pico"))]

@@ -30,6 +30,7 @@ macro_rules! peripheral {
 peripheral! {
     adc: pac::adc::RegisterBlock = pac::ADC;
     dma: pac::dma::RegisterBlock = pac::DMA;
+    pwm: pac::pwm::RegisterBlock = pac::PWM;
     psm: pac::psm::RegisterBlock = pac::PSM;
     resets: pac::resets::RegisterBlock = pac::RESETS;
     timer: pac::timer::RegisterBlock = pac::TIMER;

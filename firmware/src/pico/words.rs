@@ -1,11 +1,12 @@
 //! The values of the RP2040's registers, computed by pure functions, and how many blocks have passed.
 
+use super::waveform::Waveform;
 use super::{N, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
-use picket::config::Config;
+use picket::config::{Config, Scene};
 use picket::estimate::measure::Arithmetic;
 use picket_wire::boot::Causes;
-use picket_wire::settings::Settings;
+use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 
 /// The crystal of the board, Hz.
@@ -19,38 +20,51 @@ pub const SAMPLE_CYCLES: u32 = 96;
 /// The rate of the serial port, baud: that of the other board.
 pub const BAUD: u32 = 921_600;
 
-/// The channels that fill slots, and the one that feeds the serial port.
+/// The channels that fill slots.
 pub const CHAINED: [usize; 2] = [0, 1];
+/// The channels that give them their slots, and start them.
+pub const TURNED: [usize; 2] = [5, 6];
+/// The channel that plays a chirp, and the one that rewinds it.
+pub const PLAYED: usize = 3;
+/// The channel that rewinds a chirp.
+pub const REWOUND: usize = 4;
 /// The channel that feeds the serial port.
 pub const TRANSMIT: usize = 2;
 /// The flags of the two chained channels.
 pub const BOTH: u32 = 0b11;
 
 /// CHn_CTRL (DS 2.5.7): EN 0, HIGH_PRIORITY 1, DATA_SIZE 3:2, INCR_READ 4, INCR_WRITE 5, RING_SIZE
-/// 9:6, RING_SEL 10 (the written address), CHAIN_TO 14:11, TREQ_SEL 20:15; WRITE_ERROR 29 and
-/// READ_ERROR 30 are cleared by ones.
+/// 9:6, CHAIN_TO 14:11, TREQ_SEL 20:15; WRITE_ERROR 29 and READ_ERROR 30 are cleared by ones.
 pub const ERRORS: u32 = 3 << 29;
 const DREQ_UART0_TX: u32 = 20;
+const DREQ_PWM_WRAP7: u32 = 31;
 const DREQ_ADC: u32 = 36;
+/// No request: at once.
+const PERMANENT: u32 = 0x3F;
 
-/// Bytes of a real block. The channel's address wraps inside a slot of this size: a channel that is
-/// started again before it has a new address writes over its own slot, and over nothing else.
-pub const BLOCK_BYTES: usize = 2 * N;
-
-/// The control word of a chained channel: half words from the converter, which start `other` at their
-/// end.
+/// The control word of a chained channel: half words from the converter. Its end starts the channel
+/// that turns to `other`.
 pub const fn chained(other: usize) -> u32 {
-    let ring = BLOCK_BYTES.trailing_zeros();
-    ERRORS
-        | 1
-        | 1 << 1
-        | 1 << 2
-        | 1 << 5
-        | ring << 6
-        | 1 << 10
-        | (other as u32) << 11
-        | DREQ_ADC << 15
+    let turn = if other == CHAINED[0] { TURNED[0] } else { TURNED[1] };
+    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 5 | (turn as u32) << 11 | DREQ_ADC << 15
 }
+
+/// The control word of a channel that writes one word at once, and starts nothing by its own end.
+const fn single(channel: usize) -> u32 {
+    ERRORS | 1 | 1 << 1 | 2 << 2 | (channel as u32) << 11 | PERMANENT << 15
+}
+
+/// The control words of the channels that give a chained channel the address of its slot, and start
+/// it by that (AL2_WRITE_ADDR_TRIG, DS 2.5.2.1). So it always begins where its slot does: one that is
+/// started again before it has a new slot writes over its own, and over nothing else.
+pub const TURNS: [u32; 2] = [single(TURNED[0]), single(TURNED[1])];
+
+/// The control word of the channel that plays a chirp: a half word for each period of slice 7. Its end
+/// starts the one that rewinds it.
+pub const PLAY: u32 =
+    ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 4 | (REWOUND as u32) << 11 | DREQ_PWM_WRAP7 << 15;
+/// The control word of the channel that gives the playing one its first address, and starts it.
+pub const REWIND: u32 = single(REWOUND);
 
 /// Bits of the ring that the serial port is fed from.
 pub const OUT_BITS: u32 = 11;
@@ -83,8 +97,12 @@ pub const fn causes(reason: u32, chip: u32) -> Causes {
 pub struct Words {
     /// Cycles of the converter's clock from a sample to the next: 96 to 65536.
     pub period: u32,
+    /// Samples from a block to the next: a block and its guard.
+    pub length: u32,
     /// Whether the converter's codes are corrected.
     pub corrects: bool,
+    /// The chirp; `None` without one.
+    pub waveform: Option<Waveform>,
 }
 
 impl Words {
@@ -104,16 +122,29 @@ impl Words {
             return Err(SettingsError::Slots);
         }
         let period = period(settings.config.rate_hz).map_err(SettingsError::Rate)?;
-        let words = Self { period, corrects: !settings.uncorrected };
+        // Two samples share a word, which a guard must not cut.
+        if !settings.guard.is_multiple_of(2) {
+            return Err(SettingsError::Guard);
+        }
         // Floats would take longer than a block: this core has none.
         let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
-        Ok((Plan::undriven(&settings, words.rate_hz())?, words))
+        let plan = Plan::new(&settings, rate_hz(period))?;
+        let length = plan.length;
+        let waveform = match (settings.drive, settings.config.scene) {
+            (Drive::Off, _) => None,
+            (Drive::Dac { low, high }, Scene::Chirp { shape, .. }) => {
+                let wave = Waveform::plan(shape, length, period, [low, high]);
+                Some(wave.map_err(SettingsError::Waveform)?)
+            }
+            _ => return Err(SettingsError::Drive),
+        };
+        Ok((plan, Self { period, length, corrects: !settings.uncorrected, waveform }))
     }
 
     /// The sample rate, Hz.
-    pub fn rate_hz(self) -> f64 {
-        f64::from(ADC_HZ) / f64::from(self.period)
+    pub fn rate_hz(&self) -> f64 {
+        rate_hz(self.period)
     }
 
     /// ADC_DIV (DS 4.9.6): INT 23:8 is a cycle less than the period. 0 samples back to back.
@@ -121,10 +152,15 @@ impl Words {
         if self.period <= SAMPLE_CYCLES { 0 } else { (self.period - 1) << 8 }
     }
 
-    /// Cycles of the converter's clock in a block.
+    /// Cycles of the converter's clock in a block with its guard.
     pub const fn block_cycles(self) -> u32 {
-        self.period.saturating_mul(N as u32)
+        self.period.saturating_mul(self.length)
     }
+}
+
+/// The sample rate of a period, Hz.
+fn rate_hz(period: u32) -> f64 {
+    f64::from(ADC_HZ) / f64::from(period)
 }
 
 /// The period nearest to a rate, in cycles of the converter's clock.
@@ -218,7 +254,8 @@ impl Elapsed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket_wire::settings::Drive;
+    use picket::solve::chirp::Shape;
+    use picket_wire::settings_error::WaveformError;
 
     fn at(rate_hz: f64) -> Settings {
         let settings = Settings::default();
@@ -247,13 +284,34 @@ mod tests {
         assert_eq!(refused(Settings { iq: true, ..settings }), SettingsError::Iq);
         let dac = Drive::Dac { low: 0, high: 1 };
         assert_eq!(refused(Settings { drive: dac, ..settings }), SettingsError::Drive);
+        let chirp = chirp(settings, dac);
+        let shape = Shape::Trapezoid;
+        for (guard, length) in [(0, 1024), (64, 1088)] {
+            let (plan, words) = Words::plan(&Settings { guard, ..chirp }).unwrap();
+            assert_eq!((plan.length, words.length), (length, length));
+            assert_eq!(words.block_cycles(), 96 * length);
+            assert_eq!(words.waveform, Waveform::plan(shape, length, 96, [0, 1]).ok());
+        }
+        assert_eq!(refused(Settings { guard: 3, ..chirp }), SettingsError::Guard);
+        assert_eq!(refused(Settings { guard: 66, ..chirp }), SettingsError::Guard);
+        let low = Drive::Dac { low: 2, high: 1 };
+        let codes = SettingsError::Waveform(WaveformError::Codes);
+        assert_eq!(refused(Settings { drive: low, ..chirp }), codes);
+        assert_eq!(refused(Settings { drive: Drive::External, ..chirp }), SettingsError::Drive);
+    }
+
+    fn chirp(settings: Settings, drive: Drive) -> Settings {
+        let (shape, bandwidth_hz) = (Shape::Trapezoid, 200e6);
+        let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz, duration_s: 1.0 };
+        Settings { config: Config { scene, ..settings.config }, drive, ..settings }
     }
 
     /// Interrupts late by any time, over hours, with a timer that is early or late by 2 us.
     #[test]
     fn blocks_are_counted_by_time_and_parity() {
         for period in [96, 97, 480, 65_536] {
-            let words = Words { period, corrects: true };
+            let length = N as u32;
+            let words = Words { period, length, corrects: true, waveform: None };
             let block = u64::from(words.block_cycles());
             for error in [-2i64, 0, 2] {
                 let begun = 0xFFFF_0000u32;
@@ -301,9 +359,14 @@ mod tests {
 
     #[test]
     fn the_words_are_those_of_the_data_sheet() {
-        // EN, HIGH_PRIORITY, half words, INCR_WRITE, a ring of 2^11 written bytes, the other channel, DREQ 36.
-        assert_eq!(chained(1), ERRORS | 0x12_0000 | 1 << 11 | 1 << 10 | 11 << 6 | 0x27);
-        assert_eq!(chained(0) ^ chained(1), 1 << 11);
+        // EN, HIGH_PRIORITY, half words, INCR_WRITE, the channel that turns to the other, DREQ 36.
+        assert_eq!(chained(1), ERRORS | 0x12_0000 | 6 << 11 | 0x27);
+        assert_eq!(chained(0), ERRORS | 0x12_0000 | 5 << 11 | 0x27);
+        // EN, HIGH_PRIORITY, words, itself, no request.
+        assert_eq!(TURNS, [ERRORS | 0x1F_8000 | 5 << 11 | 0xB, ERRORS | 0x1F_8000 | 6 << 11 | 0xB]);
+        assert_eq!(REWIND, ERRORS | 0x1F_8000 | 4 << 11 | 0xB);
+        // EN, HIGH_PRIORITY, half words, INCR_READ, the one that rewinds, DREQ 31.
+        assert_eq!(PLAY, ERRORS | 31 << 15 | 4 << 11 | 0x17);
         assert_eq!(TRANSMITTED, ERRORS | 20 << 15 | 2 << 11 | 11 << 6 | 0x11);
     }
 }

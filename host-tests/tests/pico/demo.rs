@@ -75,5 +75,6 @@ fn a_recorded_car_has_the_speed_that_it_has_elsewhere() {
         }
     }
     println!("{good} good of {} blocks, at most {worst:.2} sigma from sixteen bits", records.len());
-    assert!(3 * good > records.len(), "{good}");
+    // The car is there for the first seconds alone.
+    assert!(good > 40, "{good}");
 }

@@ -114,13 +114,15 @@ fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16;
     })
 }
 
-/// The frames that a board sends which measures these blocks and loses none.
+/// The frames that a board sends which measures these blocks, each behind its guard, and loses none.
 pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let (plan, _) = Words::plan(settings).unwrap();
     let method = plan.plan.options.method;
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(Plan::of_terms(*plan.plan).unwrap()));
-    let blocks = samples.as_chunks::<N>().0.iter().zip(0..);
-    let frames = blocks.map(|(block, number)| {
+    let guard = usize::from(settings.guard);
+    let segments = samples.chunks_exact(N + guard).zip(0..);
+    let frames = segments.map(|(segment, number)| {
+        let block: [i16; N] = segment[guard..].try_into().unwrap();
         let block = block.map(|code| if settings.uncorrected { code } else { corrected(code) });
         let mut measurement = pipeline.block(plan.timing.stamp(number, false), &block);
         widen(&mut measurement, !settings.uncorrected);

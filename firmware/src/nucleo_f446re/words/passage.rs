@@ -2,6 +2,7 @@
 //! of a chirp. Registers are read elsewhere, so a model of the stream can drive this, too.
 
 use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
+use crate::progress::Progress;
 use picket::acquire::frontend::Status;
 
 /// What one look at the stream and the converters shows.
@@ -28,9 +29,8 @@ pub struct Passage {
     target: bool,
     /// Whether a late exchange has stopped the stream.
     stopped: bool,
-    /// Blocks completed or passed, and the segments of a chirp.
-    passed: u64,
-    segments: u64,
+    /// Blocks completed or passed.
+    progress: Progress,
     /// When blocks end.
     time: Elapsed,
 }
@@ -38,7 +38,7 @@ pub struct Passage {
 impl Passage {
     /// Of a stream that stands still. `segments` are those of a chirp; none is one.
     pub fn new(segments: usize, time: Elapsed) -> Self {
-        Self { target: false, stopped: false, passed: 0, segments: segments.max(1) as u64, time }
+        Self { target: false, stopped: false, progress: Progress::new(segments), time }
     }
 
     /// The stream begins its first block now, in the first slot.
@@ -71,7 +71,7 @@ impl Passage {
         if completed > 0 {
             self.target = target;
         }
-        self.passed = self.passed.wrapping_add(completed.into());
+        self.progress.pass(completed);
         Status { completed, dma_error, adc_overrun }
     }
 
@@ -82,11 +82,7 @@ impl Passage {
 
     /// Passes blocks to the first one of a whole chirp, and returns their number.
     pub fn skip(&mut self, blocks: u32) -> u32 {
-        let passed = self.passed.wrapping_add(blocks.into());
-        let within = passed.checked_rem(self.segments).unwrap_or(0);
-        let more = if within == 0 { 0 } else { self.segments.saturating_sub(within) };
-        self.passed = passed.wrapping_add(more);
-        blocks.saturating_add(more as u32)
+        self.progress.skip(blocks)
     }
 }
 

@@ -1,0 +1,81 @@
+//! The chirp at GP14 and its sync pulse at GP12: two slices of the PWM, and a channel that plays the
+//! levels round and round.
+
+use super::converter::rest;
+use super::registers::{dma, put, pwm};
+use super::waveform::{Count, PLACES, Waveform};
+use super::words::{PLAY, PLAYED, REWIND, REWOUND};
+use core::sync::atomic::{AtomicU32, Ordering};
+use static_cell::ConstStaticCell;
+
+/// The slices of the sync pulse and of the chirp.
+const SYNC: usize = 6;
+const RAMP: usize = 7;
+
+/// The levels' address, which a channel reads at the end of each chirp.
+static FIRST: AtomicU32 = AtomicU32::new(0);
+
+/// A chirp that can be played.
+pub struct Chirp {
+    levels: &'static [u16],
+    count: Count,
+    sync: Option<(Count, u32)>,
+}
+
+impl Chirp {
+    /// Computes the levels. `None` at the second call.
+    pub fn new(wave: &Waveform) -> Option<Self> {
+        static TABLE: ConstStaticCell<[u16; PLACES]> = ConstStaticCell::new([0; PLACES]);
+        let levels = wave.fill(TABLE.try_take()?);
+        FIRST.store(levels.as_ptr().expose_provenance() as u32, Ordering::Relaxed);
+        Some(Self { levels, count: wave.count(), sync: wave.sync() })
+    }
+
+    /// Stops, with both outputs low: a slice that stands takes over a level at once.
+    pub fn stop(&self) {
+        put!(pwm().en(), 0);
+        for slice in [SYNC, RAMP] {
+            put!(pwm().ch(slice).ctr(), 0);
+            put!(pwm().ch(slice).cc(), 0);
+        }
+        put!(dma().chan_abort(), 1 << PLAYED | 1 << REWOUND);
+        rest::<PLAYED>();
+        rest::<REWOUND>();
+    }
+
+    /// Returns to the start of a chirp, and stands there.
+    pub fn rewind(&self) {
+        let sync = self.sync.unwrap_or_default();
+        let before = self.levels.len().saturating_sub(2);
+        let first = self.levels.get(before).copied().unwrap_or(0);
+        for (slice, (count, level)) in [(SYNC, sync), (RAMP, (self.count, first.into()))] {
+            let slice = pwm().ch(slice);
+            put!(slice.csr(), 0);
+            put!(slice.div(), count.divider);
+            put!(slice.top(), count.top);
+            put!(slice.ctr(), 0);
+            put!(slice.cc(), level);
+        }
+        let (played, rewound) = (dma().ch(PLAYED), dma().ch(REWOUND));
+        // Requests of an earlier chirp.
+        put!(dma().ch3_dbg_ctdreq(), 0);
+        put!(played.ch_write_addr(), pwm().ch(RAMP).cc().as_ptr() as u32);
+        put!(played.ch_trans_count(), self.levels.len() as u32);
+        put!(played.ch_al1_ctrl(), PLAY);
+        put!(rewound.ch_read_addr(), FIRST.as_ptr().expose_provenance() as u32);
+        put!(rewound.ch_write_addr(), played.ch_al3_read_addr_trig().as_ptr() as u32);
+        put!(rewound.ch_trans_count(), 1);
+        put!(rewound.ch_al1_ctrl(), REWIND);
+        // It gives the other one its address, and starts it.
+        put!(dma().multi_chan_trigger(), 1 << REWOUND);
+    }
+
+    /// Starts both slices at once. To be called without interrupts: the second level must be there when
+    /// the first sample ends.
+    pub fn run(&self) {
+        let sync = if self.sync.is_some() { 1 << SYNC } else { 0 };
+        put!(pwm().en(), 1 << RAMP | sync);
+        let second = self.levels.last().copied().unwrap_or(0);
+        put!(pwm().ch(RAMP).cc(), second.into());
+    }
+}
