@@ -35,6 +35,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+mod several;
+
 const N: usize = 1024;
 const SEED: u64 = 446;
 
@@ -293,89 +295,6 @@ fn tones(lines: &[(f64, f64)], noise: f64, rng: &mut impl Rng) -> [i16; N] {
         let value = 2048.0 + sum.sum::<f64>() + noise * rng.random_range(-1.0..1.0);
         value.round().clamp(0.0, 4095.0) as i16
     })
-}
-
-/// The image that reports several tones: all of them to the bit, as many as there are and as were asked for.
-#[test]
-fn several_tones_of_a_block_are_those_of_this_machine() {
-    println!("seed {SEED}");
-    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-    let image = built(Beside::Lines);
-    let mut board = Board::start_counted(&image).unwrap();
-    boot(&mut board);
-    let scenes: [&[(f64, f64)]; 3] = [
-        &[(200.3, 900.0)],
-        &[(100.4, 400.0), (131.9, 900.0)],
-        &[(60.2, 700.0), (63.4, 500.0), (300.7, 100.0)],
-    ];
-    let mut longest = Vec::new();
-    for most in [4, 2, 1] {
-        let settings = Settings { most, ..Settings::default() };
-        let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-        let answer: &[u8; Settings::BYTES] = answer[..].try_into().unwrap();
-        assert_eq!(Settings::of_bytes(answer).unwrap().0.most, most);
-        assert!(boot(&mut board).measuring);
-        let mut here = Here::<Real>::new(&settings);
-        // Each status tells the longest since the one before, and one comes each second by itself.
-        let mut most_ticks = 0;
-        for (number, scene) in scenes.iter().cycle().take(9).enumerate() {
-            let samples = tones(scene, 10.0, &mut rng);
-            assert!(board.block(&bytes(&samples)).unwrap());
-            let stamp = here.stamp(number as u64, false);
-            let expected = here.record(stamp, &samples, Health::default());
-            let record = board.expect(|said| match said {
-                Said::Telemetry(record) => Some(record),
-                Said::Lines(_) => panic!("the tones of a block that was not measured"),
-                Said::Status(status) => {
-                    most_ticks = most_ticks.max(status.longest);
-                    None
-                }
-                _ => None,
-            });
-            assert_eq!(record.unwrap().to_bytes(), expected.to_bytes(), "block {number}");
-            if most == 1 {
-                continue;
-            }
-            let lines = board.expect(|said| match said {
-                Said::Lines(lines) => Some(lines),
-                Said::Status(status) => {
-                    most_ticks = most_ticks.max(status.longest);
-                    None
-                }
-                _ => None,
-            });
-            let lines = lines.unwrap_or_else(|error| panic!("{error}"));
-            let found = here.pipeline.lines(&expected.measurement, most.into());
-            assert_eq!(found.len(), scene.len().min(most.into()), "block {number}");
-            assert!(found.is_sorted_by(|a, b| a.tone.amplitude >= b.tone.amplitude));
-            assert_eq!(lines.to_frame(), Lines::of(&stamp, found).to_frame(), "block {number}");
-        }
-        longest.push(most_ticks.max(status(&mut board).longest));
-    }
-    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
-    println!(
-        "{longest:?} instructions; flash {} B, RAM {} B and {stack} B of stack",
-        footprint.flash, footprint.ram
-    );
-    let ram = footprint.ram + u64::from(stack);
-    assert!(footprint.flash <= flash::LINES.flash && ram <= flash::LINES.ram);
-    let document = Document::board();
-    document.assert_states(
-        "is # B of flash and # B of RAM with its stack",
-        &[footprint.flash as f64, ram as f64],
-    );
-    let longest: Vec<f64> = longest.into_iter().map(f64::from).collect();
-    document.assert_states("at most # instructions with `most` 4, # with 2 and # with 1", &longest);
-}
-
-#[test]
-fn an_image_of_one_tone_refuses_settings_of_several() {
-    let (mut board, _) = start();
-    let settings = Settings { most: 2, ..Settings::default() };
-    let refused = board.request(Command::SetSettings(settings, N)).unwrap();
-    let Err(refusal) = refused else { panic!("it took them") };
-    assert_eq!(refusal, Refusal::Settings([1, 1]));
-    assert!(refusal.to_string().contains("--lines"), "{refusal}");
 }
 
 #[test]
