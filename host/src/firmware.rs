@@ -76,14 +76,22 @@ fn profiles(bin: &str) -> &'static [Profile] {
 }
 
 fn size() -> Result<ExitCode, RunError> {
-    outln!("{:15} {:26} {:8} {:>8} {:>8}", "image", "core", "profile", "flash B", "RAM B");
+    outln!(
+        "{:16} {:26} {:15} {:8} {:>8} {:>8}",
+        "image",
+        "core",
+        "features",
+        "profile",
+        "flash B",
+        "RAM B"
+    );
     for (target, images, features) in IMAGES {
         for &bin in images {
             for &profile in profiles(bin) {
                 let image = Firmware { bin, target, features, profile }.build()?;
                 let Footprint { flash, ram } = Footprint::of(&image)?;
-                let (core, profile) = (target.name(), profile.name());
-                outln!("{bin:15} {core:26} {profile:8} {flash:8} {ram:8}");
+                let (core, profile, features) = (target.name(), profile.name(), features.join(","));
+                outln!("{bin:16} {core:26} {features:15} {profile:8} {flash:8} {ram:8}");
             }
         }
     }
