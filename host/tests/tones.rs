@@ -162,6 +162,47 @@ fn people_and_spreadsheets_read_the_same() {
     }
 }
 
+/// One fundamental a block from harmonics that are ten times as strong: right within five sigma, no octave, and by JSON, spreadsheet and
+/// text alike. A band keeps the octaves out where order 1 is missing, too.
+#[test]
+fn a_fundamental_is_found_by_its_harmonics() {
+    let series: Vec<Tone> = [(1.0, 300.0), (2.0, 3000.0), (3.0, 2500.0), (4.0, 900.0)]
+        .map(|(order, amplitude)| (611.7 * order, amplitude, order))
+        .to_vec();
+    for (iq, missing) in [(false, 0), (true, 0), (false, 1)] {
+        let path = recording(&format!("series-{iq}-{missing}.wav"), &series[missing..], iq, NOISE);
+        let kind: &[&str] = if iq { &["--iq"] } else { &[] };
+        let arguments = [&[path.as_str()], kind, &["--harmonics", "6"]].concat();
+        let rows = lines(ANALYZE, &[&arguments[..], &["--json"]].concat());
+        assert_eq!(rows.len(), BLOCKS);
+        for row in &rows {
+            let off_hz = number(row, "frequency_hz") - 611.7;
+            assert!(off_hz.abs() < 5.0 * number(row, "sigma_hz"), "{off_hz} Hz: {row}");
+            // A line of order 1 would tell four times as little as that of order 4.
+            assert!(number(row, "sigma_hz") < 0.1, "{row}");
+            // What stronger lines mix to, as the third less the second, may be left out.
+            let orders = row["orders"].as_array().unwrap();
+            assert!(orders.ends_with(&[2.into(), 3.into(), 4.into()]), "{row}");
+            assert_eq!(row["verdict"], "good", "{row}");
+        }
+        let output = |style: &[&str]| {
+            let output = run(ANALYZE, &[&arguments[..], style].concat());
+            assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+            String::from_utf8(output.stdout).unwrap()
+        };
+        let table = output(&["--csv"]);
+        let mut table = csv::Reader::from_reader(table.as_bytes());
+        for (record, row) in table.records().zip(&rows) {
+            let record = record.unwrap();
+            assert_eq!(record[2].parse::<f64>().unwrap(), number(row, "frequency_hz"));
+            assert!(record[5].ends_with("2 3 4") && &record[6] == "good", "{record:?}");
+        }
+        let text = output(&[]);
+        assert_eq!(text.lines().count(), 1 + BLOCKS);
+        assert!(text.lines().nth(1).unwrap().ends_with("2, 3, 4"), "{text}");
+    }
+}
+
 /// In noise no tone is good. Without any signal there is no tone at all: the table is empty, and a line says so.
 #[test]
 fn no_tone_is_told() {

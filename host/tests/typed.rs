@@ -37,13 +37,14 @@ const LEFT_OUT: [(&str, &str); 9] = [
 ];
 
 /// Beginnings of commands that take minutes: `PICKET_TYPED=all` runs them, too. Else who runs what is in them.
-const LONG: [(&str, &str); 6] = [
+const LONG: [(&str, &str); 7] = [
     ("cargo picket flash --board pico --dry-run", "host-tests/tests/pico.rs builds the image"),
     ("cargo picket demo --board pico", "host-tests/tests/pico.rs runs it"),
     ("cargo picket web --build", "host-tests/tests/web.rs builds the page"),
     ("cargo picket report", "tests/report.rs runs it with --quick"),
     ("cargo picket bench", "host-tests/tests/budget.rs counts the same"),
     ("cargo picket firmware size", "host-tests builds the images"),
+    ("cargo picket soak", "tests/soak.rs runs it for some lives"),
 ];
 
 /// A command with what is shown below it.
@@ -113,6 +114,8 @@ fn folder(page: &str) -> PathBuf {
     wav(&folder.join("tone.wav"), 5 * 4096, &[(1234.567, 9000.0)], 0.0);
     let tones = [(1234.567, 9000.0), (5432.1, 2000.0), (9876.5, 300.0)];
     wav(&folder.join("tones.wav"), 2 * 4096, &tones, 20.0);
+    let series = [(611.7, 300.0), (1223.4, 3000.0), (1835.1, 2500.0), (2446.8, 900.0)];
+    wav(&folder.join("motor.wav"), 2 * 4096, &series, 20.0);
     fs::copy(Path::new(ROOT).join("docs/session.bin"), folder.join("docs/session.bin")).unwrap();
     // Two blocks as a board captures them: its codes begin at 0.
     let code = |n: i32| 2048.0 + 900.0 * (TAU * 0.1 * f64::from(n)).sin();

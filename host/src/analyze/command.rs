@@ -1,7 +1,8 @@
 //! `picket analyze`: methods on a recording.
 
 use super::cut::Cut;
-use super::several::{self, Found, Search};
+use super::fundamental;
+use super::several::{self, Finding, Search, Sought};
 use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
@@ -80,6 +81,9 @@ pub struct Options {
     /// The most tones of a block, 1 to 4, each with amplitude and phase; with --track: followed at once [default: 1]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with_all = ["method", "arith"])]
     most: Option<u8>,
+    /// One fundamental a block from its harmonics up to this order, 2 to 32; --band is then the fundamental's
+    #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u32).range(2..=32), conflicts_with_all = ["method", "arith", "most", "track", "carrier_hz"])]
+    harmonics: Option<u32>,
     /// The sigma of a target's acceleration, in bins per block squared, below which the filter does not go. A m/s^2 before a
     /// Doppler radar of L m wavelength are 2 A/L (hop/rate)^2 N/rate: at 24 GHz, 48 kHz and N = 4096 a car that brakes at
     /// 3 m/s^2 does 0.3, and 2 follows one that drives past
@@ -145,8 +149,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 .into(),
         );
     }
-    if let Some(most) = options.most {
-        return several(options, cut, style, most.into());
+    let tones = options.most.map(|most| Sought::Tones(most.into()));
+    if let Some(sought) = tones.or(options.harmonics.map(Sought::Harmonics)) {
+        return several(options, cut, style, sought);
     }
     let analysis = Analysis {
         read,
@@ -193,7 +198,8 @@ impl Options {
         let codes = self.bits != 16 || self.unsigned || self.k != 16;
         let numbers = self.arith != Arithmetic::F64
             || self.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
-        !(json || blocks || self.most.is_some() || how || codes || numbers || self.json || self.csv)
+        let several = self.most.is_some() || self.harmonics.is_some();
+        !(json || blocks || several || how || codes || numbers || self.json || self.csv)
     }
 
     /// The file and how it is read, as it was typed.
@@ -231,18 +237,24 @@ fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String>
     Ok(ExitCode::SUCCESS)
 }
 
-/// All the tones of each block.
-fn several(options: &Options, cut: Cut, style: Style, most: usize) -> Result<ExitCode, String> {
+/// All the tones of each block, or its fundamental.
+fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<ExitCode, String> {
     let &Options { false_alarm, carrier_hz, .. } = options;
-    let search = Search { cut, false_alarm, carrier_hz, most };
+    let search = Search { cut, false_alarm, carrier_hz, sought };
     let bar = progress::count("samples");
-    let heading = || several::print_heading(style, carrier_hz.is_some());
+    let heading = || match sought {
+        Sought::Tones(_) => several::print_heading(style, carrier_hz.is_some()),
+        Sought::Harmonics(_) => fundamental::print_heading(style),
+    };
     let (mut blocks, mut none) = (0, true);
-    let mut sink = |found: &Found| {
+    let mut sink = |finding: &Finding| {
         if std::mem::take(&mut none) {
             heading();
         }
-        bar.suspend(|| several::print(found, style));
+        bar.suspend(|| match finding {
+            Finding::Tone(found) => several::print(found, style),
+            Finding::Fundamental(fundamental) => fundamental.print(style),
+        });
     };
     let done = several::run(&options.file, &search, &mut sink, &mut |samples| {
         blocks += 1;

@@ -2,6 +2,7 @@
 
 pub mod command;
 pub mod cut;
+pub mod fundamental;
 pub mod several;
 
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};

@@ -1,6 +1,8 @@
-//! All the tones of each block of a recording, as the core on a board would find them.
+//! All the tones of each block of a recording, or the fundamental of its harmonics, as the core on a
+//! board would find them.
 
 use super::cut::Cut;
+use super::fundamental::Fundamental;
 use super::{Style, fits};
 use crate::cli::print_line;
 use crate::follow::record;
@@ -9,6 +11,7 @@ use crate::simulate::Kind;
 use crate::with_kind;
 use picket::acquire::sample::Stamp;
 use picket::config::{Config, SPEED_OF_LIGHT};
+use picket::estimate::phasor::Phasor;
 use picket::pipeline::Pipeline;
 use picket::spectrum::fft::twiddle::supported;
 use picket_transform::num_complex::Complex;
@@ -24,8 +27,26 @@ pub struct Search {
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
     pub carrier_hz: Option<f64>,
-    /// The most tones of a block.
-    pub most: usize,
+    /// What is sought in a block.
+    pub sought: Sought,
+}
+
+/// What is sought in a block.
+#[derive(Clone, Copy, Debug)]
+pub enum Sought {
+    /// So many tones at most.
+    Tones(usize),
+    /// The fundamental, from its harmonics up to this order.
+    Harmonics(u32),
+}
+
+/// What is found.
+#[derive(Clone, Debug)]
+pub enum Finding {
+    /// A tone.
+    Tone(Found),
+    /// A fundamental.
+    Fundamental(Fundamental),
 }
 
 /// A tone of a block. The keys are those of the JSON lines.
@@ -56,18 +77,43 @@ pub struct Found {
     pub verdict: &'static str,
 }
 
-/// Gives every tone of every block of `file` to `sink`.
+impl Found {
+    fn of(
+        block: u64,
+        time_s: f64,
+        number: usize,
+        phasor: &Phasor,
+        carrier_hz: Option<f64>,
+    ) -> Self {
+        let Phasor { tone, phase, sigma_phase } = phasor;
+        Self {
+            block,
+            time_s,
+            tone: number,
+            frequency_hz: tone.hertz(),
+            sigma_hz: tone.sigma_hertz(),
+            snr_db: tone.snr_db().into(),
+            amplitude: tone.amplitude.into(),
+            phase_rad: (*phase).into(),
+            sigma_phase_rad: (*sigma_phase).into(),
+            speed_mps: carrier_hz.map(|carrier| tone.hertz() * SPEED_OF_LIGHT / carrier / 2.0),
+            verdict: tone.verdict.name(),
+        }
+    }
+}
+
+/// Gives what is found in every block of `file` to `sink`.
 ///
 /// Not generic, so that the pipelines of all lengths are compiled here, once, and not by every caller.
 pub fn run(
     file: &Path,
     search: &Search,
-    sink: &mut dyn FnMut(&Found),
+    sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
     let recording = Recording::open(file, search.cut.read).map_err(super::text)?;
     if !supported(search.cut.n) {
-        return Err(format!("N = {}: --most takes 64, 128, ... 4096", search.cut.n));
+        return Err(format!("N = {}: --most and --harmonics take 64, 128, ... 4096", search.cut.n));
     }
     with_kind!(recording.iq(), R => match search.cut.n {
         64 => blocks::<R, 64>(recording, search, sink, progress),
@@ -83,10 +129,10 @@ pub fn run(
 fn blocks<R: Kind, const N: usize>(
     recording: Recording,
     search: &Search,
-    sink: &mut dyn FnMut(&Found),
+    sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Search { cut, false_alarm, carrier_hz, most } = search;
+    let &Search { cut, false_alarm, carrier_hz, sought } = search;
     let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
@@ -98,21 +144,21 @@ fn blocks<R: Kind, const N: usize>(
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         let stamp = Stamp { sequence: block, clock: start, ..Stamp::default() };
         let measurement = pipeline.block(stamp, &record::<R, N>(&values));
-        for (tone, phasor) in (1..).zip(&pipeline.lines(&measurement, most)) {
-            let frequency_hz = phasor.tone.hertz();
-            sink(&Found {
-                block: block.into(),
-                time_s: (start as f64 + N as f64 / 2.0) / rate_hz,
-                tone,
-                frequency_hz,
-                sigma_hz: phasor.tone.sigma_hertz(),
-                snr_db: phasor.tone.snr_db().into(),
-                amplitude: phasor.tone.amplitude.into(),
-                phase_rad: phasor.phase.into(),
-                sigma_phase_rad: phasor.sigma_phase.into(),
-                speed_mps: carrier_hz.map(|carrier| frequency_hz * SPEED_OF_LIGHT / carrier / 2.0),
-                verdict: phasor.tone.verdict.name(),
-            });
+        let number = block.into();
+        let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
+        match sought {
+            Sought::Tones(most) => {
+                for (tone, phasor) in (1..).zip(&pipeline.lines(&measurement, most)) {
+                    let found = Found::of(number, time_s, tone, phasor, carrier_hz);
+                    sink(&Finding::Tone(found));
+                }
+            }
+            Sought::Harmonics(order) => {
+                if let Some(harmonic) = pipeline.harmonic(&measurement, order) {
+                    let fundamental = Fundamental::of(number, time_s, &harmonic);
+                    sink(&Finding::Fundamental(fundamental));
+                }
+            }
         }
         block = block.wrapping_add(1);
         progress(hop as u64);
