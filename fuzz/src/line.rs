@@ -6,6 +6,7 @@ use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Command, Request};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{self, Frame, Kind, PAYLOAD, Reader};
+use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::settings::Settings;
 use picket_wire::status::{Raw, Status};
@@ -46,6 +47,7 @@ pub fn message(bytes: &[u8]) {
         Kind::Raw => same(&frame, Raw::of_frame, |it| it.to_frame()),
         Kind::Follow => same(&frame, |it| Follow::of_frame(it).ok(), |it| it.to_frame()),
         Kind::Lines => same(&frame, |it| Lines::of_frame(it).ok(), |it| it.to_frame()),
+        Kind::Fundamental => same(&frame, Fundamental::of_frame, |it| it.to_frame()),
         Kind::Command => drop(Request::of_frame(&frame)),
         Kind::Reply | Kind::Refusal => {
             if let Some((answer, said)) = Answer::of_frame(&frame) {

@@ -4,6 +4,7 @@ use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
+use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::Telemetry;
@@ -21,6 +22,8 @@ pub enum Said {
     Follow(Follow),
     /// All tones of the block of the last measurement.
     Lines(Lines),
+    /// The fundamental of the harmonics in the block of the last measurement.
+    Fundamental(Fundamental),
     /// A piece of a block's samples.
     Raw(Raw),
     /// The answer to a command.
@@ -80,6 +83,10 @@ impl Said {
             // The page shows one tone, and its size counts: there the frame is known and no more.
             Kind::Lines if cfg!(target_arch = "wasm32") => Said::Lines(Lines::default()),
             Kind::Lines => Said::Lines(Lines::of_frame(frame).ok()?),
+            Kind::Fundamental if cfg!(target_arch = "wasm32") => {
+                Said::Fundamental(Fundamental::default())
+            }
+            Kind::Fundamental => Said::Fundamental(Fundamental::of_frame(frame)?),
             Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::of_frame(frame)?;

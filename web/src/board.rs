@@ -69,7 +69,7 @@ impl Board {
                         self.measure(sequence, &bytes, settings.iq);
                     }
                 }
-                Some(Said::Follow(_) | Said::Lines(_)) | None => {}
+                Some(Said::Follow(_) | Said::Lines(_) | Said::Fundamental(_)) | None => {}
             }
         }
         answers

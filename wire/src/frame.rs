@@ -53,6 +53,8 @@ pub enum Kind {
     Follow = 9,
     /// All tones of a block ([`super::lines::Lines`]).
     Lines = 10,
+    /// The fundamental of a block's harmonics ([`super::fundamental::Fundamental`]).
+    Fundamental = 11,
 }
 
 impl Kind {
@@ -69,6 +71,7 @@ impl Kind {
             8 => Some(Kind::Raw),
             9 => Some(Kind::Follow),
             10 => Some(Kind::Lines),
+            11 => Some(Kind::Fundamental),
             _ => None,
         }
     }

@@ -32,6 +32,7 @@ pub mod command;
 mod config;
 pub mod follow;
 pub mod frame;
+pub mod fundamental;
 pub mod lines;
 pub mod settings;
 pub mod settings_error;

@@ -129,6 +129,10 @@ pub struct Settings {
     /// has the field only with it.
     #[cfg(feature = "lines")]
     pub most: u8,
+    /// The highest order, 2 to 15, of the harmonics from which a fundamental is found in each block: see
+    /// [`crate::fundamental`]. 0 for none. As `most`, it needs the feature `lines`.
+    #[cfg(feature = "lines")]
+    pub harmonics: u8,
     /// Blocks that the board has memory for at the same time; 0 for its usual number. More of them
     /// bridge longer pauses of the measurement.
     pub slots: u16,
@@ -152,6 +156,8 @@ impl Default for Settings {
             report_every: 1,
             #[cfg(feature = "lines")]
             most: 1,
+            #[cfg(feature = "lines")]
+            harmonics: 0,
             slots: 0,
             start: true,
             uncorrected: false,
@@ -162,7 +168,8 @@ impl Default for Settings {
 
 const VERSION: u8 = 1;
 
-/// That of settings by which more than one tone is reported: readers that do not know it refuse it.
+/// That of settings by which more than one tone is reported, or a fundamental: readers that do not know it
+/// refuse it.
 const LINES: u8 = 2;
 
 impl Settings {
@@ -183,8 +190,10 @@ impl Settings {
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
         let further = self.further();
-        let version = if further > 0 { LINES } else { VERSION };
-        let flags = u8::from(self.start) | u8::from(self.uncorrected) << 1 | further << 2;
+        let order = self.order();
+        let version = if further > 0 || order > 0 { LINES } else { VERSION };
+        let switches = u8::from(self.start) | u8::from(self.uncorrected) << 1;
+        let flags = switches | further << 2 | order << 4;
         writer.put([version, drive, divider, flags]);
         for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
@@ -234,6 +243,8 @@ impl Settings {
             report_every,
             #[cfg(feature = "lines")]
             most: if lines { 1 + (flags >> 2 & 3) } else { 1 },
+            #[cfg(feature = "lines")]
+            harmonics: if lines { flags >> 4 } else { 0 },
             slots,
             start: flags & 1 != 0,
             uncorrected: flags & 2 != 0,
@@ -247,6 +258,18 @@ impl Settings {
         #[cfg(feature = "lines")]
         return match self.most {
             2..=4 => self.most - 1,
+            _ => 0,
+        };
+        #[cfg(not(feature = "lines"))]
+        0
+    }
+
+    /// The highest order of the harmonics that are sought, 2 to 15; 0 for none. Without the feature `lines`
+    /// there are none.
+    pub const fn order(&self) -> u8 {
+        #[cfg(feature = "lines")]
+        return match self.harmonics {
+            2..=15 => self.harmonics,
             _ => 0,
         };
         #[cfg(not(feature = "lines"))]
@@ -296,6 +319,9 @@ mod tests {
             assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
             // A reader of one tone refuses those of more.
             assert_eq!(bytes[0], if most > 1 { 2 } else { 1 });
+            let settings = Settings { harmonics: 11 + most, ..settings };
+            let bytes = settings.to_bytes(1024);
+            assert_eq!((Settings::of_bytes(&bytes), bytes[0]), (Ok((settings, 1024)), 2));
         }
         let told = |place: usize, value: u8| {
             let mut bytes = Settings::default().to_bytes(1024);

@@ -105,7 +105,7 @@ impl SettingsError {
     pub const fn message_of(code: [u8; 2]) -> &'static str {
         match code {
             [1, 1] => {
-                "the settings are of a version that this image does not know: flash a newer one, or for most above 1 one that is built with --lines"
+                "the settings are of a version that this image does not know: flash a newer one, or for most above 1 or harmonics one that is built with --lines"
             }
             [1, _] => "the settings are damaged or of another version",
             [2, _] => "the configuration does not work",

@@ -10,6 +10,7 @@ use picket::plan::EitherPlan;
 #[cfg(feature = "tracking")]
 pub use picket::tracker::Tracker as Meter;
 use picket_wire::follow::Follow;
+use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 
 /// Whether this image follows tones.
@@ -91,6 +92,26 @@ impl<const N: usize> Measurer<N> {
             Measurer::Iq(meter) => meter.lines(measurement, most),
         };
         (further > 0).then(|| Lines::of(&measurement.stamp, tones(1 + usize::from(further))))
+    }
+
+    /// The fundamental of the last block's harmonics up to an order above 0. The block is that of this
+    /// measurement.
+    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    pub fn fundamental(&self, measurement: &Measurement, order: u8) -> Option<Fundamental> {
+        if order == 0 {
+            return None;
+        }
+        let harmonic = match self {
+            Measurer::Real(meter) => meter.harmonic(measurement, order.into()),
+            Measurer::Iq(meter) => meter.harmonic(measurement, order.into()),
+        };
+        Some(Fundamental::of(&measurement.stamp, harmonic?))
+    }
+
+    /// Nothing: this image seeks no harmonics.
+    #[cfg(not(all(feature = "lines", not(feature = "tracking"))))]
+    pub fn fundamental(&self, _: &Measurement, _: u8) -> Option<Fundamental> {
+        None
     }
 
     /// Nothing: this image reports one tone of a block.

@@ -71,7 +71,7 @@ fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     if settings.config.following.most > 0 && !FOLLOWS {
         return Err(SettingsError::Tracking);
     }
-    if settings.further() > 0 && !LINES {
+    if (settings.further() > 0 || settings.order() > 0) && !LINES {
         return Err(SettingsError::Encoding(EncodingError::Version));
     }
     board.plan(settings)
@@ -216,12 +216,16 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
         let lines = self.measurer.lines(&measurement, self.plan.settings.further());
+        let fundamental = self.measurer.fundamental(&measurement, self.plan.settings.order());
         if LINES {
             self.longest = self.longest.max(self.board.ticks().wrapping_sub(began));
         }
         self.send(&Telemetry { measurement, method, health }.to_frame());
         if let Some(lines) = lines {
             self.send(&lines.to_frame());
+        }
+        if let Some(fundamental) = fundamental {
+            self.send(&fundamental.to_frame());
         }
         if let Some(follow) = self.measurer.followed(&stamp) {
             self.send(&follow.to_frame());

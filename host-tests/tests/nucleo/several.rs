@@ -1,6 +1,7 @@
 //! The image that reports several tones of a block.
 
 use super::*;
+use picket_wire::fundamental::Fundamental;
 use picket_wire::settings_error::{RateError, SettingsError};
 
 /// The image that reports several tones: all of them to the bit, as many as there are and as were asked for.
@@ -76,14 +77,64 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     document.assert_states("at most # instructions with `most` 4, # with 2 and # with 1", &longest);
 }
 
+/// The same image finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.
+#[test]
+fn a_fundamental_is_that_of_this_machine() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let image = built(Beside::Lines);
+    let mut board = Board::start_counted(&image).unwrap();
+    boot(&mut board);
+    let settings = Settings { harmonics: 15, ..Settings::default() };
+    let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    let answer: &[u8; Settings::BYTES] = answer[..].try_into().unwrap();
+    assert_eq!(Settings::of_bytes(answer).unwrap().0.harmonics, 15);
+    assert!(boot(&mut board).measuring);
+    let mut here = Here::<Real>::new(&settings);
+    for number in 0..6 {
+        // In the last two blocks as many lines as are sought, and more.
+        let (bin, count) = (rng.random_range(20.0..50.0), if number < 4 { 4 } else { 10 });
+        let series = [80.0, 500.0, 400.0, 200.0, 150.0, 120.0, 100.0, 90.0, 70.0, 60.0];
+        let series: Vec<(f64, f64)> = series
+            .into_iter()
+            .zip(1..=count)
+            .map(|(amplitude, order)| (f64::from(order) * bin, amplitude))
+            .collect();
+        let samples = tones(&series, 10.0, &mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        let stamp = here.stamp(number, false);
+        let expected = here.record(stamp, &samples, Health::default());
+        let fundamental = board.expect(|said| match said {
+            Said::Fundamental(fundamental) => Some(fundamental),
+            _ => None,
+        });
+        let fundamental = fundamental.unwrap();
+        let harmonic = here.pipeline.harmonic(&expected.measurement, 15).unwrap();
+        assert_eq!(fundamental, Fundamental::of(&stamp, harmonic), "block {number}");
+        let tone = &fundamental.harmonic.tone;
+        let off = tone.frequency.bins(N) - bin;
+        assert!(off.abs() < 5.0 * f64::from(tone.sigma) * N as f64, "{off} bins: {fundamental:?}");
+        assert_eq!(fundamental.harmonic.orders & 0b110, 0b110, "{fundamental:?}");
+        // Lines beyond those that are sought stay in what is left, which may show.
+        assert!(count > 4 || tone.verdict == Verdict::Good, "{fundamental:?}");
+    }
+    let longest = f64::from(status(&mut board).longest);
+    println!("{longest} instructions");
+    Document::board()
+        .assert_states("With `harmonics` a block took at most # instructions", &[longest]);
+}
+
 #[test]
 fn an_image_of_one_tone_refuses_settings_of_several() {
     let (mut board, _) = start();
-    let settings = Settings { most: 2, ..Settings::default() };
-    let refused = board.request(Command::SetSettings(settings, N)).unwrap();
-    let Err(refusal) = refused else { panic!("it took them") };
-    assert_eq!(refusal, Refusal::Settings([1, 1]));
-    assert!(refusal.to_string().contains("--lines"), "{refusal}");
+    let two = Settings { most: 2, ..Settings::default() };
+    let fundamental = Settings { harmonics: 5, ..Settings::default() };
+    for settings in [two, fundamental] {
+        let refused = board.request(Command::SetSettings(settings, N)).unwrap();
+        let Err(refusal) = refused else { panic!("it took them") };
+        assert_eq!(refusal, Refusal::Settings([1, 1]));
+        assert!(refusal.to_string().contains("--lines"), "{refusal}");
+    }
 }
 
 /// The fastest rates of docs/board.md are taken with so many tones a block, and a step faster is refused with the reason.
@@ -100,11 +151,12 @@ fn rates_at_which_several_tones_take_longer_than_a_block_are_refused() {
         .collect();
     assert_eq!(stated.iter().map(|(_, most)| *most).collect::<Vec<_>>(), [4, 2]);
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);
-    let planned = |rate_hz: f64, most: u8| {
-        let config = Config { rate_hz, ..Settings::default().config };
-        let settings = Settings { most, core_mhz: 180, config, ..Settings::default() };
+    let held = |settings: Settings, rate_hz: f64| {
+        let config = Config { rate_hz, ..settings.config };
+        let settings = Settings { core_mhz: 180, config, ..settings };
         Words::plan::<N>(&settings, &tree).map(|(plan, _)| plan.settings.config.rate_hz)
     };
+    let planned = |rate_hz, most| held(Settings { most, ..Settings::default() }, rate_hz);
     for (rate, most) in stated {
         let held = planned(rate, most).unwrap();
         assert!((held / rate - 1.0).abs() < 0.01, "{held}");
@@ -114,4 +166,9 @@ fn rates_at_which_several_tones_take_longer_than_a_block_are_refused() {
         assert!(planned(1.03 * rate, most - 1).is_ok(), "{most} at {rate}");
         assert!(SettingsError::Rate(RateError::Load).to_string().contains("most"));
     }
+    let harmonics = Settings { harmonics: 10, ..Settings::default() };
+    let fastest = page.split("; the board holds ").nth(1).unwrap().split(' ').next().unwrap();
+    let rate: f64 = 1e3 * fastest.parse::<f64>().unwrap();
+    assert!((held(harmonics, rate).unwrap() / rate - 1.0).abs() < 0.01);
+    assert_eq!(held(harmonics, 1.03 * rate), Err(SettingsError::Rate(RateError::Load)));
 }

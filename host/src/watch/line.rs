@@ -1,5 +1,6 @@
 //! A measurement as a line, for people and for programs.
 
+use super::Style;
 use crate::device::Listener;
 use picket::acquire::sample::Segment;
 use picket::estimate::phasor::Phasor;
@@ -26,17 +27,17 @@ pub struct Scale {
 
 /// What is read of a tone.
 #[derive(Clone, Debug, Serialize)]
-struct Reading {
-    frequency_cycles_per_sample: f64,
+pub(super) struct Reading {
+    pub(super) frequency_cycles_per_sample: f64,
     sigma_cycles_per_sample: f32,
-    frequency_hz: Option<f64>,
-    sigma_hz: Option<f64>,
-    snr_db: f64,
-    amplitude_codes: f32,
+    pub(super) frequency_hz: Option<f64>,
+    pub(super) sigma_hz: Option<f64>,
+    pub(super) snr_db: f64,
+    pub(super) amplitude_codes: f32,
 }
 
 impl Reading {
-    fn of(tone: &Tone, scale: &Scale) -> Self {
+    pub(super) fn of(tone: &Tone, scale: &Scale) -> Self {
         let cycles = tone.frequency.0.to_num::<f64>();
         let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
         Self {
@@ -80,7 +81,7 @@ pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,
 /// The header of the table.
 pub const TABLE: &str = "    block  segment     frequency Hz      sigma Hz  SNR dB     range m  velocity m/s  verdict      lost  faults";
 
-const fn segment(segment: Segment) -> &'static str {
+pub(super) const fn segment(segment: Segment) -> &'static str {
     match segment {
         Segment::Continuous => "-",
         Segment::Up => "up",
@@ -257,9 +258,14 @@ impl Lines {
         Lines(lines.tones.iter().enumerate().map(line).collect())
     }
 
-    /// The block's number; 0 without a tone.
-    pub fn sequence(&self) -> u32 {
-        self.0.first().map_or(0, |line| line.sequence)
+    /// Their lines in this style.
+    pub(super) fn written(&self, style: Style) -> Vec<String> {
+        match style {
+            Style::Jsonl => self.json(),
+            Style::Teleplot => self.teleplot(),
+            Style::Csv => self.csv(),
+            Style::Table => self.table(),
+        }
     }
 
     /// A JSON object for each.

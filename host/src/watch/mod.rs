@@ -1,6 +1,7 @@
 //! `picket watch`: what an instrument measures, live, recorded or replayed; and orders to it.
 
 mod capture;
+mod fundamental;
 pub mod line;
 mod live;
 pub mod orders;
@@ -13,6 +14,7 @@ use crate::device::{Listener, Said};
 use crate::end;
 use capture::Capture;
 use clap::Args;
+use fundamental::Fundamental;
 use line::Scale;
 use orders::{Orders, Pending};
 use picket_wire::command::Command;
@@ -387,13 +389,24 @@ impl Watch {
 
     fn show(&mut self, said: Said) -> Result<(), WatchError> {
         match said {
-            Said::Telemetry(_) | Said::Status(_) | Said::Follow(_) | Said::Lines(_)
+            Said::Telemetry(_)
+            | Said::Status(_)
+            | Said::Follow(_)
+            | Said::Lines(_)
+            | Said::Fundamental(_)
                 if self.quiet => {}
             Said::Telemetry(record) => {
                 self.sequence = None;
                 self.row(&line::Row::of(&record, &self.scale, &self.listener))
             }
-            Said::Lines(lines) => self.lines(&line::Lines::of(&lines, &self.scale)),
+            Said::Lines(lines) => {
+                let tones = line::Lines::of(&lines, &self.scale);
+                self.below(lines.sequence, tones.written(self.style));
+            }
+            Said::Fundamental(found) => {
+                let fundamental = Fundamental::of(&found, &self.scale);
+                self.below(found.sequence, fundamental.written(self.style));
+            }
             Said::Boot(boot) => {
                 self.scale.n = Some(boot.n as usize);
                 self.note(&line::boot(&boot));
@@ -451,21 +464,15 @@ impl Watch {
         }
     }
 
-    /// The tones of a block, below its row.
-    fn lines(&mut self, lines: &line::Lines) {
-        match self.style {
-            Style::Jsonl => lines.json().iter().for_each(|line| print_line(line)),
-            Style::Teleplot => lines.teleplot().iter().for_each(|line| print_line(line)),
-            Style::Csv => {
-                if self.header {
-                    lines.csv().iter().for_each(|line| print_line(line));
-                }
-            }
-            Style::Table => {
-                if self.sequence == Some(lines.sequence()) {
-                    lines.table().iter().for_each(|line| print_line(line));
-                }
-            }
+    /// What belongs to the block of a row, below it.
+    fn below(&mut self, sequence: u32, written: Vec<String>) {
+        let shown = match self.style {
+            Style::Csv => self.header,
+            Style::Table => self.sequence == Some(sequence),
+            Style::Jsonl | Style::Teleplot => true,
+        };
+        if shown {
+            written.iter().for_each(|line| print_line(line));
         }
     }
 

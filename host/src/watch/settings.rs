@@ -25,6 +25,7 @@ struct Fields {
     false_alarm: f64,
     scene: Scenes,
     most: u8,
+    harmonics: u8,
     follow: Follow,
     drive: Drives,
     guard: u16,
@@ -123,6 +124,7 @@ impl Fields {
                 _ => Scenes::Tone,
             },
             most: settings.most,
+            harmonics: settings.harmonics,
             follow: Follow::of(&config.following),
             drive: match settings.drive {
                 Drive::Off => Drives::Off,
@@ -152,6 +154,12 @@ impl Fields {
         };
         if !(1..=MOST as u8).contains(&self.most) {
             return Err(format!("most is 1 to {MOST} tones a block, not {}", self.most));
+        }
+        if !matches!(self.harmonics, 0 | 2..=15) {
+            return Err(format!(
+                "harmonics is their highest order, 2 to 15, or 0, not {}",
+                self.harmonics
+            ));
         }
         let method = Method::ALL.iter().find(|method| method.name() == self.method);
         let method = *method.ok_or_else(|| format!("there is no method {}", self.method))?;
@@ -202,6 +210,7 @@ impl Fields {
             drive,
             report_every: self.report_every,
             most: self.most,
+            harmonics: self.harmonics,
             slots: self.slots,
             start: self.start,
             uncorrected: self.uncorrected,

@@ -37,10 +37,17 @@ pub struct Words {
     pub block_ticks: Option<u64>,
 }
 
-/// Core cycles that so many further tones of a block take at most, by 1.4 cycles an instruction, which are
-/// modelled and not measured: a search, and what each of them costs.
-const fn lines_cycles(further: u8) -> u64 {
-    if further == 0 { 0 } else { 80_000 + 60_000 * further as u64 }
+/// Core cycles in which a fundamental is sought among eight lines, by 1.4 cycles an instruction.
+const HARMONICS_CYCLES: u64 = 1_300_000;
+
+/// Core cycles that the further tones of a block and its fundamental take at most, by 1.4 cycles an
+/// instruction, which are modelled and not measured: a search, and what each of them costs.
+const fn lines_cycles(settings: &Settings) -> u64 {
+    let tones = match settings.further() {
+        0 => 0,
+        further => 80_000 + 60_000 * further as u64,
+    };
+    tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
 
 impl Words {
@@ -67,7 +74,7 @@ impl Words {
         let searches = settings.config.following.most == 0 && tree.pll.is_some();
         let [real, iq] = BLOCK_CYCLES;
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
-        let least = if settings.iq { iq } else { real } + lines_cycles(settings.further());
+        let least = if settings.iq { iq } else { real } + lines_cycles(&settings);
         if searches && settings.start && cycles < least {
             return Err(SettingsError::Rate(RateError::Load));
         }

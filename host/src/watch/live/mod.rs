@@ -164,7 +164,7 @@ impl Live {
                 self.title = boot.board.as_str().to_owned();
             }
             // The picture has room for one tone.
-            Said::Lines(_) => {}
+            Said::Lines(_) | Said::Fundamental(_) => {}
             Said::Answer(_, Ok(body)) => {
                 if let Some((settings, n)) = of_answer(&body) {
                     let rate_hz = Some(settings.config.rate_hz);
