@@ -15,24 +15,27 @@ pub unsafe fn pass<const M: usize, const L: usize>(
     table: *const Triple,
     twice: bool,
 ) -> bool {
-    let stride = M / 4 / L * size_of::<Triple>();
     // SAFETY: the caller guarantees it. If there is more than one block, there are at least four.
     let q = unsafe {
-        let end = points.add(M);
-        match (4 * L == M, twice) {
-            (true, false) => only::<L, false>(points, table),
-            (true, true) => only::<L, true>(points, table),
-            (false, false) => blocks::<L, false>(points, end, table, stride),
-            (false, true) => blocks::<L, true>(points, end, table, stride),
+        match (4 * L == M, L > LONGEST, twice) {
+            (true, false, false) => last_by_twos::<L, false>(points, table),
+            (true, false, true) => last_by_twos::<L, true>(points, table),
+            (true, true, false) => last::<L, false>(points, table),
+            (true, true, true) => last::<L, true>(points, table),
+            (false, _, false) => blocks::<M, L, false>(points, table),
+            (false, _, true) => blocks::<M, L, true>(points, table),
         }
     };
     q != 0
 }
 
+/// The longest legs of a last pass that one pointer reaches with instructions that load two words.
+const LONGEST: usize = 128;
+
 /// x (cos - j sin) / 2 rounded, in place: $factor is packed as `cos | -sin << 16`, the rounding is
-/// in r5.
+/// in $half.
 macro_rules! turn {
-    ($x:literal, $factor:literal, $free:literal) => {
+    ($x:literal, $factor:literal, $free:literal, $half:literal) => {
         concat!(
             "smlsd ",
             $free,
@@ -40,14 +43,18 @@ macro_rules! turn {
             $x,
             ", ",
             $factor,
-            ", r5\n",
+            ", ",
+            $half,
+            "\n",
             "smladx ",
             $x,
             ", ",
             $x,
             ", ",
             $factor,
-            ", r5\n",
+            ", ",
+            $half,
+            "\n",
             "pkhtb ",
             $x,
             ", ",
@@ -59,26 +66,92 @@ macro_rules! turn {
     };
 }
 
-/// The sums of a butterfly, from leg 0, halved, in r10 and legs 1, 2, 3, turned, in r7, r9, r8.
-/// They give points 0 r9, 1 r11, 2 r8, 3 r10.
+/// The sums of a butterfly in place, from leg 0, halved, in $a and legs 1, 2, 3, turned, in $b, $c,
+/// $d. They give points 0 $c, 1 $free, 2 $d, 3 $a, and $b is free.
 macro_rules! sums {
-    () => {
-        lines!(
-            "sadd16 r11, r7, r8",
-            "ssub16 r7, r7, r8",
-            "sadd16 r8, r10, r9",
-            "ssub16 r10, r10, r9",
-            ".if {twice}",
-            "shadd16 r9, r8, r11",
-            "shsub16 r8, r8, r11",
-            "shsax r11, r10, r7",
-            "shasx r10, r10, r7",
-            ".else",
-            "sadd16 r9, r8, r11",
-            "ssub16 r8, r8, r11",
-            "ssax r11, r10, r7",
-            "sasx r10, r10, r7",
-            ".endif"
+    ($a:literal, $b:literal, $c:literal, $d:literal, $free:literal) => {
+        concat!(
+            "sadd16 ",
+            $free,
+            ", ",
+            $b,
+            ", ",
+            $d,
+            "\n ssub16 ",
+            $b,
+            ", ",
+            $b,
+            ", ",
+            $d,
+            "\n",
+            "sadd16 ",
+            $d,
+            ", ",
+            $a,
+            ", ",
+            $c,
+            "\n ssub16 ",
+            $a,
+            ", ",
+            $a,
+            ", ",
+            $c,
+            "\n",
+            ".if {twice}\n",
+            "shadd16 ",
+            $c,
+            ", ",
+            $d,
+            ", ",
+            $free,
+            "\n shsub16 ",
+            $d,
+            ", ",
+            $d,
+            ", ",
+            $free,
+            "\n",
+            "shsax ",
+            $free,
+            ", ",
+            $a,
+            ", ",
+            $b,
+            "\n shasx ",
+            $a,
+            ", ",
+            $a,
+            ", ",
+            $b,
+            "\n",
+            ".else\n",
+            "sadd16 ",
+            $c,
+            ", ",
+            $d,
+            ", ",
+            $free,
+            "\n ssub16 ",
+            $d,
+            ", ",
+            $d,
+            ", ",
+            $free,
+            "\n",
+            "ssax ",
+            $free,
+            ", ",
+            $a,
+            ", ",
+            $b,
+            "\n sasx ",
+            $a,
+            ", ",
+            $a,
+            ", ",
+            $b,
+            "\n",
+            ".endif\n",
         )
     };
 }
@@ -103,17 +176,14 @@ macro_rules! halves {
 }
 
 /// A pass over at least four blocks. The outer loop takes one factor after the other, the inner
-/// loop all blocks. If `TWICE`, the pass halves a second time.
+/// loop all blocks, four at once. If `TWICE`, the pass halves a second time.
 ///
 /// # Safety
-/// `points..end` must be whole pairs of blocks of 4 L aligned points, `table` the factors, `stride`
-/// bytes apart.
+/// `points` must be M aligned points, `table` the factors of M, and M a power of 4 times 4 L.
 #[unsafe(naked)]
-unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
+unsafe extern "C" fn blocks<const M: usize, const L: usize, const TWICE: bool>(
     points: *mut Pair,
-    end: *mut Pair,
     table: *const Triple,
-    stride: usize,
 ) -> u32 {
     macro_rules! leg {
         ($do:literal, $x:literal, $leg:literal, $block:literal) => {
@@ -138,7 +208,7 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
                 leg!("ldr", "r9", 2, $b),
                 leg!("ldr", "r10", 0, $b),
                 halves!(),
-                sums!(),
+                sums!("r10", "r7", "r9", "r8", "r11"),
                 look!("r7": "r9", "r11", "r8", "r10"),
                 store!($b),
             )
@@ -149,78 +219,189 @@ unsafe extern "C" fn blocks<const L: usize, const TWICE: bool>(
             concat!(
                 leg!("ldr", "r7", 1, $b),
                 leg!("ldr", "r8", 3, $b),
-                turn!("r7", "r2", "r9"),
-                turn!("r8", "r4", "r9"),
+                turn!("r7", "r2", "r9", "r5"),
+                turn!("r8", "r4", "r9", "r5"),
                 leg!("ldr", "r9", 2, $b),
-                turn!("r9", "r3", "r10"),
+                turn!("r9", "r3", "r10", "r5"),
                 leg!("ldr", "r10", 0, $b),
                 "shadd16 r10, r10, r6\n",
-                sums!(),
+                sums!("r10", "r7", "r9", "r8", "r11"),
                 look!("r7": "r9", "r11", "r8", "r10"),
                 store!($b),
             )
         };
     }
-    // The offsets of a second block of 256 points and more do not fit in an instruction.
+    // Four butterflies. The offsets of blocks of 512 points do not fit in an instruction.
+    macro_rules! four {
+        ($one:ident) => {
+            concat!(
+                $one!(0),
+                between!(),
+                $one!(1),
+                between!(),
+                $one!(2),
+                between!(),
+                $one!(3),
+                between!(),
+            )
+        };
+    }
     macro_rules! between {
         () => {
             ".if {next} == 0\n add r0, r0, #16*{l}\n .endif\n"
         };
     }
+    // Goes on with the next four blocks at $label, then to the next points of all.
+    macro_rules! advance {
+        ($label:literal) => {
+            concat!(
+                ".if {next} != 0\n .if {m} == 16*{l}\n",
+                "add r0, r0, #4\n",
+                ".else\n",
+                "add r0, r0, #64*{l}\n cmp r0, r1\n blo ",
+                $label,
+                "b\n",
+                ".endif\n .endif\n",
+                ".if {next} == 0 || {m} > 16*{l}\n",
+                "sub r0, r0, #4*{m}\n add r0, r0, #4\n",
+                ".endif\n",
+            )
+        };
+    }
     kernel!(
-        enter!(16),
-        "add r4, r0, #4",
-        "add r5, r0, #4*{l}",
-        "add r2, r2, r3",
-        "strd r4, r5, [sp]",     // the next point of a leg, and the leg's end
-        "strd r2, r3, [sp, #8]", // its factors, and the stride
+        enter!(4),
+        "add lr, r1, #{stride}", // the next factor
+        "add r12, r0, #4*{l}",
+        "str r12, [sp]", // the leg's end
+        "add r1, r0, #4*{m}",
         rounding!(),
         "mov r12, #0",
-        "mov lr, #{turns}", // what turns one rounding of leg 0 into the other
         ".p2align 2",
         "2:",
-        first!(0),
-        between!(),
-        first!(1),
-        "add r0, r0, #{rest}",
-        "cmp r0, r1",
-        "blo 2b",
+        four!(first),
+        advance!("2"),
         "3:",
-        "eor r6, r6, r12",  // at every other factor
-        "eor r12, r12, lr",
-        "ldr r0, [sp]",
-        "ldrd r7, r8, [sp, #8]",
-        "ldm r7, {{r2, r3, r4}}",
-        "add r7, r7, r8",
-        "str r7, [sp, #8]",
-        "add r7, r0, #4",
-        "str r7, [sp]",
+        "eor r6, r6, r12", // at every other factor, one rounding of leg 0 into the other
+        "eor r12, r12, #{turns}",
+        "ldm lr, {{r2, r3, r4}}",
+        "add lr, lr, #{stride}",
+        ".p2align 2",
         "4:",
-        turned!(0),
-        between!(),
-        turned!(1),
-        "add r0, r0, #{rest}",
-        "cmp r0, r1",
-        "blo 4b",
-        "ldrd r7, r8, [sp]",
-        "cmp r7, r8",
+        four!(turned),
+        advance!("4"),
+        "ldr r7, [sp]",
+        "cmp r0, r7",
         "blo 3b",
-        leave!(16),
+        leave!(4),
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
         // No caller asks for a longer pass, but the assembler sees such lengths.
-        l = const if L <= 256 { L } else { 4 },
-        next = const if L < 256 { 16 * L } else { 0 },
-        rest = const if L < 256 { 32 * L } else { 16 * 256 },
+        l = const if L <= 128 { L } else { 4 },
+        m = const M,
+        stride = const M / 4 / L * size_of::<Triple>(),
+        next = const if L < 128 { 16 * L } else { 0 },
     )
 }
 
-/// The last pass, which has one block. If `TWICE`, it halves a second time.
+/// The last pass, which has one block, two neighbouring butterflies at a time. If `TWICE`, it halves
+/// a second time.
+///
+/// # Safety
+/// `block` must be 4 L aligned points, L from 4 to 128, and `table` the factors of that many.
+#[unsafe(naked)]
+unsafe extern "C" fn last_by_twos<const L: usize, const TWICE: bool>(
+    block: *mut Pair,
+    table: *const Triple,
+) -> u32 {
+    // Two neighbours of a leg; r0 is 8 bytes before those of leg 2.
+    macro_rules! leg {
+        ($do:literal, $x:literal, $y:literal, $leg:literal) => {
+            concat!($do, " ", $x, ", ", $y, ", [r0, #8-8*{l}+", $leg, "*4*{l}]\n")
+        };
+    }
+    macro_rules! load {
+        () => {
+            concat!(
+                leg!("ldrd", "r4", "r5", 1),
+                leg!("ldrd", "r6", "r7", 3),
+                leg!("ldrd", "r8", "r9", 2)
+            )
+        };
+    }
+    // Legs 1, 2 and 3 by the next factors.
+    macro_rules! turned {
+        ($b:literal, $c:literal, $d:literal) => {
+            concat!(
+                "ldm r1!, {{r2, r3, r10}}\n",
+                turn!($b, "r2", "r11", "lr"),
+                turn!($c, "r3", "r11", "lr"),
+                turn!($d, "r10", "r11", "lr"),
+            )
+        };
+    }
+    macro_rules! finish {
+        () => {
+            concat!(
+                leg!("ldrd", "r2", "r3", 0),
+                "shadd16 r2, r2, r12\n shadd16 r3, r3, r12\n",
+                sums!("r2", "r4", "r8", "r6", "r10"),
+                sums!("r3", "r5", "r9", "r7", "r11"),
+                leg!("strd", "r8", "r9", 0),
+                leg!("strd", "r10", "r11", 1),
+                leg!("strd", "r2", "r3", 3),
+                "strd r6, r7, [r0, #8]!\n",
+            )
+        };
+    }
+    macro_rules! two {
+        () => {
+            concat!(
+                "eor r12, r12, #{turns}\n",
+                load!(),
+                turned!("r4", "r8", "r6"),
+                turned!("r5", "r9", "r7"),
+                finish!(),
+            )
+        };
+    }
+    kernel!(
+        enter!(4),
+        "add r1, r1, #12",
+        "add r0, r0, #8*{l}-8",
+        "add r2, r0, #4*{l}",
+        "str r2, [sp]",
+        "mov lr, #0x8000",
+        "mov r12, #0x10001",
+        load!(),
+        "shadd16 r4, r4, r12",
+        "shadd16 r6, r6, r12",
+        "shadd16 r8, r8, r12",
+        turned!("r5", "r9", "r7"),
+        finish!(),
+        two!(),
+        ".if {l} > 4",
+        ".p2align 2",
+        "2:",
+        two!(),
+        two!(),
+        "ldr r2, [sp]",
+        "cmp r0, r2",
+        "blo 2b",
+        ".endif",
+        leave!(4),
+        twice = const TWICE as u32,
+        turns = const 0x1_0001 * (1 ^ second(TWICE)),
+        // No caller asks for longer legs, but the assembler sees such lengths.
+        l = const if L <= LONGEST { L } else { 4 },
+    )
+}
+
+/// The last pass, which has one block, with long legs. If `TWICE`, it halves a second time.
 ///
 /// # Safety
 /// `block` must be 4 L aligned points, `table` the factors of that many.
 #[unsafe(naked)]
-unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
+unsafe extern "C" fn last<const L: usize, const TWICE: bool>(
     block: *mut Pair,
     table: *const Triple,
 ) -> u32 {
@@ -247,13 +428,13 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
                 "ldm r2!, {{r3, r4, lr}}\n",
                 "ldr r7, [r0, #4*{l}-{bias}]\n",
                 "ldr r8, [r1, #4*{l}-{bias}]\n",
-                turn!("r7", "r3", "r9"),
-                turn!("r8", "lr", "r9"),
+                turn!("r7", "r3", "r9", "r5"),
+                turn!("r8", "lr", "r9", "r5"),
                 "ldr r9, [r1, #0-{bias}]\n",
-                turn!("r9", "r4", "r10"),
+                turn!("r9", "r4", "r10", "r5"),
                 "ldr r10, [r0, #0-{bias}]\n",
                 "shadd16 r10, r10, r6\n",
-                sums!(),
+                sums!("r10", "r7", "r9", "r8", "r11"),
                 store!(),
             )
         };
@@ -273,7 +454,7 @@ unsafe extern "C" fn only<const L: usize, const TWICE: bool>(
         "ldr r9, [r1, #0-{bias}]",
         "ldr r10, [r0, #0-{bias}]",
         halves!(),
-        sums!(),
+        sums!("r10", "r7", "r9", "r8", "r11"),
         store!(),
         turned!(),
         ".p2align 2",
