@@ -19,7 +19,12 @@ fn snr_against_float64() {
 
 /// A wrapped sum would be off by 2^16 stored points.
 fn check_extremes<const N: usize>() {
-    for codes in [Codes::signed::<12>(), Codes::signed::<16>(), Codes::unsigned::<12>()] {
+    for codes in [
+        Codes::signed::<12>(),
+        Codes::signed::<13>(),
+        Codes::signed::<16>(),
+        Codes::unsigned::<12>(),
+    ] {
         let worst = worst_by::<N, Q15>(codes) / f64::from(1 << FRACTION);
         println!("{N} {codes:?}: {worst:.1} stored units");
         assert!(worst < 64.0, "{N} {codes:?}: {worst}");

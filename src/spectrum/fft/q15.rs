@@ -2,19 +2,20 @@
 //! [`super::integer`]. This portable code is the definition; the kernels of `kernel_q15` equal it
 //! bit for bit.
 //!
-//! A record is shifted so that its largest part just fills 12 bits. A pass of radix 8 or 4 and then
+//! A record is shifted so that its strongest point just fills 12 bits. A pass of radix 8 or 4 and then
 //! passes of radix 4 follow. Every later pass halves once, or twice if a part of its input needs
 //! more than 14 bits. Products and halved sums are rounded to nearest.
 //!
 //! # Growth bound
 //!
-//! Let m be the largest `|z|` of all points z. The record is shifted so that no part exceeds 2894,
-//! so m is at most 4093. A first pass of radix 8 adds eight points: m is at most 32742. (One of
-//! radix 4 takes parts twice as large, and adds four points.) A later pass adds four points, each
+//! Let m be the largest `|z|` of all points z. The record is shifted so that m is at most 4090, or
+//! 4091.5 where shifting down rounds a code and the centre. A first pass of radix 8 adds eight
+//! points: m is at most 32732. (One of radix 4 takes points twice as large, and adds four.) A later
+//! pass adds four points, each
 //! halved: m doubles. It does so only if every part was within -2^13..2^13, so that m was at most
 //! 11585; otherwise the sums are halved again, and m stays. Rounding, and factors whose magnitude
 //! exceeds 1 by 2^-16, add less than 4 a pass, and there are five passes at most. So `|z|` never
-//! exceeds 32762, nor does a sum of two halved points inside a butterfly, and no part reaches
+//! exceeds 32752, nor does a sum of two halved points inside a butterfly, and no part reaches
 //! 32767. Sums wrap, which is exact if the result fits.
 //!
 //! # Bins
@@ -30,9 +31,9 @@ use crate::acquire::codes::Codes;
 /// How many bits finer a bin is than a stored point.
 pub const FRACTION: u32 = 10;
 
-/// The largest magnitude of a part that a first pass of radix 8 takes; one of radix 4 takes twice
+/// The largest magnitude of a point that a first pass of radix 8 takes; one of radix 4 takes twice
 /// this.
-const LARGEST: i32 = 2894;
+const LARGEST: u32 = 4090;
 
 /// sqrt(1/2) in Q15.
 pub(super) const DIAGONAL: i32 = 23170;
@@ -42,7 +43,7 @@ pub(super) const DIAGONAL: i32 = 23170;
 /// Slices that do not hold `M` elements leave `points` as they are; the callers' types rule that
 /// out.
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
-    let shift = shift::<M>(codes, extremes(pairs));
+    let shift = shift_of::<M>(pairs, codes);
     let mut large = first_pass::<M>(pairs, codes, shift, points);
     let table = const { twiddle::passes(M) };
     let (mut exponent, mut length) = (-shift, first_radix(M));
@@ -59,29 +60,42 @@ pub(super) const fn first_radix(m: usize) -> usize {
     if m.trailing_zeros().is_multiple_of(2) { 4 } else { 8 }
 }
 
-/// How many bits codes between these two are shifted up. A negative number shifts down; codes of 13
-/// bits and fewer never need that.
-pub(super) fn shift<const M: usize>(codes: Codes, [low, high]: [i16; 2]) -> i32 {
-    let centre = i32::from(codes.middle());
-    let largest = (i32::from(high) - centre).max(centre - i32::from(low));
-    let allowed = LARGEST * 8 / first_radix(M) as i32;
-    let mut shift = if codes.bits() <= 13 { 0 } else { -4 };
-    while shift < 11 && largest << (shift + 5) <= allowed << 4 {
+/// The largest power of a point that the first pass takes.
+pub(super) const fn allowed(m: usize) -> u32 {
+    let largest = LARGEST * 8 / first_radix(m) as u32;
+    largest * largest
+}
+
+/// The most bits by which a record is shifted up.
+pub(super) const MOST: i32 = 11;
+
+/// How many bits a record is shifted up: as many as its strongest point allows. A negative number
+/// shifts down; narrow codes never need that.
+pub(super) fn shift_of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
+    let power = strongest(pairs, codes);
+    let mut shift = if is_narrow(codes) { 0 } else { -4 };
+    while shift < MOST && u64::from(power) << (2 * shift + 10) <= u64::from(allowed(M)) << 8 {
         shift += 1;
     }
-    // If four points are added, a single bit gains nothing: the next pass would halve twice.
+    worthwhile::<M>(shift)
+}
+
+/// Whether a point of the farthest codes still fits without a shift down: two parts of 2892.
+pub(super) const fn is_narrow(codes: Codes) -> bool {
+    let low = codes.rails().0 as i32;
+    codes.middle() as i32 - low <= 2892
+}
+
+/// This shift, unless it gains nothing: if four points are added, the pass after a shift by one bit
+/// would halve twice.
+pub(super) const fn worthwhile<const M: usize>(shift: i32) -> i32 {
     if shift == 1 && first_radix(M) == 4 { 0 } else { shift }
 }
 
-/// A spread of codes of 12 bits, from which on [`shift`] is zero.
-#[cfg_attr(not(dsp), allow(dead_code))]
-pub(super) const WIDE: u16 = LARGEST as u16;
-
-/// The lowest and the highest part.
-pub(super) fn extremes(pairs: &[Pair]) -> [i16; 2] {
-    pairs.as_flattened().iter().fold([i16::MAX, i16::MIN], |[low, high], &code| {
-        [if code < low { code } else { low }, if code > high { code } else { high }]
-    })
+/// The power of the strongest point about the centre.
+fn strongest(pairs: &[Pair], codes: Codes) -> u32 {
+    let square = |part: i16| u32::from(part.wrapping_sub(codes.middle()).unsigned_abs()).pow(2);
+    pairs.iter().fold(0, |most, &[re, im]| most.max(square(re).wrapping_add(square(im))))
 }
 
 /// The first pass, of radix 4 or 8. True if a part is large (see [`Large`]).

@@ -1,26 +1,9 @@
-//! The record's magnitude and the first pass.
+//! The first pass.
 
 use super::super::integer::Pair;
 use super::super::q15::{self, DIAGONAL, first_radix};
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
-
-/// As [`q15::extremes`]. It may stop early, once the rest cannot change [`q15::shift`].
-pub fn extremes(pairs: &[Pair], codes: Codes) -> [i16; 2] {
-    let groups = pairs.as_chunks::<8>().0.as_ptr_range();
-    if groups.is_empty() || !groups.start.cast::<u32>().is_aligned() {
-        return q15::extremes(pairs);
-    }
-    let enough = if codes.bits() <= 13 { q15::WIDE } else { u16::MAX };
-    let mut seen = [[i16::MAX; 2], [i16::MIN; 2]];
-    // SAFETY: the range is inside `pairs`, aligned and not empty.
-    unsafe {
-        let (from, to) = (groups.start.cast(), groups.end.cast());
-        range(from, to, &mut seen, u32::from(enough) * 0x1_0001);
-    }
-    let [[a, b], [c, d]] = seen;
-    [a.min(b), c.max(d)]
-}
 
 /// As [`q15::first_pass`]; `points` must be aligned to words.
 pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &mut [Pair]) -> bool {
@@ -39,44 +22,6 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
         }
     };
     q != 0
-}
-
-/// The lowest and the highest of either half of the words and of `seen`. It may stop once the two
-/// extremes of a half are further apart than in `enough`.
-///
-/// # Safety
-/// `from..to` must be groups of eight aligned words, at least one.
-#[unsafe(naked)]
-unsafe extern "C" fn range(from: *const u32, to: *const u32, seen: &mut [Pair; 2], enough: u32) {
-    // Moves the larger of each half to $x and the smaller to lr, then updates the highest and the
-    // lowest.
-    macro_rules! look {
-        ($($x:literal, $y:literal);*) => {
-            concat!($(
-                "ssub16 lr, ", $x, ", ", $y, "\n sel lr, ", $y, ", ", $x, "\n sel ", $x, ", ", $x, ", ", $y, "\n",
-                "ssub16 ", $y, ", ", $x, ", r12\n sel r12, ", $x, ", r12\n",
-                "ssub16 ", $y, ", lr, r2\n sel r2, r2, lr\n",
-            )*)
-        };
-    }
-    kernel!(
-        "push {{r2, r4-r11, lr}}",
-        "ldrd r2, r12, [r2]",
-        ".p2align 2",
-        "2:",
-        "ldm r0!, {{r4-r11}}",
-        look!("r4", "r5"; "r6", "r7"; "r8", "r9"; "r10", "r11"),
-        "ssub16 lr, r12, r2",
-        "uqsub16 lr, lr, r3",
-        "cmp lr, #0",
-        "bne 3f",
-        "cmp r0, r1",
-        "blo 2b",
-        "3:",
-        "pop {{r4}}",
-        "strd r2, r12, [r4]",
-        "pop {{r4-r11, pc}}",
-    )
 }
 
 /// Finds the start of a group of the first pass, in r0. The number of the four groups is at [sp],

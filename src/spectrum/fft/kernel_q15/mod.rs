@@ -43,6 +43,7 @@ macro_rules! look {
 mod first;
 mod passes;
 mod search;
+mod shift;
 
 pub use search::scan;
 
@@ -56,7 +57,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pai
     if pairs.len() != M || points.len() != M || !points.as_ptr().cast::<u32>().is_aligned() {
         return q15::transform::<M>(pairs, codes, points);
     }
-    let shift = q15::shift::<M>(codes, first::extremes(pairs, codes));
+    let shift = shift::of::<M>(pairs, codes);
     let mut large = first::pass::<M>(pairs, codes, shift, points);
     let mut exponent = -shift - q15::FRACTION as i32;
     let (points, table) = (points.as_mut_ptr(), const { twiddle::passes(M) }.as_ptr());
