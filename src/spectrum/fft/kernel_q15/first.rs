@@ -5,23 +5,57 @@ use super::super::q15::{self, DIAGONAL, first_radix};
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
 
-/// As [`q15::first_pass`]; `points` must be aligned to words.
+/// Points are taken as they are.
+const NONE: u32 = 0;
+/// A product shifts a point up: its lower half is not negative, and pushes nothing into the upper.
+const WORDS: u32 = 1;
+/// A number is added to both halves before that, which makes the lower one so.
+const HALVES: u32 = 2;
+
+/// As [`q15::first_pass`]; `points` must be aligned to words. The record must allow the shift.
 pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &mut [Pair]) -> bool {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let Ok(up) = u32::try_from(shift) else {
         return q15::first_pass::<M>(pairs, codes, shift, points);
     };
-    let centre = (q15::first_centre::<M>(codes, shift) as u16) as u32 * 0x1_0001;
+    let twice = |part: i32| u32::from(part as u16) * 0x1_0001;
+    // A shifted part is within -OFFSET..OFFSET about the centre.
+    let (offset, centre) = (const { 0x8000 / first_radix(M) as i32 }, i32::from(codes.middle()));
+    let added = offset.unbounded_shr(up) - centre;
     // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many; `points` is aligned.
     let q = unsafe {
-        match (first_radix(M), up) {
-            (8, 0) => eights::<M, false>(from, to, centre, 0),
-            (8, _) => eights::<M, true>(from, to, centre, up),
-            (_, 0) => fours::<M, false>(from, to, centre, 0),
-            (_, _) => fours::<M, true>(from, to, centre, up),
+        if up == 0 {
+            let centre = twice(q15::first_centre::<M>(codes, 0).into());
+            groups::<M, NONE>(from, to, centre, 0)
+        } else if added <= 0 {
+            let added = (added.unsigned_abs() * 0x1_0001).unbounded_shl(up).wrapping_neg();
+            groups::<M, WORDS>(from, to, added, 1u32.unbounded_shl(up))
+        } else {
+            groups::<M, HALVES>(from, to, twice(added), up)
         }
     };
     q != 0
+}
+
+/// The pass in groups of the first radix.
+///
+/// # Safety
+/// As [`eights`] or [`fours`].
+#[inline(always)]
+unsafe fn groups<const M: usize, const UP: u32>(
+    from: *const Pair,
+    to: *mut Pair,
+    number: u32,
+    shift: u32,
+) -> u32 {
+    // SAFETY: the caller guarantees it.
+    unsafe {
+        if first_radix(M) == 8 {
+            eights::<M, UP>(from, to, number, shift)
+        } else {
+            fours::<M, UP>(from, to, number, shift)
+        }
+    }
 }
 
 /// Finds the start of a group of the first pass, in r0. The number of the four groups is at [sp],
@@ -44,25 +78,34 @@ macro_rules! next_groups {
     };
 }
 
-/// Stores the mask and the number of bits of a shift at [sp, #8], from r3.
-macro_rules! keep_shift {
-    () => {
-        lines!(
-            "movw r4, #0xffff",
-            "lsl r5, r4, r3",
-            "orr r4, r4, r5, lsl #16",
-            "strd r4, r3, [sp, #8]"
+/// Shifts packed pairs up by what is at [sp, #8], with the number in lr. What that adds to each part
+/// is 2^15 over the radix in the end. Uses r12.
+macro_rules! up {
+    ($($x:literal),*) => {
+        concat!(
+            ".if {up}\n ldr r12, [sp, #8]\n .endif\n",
+            $(
+                ".if {up} == 1\n mla ", $x, ", ", $x, ", r12, lr\n .endif\n",
+                ".if {up} == 2\n sadd16 ", $x, ", ", $x, ", lr\n lsl ", $x, ", ", $x, ", r12\n .endif\n",
+            )*
         )
     };
 }
 
-/// Shifts packed pairs up. A mask removes the bits that the lower half pushed into the upper one.
-/// Uses r3, r12.
-macro_rules! up {
-    ($($x:literal),*) => {
+/// Takes the centre, or what [`up`] added, from the sum of a group.
+macro_rules! centre {
+    ($to:literal, $x:literal) => {
         concat!(
-            "ldrd r12, r3, [sp, #8]\n",
-            $("lsl ", $x, ", ", $x, ", r3\n and ", $x, ", ", $x, ", r12\n",)*
+            ".if {up}\n eor ",
+            $to,
+            ", ",
+            $x,
+            ", #0x80008000\n .else\n",
+            "ssub16 ",
+            $to,
+            ", ",
+            $x,
+            ", lr\n .endif\n",
         )
     };
 }
@@ -156,16 +199,17 @@ macro_rules! diagonal {
     };
 }
 
-/// The first pass in groups of eight: `q15::first8`, with the parts shifted up by `shift` if `UP`;
-/// `centre` is the centre of a group's sum.
+/// The first pass in groups of eight: `q15::first8`. `UP` says how parts are shifted up: by [`NONE`]
+/// not, by [`WORDS`] with the factor `shift`, by [`HALVES`] by so many bits. `number` is the centre of a
+/// group's sum, what is added to a product, or what is added to parts before the shift.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M aligned points, M = 8 4^d of at most 2048.
 #[unsafe(naked)]
-unsafe extern "C" fn eights<const M: usize, const UP: bool>(
+unsafe extern "C" fn eights<const M: usize, const UP: u32>(
     from: *const Pair,
     to: *mut Pair,
-    centre: u32,
+    number: u32,
     shift: u32,
 ) -> u32 {
     kernel!(
@@ -174,9 +218,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
         "str r0, [sp, #4]",
         "mov lr, r2",
         "sub r1, r1, #8",
-        ".if {up}",
-        keep_shift!(),
-        ".endif",
+        "str r3, [sp, #8]",
         "movw r2, #{diagonal}",
         "movt r2, #{diagonal}",
         "movw r3, #0x4000",
@@ -202,15 +244,12 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
         "ldr r11, [r0, #7*{leg_}]",
         ".endif",
         "add r0, r0, #{leg}/4",
-        ".if {up}",
         up!("r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11"),
-        "movw r3, #0x4000",
-        ".endif",
         four_points!("r4", "r6", "r8", "r10", "r12"), // 0 r6, 1 r4, 2 r12, 3 r8
         four_points!("r5", "r7", "r9", "r11", "r10"), // 0 r7, 1 r5, 2 r10, 3 r9
         "sadd16 r11, r6, r7",
         "ssub16 r6, r6, r7",
-        "ssub16 r11, r11, lr",
+        centre!("r11", "r11"),
         "ssax r7, r12, r10",
         "sasx r10, r12, r10",
         look!("r12": "r11", "r6", "r7", "r10"),
@@ -232,7 +271,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
         "blo 2b",
         leave!(16),
         diagonal = const DIAGONAL,
-        up = const UP as u32,
+        up = const UP,
         // No caller asks for more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         leg_ = const if M <= 512 { M / 8 * 4 } else { 4 },
@@ -246,10 +285,10 @@ unsafe extern "C" fn eights<const M: usize, const UP: bool>(
 /// # Safety
 /// `from` and `to` must be M pairs and M aligned points, M = 4^d of at most 4096.
 #[unsafe(naked)]
-unsafe extern "C" fn fours<const M: usize, const UP: bool>(
+unsafe extern "C" fn fours<const M: usize, const UP: u32>(
     from: *const Pair,
     to: *mut Pair,
-    centre: u32,
+    number: u32,
     shift: u32,
 ) -> u32 {
     kernel!(
@@ -258,9 +297,7 @@ unsafe extern "C" fn fours<const M: usize, const UP: bool>(
         "str r0, [sp, #4]",
         "mov lr, r2",
         "sub r1, r1, #8",
-        ".if {up}",
-        keep_shift!(),
-        ".endif",
+        "str r3, [sp, #8]",
         ".p2align 2",
         "2:",
         next_groups!(),
@@ -279,11 +316,9 @@ unsafe extern "C" fn fours<const M: usize, const UP: bool>(
         "ldr r7, [r7]",
         ".endif",
         "add r0, r0, #{leg}/4",
-        ".if {up}",
         up!("r4", "r5", "r6", "r7"),
-        ".endif",
         four_points!("r4", "r5", "r6", "r7", "r8"), // 0 r5, 1 r4, 2 r8, 3 r6
-        "ssub16 r10, r5, lr",
+        centre!("r10", "r5"),
         "mov r11, r4",
         "mov r9, r6",
         look!("r12": "r10", "r11", "r8", "r9"),
@@ -294,7 +329,7 @@ unsafe extern "C" fn fours<const M: usize, const UP: bool>(
         "cmp r4, #{outer}",
         "blo 2b",
         leave!(16),
-        up = const UP as u32,
+        up = const UP,
         leg = const M,
         leg_ = const if M <= 1024 { M } else { 4 },
         outer = const M / 16,
