@@ -77,30 +77,35 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
     }
 
     /// Compares this many random blocks of random strength. Every other block has only samples at
-    /// the rails, and every eighth is periodic, so that bins are equally strong.
+    /// the rails, or about the middle, and every eighth is periodic, so that bins are equally strong.
     pub fn drive(&mut self, blocks: u32) {
         let mut random = Random(20_220_222);
         let mut samples = [R::Sample::default(); N];
         for block in 0..blocks {
-            let codes = match block % 3 {
+            let codes = match block % 5 {
                 0 => Codes::signed::<12>(),
                 1 => Codes::unsigned::<12>(),
-                _ => Codes::signed::<16>(),
+                2 => Codes::signed::<16>(),
+                3 => Codes::unsigned::<10>(),
+                _ => Codes::signed::<13>(),
             };
             let (low, high) = codes.rails();
             let weaker = random.draw() % codes.bits();
+            let span = (i32::from(high) - i32::from(low)) >> weaker;
+            let centred = random.draw() % 2 == 0;
+            let lowest = i32::from(low)
+                + if centred { (i32::from(high) - i32::from(low) - span) / 2 } else { 0 };
             let period = if block % 8 == 7 { 1 << (random.draw() % 8) } else { N };
             for index in 0..N {
                 let repeated =
                     index.checked_sub(period).and_then(|index| samples.get(index)).copied();
                 let mut code = || {
                     let bits = random.draw();
-                    if block % 2 == 0 {
+                    if block % 2 == 0 && !centred {
                         return if bits & 1 == 0 { low } else { high };
                     }
-                    let span = (i32::from(high) - i32::from(low)) >> weaker;
                     let within = (bits >> 8).checked_rem(span as u32 + 1).unwrap_or(0) as i32;
-                    (i32::from(low) + within) as i16
+                    (lowest + within) as i16
                 };
                 let fresh = R::of_parts([code(), code()]);
                 if let Some(sample) = samples.get_mut(index) {

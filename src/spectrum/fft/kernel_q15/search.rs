@@ -15,7 +15,7 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     let centre = points.get(middle).map_or(0, |&p| q15_bins::power(p));
     let from = points.as_ptr();
     let mut seen = Seen { total: centre as u64, best: centre, at: from.wrapping_add(middle) };
-    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last, an odd number, lie inside
+    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last, a multiple of four but one, lie inside
     // `points`, their factors inside `table`.
     unsafe {
         let (lower, upper) = (from.add(SPARSE), from.add(M - SPARSE));
@@ -38,7 +38,7 @@ struct Seen {
 /// Scans the pairs of points beside `middle`, outwards to the second point and the last.
 ///
 /// # Safety
-/// There must be an odd number of pairs, three or more, in aligned points from `points` on.
+/// There must be 4 i + 3 pairs in aligned points from `points` on.
 /// `factors` is the distance in bytes from a point to its factor.
 #[unsafe(naked)]
 unsafe extern "C" fn pairs_outwards(
@@ -47,21 +47,26 @@ unsafe extern "C" fn pairs_outwards(
     middle: *const Pair,
     factors: usize,
 ) {
-    // Points $p and $q, below and above. Adds the sum of their powers to r10, r11. If that sum is
-    // as strong as r8, the code jumps out of line.
+    // Points $p and $q, below and above. Puts the sum of their powers into $sum. If it is as strong
+    // as r8, the code jumps out of line.
     macro_rules! pair {
-        ($p:literal, $q:literal, $out:literal, $back:literal) => {
+        ($p:literal, $q:literal, $sum:literal, $out:literal, $back:literal) => {
             concat!(
                 "smuad r12, ",
                 $p,
                 ", ",
                 $p,
-                "\n smlad lr, ",
+                "\n",
+                "smlad ",
+                $sum,
+                ", ",
                 $q,
                 ", ",
                 $q,
                 ", r12\n",
-                "adds r10, r10, lr\n adc r11, r11, #0\n cmp lr, r8\n bge ",
+                "cmp ",
+                $sum,
+                ", r8\n bge ",
                 $out,
                 "f\n",
                 $back,
@@ -69,42 +74,81 @@ unsafe extern "C" fn pairs_outwards(
             )
         };
     }
+    // Two pairs. The powers of four points sum to less than 2^32.
+    macro_rules! two_pairs {
+        ($out:literal, $back:literal, $out2:literal, $back2:literal) => {
+            concat!(
+                "ldrd r4, r5, [r0], #-8\n ldrd r6, r7, [r2], #8\n",
+                pair!("r5", "r6", "lr", $out, $back),
+                pair!("r4", "r7", "r9", $out2, $back2),
+                "add lr, lr, r9\n adds r10, r10, lr\n adc r11, r11, #0\n",
+            )
+        };
+    }
     // The lower bin wins a tie against any above it; the upper bin must be stronger than all below
     // it. $down and $up are how far r0 and r2 have moved beyond the bins.
     macro_rules! risen {
-        ($p:literal, $q:literal, $out:literal, $back:literal, $down:literal, $up:literal) => {
+        ($p:literal, $q:literal, $sum:literal, $w:literal, $out:literal, $back:literal, $down:literal, $up:literal) => {
             concat!(
                 $out,
-                ":\n add r9, r0, #",
+                ":\n add ",
+                $w,
+                ", r0, #",
                 $down,
-                "\n ldr r9, [r3, r9]\n",
+                "\n ldr ",
+                $w,
+                ", [r3, ",
+                $w,
+                "]\n",
                 "smuadx ",
                 $p,
                 ", ",
                 $p,
                 ", ",
                 $q,
-                "\n rsb r12, lr, r12, lsl #1\n",
-                "smulwt r12, r12, r9\n smulwb ",
+                "\n",
+                "rsb r12, ",
+                $sum,
+                ", r12, lsl #1\n",
+                "smulwt r12, r12, ",
+                $w,
+                "\n smulwb ",
                 $p,
                 ", ",
                 $p,
-                ", r9\n sub r12, r12, ",
+                ", ",
+                $w,
+                "\n",
+                "sub r12, r12, ",
                 $p,
                 ", lsl #1\n",
                 "add ",
                 $p,
-                ", r12, lr, asr #1\n rsb r12, r12, lr, asr #1\n",
+                ", r12, ",
+                $sum,
+                ", asr #1\n rsb r12, r12, ",
+                $sum,
+                ", asr #1\n",
                 "cmp ",
                 $p,
-                ", r8\n itt ge\n movge r8, ",
+                ", r8\n ittt ge\n movge r8, ",
                 $p,
-                "\n addge r1, r0, #",
+                "\n",
+                "addge ",
+                $q,
+                ", r0, #",
                 $down,
-                "\n",
-                "cmp r12, r8\n itt gt\n movgt r8, r12\n subgt r1, r2, #",
+                "\n strge ",
+                $q,
+                ", [sp, #4]\n",
+                "cmp r12, r8\n ittt gt\n movgt r8, r12\n",
+                "subgt ",
+                $q,
+                ", r2, #",
                 $up,
-                "\n",
+                "\n strgt ",
+                $q,
+                ", [sp, #4]\n",
                 "b ",
                 $back,
                 "b\n",
@@ -113,35 +157,37 @@ unsafe extern "C" fn pairs_outwards(
     }
     kernel!(
         "push {{r4-r11, lr}}",
-        "sub sp, sp, #8",
-        "strd r0, r1, [sp]",
+        "sub sp, sp, #12",
+        "strd r0, r2, [sp]", // at [sp, #4] is the strongest bin
         "ldm r0, {{r10, r11}}",
         "ldr r8, [r0, #8]",
-        "mov r1, r2",     // the strongest bin
-        "sub r0, r2, #4", // downwards
+        "sub r0, r2, #4", // downwards to r1
         "add r2, r2, #4", // upwards
         "ldr r5, [r0], #-4",
         "ldr r6, [r2], #4",
-        pair!("r5", "r6", "10", "11"),
+        pair!("r5", "r6", "lr", "10", "11"),
+        "adds r10, r10, lr",
+        "adc r11, r11, #0",
         // Two pairs at once, each of two words.
         "sub r0, r0, #4",
+        "b 3f",
         ".p2align 2",
         "2:",
-        "ldrd r4, r5, [r0], #-8",
-        "ldrd r6, r7, [r2], #8",
-        pair!("r5", "r6", "20", "21"),
-        pair!("r4", "r7", "30", "31"),
-        "ldr r9, [sp, #4]",
-        "cmp r0, r9",
+        two_pairs!("20", "21", "30", "31"),
+        "3:",
+        two_pairs!("40", "41", "50", "51"),
+        "cmp r0, r1",
         "bhs 2b",
-        "ldr r0, [sp]",
+        "ldrd r0, r1, [sp]",
         "strd r10, r11, [r0]",
         "strd r8, r1, [r0, #8]",
-        "add sp, sp, #8",
+        "add sp, sp, #12",
         "pop {{r4-r11, pc}}",
-        risen!("r5", "r6", "10", "11", "4", "4"),
-        risen!("r5", "r6", "20", "21", "12", "8"),
-        risen!("r4", "r7", "30", "31", "8", "4"),
+        risen!("r5", "r6", "lr", "r9", "10", "11", "4", "4"),
+        risen!("r5", "r6", "lr", "r9", "20", "21", "12", "8"),
+        risen!("r4", "r7", "r9", "r5", "30", "31", "8", "4"),
+        risen!("r5", "r6", "lr", "r9", "40", "41", "12", "8"),
+        risen!("r4", "r7", "r9", "r5", "50", "51", "8", "4"),
     )
 }
 
