@@ -63,15 +63,12 @@ unsafe fn groups<const M: usize, const UP: u32>(
 macro_rules! next_groups {
     () => {
         lines!(
-            "ldr r4, [sp]",
+            "ldrd r4, r0, [sp]",
             "rbit r5, r4",
-            "and r6, r5, #0x55555555",
-            "and r5, r5, #0xaaaaaaaa",
-            "lsr r5, r5, #1",
-            "orr r5, r5, r6, lsl #1",
-            "lsr r5, r5, #{unused}",
-            "ldr r0, [sp, #4]",
-            "add r0, r0, r5, lsl #2",
+            "and r6, r5, #0xaaaaaaaa",
+            "and r5, r5, #0x55555555",
+            "add r0, r0, r6, lsr #{unused}-1",
+            "add r0, r0, r5, lsr #{unused}-3",
             "adds r4, #1",
             "str r4, [sp]"
         )

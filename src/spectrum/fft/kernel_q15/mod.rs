@@ -40,7 +40,10 @@ macro_rules! look {
     ($free:literal: $($x:literal),*) => { concat!($("ssat16 ", $free, ", #14, ", $x, "\n",)*) };
 }
 
+#[macro_use]
+mod butterfly;
 mod first;
+mod last;
 mod passes;
 mod search;
 mod shift;

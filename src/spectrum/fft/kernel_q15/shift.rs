@@ -17,7 +17,7 @@ pub fn of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
         return q15::shift_of::<M>(pairs, codes);
     }
     let centre = u32::from(codes.middle() as u16) * 0x1_0001;
-    // SAFETY: `pairs` are M aligned words, a multiple of 16.
+    // SAFETY: `pairs` are M aligned words, a multiple of 32.
     worthwhile::<M>(unsafe {
         if centre == 0 { checked::<M, false>(from, 0) } else { checked::<M, true>(from, centre) }
     })
@@ -27,7 +27,7 @@ pub fn of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
 /// codes; 0 if none. `CENTRED` says that it is not 0.
 ///
 /// # Safety
-/// `from` must be M aligned words, a multiple of 16.
+/// `from` must be M aligned words, a multiple of 32.
 #[unsafe(naked)]
 unsafe extern "C" fn checked<const M: usize, const CENTRED: bool>(
     from: *const u32,
@@ -80,17 +80,18 @@ unsafe extern "C" fn checked<const M: usize, const CENTRED: bool>(
         "msr apsr_nzcvq, r4",
         ".p2align 2",
         "5:",
+        ".rept 4",
         look!("r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11"),
-        look!("r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11"),
+        ".endr",
         "mrs r4, apsr",
         "tst r4, #0x08000000",
         "bne 6f",
         "cmp r0, r2",
         "blo 5b",
         "b 8f",
-        // These sixteen again, shifted one bit less.
+        // These points again, shifted one bit less.
         "6:",
-        "sub r0, r0, #64",
+        "sub r0, r0, #128",
         "mov r6, #0",
         "subs lr, lr, #1",
         "bne 3b",
