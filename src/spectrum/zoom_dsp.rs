@@ -10,6 +10,7 @@ use super::fft::integer::{Pair, Point};
 use super::zoom::{self, DIAGONAL, FACTORS, Factor, LONGEST, POINTS, shift};
 use crate::acquire::sample::{Iq, Real, Record};
 use core::mem::MaybeUninit;
+use core::ops::Range;
 
 /// As [`zoom::mix`].
 pub fn mix<R: Record, const N: usize>(
@@ -24,16 +25,45 @@ pub fn mix<R: Record, const N: usize>(
         return zoom::mix::<R, N>(pairs, factors);
     }
     let mut points = MaybeUninit::<[Point; POINTS]>::uninit();
-    let to = points.as_mut_ptr().cast();
-    // SAFETY: the pairs and the factors are at least as many as the kernel for N reads; it writes
+    let to = points.as_mut_ptr().cast::<Point>();
+    // SAFETY: the pairs and the factors are at least as many as the kernels for N read; they write
     // 32 points.
     unsafe {
-        if R::IQ {
-            turned::<N>(from, factor, to)
-        } else {
-            weighed::<N>(from, factor, to)
-        }
+        summed::<R, N>(from, factor, to);
         points.assume_init()
+    }
+}
+
+/// The sums of all blocks: in 32 bits if all fit. The first two blocks are tried before the others,
+/// because loud codes of 16 bits do not fit anywhere.
+///
+/// # Safety
+/// As [`weighed`] or [`turned`].
+#[inline(never)] // otherwise the points are copied
+unsafe fn summed<R: Record, const N: usize>(
+    from: *const Pair,
+    factors: *const Factor,
+    to: *mut Point,
+) {
+    let block = if R::IQ { N } else { N / 2 } / POINTS;
+    let fit = |blocks: Range<usize>| {
+        let from = from.wrapping_add(blocks.start * block);
+        let (to, end) = (to.wrapping_add(blocks.start), to.wrapping_add(blocks.end));
+        // SAFETY: the caller guarantees it.
+        let q = unsafe {
+            if R::IQ {
+                turned_briefly::<N>(from, factors, to, end)
+            } else {
+                weighed_briefly::<N>(from, factors, to, end)
+            }
+        };
+        q == 0
+    };
+    if !(fit(0..2) && fit(2..POINTS)) {
+        // SAFETY: the caller guarantees it.
+        unsafe {
+            if R::IQ { turned::<N>(from, factors, to) } else { weighed::<N>(from, factors, to) }
+        }
     }
 }
 
@@ -46,6 +76,149 @@ pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
         eights(points.as_mut_ptr(), bins.as_mut_ptr().cast());
         bins.assume_init()
     }
+}
+
+/// Two words of a block and of the next times the same factors, r6 to r9, summed in r2, r3 and in
+/// r4, r5. For the first word, then for the second, an instruction and a factor of the real and of
+/// the imaginary part; last, what the first word's products are added to.
+macro_rules! two_blocks {
+    ($load:literal, $re:literal $w:literal, $im:literal $v:literal; $re2:literal $w2:literal, $im2:literal $v2:literal; $a:literal $b:literal $c:literal $d:literal) => {
+        concat!(
+            $load,
+            "\n ldrd r10, r11, [r0], #8\n",
+            $re,
+            " r2, r10, ",
+            $w,
+            $a,
+            "\n ",
+            $im,
+            " r3, r10, ",
+            $v,
+            $b,
+            "\n",
+            $re2,
+            " r2, r11, ",
+            $w2,
+            ", r2\n ",
+            $im2,
+            " r3, r11, ",
+            $v2,
+            ", r3\n",
+            "ldrd r10, r11, [r0, #{block}-8]\n",
+            $re,
+            " r4, r10, ",
+            $w,
+            $c,
+            "\n ",
+            $im,
+            " r5, r10, ",
+            $v,
+            $d,
+            "\n",
+            $re2,
+            " r4, r11, ",
+            $w2,
+            ", r4\n ",
+            $im2,
+            " r5, r11, ",
+            $v2,
+            ", r5\n",
+        )
+    };
+}
+
+/// Sums of two blocks at once in 32 bits, until the points reach `end`: $first for their first two
+/// words, $next for the others. Returns Q, which a sum sets that does not fit.
+macro_rules! briefly {
+    ($first:expr, $next:expr) => {
+        concat!(
+            "push {{r4-r11, lr}}
+             mov lr, r2
+             mov r12, r3
+             mov r4, #0
+             msr apsr_nzcvq, r4
+             .p2align 2
+             2:\n",
+            $first,
+            ".rept {groups}-1\n",
+            $next,
+            ".endr
+             asr r2, r2, #{shift}
+             asr r3, r3, #{shift}
+             strd r2, r3, [lr], #8
+             asr r4, r4, #{shift}
+             asr r5, r5, #{shift}
+             strd r4, r5, [lr], #8
+             add r0, r0, #{block}
+             sub r1, r1, #{factors}
+             cmp lr, r12
+             bne 2b
+             mrs r0, apsr
+             and r0, r0, #0x08000000
+             pop {{r4-r11, pc}}"
+        )
+    };
+}
+
+/// Real samples: `zoom::weighed` and its shift for whole pairs of blocks, if their sums fit 32 bits;
+/// returns 0 if so.
+///
+/// # Safety
+/// As [`weighed`]; `to..end` must be an even number of points, at least two, and `from` their blocks.
+#[unsafe(naked)]
+unsafe extern "C" fn weighed_briefly<const N: usize>(
+    from: *const Pair,
+    factors: *const Factor,
+    to: *mut Point,
+    end: *mut Point,
+) -> u32 {
+    macro_rules! words {
+        ($op:literal $($sum:literal)*) => {
+            two_blocks!(
+                "ldm r1!, {{r6, r7, r8, r9}}",
+                $op "r6", $op "r7"; "smlad" "r8", "smlad" "r9"; $($sum)*
+            )
+        };
+    }
+    kernel!(
+        briefly!(words!("smuad" "" "" "" ""), words!("smlad" ", r2" ", r3" ", r4" ", r5")),
+        // No caller asks for fewer samples, but the assembler sees them.
+        groups = const if N >= 128 { N / POINTS / 4 } else { 1 },
+        block = const N / POINTS * size_of::<i16>(),
+        factors = const N / POINTS * size_of::<Factor>(),
+        shift = const shift::<Real, N>(),
+    )
+}
+
+/// I/Q samples: `zoom::turned`, as [`weighed_briefly`].
+///
+/// # Safety
+/// As [`turned`] and [`weighed_briefly`].
+#[unsafe(naked)]
+unsafe extern "C" fn turned_briefly<const N: usize>(
+    from: *const Pair,
+    factors: *const Factor,
+    to: *mut Point,
+    end: *mut Point,
+) -> u32 {
+    macro_rules! words {
+        ($re:literal $im:literal $($sum:literal)*) => {
+            two_blocks!(
+                "ldrd r6, r7, [r1], #8",
+                $re "r6", $im "r6"; "smlsd" "r7", "smladx" "r7"; $($sum)*
+            )
+        };
+    }
+    kernel!(
+        briefly!(
+            words!("smusd" "smuadx" "" "" "" ""),
+            words!("smlsd" "smladx" ", r2" ", r3" ", r4" ", r5")
+        ),
+        groups = const N / POINTS / 2,
+        block = const N / POINTS * size_of::<Pair>(),
+        factors = const N / POINTS * size_of::<Factor>(),
+        shift = const shift::<Iq, N>(),
+    )
 }
 
 /// Sums in r4, r5 and r6, r7, over 32 blocks of `{groups}` times two pairs with four factors each.
