@@ -1,17 +1,18 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
 
+use super::least_squares::fixed::product;
 use super::noise::whole_fixed::Turn;
 use crate::acquire::codes::Between;
 use heapless::Vec;
 use num_complex::Complex;
 
-/// The most samples of a block: a 32nd of a record of 4096.
+/// The most samples of a block: a sixteenth of a record of 2048.
 pub(super) const LONGEST: usize = 128;
 
 /// The product of two turns. It loses the last two bits.
 #[inline(always)]
 pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
-    let upper = |x: i32, y: i32| ((i64::from(x) * i64::from(y)) >> 32) as i32;
+    let upper = |x: i32, y: i32| (product(x, y) >> 32) as i32;
     [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
 }
 
@@ -75,19 +76,25 @@ pub(super) struct Sums {
 }
 
 impl Carrier {
-    /// The tone that turns by `forward` from sample to sample, over `length` samples, at most
-    /// [`LONGEST`].
-    pub fn of(forward: Turn, length: usize) -> Self {
-        let mut carrier = Self { cosines: Vec::new(), sines: Vec::new(), whole: Tone::default() };
+    /// No tone yet.
+    pub const fn empty() -> Self {
+        let whole = Tone { count: 0, c: 0, s: 0, cc: 0, cs: 0 };
+        Self { cosines: Vec::new(), sines: Vec::new(), whole }
+    }
+
+    /// Fills an empty carrier with the tone that turns by `forward` from sample to sample, over `length`
+    /// samples, at most [`LONGEST`].
+    // Not inlined, because a whole carrier would be copied.
+    #[inline(never)]
+    pub fn fill(&mut self, forward: Turn, length: usize) {
         let mut turn = [1 << 30, 0];
         for _ in 0..length.min(LONGEST) {
             let [cosine, sine] = turn.map(|x: i32| ((x + (1 << 14)) >> 15).min(32767) as i16);
             // The vectors hold the longest.
-            let _ = (carrier.cosines.push(cosine), carrier.sines.push(sine));
-            carrier.whole.add(cosine.into(), sine.into());
+            let _ = (self.cosines.push(cosine), self.sines.push(sine));
+            self.whole.add(cosine.into(), sine.into());
             turn = advanced(turn, forward);
         }
-        carrier
     }
 
     /// The sums over the samples of a block that count. A sample counts if it is inside the first

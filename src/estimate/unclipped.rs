@@ -21,8 +21,8 @@
 //! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's
 //! phase starts anew in each block, so one table of cosines and sines serves them all, and a
 //! block's sums are turned by its first phase. In a block that leaves no sample out the sums of
-//! the tone alone are those of the table. Within a block the weight w is constant, which costs a
-//! thousandth of the information. Of a long record only the outer blocks are read, because a
+//! the tone alone are those of the table. Within a block the weight w is constant, which costs less
+//! than a hundredth of the information. Of a long record only the outer blocks are read, because a
 //! sample tells as much about the frequency as the square of its distance from the middle.
 
 use super::carrier::{Carrier, LONGEST, Turned, advanced};
@@ -38,7 +38,7 @@ use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use num_complex::Complex;
 
-/// The most blocks of a record.
+/// The most blocks of a record that is read whole.
 const BLOCKS: usize = 32;
 
 /// The fewest samples of a block: shorter blocks cost more.
@@ -46,9 +46,11 @@ const SHORTEST: usize = 8;
 
 /// Of a record of this length or a longer one, only blocks whose middle is at least this far from the record's
 /// middle, where its ends are at 1, are read: a quarter of the record has six tenths of the information about the
-/// frequency.
+/// frequency. Such blocks are a sixteenth of the record, but not shorter than this.
 const LONG: usize = 512;
 const OUTER: f32 = 0.75;
+const LONG_BLOCKS: usize = 16;
+const LONG_SHORTEST: usize = 64;
 
 /// Noise stays within this many standard deviations.
 const DEVIATIONS: f32 = 4.0;
@@ -187,9 +189,15 @@ impl Search {
     #[inline(never)]
     fn part(&self, part: Part, tone: Complex<f32>) -> Found {
         let amplitude = tone.norm_sqr().root().max(1.0);
-        let length = (part.length / BLOCKS).clamp(SHORTEST, LONGEST);
+        let length = if part.length < LONG {
+            (part.length / BLOCKS).max(SHORTEST)
+        } else {
+            (part.length / LONG_BLOCKS).clamp(LONG_SHORTEST, LONGEST)
+        };
+        let unread = if part.length < LONG { 0 } else { (OUTER * part.length as f32) as usize };
         let step = self.frequency.0.to_bits();
-        let carrier = Carrier::of(turn_of(step), length);
+        let mut carrier = Carrier::empty();
+        carrier.fill(turn_of(step), length);
         let forward = turn_of(step.wrapping_mul(length as i32));
         let rails = self.rails();
         let mut turn = q30(tone / amplitude);
@@ -198,12 +206,13 @@ impl Search {
         let mut start = 0;
         while start < part.length {
             let end = (start + length).min(part.length);
-            let w = (start + end) as f32 * per - 1.0;
-            if part.length >= LONG && w.abs() < OUTER {
+            let off = (start + end).abs_diff(part.length);
+            if off < unread {
                 turn = advanced(turn, forward);
                 start = end;
                 continue;
             }
+            let w = (start + end) as f32 * per - 1.0;
             // One lag on, or one lag back at the end of the record.
             let before = end + self.lag > part.length;
             let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
@@ -243,50 +252,75 @@ fn q30(z: Complex<f32>) -> Turn {
     [quantised(z.re, 30), quantised(z.im, 30)]
 }
 
-/// The normal equations for m, a, b and -pi A d. A row holds the symmetric matrix from its
-/// diagonal on, and then the right side.
+/// The normal equations for m, a, b and -pi A d: sums of products of 1, c, s, w s and the rest r of
+/// a sample.
 #[derive(Default)]
 struct Equations {
-    rows: [[f32; 5]; 4],
+    n: f32,
+    c: f32,
+    s: f32,
+    ws: f32,
+    r: f32,
+    cc: f32,
+    cs: f32,
+    wcs: f32,
+    rc: f32,
+    ss: f32,
+    wss: f32,
+    rs: f32,
+    wwss: f32,
+    wrs: f32,
 }
 
 impl Equations {
     /// Adds a block whose middle is at `w`.
     fn add(&mut self, sums: &Turned, amplitude: f32, w: f32) {
         let &Turned { count: n, c, s, cc, cs, y, yc, ys } = sums;
-        let (r, rc, rs) = (y - amplitude * c, yc - amplitude * cc, ys - amplitude * cs);
-        let ss = n - cc;
-        let block = [
-            [n, c, s, w * s, r],
-            [cc, cs, w * cs, rc, 0.0],
-            [ss, w * ss, rs, 0.0, 0.0],
-            [w * w * ss, w * rs, 0.0, 0.0, 0.0],
-        ];
-        for (row, more) in self.rows.iter_mut().zip(&block) {
-            row.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
-        }
+        let (ss, rs) = (n - cc, ys - amplitude * cs);
+        let wss = w * ss;
+        self.n += n;
+        self.c += c;
+        self.s += s;
+        self.ws += w * s;
+        self.r += y - amplitude * c;
+        self.cc += cc;
+        self.cs += cs;
+        self.wcs += w * cs;
+        self.rc += yc - amplitude * cc;
+        self.ss += ss;
+        self.wss += wss;
+        self.rs += rs;
+        self.wwss += w * wss;
+        self.wrs += w * rs;
     }
 
-    /// Solves the equations by elimination. The last unknown comes out first.
+    /// Solves the equations by elimination of m, a and b.
     fn solved(mut self, amplitude: f32) -> Found {
         /// With a smaller pivot the unknown is not determined.
         const LEAST: f32 = 1e-3;
-        let mut rows = self.rows.as_mut_slice();
-        while let Some((first, rest)) = rows.split_first_mut() {
-            let [pivot, tail @ ..] = first;
-            *pivot = pivot.max(LEAST);
-            let mut tail = tail.as_slice();
-            for row in rest.iter_mut() {
-                let factor = tail.first().map_or(0.0, |head| head / *pivot);
-                row.iter_mut().zip(tail).for_each(|(cell, x)| *cell -= factor * x);
-                tail = tail.get(1..).unwrap_or(&[]);
-            }
-            rows = rest;
-        }
-        let [_, [cc, cs, wcs, rc, _], [ss, wss, rs, ..], [wwss, wrs, ..]] = self.rows;
-        let d = wrs / wwss;
-        let b = (rs - wss * d) / ss;
-        let a = (rc - cs * b - wcs * d) / cc;
+        let inverse = 1.0 / self.n.max(LEAST);
+        let (by_c, by_s, by_ws) = (self.c * inverse, self.s * inverse, self.ws * inverse);
+        let cc = (self.cc - by_c * self.c).max(LEAST);
+        self.cs -= by_c * self.s;
+        self.wcs -= by_c * self.ws;
+        self.rc -= by_c * self.r;
+        self.ss -= by_s * self.s;
+        self.wss -= by_s * self.ws;
+        self.rs -= by_s * self.r;
+        self.wwss -= by_ws * self.ws;
+        self.wrs -= by_ws * self.r;
+        let inverse = 1.0 / cc;
+        let (by_cs, by_wcs) = (self.cs * inverse, self.wcs * inverse);
+        let ss = (self.ss - by_cs * self.cs).max(LEAST);
+        self.wss -= by_cs * self.wcs;
+        self.rs -= by_cs * self.rc;
+        self.wwss -= by_wcs * self.wcs;
+        self.wrs -= by_wcs * self.rc;
+        let by_wss = self.wss / ss;
+        let wwss = (self.wwss - by_wss * self.wss).max(LEAST);
+        let d = (self.wrs - by_wss * self.rs) / wwss;
+        let b = (self.rs - self.wss * d) / ss;
+        let a = (self.rc - self.cs * b - self.wcs * d) * inverse;
         // Without the rails the tone is stronger.
         let slope = core::f32::consts::PI * (amplitude + a).max(amplitude);
         Found { offset: -d / slope, information: wwss * slope * slope }

@@ -154,7 +154,7 @@ unsafe extern "C" fn blocks<const M: usize, const L: usize, const TWICE: bool>(
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
         // No caller asks for a longer pass, but the assembler sees such lengths.
-        l = const if L <= 128 { L } else { 4 },
+        l = const if L <= 256 { L } else { 4 },
         m = const M,
         stride = const M / 4 / L * size_of::<Triple>(),
         next = const if L < 128 { 16 * L } else { 0 },
