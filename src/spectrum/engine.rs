@@ -193,7 +193,9 @@ impl Engine for Q15 {
         codes: Codes,
         points: &mut [Pair],
     ) -> i32 {
-        #[cfg(dsp)]
+        #[cfg(mve)]
+        return by_length!(R, N, fft::kernel_mve::q15::transform, (pairs, codes, points));
+        #[cfg(all(dsp, not(mve)))]
         return by_length!(R, N, fft::kernel_q15::transform, (pairs, codes, points));
         #[cfg(not(dsp))]
         Self::transform_portably::<R, N>(pairs, codes, points)
@@ -215,12 +217,36 @@ impl Engine for Q15 {
         q15_bins::split(points, const { splits(N) }, k)
     }
 
+    #[cfg(mve)]
+    #[inline]
+    fn window<'a, R: Record, const N: usize>(
+        points: &[Pair],
+        first: usize,
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        fft::kernel_mve::q15::window(points, const { splits(N) }, first, places)
+    }
+
     #[inline]
     fn search<R: Record, const N: usize>(
         points: &[Pair],
         bins: RangeInclusive<usize>,
     ) -> Option<Scan> {
-        #[cfg(dsp)]
+        #[cfg(mve)]
+        {
+            use fft::kernel_mve::q15 as kernel;
+            if !kernel::is_aligned(points) {
+                return search_unaligned::<R, N>(points, bins);
+            }
+            if R::IQ && bins == (0..=N - 1) {
+                return Some(kernel::scan_iq(points));
+            }
+            if !R::IQ && is_whole::<N>(&bins) {
+                let scan = by_length!(R, N, kernel::scan, (points, const { splits(N) }));
+                return Some(scan.beside_by(REACH, points, kernel::powers));
+            }
+        }
+        #[cfg(all(dsp, not(mve)))]
         if !R::IQ && is_whole::<N>(&bins) {
             let scan = by_length!(R, N, fft::kernel_q15::scan, (points, const { splits(N) }));
             return Some(scan.beside(REACH, points, q15_bins::plus_wide_power));
@@ -241,6 +267,18 @@ impl Engine for Q15 {
             scan.beside(REACH, points, q15_bins::plus_wide_power)
         })
     }
+}
+
+/// The search in points that no vector can be loaded from. No spectrum has such: it is a function of
+/// its own, so that others need not carry it.
+#[cfg(mve)]
+#[cold]
+#[inline(never)]
+fn search_unaligned<R: Record, const N: usize>(
+    points: &[Pair],
+    bins: RangeInclusive<usize>,
+) -> Option<Scan> {
+    Q15::search_portably::<R, N>(points, bins)
 }
 
 /// Floats, by the crate microfft, for a core with an FPU: see [`float`].

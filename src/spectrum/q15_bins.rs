@@ -7,7 +7,7 @@ use super::fft::twiddle::Packed;
 use super::scan::{SPARSE, Scan};
 
 /// A power in units of bins is the power of stored points shifted up by this many bits.
-const SQUARES: u32 = 2 * FRACTION;
+pub(super) const SQUARES: u32 = 2 * FRACTION;
 
 /// The power of a stored point in units of bins.
 #[inline(always)]

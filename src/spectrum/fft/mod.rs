@@ -1,7 +1,7 @@
 //! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP
 //! extension run the same arithmetic in the loops of `kernel_dsp`, those with Helium in those of
-//! `kernel_mve`, Armv6-M in those of `kernel_thumb1`. [`q15`] is the 16-bit transform, and `kernel_q15` its loops. `float`, with the
-//! feature `microfft`, calls another crate.
+//! `kernel_mve`, Armv6-M in those of `kernel_thumb1`. [`q15`] is the 16-bit transform; its loops are `kernel_q15` with the DSP
+//! extension, `kernel_mve::q15` with Helium. `float`, with the feature `microfft`, calls another crate.
 
 #[cfg(any(dsp, short_products))]
 pub(crate) mod assembly;
@@ -12,7 +12,7 @@ pub mod integer;
 pub mod kernel_dsp;
 #[cfg(mve)]
 pub mod kernel_mve;
-#[cfg(dsp)]
+#[cfg(all(dsp, not(mve)))]
 pub mod kernel_q15;
 #[cfg(short_products)]
 pub mod kernel_thumb1;

@@ -1,6 +1,6 @@
 //! The 16-bit FFT: block floating point, packed Q15 twiddles, half the memory of
-//! [`super::integer`]. This portable code is the definition; the kernels of `kernel_q15` equal it
-//! bit for bit.
+//! [`super::integer`]. This portable code is the definition; the kernels of `kernel_q15` and of
+//! `kernel_mve::q15` equal it bit for bit.
 //!
 //! A record is shifted so that its strongest point just fills 12 bits. A pass of radix 8 or 4 and then
 //! passes of radix 4 follow. Every later pass halves once, or twice if a part of its input needs
@@ -72,7 +72,12 @@ pub(super) const MOST: i32 = 11;
 /// How many bits a record is shifted up: as many as its strongest point allows. A negative number
 /// shifts down; narrow codes never need that.
 pub(super) fn shift_of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
-    let power = strongest(pairs, codes);
+    shift::<M>(codes, strongest(pairs, codes))
+}
+
+/// [`shift_of`] a record whose strongest point has this power.
+#[inline(always)]
+pub(super) fn shift<const M: usize>(codes: Codes, power: u32) -> i32 {
     let mut shift = if is_narrow(codes) { 0 } else { -4 };
     while shift < MOST && u64::from(power) << (2 * shift + 10) <= u64::from(allowed(M)) << 8 {
         shift += 1;

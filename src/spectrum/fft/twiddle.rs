@@ -93,8 +93,7 @@ const fn triples<const Q: usize>() -> [Triple; Q] {
     while i < Q {
         let mut q = 0;
         while q < 3 {
-            let (sin, cos) = sin_cos((q + 1) * i, 4 * Q);
-            table[i][q] = pack(q15(cos), q15(-sin));
+            table[i][q] = factor((q + 1) * i, 4 * Q);
             q += 1;
         }
         i += 1;
@@ -128,6 +127,12 @@ const fn quarter<const Q: usize>() -> [Packed; Q] {
         k += 1;
     }
     table
+}
+
+/// `exp(-j 2 pi i / n)`, packed as `cos | -sin << 16`.
+pub(super) const fn factor(i: usize, n: usize) -> Packed {
+    let (sin, cos) = sin_cos(i, n);
+    pack(q15(cos), q15(-sin))
 }
 
 const fn pack(low: i16, high: i16) -> Packed {

@@ -1,6 +1,7 @@
 //! The transform and the search on cores with Helium, the vectors of M-profile cores (MVE with
 //! integers: Cortex-M55, M85). Each kernel equals its portable definition in [`super::integer`] and
 //! [`crate::spectrum::scan`] bit for bit, on every input; the tests on an emulated core drive both.
+//! [`q15`] has those of the 16-bit engine.
 //!
 //! `VMULH.S32` by a factor in the upper half of its lane is `SMULWB`: a vector holds four real parts
 //! or four imaginary ones. A factor 1 has no path of its own. It is `2^31 - 1`, and for an odd x the
@@ -37,6 +38,7 @@ mod factors;
 #[macro_use]
 mod first;
 mod passes;
+pub mod q15;
 pub mod rails;
 mod search;
 mod wide;
