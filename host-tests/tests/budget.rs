@@ -1,15 +1,20 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use host_tests::{has_core, has_image, prepare_images, prepare_packages};
-use picket::acquire::sample::{Iq, Real};
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::estimate::least_squares::Reach;
 use picket_host::bench::model::Model;
-use picket_host::bench::{self, CORES, Core, Count, ENGINES, Engine, Scope, locked, several, size};
+use picket_host::bench::{
+    self, CORES, Core, Count, ENGINES, Engine, Scope,
+    equality::{self, Equality},
+    locked, several, size,
+};
 use picket_host::board::self_test;
 use picket_host::emulator::Footprint;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A figure may exceed its budget by so much: what another compiler of the same language does to code that is not assembly.
 const MARGIN: f64 = 0.01;
@@ -35,6 +40,8 @@ struct Budgets {
     /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
     /// a rail and of those with.
     helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
+    /// The same of the 16-bit engine, whose stages have its name before theirs.
+    helium_q15: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
     /// Bytes of program memory of the smallest image for that core.
     helium_smallest_image: u64,
     /// Bytes of program memory of the smallest image, by core: start-up, code and tables.
@@ -289,12 +296,26 @@ fn the_kernels_equal_their_definition() {
             let name = format!("{}, {}, N = {n}", core.name, engine.name);
             println!("{name}: {compared} blocks, {unequal} differ");
             assert!(compared > u64::from(blocks) && unequal == 0, "{name}");
-            let iq = bench::compare_iq(core, &image, n, blocks.div_ceil(4));
-            let (compared, unequal) = iq.unwrap_or_else(|error| panic!("{name}: {error}"));
-            println!("{name}, I/Q: {compared} blocks, {unequal} differ");
-            assert!(compared > 0 && unequal == 0, "{name}, I/Q");
+            assert_equal::<Iq>(&format!("{name}, I/Q"), core, &image, n, blocks.div_ceil(4));
         }
     }
+}
+
+/// Drives kernels and definition with random blocks, of the seed that `PICKET_SEED` says.
+fn assert_equal<R: Record>(
+    name: &str,
+    core: &Core,
+    image: &Path,
+    n: usize,
+    blocks: u32,
+) -> Equality {
+    let seed = std::env::var("PICKET_SEED").ok().map(|text| text.parse().unwrap());
+    let (seed, start) = (seed.unwrap_or(equality::SEED), Instant::now());
+    let equality = equality::compare::<R>(core, image, n, blocks, seed);
+    let equality = equality.unwrap_or_else(|error| panic!("{name}: {error}"));
+    println!("{name}, seed {seed}: {equality}, {:.1} s", start.elapsed().as_secs_f64());
+    assert!(equality.holds(blocks), "{name}, seed {seed}: {equality}");
+    equality
 }
 
 /// The same on the Cortex-M55, on both engines of ours, and what its kernels take.
@@ -310,20 +331,16 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
     let kernels = image(core, engine, Scope::Kernels);
     for n in bench::LENGTHS {
         let blocks: u32 = random.or(long).unwrap_or(60_000 / n as u32);
-        let (name, count) = (format!("M55, N = {n}"), count(core, engine, &kernels, n, blocks));
+        let name = format!("M55, N = {n}");
+        let equality = assert_equal::<Real>(&name, core, &kernels, n, blocks);
+        assert!(n != 1024 || equality.interrupts > Some(4_000), "{equality}");
+        assert_equal::<Iq>(&format!("{name}, I/Q"), core, &kernels, n, blocks);
+        let count = count(core, engine, &kernels, n, 0);
         let (compared, unequal) = count.equality();
-        println!("{name}: {compared} blocks, {unequal} differ");
-        assert!(compared > 2 * u64::from(blocks) && unequal == 0, "{name}");
-        let iq = bench::compare_iq(
-            core,
-            &kernels,
-            n,
-            blocks.div_ceil(if random.or(long).is_some() { 1 } else { 4 }),
-        );
-        let (compared, unequal) = iq.unwrap_or_else(|error| panic!("{name}, I/Q: {error}"));
-        println!("{name}, I/Q: {compared} blocks, {unequal} differ");
-        assert!(compared >= u64::from(blocks / 2) && unequal == 0, "{name}, I/Q");
+        assert!(compared > 200 && unequal == 0, "{name}: {unequal} of {compared} blocks differ");
         excess.check_helium(&name, &count, budgets.helium.get(&n), &["fft", "peak", "fft_peak"]);
+        let stages = ["q15_fft", "q15_peak", "q15_fft_peak"];
+        excess.check_helium(&name, &count, budgets.helium_q15.get(&n), &stages);
     }
     // The image that counts a whole measurement and the smallest one are built for the long run alone.
     if random.or(long).is_some() {

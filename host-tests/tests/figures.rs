@@ -112,6 +112,14 @@ fn the_documents_state_the_budget() {
         &[figure("/helium/1024/measurement/0")],
     );
     page.assert_states(
+        "| **With Helium and the 16-bit engine: FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| figure(&format!("/helium_q15/{n}/q15_fft_peak/0"))),
+    );
+    page.assert_states(
+        "| with Helium and that engine, worst | # | # | # |",
+        &["256", "1024", "4096"].map(|n| figure(&format!("/helium_q15/{n}/q15_fft_peak/1"))),
+    );
+    page.assert_states(
         "1,024 samples takes # KB of program memory, where it takes # on the M4F",
         &["helium_smallest_image", "smallest_image/M4F"]
             .map(|path| figure(&format!("/{path}")) / 1000.0),
@@ -119,6 +127,10 @@ fn the_documents_state_the_budget() {
     page.assert_states(
         "take between # cycles, if every two neighbours overlap, and #, if none do",
         &[1.1, 2.1].map(|cycles| cycles * figure("/helium/1024/fft_peak/0")),
+    );
+    page.assert_states(
+        "By the 16-bit engine it is # to # cycles",
+        &[1.1, 2.1].map(|cycles| cycles * figure("/helium_q15/1024/q15_fft_peak/0")),
     );
     Document::precision().assert_states(
         "takes # instructions a block of 1024, and # with the search for clipped samples and the filter, where a whole measurement takes #",

@@ -7,6 +7,7 @@ pub mod cmsis;
 pub mod command;
 pub mod corpus;
 pub mod cycles;
+pub mod equality;
 pub mod locked;
 pub mod model;
 pub mod plot;
@@ -22,7 +23,7 @@ use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
 use model::Model;
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
+use picket::acquire::sample::{Real, Record};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
@@ -181,7 +182,7 @@ pub fn count(
     blocks.extend(corpus.into_iter().map(|entry| entry.samples));
     let count = blocks.len() as u32;
     let header = Header { period_us: random, ..Header::of::<Real>(config, n as u32, count) };
-    let (figures, results) = run::<Real>(core, image, &header, &blocks)?;
+    let (figures, results) = run::<Real>(core, image, &header, &blocks, |_| {})?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, clipped, snr_db })
 }
@@ -204,35 +205,21 @@ pub fn search<R: Record>(
     let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
     let blocks = exact(n).map(pairs);
     let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, blocks.len() as u32) };
-    let (figures, _) = run::<R>(core, image, &header, &blocks)?;
+    let (figures, _) = run::<R>(core, image, &header, &blocks, |_| {})?;
     let most = figures.get("peak").and_then(|ticks| ticks.iter().max());
     Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)
-}
-
-/// Drives kernels and definition with `random` I/Q records of `n` samples; how many blocks were compared, and how many of
-/// them differed.
-pub fn compare_iq(
-    core: &Core,
-    image: &Path,
-    n: usize,
-    random: u32,
-) -> Result<(u64, u64), RunError> {
-    let header = Header {
-        period_us: random,
-        ..Header::of::<Iq>(Config::new(1.0, Codes::signed::<12>()), n as u32, 0)
-    };
-    Ok(equality(&run::<Iq>(core, image, &header, &[])?.0))
 }
 
 /// What an image has counted, by name, block by block.
 type Figures = HashMap<String, Vec<u64>>;
 
-/// What an image counts of these blocks, and its results.
+/// What an image counts of these blocks, and its results. `tell` gets what it sends meanwhile.
 fn run<R: Record>(
     core: &Core,
     image: &Path,
     header: &Header,
     blocks: &[Vec<R::Sample>],
+    tell: impl FnMut(&[u8]),
 ) -> Result<(Figures, Vec<u8>), RunError> {
     let mut capture = Capture::create(header)?;
     for block in blocks {
@@ -240,7 +227,7 @@ fn run<R: Record>(
     }
     // The random blocks of a long run take their time.
     let limit = LIMIT + header.period_us * Duration::from_millis(20);
-    let outcome = capture.run(core.machine, image, limit, |_| {})?;
+    let outcome = capture.run(core.machine, image, limit, tell)?;
     Ok((outcome.figures(), outcome.results))
 }
 

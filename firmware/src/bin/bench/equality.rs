@@ -1,5 +1,8 @@
 //! Compares kernels with their definition.
 
+mod blocks;
+
+use blocks::Blocks;
 use fixed::types::I0F32;
 use num_complex::Complex;
 use picket::acquire::codes::Codes;
@@ -9,16 +12,18 @@ use picket::estimate::unclipped::Unclipped;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::Engine;
 use picket::spectrum::peak::{Band, find, find_portably};
-use picket_firmware::mps2::count::Random;
+use picket_firmware::mps2::{Uart, figure};
 
 /// Kernels compared with their definition.
 pub struct Equality<R: Record, const N: usize, E: Engine> {
     kernel: Spectrum<R, N, E>,
     definition: Spectrum<R, N, E>,
     /// Blocks compared.
-    pub compared: u32,
+    compared: u32,
     /// Blocks that differ.
-    pub unequal: u32,
+    unequal: u32,
+    /// The number of the first of them.
+    first: Option<u32>,
     /// After so many blocks only spectra and whole bands are compared, which is several times faster.
     pub whole: u32,
 }
@@ -30,6 +35,7 @@ impl<R: Record, const N: usize, E: Engine> Default for Equality<R, N, E> {
             definition: Spectrum::new(),
             compared: 0,
             unequal: 0,
+            first: None,
             whole: u32::MAX,
         }
     }
@@ -51,10 +57,11 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
                 && found(self.part_of(band))
         };
         let equal = same && found(band) && (self.compared >= self.whole || rest());
-        self.compared = self.compared.wrapping_add(1);
         if !equal {
             self.unequal = self.unequal.wrapping_add(1);
+            self.first = self.first.or(Some(self.compared));
         }
+        self.compared = self.compared.wrapping_add(1);
     }
 
     /// Whether kernel and definition find the same between the rails, of another tone at each block.
@@ -76,43 +83,30 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         Band { low, high: low + below(91, Band { low, ..band }.width()) }
     }
 
-    /// Compares this many random blocks of random strength. Every other block has only samples at
-    /// the rails, or about the middle, and every eighth is periodic, so that bins are equally strong.
-    pub fn drive(&mut self, blocks: u32) {
-        let mut random = Random(20_220_222);
+    /// Compares this many random blocks. The first serial port gets a byte for every
+    /// [`Equality::STEP`] of them.
+    pub fn drive(&mut self, blocks: u32, seed: u32) {
+        let mut random = Blocks::new(seed);
         let mut samples = [R::Sample::default(); N];
-        for block in 0..blocks {
-            let codes = match block % 5 {
-                0 => Codes::signed::<12>(),
-                1 => Codes::unsigned::<12>(),
-                2 => Codes::signed::<16>(),
-                3 => Codes::unsigned::<10>(),
-                _ => Codes::signed::<13>(),
-            };
-            let (low, high) = codes.rails();
-            let weaker = random.draw() % codes.bits();
-            let span = (i32::from(high) - i32::from(low)) >> weaker;
-            let centred = random.draw() % 2 == 0;
-            let lowest = i32::from(low)
-                + if centred { (i32::from(high) - i32::from(low) - span) / 2 } else { 0 };
-            let period = if block % 8 == 7 { 1 << (random.draw() % 8) } else { N };
-            for index in 0..N {
-                let repeated =
-                    index.checked_sub(period).and_then(|index| samples.get(index)).copied();
-                let mut code = || {
-                    let bits = random.draw();
-                    if block % 2 == 0 && !centred {
-                        return if bits & 1 == 0 { low } else { high };
-                    }
-                    let within = (bits >> 8).checked_rem(span as u32 + 1).unwrap_or(0) as i32;
-                    (lowest + within) as i16
-                };
-                let fresh = R::of_parts([code(), code()]);
-                if let Some(sample) = samples.get_mut(index) {
-                    *sample = repeated.unwrap_or(fresh);
-                }
-            }
+        for block in 1..=blocks {
+            let codes = random.codes();
+            random.fill::<R>(codes, &mut samples);
             self.compare(&samples, codes);
+            if block % Self::STEP == 0 {
+                Uart::ZERO.send(b".");
+            }
         }
     }
+
+    /// Reports what was compared.
+    pub fn report(&self) {
+        figure(Uart::ONE, "compared", self.compared.into());
+        figure(Uart::ONE, "unequal", self.unequal.into());
+        if let Some(first) = self.first {
+            figure(Uart::ONE, "first_unequal", first.into());
+        }
+    }
+
+    /// Blocks between two signs of progress.
+    const STEP: u32 = 256;
 }

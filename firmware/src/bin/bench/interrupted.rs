@@ -5,6 +5,7 @@ use cortex_m_rt::exception;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Real;
 use picket::spectrum::Spectrum;
+use picket::spectrum::engine::{Engine, I32, Q15};
 use picket::spectrum::peak::{Band, Peak, find, find_portably};
 use picket_firmware::mps2::Timer;
 use picket_firmware::mps2::count::Random;
@@ -19,14 +20,14 @@ static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
 static UNEQUAL: AtomicU32 = AtomicU32::new(0);
 
 /// Samples of a record and its spectrum by kernels and by their definition.
-struct Record<const N: usize> {
+struct Record<const N: usize, E: Engine> {
     samples: [i16; N],
-    kernel: Spectrum<Real, N>,
-    definition: Spectrum<Real, N>,
+    kernel: Spectrum<Real, N, E>,
+    definition: Spectrum<Real, N, E>,
     found: Option<Peak>,
 }
 
-impl<const N: usize> Record<N> {
+impl<const N: usize, E: Engine> Record<N, E> {
     const CODES: Codes = Codes::signed::<12>();
 
     /// Random samples, transformed by the definition.
@@ -47,10 +48,16 @@ impl<const N: usize> Record<N> {
     }
 }
 
-/// Runs the kernels, each time with an interrupt at another place. Returns how many interrupts came,
-/// and in how many runs or interrupts something differed.
+/// Runs the kernels of both engines, each time with an interrupt at another place. Returns how many
+/// interrupts came, and in how many runs or interrupts something differed.
 pub fn drive() -> (u32, u32) {
-    let mut record = Record::<1024>::new(20_220_222);
+    drive_engine::<I32>();
+    drive_engine::<Q15>();
+    (INTERRUPTS.load(Ordering::Relaxed), UNEQUAL.load(Ordering::Relaxed))
+}
+
+fn drive_engine<E: Engine>() {
+    let mut record = Record::<1024, E>::new(20_220_222);
     for run in 0..RUNS {
         Timer::ONE.start(run * STEP + 2);
         if !record.run() {
@@ -59,7 +66,6 @@ pub fn drive() -> (u32, u32) {
         Timer::ONE.stop();
     }
     Timer::ONE.run_free();
-    (INTERRUPTS.load(Ordering::Relaxed), UNEQUAL.load(Ordering::Relaxed))
 }
 
 /// The timer's interrupt, once.
@@ -67,7 +73,7 @@ pub fn drive() -> (u32, u32) {
 fn SysTick() {
     Timer::ONE.stop();
     INTERRUPTS.fetch_add(1, Ordering::Relaxed);
-    if !Record::<256>::new(1).run() {
+    if !Record::<256, I32>::new(1).run() || !Record::<256, Q15>::new(1).run() {
         UNEQUAL.fetch_add(1, Ordering::Relaxed);
     }
 }

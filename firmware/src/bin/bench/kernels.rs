@@ -1,8 +1,8 @@
 //! Transform and search of both engines of ours alone, for every length: compares the kernels with
-//! their definition, on the M55 under interrupts, too, and counts the default engine's. It builds in
-//! a tenth of the time of `bench`.
+//! their definition, on the M55 under interrupts, too, and counts them. It builds in a tenth of the
+//! time of `bench`.
 //!
-//! As there, the header's period is the number of random blocks.
+//! As there, the header's period is the number of random blocks, and its stride their seed.
 #![no_std]
 #![no_main]
 
@@ -15,8 +15,9 @@ use cortex_m_rt::entry;
 use equality::Equality;
 use picket::acquire::kind::{ForRecord, for_record};
 use picket::acquire::sample::Record;
+use picket::plan::Plan;
 use picket::spectrum::Spectrum;
-use picket::spectrum::engine::{I32, Q15};
+use picket::spectrum::engine::{Engine, I32, Q15};
 use picket::spectrum::fft::twiddle::MAX_LENGTH;
 use picket::spectrum::peak;
 use picket_firmware::mps2::count::count;
@@ -41,6 +42,21 @@ const WHOLE: u32 = 2_000;
 
 struct Kernels(Playback);
 
+/// Counts the transform of a block, the search for its peak, and both.
+fn count_stages<R: Record, const N: usize, E: Engine>(
+    spectrum: &mut Spectrum<R, N, E>,
+    samples: &[R::Sample; N],
+    plan: &Plan<R, N>,
+    [fft, peak, both]: [&str; 3],
+) {
+    count(fft, || spectrum.transform(samples, plan.codes));
+    count(peak, || peak::find(spectrum, plan.band));
+    count(both, || {
+        spectrum.transform(samples, plan.codes);
+        peak::find(spectrum, plan.band)
+    });
+}
+
 impl ForRecord for Kernels {
     type Output = ();
 
@@ -49,7 +65,7 @@ impl ForRecord for Kernels {
         let Kernels(mut playback) = self;
         let header = playback.header;
         let plan = playback.plan::<R, N>();
-        let mut spectrum = Spectrum::<R, N>::new();
+        let mut spectra = (Spectrum::<R, N, I32>::new(), Spectrum::<R, N, Q15>::new());
         let mut engines = (Equality::<R, N, I32>::default(), Equality::<R, N, Q15>::default());
         let mut bytes = [0; 4 * MAX_LENGTH];
         let mut samples = [R::Sample::default(); N];
@@ -59,30 +75,22 @@ impl ForRecord for Kernels {
                 decode::<R>(bytes, &mut samples);
             }
             let samples = black_box(&samples);
-            count("fft", || spectrum.transform(samples, plan.codes));
-            count("peak", || peak::find(&spectrum, plan.band));
-            count("fft_peak", || {
-                spectrum.transform(samples, plan.codes);
-                peak::find(&spectrum, plan.band)
-            });
+            count_stages(&mut spectra.0, samples, &plan, ["fft", "peak", "fft_peak"]);
+            let names = ["q15_fft", "q15_peak", "q15_fft_peak"];
+            count_stages(&mut spectra.1, samples, &plan, names);
             engines.0.compare(samples, plan.codes);
             engines.1.compare(samples, plan.codes);
         }
         (engines.0.whole, engines.1.whole) = (WHOLE, WHOLE);
-        engines.0.drive(header.period_us);
-        engines.1.drive(header.period_us);
+        engines.0.drive(header.period_us, header.stride);
+        engines.1.drive(header.period_us, header.stride);
         #[cfg(an547)]
         if !R::IQ && N == 1024 {
             let (interrupts, unequal) = interrupted::drive();
             figure(Uart::ONE, "interrupts", interrupts.into());
-            figure(Uart::ONE, "compared", interrupts.into());
             figure(Uart::ONE, "unequal", unequal.into());
         }
-        for (compared, unequal) in
-            [(engines.0.compared, engines.0.unequal), (engines.1.compared, engines.1.unequal)]
-        {
-            figure(Uart::ONE, "compared", compared.into());
-            figure(Uart::ONE, "unequal", unequal.into());
-        }
+        engines.0.report();
+        engines.1.report();
     }
 }

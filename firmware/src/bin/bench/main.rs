@@ -2,7 +2,8 @@
 //! feature `rivals`, of other people's transforms of the same blocks. It also compares the kernels
 //! with their definition, on the capture's blocks and on random ones.
 //!
-//! The header's period has no other meaning here: it is the number of random blocks.
+//! Two fields of the header have another meaning here: the period is the number of random blocks, the
+//! stride their seed.
 #![no_std]
 #![no_main]
 

@@ -83,10 +83,9 @@ impl<E: Engine> ForRecord for Stages<E> {
             }
             equality.compare(samples, plan.codes);
         }
-        equality.drive(header.period_us);
+        equality.drive(header.period_us, header.stride);
         figure(Uart::ONE, "pipeline_bytes", size_of::<Pipeline<R, N, E>>() as u64);
         figure(Uart::ONE, "spectrum_bytes", size_of::<Spectrum<R, N, E>>() as u64);
-        figure(Uart::ONE, "compared", equality.compared.into());
-        figure(Uart::ONE, "unequal", equality.unequal.into());
+        equality.report();
     }
 }
