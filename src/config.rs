@@ -49,11 +49,7 @@ impl Scene {
     pub const fn segments(&self) -> &'static [Segment] {
         match self {
             Scene::Tone | Scene::Doppler { .. } => &[],
-            Scene::Chirp { shape: Shape::Sawtooth, .. } => &[Segment::Up],
-            Scene::Chirp { shape: Shape::Triangle, .. } => &[Segment::Up, Segment::Down],
-            Scene::Chirp { shape: Shape::Trapezoid, .. } => {
-                &[Segment::Up, Segment::Flat, Segment::Down]
-            }
+            Scene::Chirp { shape, .. } => shape.segments(),
         }
     }
 }

@@ -12,6 +12,7 @@
 //! violation, `y_i - v_i a_i (a.y) / (v1 + 4 v2 + v3)`, where `v` are the variances. The choice is
 //! made in exact integers.
 
+use crate::acquire::sample::Segment;
 use crate::estimate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
@@ -51,6 +52,17 @@ pub enum Shape {
     Triangle,
     /// Up only: one beat cannot separate range and velocity.
     Sawtooth,
+}
+
+impl Shape {
+    /// The segments, in order.
+    pub const fn segments(self) -> &'static [Segment] {
+        match self {
+            Shape::Sawtooth => &[Segment::Up],
+            Shape::Triangle => &[Segment::Up, Segment::Down],
+            Shape::Trapezoid => &[Segment::Up, Segment::Flat, Segment::Down],
+        }
+    }
 }
 
 /// What the waveform leaves open.

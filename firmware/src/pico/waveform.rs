@@ -26,8 +26,6 @@ const FULL: u16 = 4095;
 /// A chirp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waveform {
-    /// Segments in the chirp.
-    segments: u32,
     shape: Shape,
     /// Samples in a segment.
     length: u32,
@@ -61,17 +59,17 @@ impl Waveform {
         if low >= high || high > FULL {
             return Err(WaveformError::Codes);
         }
-        let segments = match shape {
-            Shape::Sawtooth => 1,
-            Shape::Triangle => 2,
-            Shape::Trapezoid => 3,
-        };
-        Ok(Self { segments, shape, length, codes, period })
+        Ok(Self { shape, length, codes, period })
+    }
+
+    /// Segments in the chirp.
+    const fn segments(&self) -> u32 {
+        self.shape.segments().len() as u32
     }
 
     /// Samples in the chirp.
     pub const fn samples(&self) -> u32 {
-        self.length.saturating_mul(self.segments)
+        self.length.saturating_mul(self.segments())
     }
 
     /// The count of slice 7: a period is a sample.
@@ -87,7 +85,7 @@ impl Waveform {
     /// The count of slice 6, and its level: a period is a chirp, and the level is that of the first
     /// segment, or of half a sawtooth. `None` where a chirp is too long for the counter.
     pub fn sync(&self) -> Option<(Count, u32)> {
-        let parts = self.segments.max(2);
+        let parts = self.segments().max(2);
         let chirp = self.samples().checked_mul(self.period)?.checked_mul(CORE_CYCLES)?;
         let part = chirp.checked_div(parts)?;
         (1..=255).find_map(|divider: u32| {

@@ -33,15 +33,6 @@ pub struct Waveform {
     pub codes: [u16; 2],
 }
 
-/// Segments in a chirp.
-pub const fn segments(shape: Shape) -> u16 {
-    match shape {
-        Shape::Sawtooth => 1,
-        Shape::Triangle => 2,
-        Shape::Trapezoid => 3,
-    }
-}
-
 impl Waveform {
     /// The waveform with the finest steps for segments of `length` samples at `rate_hz`.
     ///
@@ -58,11 +49,11 @@ impl Waveform {
             return Err(WaveformError::Codes);
         }
         let follows = |hold: u32| rate_hz <= DAC_RATE_HZ * f64::from(hold);
-        let segments = segments(shape);
+        let segments = shape.segments().len();
         for hold in 2..=length.min(1 << 12) {
             let steps = length.checked_div(hold).unwrap_or(0);
             let whole = steps.checked_mul(hold) == Some(length);
-            if whole && follows(hold) && steps > 1 && steps * u32::from(segments) <= STEPS as u32 {
+            if whole && follows(hold) && steps > 1 && steps as usize * segments <= STEPS {
                 return Ok(Waveform { shape, hold: hold as u16, steps: steps as u16, codes });
             }
         }
@@ -71,7 +62,7 @@ impl Waveform {
 
     /// Steps in the whole chirp.
     pub const fn len(&self) -> usize {
-        self.steps as usize * segments(self.shape) as usize
+        self.steps as usize * self.shape.segments().len()
     }
 
     /// Always false: a waveform has at least two steps. It is here for clippy.
