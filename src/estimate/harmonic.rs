@@ -36,6 +36,14 @@ pub struct Harmonic {
     pub orders: u32,
 }
 
+impl Harmonic {
+    /// The orders that were seen, in order: 1 is the fundamental itself.
+    pub fn seen(&self) -> impl Iterator<Item = u32> + use<> {
+        let orders = self.orders;
+        (1..=HIGHEST).filter(move |order| orders >> (order - 1) & 1 == 1)
+    }
+}
+
 /// Lines that are off by more sigmas are none of its harmonics, and those that are off by less are
 /// always seen as such: sigma of a line does not know what is in it besides.
 const OFF: f32 = 6.0;

@@ -34,14 +34,9 @@ impl Fundamental {
             frequency_hz: tone.hertz(),
             sigma_hz: tone.sigma_hertz(),
             snr_db: tone.snr_db().into(),
-            orders: (1..=32).filter(|order| harmonic.orders >> (order - 1) & 1 == 1).collect(),
+            orders: harmonic.seen().collect(),
             verdict: tone.verdict.name(),
         }
-    }
-
-    fn orders(&self, between: &str) -> String {
-        let orders: Vec<String> = self.orders.iter().map(u32::to_string).collect();
-        orders.join(between)
     }
 
     /// Prints it.
@@ -52,14 +47,20 @@ impl Fundamental {
             // No comma: a column is a column.
             Style::Csv => print_line(&format!(
                 "{block},{time_s},{frequency_hz},{sigma_hz},{snr_db},{},{verdict}",
-                self.orders(" ")
+                listed(&self.orders, " ")
             )),
             Style::Text => print_line(&format!(
                 "{block:>8} {time_s:>11.4} {frequency_hz:>16.6} {sigma_hz:>12.6} {snr_db:>7.1}  {verdict:<11} {}",
-                self.orders(", ")
+                listed(&self.orders, ", ")
             )),
         }
     }
+}
+
+/// Orders as people and spreadsheets read them.
+pub fn listed(orders: &[u32], between: &str) -> String {
+    let orders: Vec<String> = orders.iter().map(u32::to_string).collect();
+    orders.join(between)
 }
 
 /// Prints what stands above the fundamentals.

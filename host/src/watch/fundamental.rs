@@ -2,6 +2,7 @@
 
 use super::Style;
 use super::line::{Reading, Scale, segment};
+use crate::analyze::fundamental::listed;
 use picket_wire::fundamental as wire;
 use serde::Serialize;
 
@@ -26,14 +27,9 @@ impl Fundamental {
             sequence: found.sequence,
             segment: segment(found.segment),
             reading: Reading::of(&harmonic.tone, scale),
-            orders: (1..=32).filter(|order| harmonic.orders >> (order - 1) & 1 == 1).collect(),
+            orders: harmonic.seen().collect(),
             verdict: harmonic.tone.verdict.name(),
         }
-    }
-
-    fn orders(&self, between: &str) -> String {
-        let orders: Vec<String> = self.orders.iter().map(u32::to_string).collect();
-        orders.join(between)
     }
 
     /// Its lines in this style.
@@ -50,32 +46,16 @@ impl Fundamental {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Comma-separated values, empty where only a block has one: a fundamental is in the place of a line's
-    /// number.
+    /// Comma-separated values: "fundamental" is in the place of a line's number.
     fn csv(&self) -> String {
-        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-        let Reading { frequency_hz, sigma_hz, snr_db, amplitude_codes, .. } = self.reading;
-        format!(
-            "{},,{},,{},{},{snr_db},{amplitude_codes},,{},,,,,,,,,fundamental,,",
-            self.sequence,
-            self.segment,
-            f(frequency_hz),
-            f(sigma_hz),
-            self.verdict,
-        )
+        self.reading.csv_below(self.sequence, self.segment, self.verdict, "fundamental,,")
     }
 
     /// A row of the table.
     fn table(&self) -> String {
-        let Reading { frequency_hz, frequency_cycles_per_sample, sigma_hz, snr_db, .. } =
-            self.reading;
-        let hertz = frequency_hz.unwrap_or(frequency_cycles_per_sample);
-        let sigma = sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
-        let (orders, verdict) = (self.orders(", "), self.verdict);
-        format!(
-            "{:>17} {hertz:>16.4} {sigma:>13} {snr_db:7.1}  orders {orders}  {verdict}",
-            "fundamental"
-        )
+        let (orders, verdict) = (listed(&self.orders, ", "), self.verdict);
+        let more = format!("orders {orders}  {verdict}");
+        self.reading.table_below("fundamental", &more)
     }
 
     /// Teleplot's lines.

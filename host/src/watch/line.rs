@@ -49,6 +49,31 @@ impl Reading {
             amplitude_codes: tone.amplitude,
         }
     }
+
+    /// Comma-separated values of what stands below a block's row, empty where only a block has one. `more` are
+    /// the last three columns.
+    pub(super) fn csv_below(
+        &self,
+        sequence: u32,
+        segment: &str,
+        verdict: &str,
+        more: &str,
+    ) -> String {
+        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+        let Self { frequency_hz, sigma_hz, snr_db, amplitude_codes, .. } = *self;
+        let (frequency, sigma) = (f(frequency_hz), f(sigma_hz));
+        format!(
+            "{sequence},,{segment},,{frequency},{sigma},{snr_db},{amplitude_codes},,{verdict},,,,,,,,,{more}"
+        )
+    }
+
+    /// A row of the table below a block's row.
+    pub(super) fn table_below(&self, name: &str, more: &str) -> String {
+        let hertz = self.frequency_hz.unwrap_or(self.frequency_cycles_per_sample);
+        let sigma = self.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
+        let name = format!("{name:>9}");
+        format!("{name:18} {hertz:>16.4} {sigma:>13} {:7.1}  {more}", self.snr_db)
+    }
 }
 
 /// A record's fields, units in their names.
@@ -274,41 +299,22 @@ impl Lines {
     }
 
     /// Comma-separated values of each, empty where only a block has one.
-    pub fn csv(&self) -> Vec<String> {
-        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    fn csv(&self) -> Vec<String> {
         let csv = |line: &Line| {
-            format!(
-                "{},,{},,{},{},{},{},,{},,,,,,,,,{},{},{}",
-                line.sequence,
-                line.segment,
-                f(line.reading.frequency_hz),
-                f(line.reading.sigma_hz),
-                line.reading.snr_db,
-                line.reading.amplitude_codes,
-                line.verdict,
-                line.line,
-                line.phase_rad,
-                line.sigma_phase_rad,
-            )
+            let more = format!("{},{},{}", line.line, line.phase_rad, line.sigma_phase_rad);
+            line.reading.csv_below(line.sequence, line.segment, line.verdict, &more)
         };
         self.0.iter().map(csv).collect()
     }
 
     /// A row of the table for each, if there are more than one.
-    pub fn table(&self) -> Vec<String> {
+    fn table(&self) -> Vec<String> {
         let table = |line: &Line| {
-            let hertz =
-                line.reading.frequency_hz.unwrap_or(line.reading.frequency_cycles_per_sample);
-            let sigma = line.reading.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
-            format!(
-                "{:>9}  {:7} {hertz:>16.4} {sigma:>13} {:7.1}  phase {:8.4} ± {:.4} rad  {}",
-                format!("line {}", line.line),
-                "",
-                line.reading.snr_db,
-                line.phase_rad,
-                line.sigma_phase_rad,
-                line.verdict,
-            )
+            let more = format!(
+                "phase {:8.4} ± {:.4} rad  {}",
+                line.phase_rad, line.sigma_phase_rad, line.verdict
+            );
+            line.reading.table_below(&format!("line {}", line.line), &more)
         };
         if self.0.len() > 1 { self.0.iter().map(table).collect() } else { Vec::new() }
     }
