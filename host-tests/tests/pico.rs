@@ -36,11 +36,7 @@ fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Ve
     assert!(boot.measuring && !boot.unfit && boot.n == N as u32, "{boot:?}");
     assert_eq!(boot.program, scene::program());
     pico.zero().unwrap();
-    while pico.listener().records < blocks {
-        let before = pico.listener().records;
-        pico.frames(200.min(blocks - before), 3_000).unwrap();
-        assert!(pico.listener().records > before, "it measures no more");
-    }
+    scene::measure(&mut pico, blocks);
     let wanted = expected(&settings(), &samples);
     let records = frames(&pico.sent);
     for ((sequence, frame), number) in records.iter().zip(0..) {

@@ -1,6 +1,6 @@
 //! The board's own chirp: levels and samples in step, blocks and segments that stay together, records that are the host's.
 
-use super::scene::{expected, frames, measured, plug, record, status};
+use super::scene::{expected, frames, measure, measured, plug, record, status};
 use host_tests::sized;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
@@ -194,12 +194,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
     pico.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(pico.boot().unwrap().measuring);
     pico.zero().unwrap();
-    let end = pico.listener().records + blocks;
-    while pico.listener().records < end {
-        let before = pico.listener().records;
-        pico.frames(200.min(end - before), 3_000).unwrap();
-        assert!(pico.listener().records > before, "it measures no more");
-    }
+    measure(&mut pico, blocks);
     let figures = pico.figures().unwrap();
     let wanted = expected(&settings, &samples);
     let records = frames(&pico.sent);

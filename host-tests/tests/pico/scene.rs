@@ -131,6 +131,16 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     frames.collect()
 }
 
+/// Lets so many more blocks be measured.
+pub fn measure(pico: &mut Pico, blocks: u64) {
+    let end = pico.listener().records + blocks;
+    while pico.listener().records < end {
+        let before = pico.listener().records;
+        pico.frames(200.min(end - before), 3_000).unwrap();
+        assert!(pico.listener().records > before, "it measures no more");
+    }
+}
+
 /// The record in a frame.
 pub fn record(frame: &[u8]) -> Option<Telemetry> {
     Listener::default().read(frame).into_iter().find_map(|said| match said {
