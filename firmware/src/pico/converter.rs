@@ -59,9 +59,7 @@ fn failed(second: bool) -> bool {
 
 /// Notes the slot that a channel has next.
 fn note(second: bool, slot: &Slot) {
-    let [one, other] = &NEXT;
-    let next = if second { other } else { one };
-    next.store(slot.address(), Ordering::Relaxed);
+    of(NEXT.each_ref(), second).store(slot.address(), Ordering::Relaxed);
     // The barrier puts the note into memory, and completes all reads of the slot, before the channel
     // may be started.
     cortex_m::asm::dmb();
@@ -99,13 +97,16 @@ impl Chain {
     /// Starts at the first sample of a block, and of a chirp.
     fn start(&mut self) {
         let [first, second] = &self.held;
-        for (second, slot, next) in [(false, first, &NEXT[0]), (true, second, &NEXT[1])] {
+        for (second, slot) in [(false, first), (true, second)] {
             let channel = dma().ch(of(CHAINED, second));
             put!(channel.ch_read_addr(), adc().fifo().as_ptr() as u32);
             put!(channel.ch_trans_count(), self.words.length);
             put!(channel.ch_al1_ctrl(), chained(of(CHAINED, !second)));
             let turn = dma().ch(of(TURNED, second));
-            put!(turn.ch_read_addr(), next.as_ptr().expose_provenance() as u32);
+            put!(
+                turn.ch_read_addr(),
+                of(NEXT.each_ref(), second).as_ptr().expose_provenance() as u32
+            );
             put!(turn.ch_write_addr(), channel.ch_al2_write_addr_trig().as_ptr() as u32);
             put!(turn.ch_trans_count(), 1);
             put!(turn.ch_al1_ctrl(), of(TURNS, second));
