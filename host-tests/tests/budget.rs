@@ -342,13 +342,17 @@ fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
         let stages = ["q15_fft", "q15_peak", "q15_fft_peak"];
         excess.check_helium(&name, &count, budgets.helium_q15.get(&n), &stages);
     }
-    // The image that counts a whole measurement and the smallest one are built for the long run alone.
+    // The images that count a whole measurement and the smallest one are built for the long run alone.
     if random.or(long).is_some() {
         let smallest = size::smallest(core).unwrap_or_else(|error| panic!("{error}"));
         excess.check("M55, bytes of the smallest image", smallest, budgets.helium_smallest_image);
         let short = image(core, engine, Scope::Short);
         let count = count(core, engine, &short, 1024, 200);
         excess.check_helium("M55, N = 1024", &count, budgets.helium.get(&1024), &bench::STAGES);
+        let q15 = &ENGINES[1];
+        let count = self::count(core, q15, &image(core, q15, Scope::Ours), 1024, 0);
+        let name = "M55, 16-bit engine, N = 1024";
+        excess.check_helium(name, &count, budgets.helium_q15.get(&1024), &bench::STAGES);
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

@@ -120,6 +120,10 @@ fn the_documents_state_the_budget() {
         &["256", "1024", "4096"].map(|n| figure(&format!("/helium_q15/{n}/q15_fft_peak/1"))),
     );
     page.assert_states(
+        "| **All of it, with Helium and that engine** | | # |",
+        &[figure("/helium_q15/1024/measurement/0")],
+    );
+    page.assert_states(
         "1,024 samples takes # KB of program memory, where it takes # on the M4F",
         &["helium_smallest_image", "smallest_image/M4F"]
             .map(|path| figure(&format!("/{path}")) / 1000.0),
