@@ -37,6 +37,7 @@
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
 //!   after that can fail.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
+//! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
 //! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy.
 //! - [`Pipeline::lines`] finds up to four tones of a block, each a [`Phasor`] with its phase;
@@ -94,7 +95,7 @@ pub use estimate::phasor::Phasor;
 #[doc(inline)]
 pub use estimate::tone::{Tone, Verdict};
 #[doc(inline)]
-pub use pipeline::{LengthError, Measurement, Outcome, Pipeline};
+pub use pipeline::{Alternating, LengthError, Measurement, Outcome, Pipeline};
 #[doc(inline)]
 pub use plan::Plan;
 #[doc(inline)]

@@ -1,6 +1,10 @@
 //! From a block of samples to a target. The firmware, the tests and the host tools all call this
 //! and nothing else.
 
+mod alternating;
+
+pub use alternating::Alternating;
+
 use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
@@ -77,11 +81,25 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// so a program whose scene is a tone needs nothing else.
     #[inline]
     pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
+        self.mended_tone(stamp, samples, |_, _| {})
+    }
+
+    /// The same of a spectrum that is mended where its peak is known.
+    #[inline(always)]
+    fn mended_tone(
+        &mut self,
+        stamp: &Stamp,
+        samples: &[R::Sample; N],
+        mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
+    ) -> (u32, Tone) {
         let Terms { codes, band, rate_hz, ref options, .. } = *self.plan;
         let clipped = Statistics::clipped::<R>(samples, codes);
         self.spectrum.transform(samples, codes);
         let mut tone = match peak::find(&self.spectrum, band) {
-            Some(peak) => measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options),
+            Some(peak) => {
+                mend(&mut self.spectrum, &peak);
+                measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options)
+            }
             None => Tone::default(),
         };
         // The smallest programs do without: to them such a record is clipped.
@@ -197,26 +215,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 
     /// The velocity or target that a tone leads to.
     pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
-        match self.plan.solver {
-            Solver::None => Outcome::None,
-            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),
-            Solver::Chirp(Shape::Sawtooth, ref scales) => {
-                Outcome::Target(chirp::sawtooth(&tone, scales))
-            }
-            Solver::Chirp(Shape::Triangle, ref scales) => match self
-                .ramps
-                .push(stamp, tone, TRIANGLE)
-            {
-                Some([up, _, down]) => Outcome::Target(chirp::triangle(&[up, down], R::IQ, scales)),
-                None => Outcome::None,
-            },
-            Solver::Chirp(Shape::Trapezoid, ref scales) => {
-                match self.ramps.push(stamp, tone, TRAPEZOID) {
-                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, R::IQ, scales)),
-                    None => Outcome::None,
-                }
-            }
-        }
+        self.ramps.solve(&self.plan.solver, stamp, tone, R::IQ)
     }
 }
 
@@ -270,6 +269,30 @@ impl Beat {
 impl Ramps {
     const fn new() -> Self {
         Self { beats: [Beat::of(&Tone::ZERO); 3], segments: Segments::new() }
+    }
+
+    /// The velocity or target that a tone leads to; `signed` says that its frequency has the right sign.
+    #[inline(always)]
+    fn solve(&mut self, solver: &Solver, stamp: &Stamp, tone: Tone, signed: bool) -> Outcome {
+        match *solver {
+            Solver::None => Outcome::None,
+            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),
+            Solver::Chirp(Shape::Sawtooth, ref scales) => {
+                Outcome::Target(chirp::sawtooth(&tone, scales))
+            }
+            Solver::Chirp(Shape::Triangle, ref scales) => match self.push(stamp, tone, TRIANGLE) {
+                Some([up, _, down]) => {
+                    Outcome::Target(chirp::triangle(&[up, down], signed, scales))
+                }
+                None => Outcome::None,
+            },
+            Solver::Chirp(Shape::Trapezoid, ref scales) => {
+                match self.push(stamp, tone, TRAPEZOID) {
+                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, signed, scales)),
+                    None => Outcome::None,
+                }
+            }
+        }
     }
 
     /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.

@@ -17,16 +17,28 @@ impl<const WORDS: usize> Slot<WORDS> {
     /// The block's samples after `guard` guard samples, of which there are at most [`GUARD`], and 0
     /// in a slot without room for a guard.
     pub fn samples<R: Record, const N: usize>(&self, guard: u16) -> &[R::Sample; N] {
+        let before = Self::before::<R, N>(guard);
+        // SAFETY: guard and block fit in the memory, and the memory is aligned, see `before`. A sample
+        // is one or two i16 (`Record` is sealed), for which every bit pattern is valid. The slot is
+        // borrowed as long as the samples.
+        unsafe { &*self.0.as_ptr().cast::<R::Sample>().add(before).cast() }
+    }
+
+    /// The same, for writing.
+    pub fn samples_mut<R: Record, const N: usize>(&mut self, guard: u16) -> &mut [R::Sample; N] {
+        let before = Self::before::<R, N>(guard);
+        // SAFETY: as for `samples`; the slot is borrowed for writing as long as the samples.
+        unsafe { &mut *self.0.as_mut_ptr().cast::<R::Sample>().add(before).cast() }
+    }
+
+    /// Samples before those of a block that fits in the memory behind them.
+    fn before<R: Record, const N: usize>(guard: u16) -> usize {
         const {
             assert!(size_of::<[R::Sample; N]>() <= size_of::<[u32; WORDS]>());
             assert!(align_of::<R::Sample>() <= align_of::<u32>());
         }
         let spare = const { 4 * WORDS / size_of::<R::Sample>() - N };
-        let guard = usize::from(guard.min(GUARD)).min(spare);
-        // SAFETY: guard and block fit in the memory, and the memory is aligned; both are checked
-        // above. A sample is one or two i16 (`Record` is sealed), for which every bit pattern is
-        // valid. The slot is borrowed as long as the samples.
-        unsafe { &*self.0.as_ptr().cast::<R::Sample>().add(guard).cast() }
+        usize::from(guard.min(GUARD)).min(spare)
     }
 
     /// The memory, for writing.
@@ -54,6 +66,8 @@ mod tests {
         let pairs: &[[i16; 2]; 8] = slot.samples::<Iq, 8>(2);
         assert_eq!((pairs[0], pairs[7]), ([102, 2], [109, 9]));
         assert_eq!(slot.samples::<Real, 8>(3)[..2], [1, 102]);
+        slot.samples_mut::<Iq, 8>(2)[7] = [5, 6];
+        assert_eq!(slot.samples::<Iq, 8>(2)[7], [5, 6]);
         // A guard that does not fit is cut.
         assert_eq!(slot.samples::<Iq, 8>(9)[0], [102, 2]);
     }

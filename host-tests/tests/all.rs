@@ -1,6 +1,7 @@
 //! Everything that needs more than one module, as one program: it is compiled and linked once, and slow tests run beside quick
 //! ones. `cargo test -p host-tests golden::` runs a file's tests.
 
+mod alternating;
 mod budget;
 mod cmsis;
 mod cycles;

@@ -9,6 +9,8 @@ mod chirp;
 mod demo;
 #[path = "pico/faults.rs"]
 mod faults;
+#[path = "pico/pairs.rs"]
+mod pairs;
 #[path = "pico/scene.rs"]
 mod scene;
 #[path = "pico/usb.rs"]
@@ -20,7 +22,7 @@ use picket_host::pico::bench::Pico;
 use picket_wire::boot::Clock;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::Settings;
-use picket_wire::settings_error::SettingsError;
+use picket_wire::settings_error::{RateError, SettingsError};
 use scene::{Hard, expected, frames, plug, settings, status, stream};
 
 /// Measures so many blocks, of which one in `hard_one_in` takes longest, and holds every record against the host's.
@@ -146,8 +148,9 @@ fn settings_outlive_a_restart_and_are_kept_in_flash() {
     assert_eq!(rate(&mut pico), 100e3);
     pico.request(Command::Reboot).unwrap().unwrap();
     assert!(pico.boot().unwrap().stored);
+    // A pair takes two conversions.
     let iq = Settings { iq: true, ..settings() };
-    let refused = Err(Refusal::Settings(SettingsError::Iq.code()));
+    let refused = Err(Refusal::Settings(SettingsError::Rate(RateError::Fast).code()));
     assert_eq!(pico.request(Command::SetSettings(iq, N)).unwrap(), refused);
 }
 

@@ -12,14 +12,16 @@ let mcu = null;
 /** Nanoseconds before the last reset. */
 let before = 0;
 let samples = new Int16Array([2048]);
-/** The next of them. */
+/** Inputs that have a code of their own in each sample. */
+let inputs = 1;
+/** The next sample. */
 let next = 0;
 /** Whether the converter's input is wired to the chirp's output, through a filter of no time. */
 let wired = false;
 /** The sync output's rises and falls, in ns. */
 let edges = [];
 /** Bytes of a block. */
-const BLOCK = 2048;
+let size = 2048;
 let said = [];
 /** What came by USB. */
 let usb = [];
@@ -72,14 +74,14 @@ function plug(reason) {
   watch();
 }
 
-/** What lies at the converter's input: the samples in turn, or the chirp's level of 4096. */
-function input() {
+/** What lies at an input of the converter: the samples in turn, or the chirp's level of 4096. */
+function input(channel) {
   if (wired) {
     const { alarmA, timer } = mcu.pwm.channels[7];
     return Math.min(Math.floor((4096 * alarmA.target) / (timer.top + 1)), 4095);
   }
-  const sample = samples[next];
-  next = (next + 1) % samples.length;
+  const sample = samples[inputs * next + Math.min(channel, inputs - 1)];
+  next = (next + 1) % (samples.length / inputs);
   return sample;
 }
 
@@ -88,7 +90,7 @@ function convert() {
   const { adc } = mcu;
   adc.onADCRead = (channel) => {
     adc.currentChannel = channel;
-    adc.channelValues[channel] = input();
+    adc.channelValues[channel] = input(channel);
     figures.taken++;
     adc.sampleAlarm.schedule(2000);
   };
@@ -125,7 +127,7 @@ function watch() {
         head.writeDoubleLE(now());
         head.writeDoubleLE(starts, 8);
         writeSync(blocks, head);
-        writeSync(blocks, mcu.sram.subarray(end - BLOCK, end));
+        writeSync(blocks, mcu.sram.subarray(end - size, end));
       }
     };
   }
@@ -182,9 +184,11 @@ const orders = {
     if (mcu) mcu.sram.fill(0xa5);
     plug(0);
   },
-  samples(file) {
+  /** For so many inputs, whose codes of the same moment stand side by side. */
+  samples(file, count) {
     const bytes = readFileSync(file);
     samples = new Int16Array(bytes.buffer, bytes.byteOffset, bytes.length >> 1);
+    inputs = Number(count);
     next = 0;
     wired = false;
   },
@@ -221,9 +225,10 @@ const orders = {
   write(address, word) {
     mcu.writeUint32(Number(address), Number(word));
   },
-  blocks(file) {
+  blocks(file, bytes) {
     if (blocks !== null) closeSync(blocks);
     blocks = openSync(file, 'w');
+    size = Number(bytes);
   },
   fault(kind, microseconds) {
     faults[kind](mcu, 1e3 * Number(microseconds));

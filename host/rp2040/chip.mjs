@@ -20,6 +20,7 @@ export function chip(flash, sram, reason) {
   serial(mcu);
   aborts(mcu);
   wraps(mcu);
+  turns(mcu);
   rom(mcu);
   boot(mcu);
   return mcu;
@@ -103,6 +104,15 @@ function wraps(mcu) {
     wrap(slice);
     dma.clearDREQ(24 + slice);
   };
+}
+
+/** In round robin the converter goes on to the next input; the emulator's stays at the first one. */
+function turns(mcu) {
+  const { adc } = mcu;
+  Object.defineProperty(adc, 'activeChannel', {
+    get: () => (adc.cs >> 12) & 7,
+    set: (channel) => (adc.cs = (adc.cs & ~(7 << 12)) | (channel << 12)),
+  });
 }
 
 /** The boot ROM's functions for the flash: a look-up by their two letters, and each a breakpoint that does here what it does there. */

@@ -11,7 +11,7 @@ pub mod zoom;
 mod zoom_dsp;
 
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Cells as _, Record};
+use crate::acquire::sample::{Cells as _, Real, Record};
 use crate::math::products;
 use core::mem::MaybeUninit;
 use core::ops::RangeInclusive;
@@ -158,6 +158,15 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     /// `|X[k]|^2` in stored units, with the bins numbered as in [`Spectrum::bin`].
     pub fn power(&self, k: i32) -> u64 {
         power(self.bin(k))
+    }
+}
+
+impl<const N: usize> Spectrum<Real, N> {
+    /// Puts another value in the place of bin N/4, which one point holds alone.
+    pub(crate) fn put_quarter(&mut self, bin: Complex<i32>) {
+        if let Some(point) = self.cells.0.points_mut().get_mut(N / 4) {
+            *point = [bin.re, bin.im.wrapping_neg()];
+        }
     }
 }
 

@@ -6,14 +6,16 @@
 use core::arch::global_asm;
 use cortex_m_rt::entry;
 use picket_firmware::instrument::Instrument;
-use picket_firmware::pico::{N, Pico, SLOT, start};
+use picket_firmware::pico::{N, Pairs, Pico, SLOT, start};
 
 picket_firmware::pico_vectors!();
 
 #[entry]
 fn main() -> ! {
     start::whole();
-    match Instrument::<Pico, N, SLOT>::start(picket_firmware::meters!(N)) {
+    // One converter takes the pairs of an I/Q record by turns.
+    let meters = picket_firmware::meters!(N, Pairs, Pairs::IDLE);
+    match Instrument::<Pico, N, SLOT, _>::start(meters) {
         Some(instrument) => instrument.run(),
         // The crystal did not come: the watchdog restarts the chip.
         None => loop {

@@ -6,7 +6,7 @@
 
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
-use super::measurer::{FOLLOWS, LINES, Measurer, Meters};
+use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
 use super::plan::Plan;
 use super::stack::Stack;
 use super::storage;
@@ -25,8 +25,13 @@ use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::{Health, Telemetry};
 
-/// The instrument.
-pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
+/// The instrument. `Q` measures I/Q records.
+pub struct Instrument<
+    B: Board<N, SLOT>,
+    const N: usize,
+    const SLOT: usize,
+    Q: IqMeter<N> = Meter<Iq, N>,
+> {
     board: B,
     plan: Plan<N>,
     boot: Boot,
@@ -35,7 +40,7 @@ pub struct Instrument<B: Board<N, SLOT>, const N: usize, const SLOT: usize> {
     /// Frames dropped because the line had no room.
     dropped: u32,
     blocks: Option<Blocks<'static, Slot<SLOT>>>,
-    measurer: Measurer<N>,
+    measurer: Measurer<N, Q>,
     /// Raw blocks still to send, and the block being sent with the number of its bytes that are
     /// out.
     captures: u16,
@@ -83,12 +88,16 @@ fn block_ticks<const N: usize>(plan: &Plan<N>, ticks_hz: u32) -> u64 {
     (seconds * f64::from(ticks_hz)) as u64
 }
 
-impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT> {
+impl<B, const N: usize, const SLOT: usize, Q> Instrument<B, N, SLOT, Q>
+where
+    B: Board<N, SLOT>,
+    Q: IqMeter<N>,
+{
     /// Takes the instrument from reset to its loop, with the image's [`meters`](crate::meters).
     /// `None` only at the second call.
     // Not inlined, so that the stack of the start is free again afterwards.
     #[inline(never)]
-    pub fn start(meters: Option<Meters<N>>) -> Option<Self> {
+    pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
         let Legacy { last, settings: left } = Legacy::take();
         let causes = B::causes();
         let kept = storage::load::<WORDS, _>(&B::Storage::default()).map(|(_, _, words)| words);
@@ -188,7 +197,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Instrument<B, N, SLOT
         let guard = self.plan.settings.guard;
         let before = self.board.ticks();
         self.board.correct(&mut block.slot);
-        let mut measurement = self.measurer.block(&block, guard);
+        let mut measurement = self.measurer.block(&mut block, guard);
         self.board.widen(&mut measurement);
         self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);

@@ -26,7 +26,9 @@ pub struct Pico {
     serial: Serial,
     /// Whether the converter's codes are corrected.
     corrects: bool,
-    /// Samples of a guard, which is even.
+    /// Whether the samples are pairs.
+    iq: bool,
+    /// Samples of a guard, which is even, and 0 for pairs.
     guard: usize,
 }
 
@@ -60,13 +62,14 @@ impl Board<N, SLOT> for Pico {
         pins.gpio12.into_function::<FunctionPwm>();
         pins.gpio14.into_function::<FunctionPwm>();
         Slices::new(chip.PWM, resets);
-        // The pad without its digital input and its pulls.
+        // The pads without their digital inputs and their pulls.
         AdcPin::new(pins.gpio26.into_floating_input()).ok()?;
+        AdcPin::new(pins.gpio27.into_floating_input()).ok()?;
         Adc::new(chip.ADC, resets);
         chip.DMA.split(resets);
         #[cfg(feature = "usb")]
         super::usb::start((chip.USBCTRL_REGS, chip.USBCTRL_DPRAM, clocks.usb_clock), resets)?;
-        Some(Self { serial: Serial::start()?, corrects: false, guard: 0 })
+        Some(Self { serial: Serial::start()?, corrects: false, iq: false, guard: 0 })
     }
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
@@ -75,18 +78,19 @@ impl Board<N, SLOT> for Pico {
 
     fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
         self.corrects = words.corrects;
+        self.iq = words.iq;
         self.guard = plan.settings.guard.into();
         converter::start(plan, words)
     }
 
     fn correct(&self, slot: &mut Slot<SLOT>) {
-        // Two samples share a word.
-        let block = slot.memory().get_mut(self.guard / 2..);
-        if self.corrects
-            && let Some(words) = block.and_then(|block| block.first_chunk_mut::<{ N / 2 }>())
-        {
-            correct(words);
+        if !self.corrects {
+            return;
         }
+        // Two real samples share a word, and so do the two of a pair.
+        let block = slot.memory().get_mut(self.guard / 2..).unwrap_or_default();
+        let halves = block.as_chunks_mut::<{ N / 2 }>().0;
+        halves.iter_mut().take(if self.iq { 2 } else { 1 }).for_each(correct);
     }
 
     fn widen(&self, measurement: &mut Measurement) {

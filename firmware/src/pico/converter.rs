@@ -74,7 +74,7 @@ pub fn rest<const CHANNEL: usize>() {
 impl Chain {
     /// Stops the converter and both channels.
     fn stop(&mut self) {
-        // EN 0 stays, START_MANY 3 ends. READY 8: no conversion is under way.
+        // EN 0 stays, START_MANY 3 and the turns end. READY 8: no conversion is under way.
         put!(adc().cs(), 1);
         let _ = wait(|| adc().cs().read().ready().bit_is_set());
         // An abort may raise the interrupt (RP2040-E13).
@@ -100,7 +100,7 @@ impl Chain {
         for (second, slot) in [(false, first), (true, second)] {
             let channel = dma().ch(of(CHAINED, second));
             put!(channel.ch_read_addr(), adc().fifo().as_ptr() as u32);
-            put!(channel.ch_trans_count(), self.words.length);
+            put!(channel.ch_trans_count(), self.words.transfers());
             put!(channel.ch_al1_ctrl(), chained(of(CHAINED, !second)));
             let turn = dma().ch(of(TURNED, second));
             put!(
@@ -125,8 +125,7 @@ impl Chain {
             if let Some(chirp) = &self.chirp {
                 chirp.run();
             }
-            // EN 0, START_MANY 3; AINSEL 14:12 is input 0, GPIO 26.
-            put!(adc().cs(), 1 | 1 << 3);
+            put!(adc().cs(), self.words.start());
         });
     }
 }

@@ -40,9 +40,12 @@ pub mod vectors;
 
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub use board::Pico;
+use picket::pipeline::Alternating;
 
 /// Samples in a block of this image.
 pub const N: usize = 1024;
+/// What measures the pairs that its converter takes by turns.
+pub type Pairs = Alternating<N, { 2 * N }>;
 /// Words in a slot: an I/Q block, or twice a real one.
 pub const SLOT: usize = N;
 /// Slots: what memory has room for. The settings say how many are in use.

@@ -1,9 +1,9 @@
 //! The values of the RP2040's registers, computed by pure functions, and how many blocks have passed.
 
 use super::waveform::Waveform;
-use super::{N, SLOTS, USUAL_SLOTS};
+use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
-use picket::config::{Config, Scene};
+use picket::config::{Config, ConfigError, Scene};
 use picket::estimate::measure::Arithmetic;
 use picket_wire::boot::Causes;
 use picket_wire::settings::{Drive, Settings};
@@ -78,6 +78,11 @@ pub const TRANSMITTED: u32 =
 /// 0.
 pub const FIFO: u32 = 1 << 24 | 1 << 11 | 1 << 10 | 1 << 3 | 1;
 
+/// ADC_CS (DS 4.9.6): EN 0, START_MANY 3. AINSEL 14:12 is input 0, GPIO 26, which is the first one of a round, too.
+const SAMPLES: u32 = 1 | 1 << 3;
+/// The same with RROBIN 20:16: inputs 0 and 1 by turns.
+const PAIRS: u32 = SAMPLES | 0b11 << 16;
+
 /// The watchdog's count for 4 s: it counts each microsecond twice (RP2040-E1).
 pub const WATCHDOG_LOAD: u32 = 2 * 4_000_000;
 /// PSM_WDSEL (DS 2.13.5): the watchdog resets everything but the two oscillators, bits 0 and 1.
@@ -95,10 +100,12 @@ pub const fn causes(reason: u32, chip: u32) -> Causes {
 /// The register words of an instrument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words {
-    /// Cycles of the converter's clock from a sample to the next: 96 to 65536.
+    /// Cycles of the converter's clock from a conversion to the next: 96 to 65536.
     pub period: u32,
     /// Samples from a block to the next: a block and its guard.
     pub length: u32,
+    /// Whether a sample is an I/Q pair, of two conversions.
+    pub iq: bool,
     /// Whether the converter's codes are corrected.
     pub corrects: bool,
     /// The chirp; `None` without one.
@@ -114,37 +121,55 @@ impl Words {
         if !matches!(settings.core_mhz, 0 | CORE_MHZ) {
             return Err(SettingsError::Speed);
         }
-        if settings.iq {
-            return Err(SettingsError::Iq);
-        }
         let slots = if settings.slots == 0 { USUAL_SLOTS } else { settings.slots };
         if !(4..=SLOTS as u16).contains(&slots) {
             return Err(SettingsError::Slots);
         }
-        let period = period(settings.config.rate_hz).map_err(SettingsError::Rate)?;
-        // Two samples share a word, which a guard must not cut.
-        if !settings.guard.is_multiple_of(2) {
+        let iq = settings.iq;
+        let each = conversions(iq);
+        let rate_hz = settings.config.rate_hz * f64::from(each);
+        let period = period(rate_hz).map_err(SettingsError::Rate)?;
+        // Two real samples share a word, which a guard must not cut. Pairs take a slot without one.
+        if !settings.guard.is_multiple_of(2) || (iq && settings.guard > 0) {
             return Err(SettingsError::Guard);
+        }
+        if iq && !Pairs::fits(settings.config.method) {
+            return Err(SettingsError::Config(ConfigError::Method));
         }
         // Floats would take longer than a block: this core has none.
         let config = Config { arithmetic: Arithmetic::Fixed, ..settings.config };
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
-        let plan = Plan::new(&settings, rate_hz(period))?;
+        let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
         let waveform = match (settings.drive, settings.config.scene) {
             (Drive::Off, _) => None,
             (Drive::Dac { low, high }, Scene::Chirp { shape, .. }) => {
-                let wave = Waveform::plan(shape, length, period, [low, high]);
+                let wave = Waveform::plan(shape, length, period * each, [low, high]);
                 Some(wave.map_err(SettingsError::Waveform)?)
             }
             _ => return Err(SettingsError::Drive),
         };
-        Ok((plan, Self { period, length, corrects: !settings.uncorrected, waveform }))
+        Ok((plan, Self { period, length, iq, corrects: !settings.uncorrected, waveform }))
     }
 
-    /// The sample rate, Hz.
+    /// The rate of samples or pairs, Hz.
     pub fn rate_hz(&self) -> f64 {
-        rate_hz(self.period)
+        rate_of(self.sample_cycles())
+    }
+
+    /// Cycles of the converter's clock from a sample or pair to the next.
+    pub const fn sample_cycles(&self) -> u32 {
+        self.period.saturating_mul(conversions(self.iq))
+    }
+
+    /// ADC_CS: the word that starts the converter.
+    pub const fn start(&self) -> u32 {
+        if self.iq { PAIRS } else { SAMPLES }
+    }
+
+    /// Conversions from a block to the next.
+    pub const fn transfers(&self) -> u32 {
+        self.length.saturating_mul(conversions(self.iq))
     }
 
     /// ADC_DIV (DS 4.9.6): INT 23:8 is a cycle less than the period. 0 samples back to back.
@@ -154,13 +179,18 @@ impl Words {
 
     /// Cycles of the converter's clock in a block with its guard.
     pub const fn block_cycles(self) -> u32 {
-        self.period.saturating_mul(self.length)
+        self.period.saturating_mul(self.transfers())
     }
 }
 
-/// The sample rate of a period, Hz.
-fn rate_hz(period: u32) -> f64 {
-    f64::from(ADC_HZ) / f64::from(period)
+/// Conversions in a sample.
+const fn conversions(iq: bool) -> u32 {
+    if iq { 2 } else { 1 }
+}
+
+/// The rate of so many cycles of the converter's clock, Hz.
+fn rate_of(cycles: u32) -> f64 {
+    f64::from(ADC_HZ) / f64::from(cycles)
 }
 
 /// The period nearest to a rate, in cycles of the converter's clock.
@@ -254,6 +284,7 @@ impl Elapsed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use picket::estimate::method::Method;
     use picket::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;
 
@@ -281,7 +312,6 @@ mod tests {
         assert_eq!(refused(Settings { core_mhz: 180, ..settings }), SettingsError::Speed);
         assert_eq!(refused(Settings { slots: 17, ..settings }), SettingsError::Slots);
         assert_eq!(refused(Settings { slots: 3, ..settings }), SettingsError::Slots);
-        assert_eq!(refused(Settings { iq: true, ..settings }), SettingsError::Iq);
         let dac = Drive::Dac { low: 0, high: 1 };
         assert_eq!(refused(Settings { drive: dac, ..settings }), SettingsError::Drive);
         let chirp = chirp(settings, dac);
@@ -300,6 +330,41 @@ mod tests {
         assert_eq!(refused(Settings { drive: Drive::External, ..chirp }), SettingsError::Drive);
     }
 
+    #[test]
+    fn a_pair_is_two_conversions() {
+        let pairs = |rate_hz| {
+            let settings = at(rate_hz);
+            let config = Config { band_hz: Some((2e3, 100e3)), ..settings.config };
+            Settings { iq: true, config, ..settings }
+        };
+        for (wanted, period) in [(250e3, 96), (100e3, 240), (370.0, 64_865)] {
+            let (wanted, band_hz) = (wanted, Some((wanted / 10.0, wanted / 2.0)));
+            let settings = pairs(wanted);
+            let config = Config { band_hz, ..settings.config };
+            let (plan, words) = Words::plan(&Settings { config, ..settings }).unwrap();
+            assert_eq!((words.period, words.length, words.transfers()), (period, 1024, 2048));
+            assert_eq!(plan.settings.config.rate_hz, 24e6 / f64::from(period));
+            assert_eq!(words.rate_hz(), plan.settings.config.rate_hz);
+            assert_eq!((words.block_cycles(), plan.length), (2048 * period, 1024));
+            assert_eq!(words.start(), 0x3_0009);
+        }
+        assert_eq!(Words::plan(&at(500e3)).unwrap().1.start(), 9);
+        let refused = |settings| Words::plan(&settings).map(|_| ()).unwrap_err();
+        let settings = pairs(250e3);
+        assert_eq!(refused(pairs(252e3)), SettingsError::Rate(RateError::Fast));
+        assert_eq!(refused(pairs(366.0)), SettingsError::Rate(RateError::Slow));
+        let both = Config { band_hz: Some((-9e3, 9e3)), ..settings.config };
+        assert_eq!(refused(Settings { config: both, ..settings }), SettingsError::Offset);
+        let method = Config { method: Method::Autocorrelation, ..settings.config };
+        let error = SettingsError::Config(ConfigError::Method);
+        assert_eq!(refused(Settings { config: method, ..settings }), error);
+        let chirp = chirp(settings, Drive::Dac { low: 0, high: 4095 });
+        assert_eq!(refused(Settings { guard: 2, ..chirp }), SettingsError::Guard);
+        // The chirp has a level for each pair.
+        let (_, words) = Words::plan(&chirp).unwrap();
+        assert_eq!(words.waveform, Waveform::plan(Shape::Trapezoid, 1024, 192, [0, 4095]).ok());
+    }
+
     fn chirp(settings: Settings, drive: Drive) -> Settings {
         let (shape, bandwidth_hz) = (Shape::Trapezoid, 200e6);
         let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz, duration_s: 1.0 };
@@ -311,7 +376,7 @@ mod tests {
     fn blocks_are_counted_by_time_and_parity() {
         for period in [96, 97, 480, 65_536] {
             let length = N as u32;
-            let words = Words { period, length, corrects: true, waveform: None };
+            let words = Words { period, length, iq: false, corrects: true, waveform: None };
             let block = u64::from(words.block_cycles());
             for error in [-2i64, 0, 2] {
                 let begun = 0xFFFF_0000u32;

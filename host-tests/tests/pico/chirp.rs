@@ -1,6 +1,6 @@
 //! The board's own chirp: levels and samples in step, blocks and segments that stay together, records that are the host's.
 
-use super::scene::{expected, frames, measure, measured, plug, record, status};
+use super::scene::{adopt, expected, frames, measure, measured, plug, record, status};
 use host_tests::sized;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
@@ -40,13 +40,10 @@ fn wired(settings: Settings) -> Option<Pico> {
     let mut pico = plug()?;
     pico.power().unwrap();
     pico.order("wire").unwrap();
-    pico.request(Command::SetSettings(Settings { start: false, ..settings }, N)).unwrap().unwrap();
-    assert!(!pico.boot().unwrap().measuring);
-    pico.sent.clear();
-    pico.keep().unwrap();
-    pico.order("edges").unwrap();
-    pico.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-    assert!(pico.boot().unwrap().measuring);
+    adopt(&mut pico, settings, |pico| {
+        pico.keep(N).unwrap();
+        pico.order("edges").unwrap();
+    });
     Some(pico)
 }
 
@@ -187,12 +184,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
     }
     let Some(mut pico) = plug() else { return };
     pico.power().unwrap();
-    pico.request(Command::SetSettings(Settings { start: false, ..settings }, N)).unwrap().unwrap();
-    pico.boot().unwrap();
-    pico.samples(&samples).unwrap();
-    pico.sent.clear();
-    pico.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-    assert!(pico.boot().unwrap().measuring);
+    adopt(&mut pico, settings, |pico| pico.samples(&samples).unwrap());
     pico.zero().unwrap();
     measure(&mut pico, blocks);
     let figures = pico.figures().unwrap();

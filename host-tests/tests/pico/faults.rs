@@ -5,18 +5,25 @@ use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::{Completed, Pico};
 use picket_host::pico::converter::Converter;
+use picket_wire::settings::Settings;
 use picket_wire::telemetry::Telemetry;
-use rand::{RngExt, SeedableRng};
+use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// A block's time, ns.
-const BLOCK: f64 = 2_048_000.0;
-
 /// A fault: its kind, and how long it lasts, us.
-type Fault = (&'static str, f64);
+pub type Fault = (&'static str, f64);
+
+/// How a board's blocks are taken.
+pub struct Blocks {
+    pub settings: Settings,
+    /// A block's time, ns.
+    pub nanos: f64,
+    /// Conversions in a block.
+    pub conversions: usize,
+}
 
 /// A tone without a jump, in noise: each window of it is measured otherwise, wherever it begins.
 fn steady(blocks: usize, seed: u64) -> Vec<i16> {
@@ -39,24 +46,32 @@ fn key(record: &Telemetry) -> String {
 
 /// The number that each completed block must have: one more than the last, and if the channels started anew in between, the
 /// blocks that have begun since, too.
-fn numbers(blocks: &[Completed]) -> Vec<u64> {
+fn numbers(blocks: &[Completed], nanos: f64) -> Vec<u64> {
     let mut numbers = vec![0];
     for pair in blocks.windows(2) {
-        let idle = pair[1].nanos - BLOCK - pair[0].nanos;
+        let idle = pair[1].nanos - nanos - pair[0].nanos;
         let anew = pair[1].starts > pair[0].starts;
-        let passed = if anew { (idle / BLOCK).ceil().max(1.0) as u64 } else { 0 };
+        let passed = if anew { (idle / nanos).ceil().max(1.0) as u64 } else { 0 };
         numbers.push(numbers[numbers.len() - 1] + 1 + passed);
     }
     numbers
 }
 
-/// Lets these faults happen, each some time after the one before, and checks everything.
-fn play(mut pico: Pico, faults: &[(f64, Fault)], seed: u64) {
-    let samples = steady(300, seed);
+/// A board that measures real records of a steady tone.
+fn begin(mut pico: Pico, seed: u64) -> (Pico, Blocks) {
     pico.order("usb plug").unwrap();
-    pico.samples(&samples).unwrap();
-    pico.keep().unwrap();
+    pico.samples(&steady(300, seed)).unwrap();
+    pico.keep(N).unwrap();
     pico.power().unwrap();
+    (pico, Blocks { settings: settings(), nanos: 2_048_000.0, conversions: N })
+}
+
+/// Lets these faults happen, each some time after the one before, and checks everything. Returns the blocks that the channels completed.
+pub fn play(
+    (mut pico, blocks): (Pico, Blocks),
+    faults: &[(f64, Fault)],
+    seed: u64,
+) -> Vec<Completed> {
     pico.run(6_000).unwrap();
     for &(after, (kind, duration)) in faults {
         pico.run(after as u64).unwrap();
@@ -80,14 +95,14 @@ fn play(mut pico: Pico, faults: &[(f64, Fault)], seed: u64) {
     assert_eq!(counters.adc_overruns, over, "seed {seed}: {counters:?}");
     assert!(over >= told("overrun"), "seed {seed}: {counters:?}");
     assert!(counters.spurious >= told("doubled"), "seed {seed}: {counters:?}");
-    let kept = pico.kept(N).unwrap();
+    let kept = pico.kept(blocks.conversions).unwrap();
     let flat: Vec<i16> = kept.iter().flat_map(|block| block.samples.iter().copied()).collect();
-    let frames = expected(&settings(), &flat);
+    let frames = expected(&blocks.settings, &flat);
     let mut places = HashMap::new();
     for (place, frame) in frames.iter().enumerate() {
         places.insert(key(&measured(frame).unwrap()), place);
     }
-    let numbers = numbers(&kept);
+    let numbers = numbers(&kept, blocks.nanos);
     let frames = pico.sent.split_inclusive(|&byte| byte == 0);
     let records: Vec<Telemetry> = frames.filter_map(record).collect();
     let mut next = 0;
@@ -109,6 +124,7 @@ fn play(mut pico: Pico, faults: &[(f64, Fault)], seed: u64) {
         records.len(),
         kept.len()
     );
+    kept
 }
 
 /// How many records came by USB: each as it came by the wire, which may still have the last one to send.
@@ -122,21 +138,35 @@ fn by_usb(pico: &Pico, records: &[Telemetry]) -> usize {
     others.len()
 }
 
+/// One of each kind, and interrupts late by other times.
+pub const EACH: [Fault; 8] = [
+    ("late", 1_500.0),
+    ("late", 3_000.0),
+    ("late", 5_000.0),
+    ("late", 15_000.0),
+    ("doubled", 0.0),
+    ("lost", 0.0),
+    ("overrun", 40.0),
+    ("error", 0.0),
+];
+
+/// A fault of any kind that the chip itself has.
+pub fn any(rng: &mut impl Rng) -> Fault {
+    match rng.random_range(0..6) {
+        0 => ("late", rng.random_range(10.0..15_000.0)),
+        1 => ("doubled", 0.0),
+        2 => ("lost", 0.0),
+        3 => ("overrun", rng.random_range(12.0..500.0)),
+        4 => ("late", [1_500.0, 3_000.0, 5_000.0, 15_000.0][rng.random_range(0..4)]),
+        _ => ("error", 0.0),
+    }
+}
+
 #[test]
 fn each_fault_alone_is_counted_exactly() {
-    let all: [Fault; 8] = [
-        ("late", 1_500.0),
-        ("late", 3_000.0),
-        ("late", 5_000.0),
-        ("late", 15_000.0),
-        ("doubled", 0.0),
-        ("lost", 0.0),
-        ("overrun", 40.0),
-        ("error", 0.0),
-    ];
-    let each: Vec<(f64, Fault)> = all.iter().map(|&fault| (9_300.0, fault)).collect();
+    let each: Vec<(f64, Fault)> = EACH.iter().map(|&fault| (9_300.0, fault)).collect();
     let Some(pico) = plug() else { return };
-    play(pico, &each, 81);
+    play(begin(pico, 81), &each, 81);
 }
 
 /// Faults of every kind at any moment, on the image with USB: 1,000 in the long form.
@@ -145,16 +175,9 @@ fn random_faults_mix_no_block() {
     let mut rng = ChaCha8Rng::seed_from_u64(82);
     let rounds = sized(1, 25);
     for seed in 0..rounds {
-        let mut fault = || -> Fault {
-            match rng.random_range(0..7) {
-                0 => ("late", rng.random_range(10.0..15_000.0)),
-                4 => ("late", [1_500.0, 3_000.0, 5_000.0, 15_000.0][rng.random_range(0..4)]),
-                5 => ("usb", rng.random_range(10.0..8_000.0)),
-                1 => ("doubled", 0.0),
-                2 => ("lost", 0.0),
-                3 => ("overrun", rng.random_range(12.0..500.0)),
-                _ => ("error", 0.0),
-            }
+        let mut fault = || match rng.random_range(0..7) {
+            0 => ("usb", rng.random_range(10.0..8_000.0)),
+            _ => any(&mut rng),
         };
         let mut faults = Vec::new();
         for _ in 0..sized(30, 40) {
@@ -163,6 +186,6 @@ fn random_faults_mix_no_block() {
         let faults: Vec<(f64, Fault)> =
             faults.into_iter().map(|fault| (rng.random_range(4_200.0..9_000.0), fault)).collect();
         let Some(pico) = plug_usb() else { return };
-        play(pico, &faults, 1_000 + seed);
+        play(begin(pico, 1_000 + seed), &faults, 1_000 + seed);
     }
 }

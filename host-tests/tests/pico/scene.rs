@@ -1,12 +1,12 @@
 //! What is in front of the converter, and what the host makes of it.
 
-use picket::acquire::sample::Real;
+use picket::acquire::sample::{Real, Stamp};
 use picket::estimate::tone::Verdict;
-use picket::pipeline::Pipeline;
-use picket::plan::Plan;
-use picket_firmware::pico::N;
+use picket::pipeline::{Measurement, Pipeline};
+use picket::plan::EitherPlan;
 use picket_firmware::pico::widths::{corrected, widen};
 use picket_firmware::pico::words::Words;
+use picket_firmware::pico::{N, Pairs};
 use picket_host::device::{Listener, Said};
 use picket_host::pico;
 use picket_host::pico::bench::Pico;
@@ -114,21 +114,46 @@ fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16;
     })
 }
 
-/// The frames that a board sends which measures these blocks, each behind its guard, and loses none.
+/// The frames that a board sends which measures these blocks, each behind its guard, and loses none. The samples of pairs are I, Q, I, Q.
 pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let (plan, _) = Words::plan(settings).unwrap();
     let method = plan.plan.options.method;
-    let mut pipeline = Box::new(Pipeline::<Real, N>::new(Plan::of_terms(*plan.plan).unwrap()));
+    let correct = |code: i16| if settings.uncorrected { code } else { corrected(code) };
+    let mut block: Box<dyn FnMut(Stamp, &[i16]) -> Measurement> = match plan.plan {
+        EitherPlan::Real(plan) => {
+            let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
+            Box::new(move |stamp, samples| {
+                let block: [i16; N] = samples.try_into().unwrap();
+                pipeline.block(stamp, &block.map(correct))
+            })
+        }
+        EitherPlan::Iq(plan) => {
+            let mut pipeline = Box::new(Pairs::new(plan));
+            Box::new(move |stamp, samples| {
+                let block: [[i16; 2]; N] = samples.as_chunks().0.try_into().unwrap();
+                pipeline.block(stamp, &mut block.map(|pair| pair.map(correct)))
+            })
+        }
+    };
+    let each = if settings.iq { 2 } else { 1 };
     let guard = usize::from(settings.guard);
-    let segments = samples.chunks_exact(N + guard).zip(0..);
+    let segments = samples.chunks_exact(each * (N + guard)).zip(0..);
     let frames = segments.map(|(segment, number)| {
-        let block: [i16; N] = segment[guard..].try_into().unwrap();
-        let block = block.map(|code| if settings.uncorrected { code } else { corrected(code) });
-        let mut measurement = pipeline.block(plan.timing.stamp(number, false), &block);
+        let mut measurement = block(plan.timing.stamp(number, false), &segment[each * guard..]);
         widen(&mut measurement, !settings.uncorrected);
         Telemetry { measurement, method, health: Health::default() }.to_frame().to_vec()
     });
     frames.collect()
+}
+
+/// Has a board follow other settings, from the first sample on of what `feed` gives it while it stands.
+pub fn adopt(pico: &mut Pico, settings: Settings, feed: impl FnOnce(&mut Pico)) {
+    pico.request(Command::SetSettings(Settings { start: false, ..settings }, N)).unwrap().unwrap();
+    assert!(!pico.boot().unwrap().measuring);
+    pico.sent.clear();
+    feed(pico);
+    pico.request(Command::SetSettings(settings, N)).unwrap().unwrap();
+    assert!(pico.boot().unwrap().measuring);
 }
 
 /// Lets so many more blocks be measured.

@@ -174,9 +174,18 @@ impl Pico {
 
     /// What the converter gives from now on, again and again.
     pub fn samples(&mut self, samples: &[i16]) -> Result<(), RunError> {
+        self.inputs(samples, 1)
+    }
+
+    /// The same at two inputs, whose codes of the same moment stand side by side.
+    pub fn both(&mut self, samples: &[[i16; 2]]) -> Result<(), RunError> {
+        self.inputs(samples.as_flattened(), 2)
+    }
+
+    fn inputs(&mut self, samples: &[i16], inputs: u32) -> Result<(), RunError> {
         let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_le_bytes()).collect();
         let path = self.file("samples.i16", &bytes)?;
-        self.order(&format!("samples {}", path.display())).map(drop)
+        self.order(&format!("samples {} {inputs}", path.display())).map(drop)
     }
 
     /// Writes flash.
@@ -240,10 +249,10 @@ impl Pico {
         serde_json::from_str(text).map_err(|error| failed(error.to_string()))
     }
 
-    /// From now on the blocks that the channels complete are kept.
-    pub fn keep(&mut self) -> Result<(), RunError> {
+    /// From now on the blocks of `n` conversions that the channels complete are kept.
+    pub fn keep(&mut self, n: usize) -> Result<(), RunError> {
         let path = self.folder.path().join("blocks");
-        self.order(&format!("blocks {}", path.display())).map(drop)
+        self.order(&format!("blocks {} {}", path.display(), 2 * n)).map(drop)
     }
 
     /// The blocks that were kept.
