@@ -167,6 +167,17 @@ fn ideal_channels_leave_no_image() {
     }
     println!("image at most {worst:.1} dB");
     assert!(worst < -90.0, "{worst}");
+    // As if both were taken at once: docs/pico.md has it for the middle of a sideband.
+    let turn = |n: f64| TAU * n / 4.0;
+    let pairs: [[i16; 2]; 1024] = std::array::from_fn(|n| {
+        [turn(n as f64).cos(), turn(n as f64 + 0.5).sin()].map(|part| (30_000.0 * part) as i16)
+    });
+    let mut pipeline =
+        Pipeline::<Iq, 1024>::new(Config::new(1.0, Codes::signed::<16>()).plan().unwrap());
+    pipeline.block(Stamp::default(), &pairs);
+    let power = |bins: i32| pipeline.spectrum().power(bins) as f64;
+    let image = 10.0 * (power(-256) / power(256)).log10();
+    assert!((image + 7.66).abs() < 0.01, "{image}");
 }
 
 /// The channels' offsets are one line, at 0 Hz.

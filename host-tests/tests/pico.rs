@@ -11,6 +11,8 @@ mod demo;
 mod faults;
 #[path = "pico/pairs.rs"]
 mod pairs;
+#[path = "pico/pulses.rs"]
+mod pulses;
 #[path = "pico/scene.rs"]
 mod scene;
 #[path = "pico/usb.rs"]
@@ -190,7 +192,7 @@ fn the_emulator_does_so_otherwise() {
     let output = std::process::Command::new(node).arg(scripts.join("otherwise.mjs")).output();
     let text = String::from_utf8(output.unwrap().stdout).unwrap();
     println!("{text}");
-    assert_eq!(text.lines().count(), 17);
+    assert_eq!(text.lines().count(), 19);
     for line in text.lines() {
         assert!(line.ends_with(" true"), "mended: {line}");
     }

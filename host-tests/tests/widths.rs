@@ -7,9 +7,9 @@ use picket::acquire::sample::{Real, Stamp};
 use picket::config::Config;
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::tone::Verdict;
-use picket::pipeline::Pipeline;
-use picket_firmware::pico::N;
+use picket::pipeline::{Measurement, Pipeline};
 use picket_firmware::pico::widths::{corrected, widen};
+use picket_firmware::pico::{N, Pairs};
 use picket_host::pico::converter::Converter;
 use picket_wire::settings::Settings;
 use rand::{RngExt, SeedableRng};
@@ -40,21 +40,61 @@ struct Errors {
     median_sigma: f64,
 }
 
+/// The tone of a real record, of these voltages at each sample.
+fn real(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
+    let config = config();
+    let block: [i16; N] = std::array::from_fn(|n| voltage(TAU * bin * n as f64 / N as f64, 0.0));
+    Pipeline::<Real, N>::new(config.plan().unwrap()).block(Stamp::default(), &block)
+}
+
+/// The same of I/Q pairs by turns: Q lags by a quarter of a turn, and half a pair.
+fn pairs(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
+    let rate_hz = config().rate_hz;
+    let side = [3.0, 512.0].map(|bin| bin / N as f64 * rate_hz);
+    let band_hz = Some(if bin > 0.0 { (side[0], side[1]) } else { (-side[1], -side[0]) });
+    let config = Config { band_hz, ..config() };
+    let mut block: [[i16; 2]; N] = std::array::from_fn(|n| {
+        let turn = |n: f64| TAU * bin * n / N as f64;
+        [voltage(turn(n as f64), 0.0), voltage(turn(n as f64 + 0.5), -0.25 * TAU)]
+    });
+    Pairs::new(config.plan().unwrap()).block(Stamp::default(), &mut block)
+}
+
+/// How a tone of so many bins is measured, by its voltage at a phase with a lag.
+type Measured = fn(&mut dyn FnMut(f64, f64) -> i16, f64) -> Measurement;
+
+fn config() -> Config {
+    Config { arithmetic: Arithmetic::Fixed, ..Settings::default().config }
+}
+
 /// The errors of so many tones, each at any frequency and phase, in noise of 1.2 codes.
 fn errors(name: &str, how: Handling, seed: u64, taken: impl Fn(u64) -> Taken + Sync) -> Errors {
-    let config = Config { arithmetic: Arithmetic::Fixed, ..Settings::default().config };
+    errors_of((real, false), name, how, seed, taken)
+}
+
+/// The same of another kind of record.
+fn errors_of(
+    (measured, signed): (Measured, bool),
+    name: &str,
+    how: Handling,
+    seed: u64,
+    taken: impl Fn(u64) -> Taken + Sync,
+) -> Errors {
+    let config = config();
     let trials = sized(4_000, 40_000);
-    let each = |pipeline: &mut Box<Pipeline<Real, N>>, trial: u64| {
+    let each = |trial: u64| {
         let mut rng = ChaCha8Rng::seed_from_u64(1_000_000 * seed + trial);
         let (amplitude, offset, converter) = taken(trial);
         let (bin, phase) = (rng.random_range(5.0..505.0), rng.random_range(0.0..TAU));
+        // Real records have no sign.
+        let bin = if signed && trial % 2 == 1 { -bin } else { bin };
         let noise = Normal::new(0.0, 1.2).unwrap();
-        let block: [i16; N] = std::array::from_fn(|n| {
-            let tone = amplitude * (TAU * bin * n as f64 / N as f64 + phase).cos();
+        let mut voltage = |turn: f64, lag: f64| {
+            let tone = amplitude * (turn + phase + lag).cos();
             let code = converter.code(offset + tone + noise.sample(&mut rng));
             if how == Handling::Corrected { corrected(code) } else { code }
-        });
-        let mut measurement = pipeline.block(Stamp::default(), &block);
+        };
+        let mut measurement = measured(&mut voltage, bin);
         if how != Handling::Raw {
             widen(&mut measurement, how == Handling::Corrected);
         }
@@ -62,8 +102,7 @@ fn errors(name: &str, how: Handling, seed: u64, taken: impl Fn(u64) -> Taken + S
         let error = tone.hertz() - bin / N as f64 * config.rate_hz;
         (error, tone.sigma_hertz(), tone.verdict == Verdict::Good)
     };
-    let pipeline = || Box::new(Pipeline::new(config.plan().unwrap()));
-    let all: Vec<(f64, f64, bool)> = (0..trials).into_par_iter().map_init(pipeline, each).collect();
+    let all: Vec<(f64, f64, bool)> = (0..trials).into_par_iter().map(each).collect();
     let rms = |square: &dyn Fn(&(f64, f64, bool)) -> f64| {
         (all.iter().map(square).sum::<f64>() / all.len() as f64).sqrt()
     };
@@ -123,6 +162,28 @@ fn full_scale_tones_before_and_after_the_table() {
         assert!((0.8..1.05).contains(&errors.rms_sigmas), "{}", errors.rms_sigmas);
         // Sigma is no larger than need be where no line comes near.
         assert!(errors.median_sigma < 1.25 * ideal.median_sigma, "{}", errors.median_sigma);
+    }
+}
+
+/// I/Q pairs by turns, in both sidebands: each channel crosses the wide codes, and their harmonics fold onto fewer tones than those of a
+/// real record.
+#[test]
+fn sigma_holds_for_pairs_by_turns() {
+    let wrong = |factor: f64| Converter::of_steps([factor; 4]);
+    for (name, how, converter) in [
+        ("pairs, an ideal converter", Handling::Raw, Converter::ideal()),
+        ("pairs, `uncorrected`", Handling::Uncorrected, Converter::default()),
+        ("pairs, table right", Handling::Corrected, Converter::default()),
+        ("pairs, steps a third less", Handling::Corrected, wrong(2.0 / 3.0)),
+        ("pairs, steps a third more", Handling::Corrected, wrong(4.0 / 3.0)),
+    ] {
+        let errors =
+            errors_of((pairs, true), name, how, 19, |_| (1900.0, 2048.0, converter.clone()));
+        // With the setting `uncorrected` a tone whose steps all pull together is farther off, as in a real record.
+        let most =
+            if how == Handling::Uncorrected { 9.0 } else { [5.5, 6.5][sized(0, 1) as usize] };
+        assert!(errors.worst_sigmas < most, "{}", errors.worst_sigmas);
+        assert!((0.6..1.05).contains(&errors.rms_sigmas), "{}", errors.rms_sigmas);
     }
 }
 

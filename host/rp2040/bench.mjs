@@ -18,8 +18,13 @@ let inputs = 1;
 let next = 0;
 /** Whether the converter's input is wired to the chirp's output, through a filter of no time. */
 let wired = false;
+/** Whether it reads how many conversions came before since its start; `null` if not. */
+let count = null;
 /** The sync output's rises and falls, in ns. */
 let edges = [];
+/** When the sync input rose last, and the time from there to the converter's start: the least and the most, ns. */
+let rose = NaN;
+let delays = [Infinity, -Infinity];
 /** Bytes of a block. */
 let size = 2048;
 let said = [];
@@ -76,6 +81,7 @@ function plug(reason) {
 
 /** What lies at an input of the converter: the samples in turn, or the chirp's level of 4096. */
 function input(channel) {
+  if (count !== null) return count++ & 0xfff;
   if (wired) {
     const { alarmA, timer } = mcu.pwm.channels[7];
     return Math.min(Math.floor((4096 * alarmA.target) / (timer.top + 1)), 4095);
@@ -97,7 +103,12 @@ function convert() {
   const write = adc.writeUint32.bind(adc);
   adc.writeUint32 = (offset, value) => {
     // START_MANY.
-    if (offset === 0 && value & ~adc.cs & 8) starts++;
+    if (offset === 0 && value & ~adc.cs & 8) {
+      starts++;
+      if (count !== null) count = 0;
+      const delay = now() - rose;
+      delays = [Math.min(delays[0], delay), Math.max(delays[1], delay)];
+    }
     write(offset, value);
   };
   const complete = adc.completeADCRead.bind(adc);
@@ -191,6 +202,11 @@ const orders = {
     inputs = Number(count);
     next = 0;
     wired = false;
+    count = null;
+  },
+  /** Each conversion reads how many came before it since the converter's start. */
+  count() {
+    count = 0;
   },
   /** GP14 to GP26. */
   wire() {
@@ -200,6 +216,18 @@ const orders = {
   edges() {
     for (const [level, nanos] of edges) console.log(`edge ${level} ${nanos}`);
     edges = [];
+  },
+  /** The sync input rises, and falls a microsecond later. */
+  rise() {
+    const pin = mcu.gpio[13];
+    rose = now();
+    pin.setInputValue(true);
+    mcu.clock.createAlarm(() => pin.setInputValue(false)).schedule(1e3);
+  },
+  /** From a rise to the start, ns: `delays LEAST MOST`. */
+  delays() {
+    console.log(`delays ${delays.join(' ')}`);
+    delays = [Infinity, -Infinity];
   },
   load(address, file) {
     flash.set(readFileSync(file), Number(address) - FLASH);

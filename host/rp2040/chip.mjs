@@ -21,6 +21,7 @@ export function chip(flash, sram, reason) {
   aborts(mcu);
   wraps(mcu);
   turns(mcu);
+  rises(mcu);
   rom(mcu);
   boot(mcu);
   return mcu;
@@ -113,6 +114,25 @@ function turns(mcu) {
     get: () => (adc.cs >> 12) & 7,
     set: (channel) => (adc.cs = (adc.cs & ~(7 << 12)) | (channel << 12)),
   });
+}
+
+/** A slice of the PWM that counts the rises of its B input; the emulator's pins tell it of none, and it does not wrap. */
+function rises(mcu) {
+  const { pwm } = mcu;
+  pwm.gpioOnInput = (pin) => {
+    for (const slice of pwm.channels.filter(({ pinB1, pinB2 }) => pin === pinB1 || pin === pinB2)) {
+      const level = slice.gpioBValue;
+      const rise = level && !slice.lastBValue;
+      slice.lastBValue = level;
+      if (!rise || !(slice.csr & 1) || slice.divMode !== 2) continue;
+      if (slice.timer.counter < slice.timer.top) {
+        slice.timer.advance(1);
+      } else {
+        slice.timer.set(0);
+        slice.wrap();
+      }
+    }
+  };
 }
 
 /** The boot ROM's functions for the flash: a look-up by their two letters, and each a breakpoint that does here what it does there. */

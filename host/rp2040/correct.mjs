@@ -29,6 +29,16 @@ const CORRECTIONS = [
             this.C = a >= b + c;
             this.V = (a | 0) - (b | 0) - c !== (difference | 0);`,
   },
+  {
+    // An interrupt that is pending already ends the sleep at once, masked or not (Armv6-M ARM, B1.5.19).
+    from: `else if (opcode === 0b1011111100110000) {
+            deltaCycles++;
+            this.waiting = true;`,
+    to: `else if (opcode === 0b1011111100110000) {
+            deltaCycles++;
+            this.waiting = true;
+            if (this.checkForInterrupts()) this.waiting = false;`,
+  },
 ];
 
 export async function corrected() {

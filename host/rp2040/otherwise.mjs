@@ -41,6 +41,23 @@ tell('sbcs', run(make(), [0x4188], [0, 0x7fffffff], false).V !== false);
   tell('exception-entry-takes-no-cycles', cycles === 1);
   tell('bit-0-stays-in-the-program-counter', (core.PC & 1) === 1);
 }
+{
+  const mcu = make();
+  const { core } = mcu;
+  // cpsid i, nop, nop, wfi, with an interrupt before the second nop.
+  [0xb672, 0xbf00, 0xbf00, 0xbf30].forEach((opcode, index) => mcu.writeUint16(0x20000200 + 2 * index, opcode));
+  mcu.writeUint32(0x20000000 + 4 * 27, 0x20000101);
+  core.VTOR = 0x20000000;
+  core.PC = 0x20000200;
+  core.SP = 0x20040000;
+  core.enabledInterrupts = 1 << 11;
+  core.executeInstruction();
+  core.executeInstruction();
+  mcu.setInterrupt(11, true);
+  core.executeInstruction();
+  core.executeInstruction();
+  tell('wfi-sleeps-over-what-is-pending', core.waiting);
+}
 tell('resets-are-always-done', make().readUint32(RESETS + 8) === 0x1ffffff);
 tell('abort-reads-ones', make().readUint32(DMA + 0x444) >>> 0 !== 0);
 {
@@ -91,6 +108,16 @@ tell('abort-reads-ones', make().readUint32(DMA + 0x444) >>> 0 !== 0);
   tell('pwm-starts-without-a-pulse', mcu.gpio[0].value !== 1);
   mcu.clock.tick(1000);
   tell('pwm-asks-for-ever', mcu.dma.dreq[24] === true);
+}
+{
+  const mcu = make();
+  const PWM = 0x40050000;
+  // Slice 6 counts the rises of GP13.
+  mcu.writeUint32(0x4001406c, 4);
+  mcu.writeUint32(PWM + 6 * 0x14, (2 << 4) | 1);
+  mcu.gpio[13].setInputValue(false);
+  mcu.gpio[13].setInputValue(true);
+  tell('pwm-counts-no-rises', mcu.readUint32(PWM + 6 * 0x14 + 8) === 0);
 }
 {
   const mcu = make();

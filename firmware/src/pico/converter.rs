@@ -6,9 +6,11 @@
 //! else.
 
 use super::chirp::Chirp;
+use super::elapsed::{Elapsed, Pulsed};
+use super::pulse::Pulse;
 use super::registers::{adc, dma, enable, put, wait};
 use super::start::ticks;
-use super::words::{BOTH, CHAINED, ERRORS, Elapsed, FIFO, TURNED, TURNS, Words, chained};
+use super::words::{BOTH, CHAINED, ERRORS, FIFO, TURNED, TURNS, Words, chained};
 use super::{N, SLOT, SLOTS, line};
 use crate::instrument::plan::Plan;
 use crate::progress::Progress;
@@ -33,9 +35,63 @@ pub struct Chain {
     last: bool,
     /// Whether a late exchange has stopped the channels.
     stopped: bool,
-    time: Elapsed,
+    time: Time,
     progress: Progress,
     chirp: Option<Chirp>,
+}
+
+/// How blocks follow each other.
+enum Time {
+    /// Without a pause.
+    Free(Elapsed),
+    /// By the chirps that the sync input opens; the last says whether one was open when the samples stopped.
+    Pulsed(Pulse, Pulsed, bool),
+}
+
+impl Time {
+    fn new(plan: &Plan<N>, words: &Words) -> Self {
+        let (block, segments) = (words.block_cycles(), plan.settings.segments());
+        match words.gate {
+            Some(gate) => {
+                let pulsed = Pulsed::new(block, segments.into());
+                Time::Pulsed(Pulse::new(gate, words), pulsed, false)
+            }
+            None => Time::Free(Elapsed::new(block, ticks())),
+        }
+    }
+
+    /// See [`Elapsed::completed`].
+    fn completed(&mut self, odd: bool, now: u32) -> u32 {
+        match self {
+            Time::Free(elapsed) => elapsed.completed(odd, now),
+            Time::Pulsed(pulse, pulsed, _) => {
+                let open = pulse.look(pulsed);
+                pulsed.completed(odd, open)
+            }
+        }
+    }
+
+    /// See [`Elapsed::ended`].
+    fn ended(&mut self, now: u32) -> u32 {
+        match self {
+            Time::Free(elapsed) => elapsed.ended(now),
+            Time::Pulsed(pulse, pulsed, _) => {
+                let open = pulse.look(pulsed);
+                pulsed.ended(open)
+            }
+        }
+    }
+
+    /// See [`Elapsed::restart`]. The samples stand.
+    fn restart(&mut self, now: u32) -> u32 {
+        match self {
+            Time::Free(elapsed) => elapsed.restart(now),
+            Time::Pulsed(pulse, pulsed, open) => {
+                pulse.look(pulsed);
+                pulsed.restart(core::mem::take(open))
+            }
+        }
+    }
 }
 
 /// One of two, by the channel.
@@ -43,7 +99,8 @@ const fn of<T: Copy>([one, other]: [T; 2], second: bool) -> T {
     if second { other } else { one }
 }
 
-fn busy(channel: usize) -> bool {
+/// Whether a channel works, or waits for requests.
+pub fn busy(channel: usize) -> bool {
     dma().ch(channel).ch_ctrl_trig().read().busy().bit_is_set()
 }
 
@@ -74,6 +131,9 @@ pub fn rest<const CHANNEL: usize>() {
 impl Chain {
     /// Stops the converter and both channels.
     fn stop(&mut self) {
+        if let Time::Pulsed(pulse, pulsed, open) = &mut self.time {
+            *open |= pulse.stop(pulsed);
+        }
         // EN 0 stays, START_MANY 3 and the turns end. READY 8: no conversion is under way.
         put!(adc().cs(), 1);
         let _ = wait(|| adc().cs().read().ready().bit_is_set());
@@ -120,12 +180,15 @@ impl Chain {
         if let Some(chirp) = &self.chirp {
             chirp.rewind();
         }
-        cortex_m::interrupt::free(|_| {
-            self.time = Elapsed::new(self.words.block_cycles(), ticks());
-            if let Some(chirp) = &self.chirp {
-                chirp.run();
+        cortex_m::interrupt::free(|_| match &mut self.time {
+            Time::Free(time) => {
+                *time = Elapsed::new(self.words.block_cycles(), ticks());
+                if let Some(chirp) = &self.chirp {
+                    chirp.run();
+                }
+                put!(adc().cs(), self.words.start());
             }
-            put!(adc().cs(), self.words.start());
+            Time::Pulsed(pulse, ..) => pulse.arm(),
         });
     }
 }
@@ -222,7 +285,7 @@ pub fn start(plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot>> {
         ConstStaticCell::new(FrontEnd::new());
     let mut slots = MEMORY.try_take()?.iter_mut().map(Slot::new);
     let [a, b, c] = [slots.next()?, slots.next()?, slots.next()?];
-    let time = Elapsed::new(words.block_cycles(), ticks());
+    let time = Time::new(plan, words);
     let progress = Progress::new(plan.timing.segments.len());
     let chirp = match &words.waveform {
         Some(wave) => Some(Chirp::new(wave)?),
@@ -242,5 +305,12 @@ pub fn start(plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot>> {
 
 /// Sleeps until an interrupt. It returns at once if a block or a byte is waiting.
 pub fn sleep(blocks: Option<&Blocks<'static, Slot>>) {
-    shared::sleep(|| blocks.is_some_and(Blocks::waiting) || line::waiting());
+    shared::sleep(|| {
+        FILLER.with(|filler| {
+            if let Time::Pulsed(pulse, ..) = &mut filler.dma().time {
+                pulse.watch();
+            }
+        });
+        blocks.is_some_and(Blocks::waiting) || line::waiting()
+    });
 }

@@ -4,13 +4,15 @@
 //! converter -> FIFO -> channel 0 -> slot --+
 //!                   -> channel 1 -> slot --+-> interrupt -> main loop -> UART0 by channel 2, USB
 //! levels -> channel 3 -> PWM -> chirp
+//! sync input -> PWM -> channels -> converter on and off, in place of the chirp
 //! ```
 //!
 //! What runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's
 //! cache of 16 KiB it would take longer than a block. [`words`] and [`waveform`] compute what goes into
-//! the registers, and [`widths`] corrects the codes: they have tests on the host. The other modules only
+//! the registers, [`elapsed`] counts blocks, and [`widths`] corrects the codes: they have tests on the host. The other modules only
 //! write registers. Sections named DS are of the RP2040's data sheet.
 
+pub mod elapsed;
 pub mod waveform;
 pub mod widths;
 pub mod words;
@@ -27,6 +29,8 @@ mod correct;
 pub mod line;
 #[cfg(all(target_os = "none", feature = "pico"))]
 mod multiply;
+#[cfg(all(target_os = "none", feature = "pico"))]
+mod pulse;
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub mod registers;
 #[cfg(all(target_os = "none", feature = "pico"))]

@@ -31,6 +31,8 @@ peripheral! {
     adc: pac::adc::RegisterBlock = pac::ADC;
     dma: pac::dma::RegisterBlock = pac::DMA;
     pwm: pac::pwm::RegisterBlock = pac::PWM;
+    io: pac::io_bank0::RegisterBlock = pac::IO_BANK0;
+    pads: pac::pads_bank0::RegisterBlock = pac::PADS_BANK0;
     psm: pac::psm::RegisterBlock = pac::PSM;
     resets: pac::resets::RegisterBlock = pac::RESETS;
     timer: pac::timer::RegisterBlock = pac::TIMER;

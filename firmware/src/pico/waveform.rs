@@ -12,12 +12,11 @@
 //! ```
 
 use super::N;
+use super::words::CORE_CYCLES;
 use picket::solve::chirp::Shape;
 use picket_wire::settings::GUARD;
 use picket_wire::settings_error::WaveformError;
 
-/// Cycles of the core's clock in one of the converter's.
-const CORE_CYCLES: u32 = 3;
 /// The most samples in a chirp: the size of the table.
 pub const PLACES: usize = 3 * (N + GUARD as usize);
 /// The highest code of the settings: the level that is always high.

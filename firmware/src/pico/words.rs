@@ -1,6 +1,6 @@
-//! The values of the RP2040's registers, computed by pure functions, and how many blocks have passed.
+//! The values of the RP2040's registers, computed by pure functions.
 
-use super::waveform::Waveform;
+use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
 use picket::config::{Config, ConfigError, Scene};
@@ -17,6 +17,8 @@ pub const CORE_MHZ: u16 = 144;
 pub const ADC_HZ: u32 = 48_000_000;
 /// Cycles of the converter's clock for a sample (DS 4.9.2).
 pub const SAMPLE_CYCLES: u32 = 96;
+/// Cycles of the core's clock in one of the converter's.
+pub const CORE_CYCLES: u32 = CORE_MHZ as u32 * 1_000_000 / ADC_HZ;
 /// The rate of the serial port, baud: that of the other board.
 pub const BAUD: u32 = 921_600;
 
@@ -37,6 +39,7 @@ pub const BOTH: u32 = 0b11;
 /// 9:6, CHAIN_TO 14:11, TREQ_SEL 20:15; WRITE_ERROR 29 and READ_ERROR 30 are cleared by ones.
 pub const ERRORS: u32 = 3 << 29;
 const DREQ_UART0_TX: u32 = 20;
+const DREQ_PWM_WRAP6: u32 = 30;
 const DREQ_PWM_WRAP7: u32 = 31;
 const DREQ_ADC: u32 = 36;
 /// No request: at once.
@@ -65,6 +68,45 @@ pub const PLAY: u32 =
     ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 4 | (REWOUND as u32) << 11 | DREQ_PWM_WRAP7 << 15;
 /// The control word of the channel that gives the playing one its first address, and starts it.
 pub const REWIND: u32 = single(REWOUND);
+
+/// The channels of the sync input, in the order in which each starts the next one. A board plays no chirp of its own with
+/// it.
+pub const LINKS: [usize; 7] = [3, 4, 7, 8, 9, 10, 11];
+/// Words in the ring of the sixth of them.
+pub const PLACES: usize = 16;
+
+/// The control words of [`LINKS`]: a word each. The first waits for a wrap of slice 6, the fourth for one of slice 7. The sixth writes
+/// a ring of 64 bytes: INCR_WRITE 5, RING_SIZE 9:6 = 6, RING_SEL 10.
+pub const LINKED: [u32; 7] = {
+    const RING: u32 = 1 << 5 | 6 << 6 | 1 << 10;
+    const fn to(next: usize, request: u32) -> u32 {
+        ERRORS | 1 | 1 << 1 | 2 << 2 | (next as u32) << 11 | request << 15
+    }
+    let [first, second, third, fourth, fifth, sixth, seventh] = LINKS;
+    [
+        to(second, DREQ_PWM_WRAP6),
+        to(third, PERMANENT),
+        to(fourth, PERMANENT),
+        to(fifth, DREQ_PWM_WRAP7),
+        to(sixth, PERMANENT),
+        to(seventh, PERMANENT) | RING,
+        to(first, PERMANENT),
+    ]
+};
+
+/// Cycles of the core from the gate's start, which comes after the converter's, and from its end to the converter's.
+const GATE_DELAY: u64 = 40;
+
+/// What slice 7 counts so that it wraps in the middle of the last of so many conversions, `period` cycles of the converter's clock
+/// apart. `None` if that is too long for it.
+pub fn gate(conversions: u32, period: u32) -> Option<Count> {
+    let halves = 2 * u64::from(conversions) - 1;
+    let cycles =
+        (halves * u64::from(period) * u64::from(CORE_CYCLES) / 2).checked_sub(GATE_DELAY)?;
+    let divider = cycles.div_ceil(1 << 16);
+    let top = cycles.checked_div(divider)?.checked_sub(1)?;
+    (divider <= 255).then_some(Count { divider: (divider as u32) << 4, top: top as u32 })
+}
 
 /// Bits of the ring that the serial port is fed from.
 pub const OUT_BITS: u32 = 11;
@@ -108,8 +150,10 @@ pub struct Words {
     pub iq: bool,
     /// Whether the converter's codes are corrected.
     pub corrects: bool,
-    /// The chirp; `None` without one.
+    /// The chirp; `None` without one of the board's own.
     pub waveform: Option<Waveform>,
+    /// How long the sync input's gate is open; `None` if it is not used.
+    pub gate: Option<Count>,
 }
 
 impl Words {
@@ -141,15 +185,22 @@ impl Words {
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
         let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
-        let waveform = match (settings.drive, settings.config.scene) {
-            (Drive::Off, _) => None,
+        let (mut waveform, mut opening) = (None, None);
+        match (settings.drive, settings.config.scene) {
+            (Drive::Off, _) => {}
             (Drive::Dac { low, high }, Scene::Chirp { shape, .. }) => {
                 let wave = Waveform::plan(shape, length, period * each, [low, high]);
-                Some(wave.map_err(SettingsError::Waveform)?)
+                waveform = Some(wave.map_err(SettingsError::Waveform)?);
+            }
+            (Drive::External, Scene::Chirp { shape, .. }) => {
+                let conversions = length * each * shape.segments().len() as u32;
+                let open = gate(conversions, period);
+                opening = Some(open.ok_or(SettingsError::Rate(RateError::Slow))?);
             }
             _ => return Err(SettingsError::Drive),
-        };
-        Ok((plan, Self { period, length, iq, corrects: !settings.uncorrected, waveform }))
+        }
+        let corrects = !settings.uncorrected;
+        Ok((plan, Self { period, length, iq, corrects, waveform, gate: opening }))
     }
 
     /// The rate of samples or pairs, Hz.
@@ -206,81 +257,6 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
     Ok(((cycles + 0.5) as u32).clamp(SAMPLE_CYCLES, 65_536))
 }
 
-/// When blocks end: the flags of two channels cannot count above two, but the timer can.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Elapsed {
-    /// Cycles of a block.
-    block: u32,
-    /// When the last counted block ended: microseconds of the timer, and cycles less than one.
-    micros: u32,
-    cycles: u32,
-}
-
-/// Cycles of the converter's clock in a microsecond.
-const PER_MICROSECOND: u32 = ADC_HZ / 1_000_000;
-
-impl Elapsed {
-    /// Blocks of so many cycles, from now on.
-    pub const fn new(block: u32, now: u32) -> Self {
-        Self { block, micros: now, cycles: 0 }
-    }
-
-    /// Cycles since the last counted block's end. Up to half an hour, positive or negative.
-    fn since(&self, now: u32) -> i64 {
-        let micros = i64::from(now.wrapping_sub(self.micros) as i32);
-        micros * i64::from(PER_MICROSECOND) - i64::from(self.cycles)
-    }
-
-    /// Blocks completed since the last call, if at least one was; `odd` says that the channel which
-    /// completed last is not the one of the last call. The timer may be early or late by less than a
-    /// block: the parity corrects it.
-    pub fn completed(&mut self, odd: bool, now: u32) -> u32 {
-        let since = self.since(now);
-        let block = i64::from(self.block);
-        let blocks = if odd && 2 * since < 5 * block {
-            // The usual case, without a division.
-            1
-        } else {
-            // The count of this parity nearest to the middle of the block that is being filled.
-            let whole = since.div_euclid(block.max(1));
-            let late = 2 * since.rem_euclid(block.max(1)) >= block;
-            match (whole & 1 == i64::from(odd), late) {
-                (true, _) => whole,
-                (false, true) => whole + 1,
-                (false, false) => whole - 1,
-            }
-        };
-        let blocks = blocks.clamp(0, u32::MAX.into()) as u32;
-        self.pass(blocks);
-        blocks
-    }
-
-    /// Blocks whose time is over since the last call, where a channel has failed: it tells of an end that
-    /// its block does not have.
-    pub fn ended(&mut self, now: u32) -> u32 {
-        let blocks = self.since(now).div_euclid(i64::from(self.block.max(1)));
-        let blocks = blocks.clamp(0, u32::MAX.into()) as u32;
-        self.pass(blocks);
-        blocks
-    }
-
-    /// Counts blocks.
-    fn pass(&mut self, blocks: u32) {
-        let cycles = u64::from(blocks) * u64::from(self.block) + u64::from(self.cycles);
-        let per = u64::from(PER_MICROSECOND);
-        self.micros = self.micros.wrapping_add((cycles / per) as u32);
-        self.cycles = (cycles % per) as u32;
-    }
-
-    /// Blocks that have begun since the last counted one: at least one. Counting begins again now.
-    pub fn restart(&mut self, now: u32) -> u32 {
-        let block = i64::from(self.block.max(1));
-        let passed = (self.since(now).max(1) + block - 1) / block;
-        *self = Self::new(self.block, now);
-        passed.clamp(1, u32::MAX.into()) as u32
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -327,7 +303,30 @@ mod tests {
         let low = Drive::Dac { low: 2, high: 1 };
         let codes = SettingsError::Waveform(WaveformError::Codes);
         assert_eq!(refused(Settings { drive: low, ..chirp }), codes);
-        assert_eq!(refused(Settings { drive: Drive::External, ..chirp }), SettingsError::Drive);
+        let external = Settings { drive: Drive::External, ..chirp };
+        let (_, words) = Words::plan(&external).unwrap();
+        assert_eq!((words.gate, words.waveform), (gate(3 * 1024, 96), None));
+        let rate_hz = 20e3;
+        let slow = Settings { config: Config { rate_hz, ..external.config }, ..external };
+        assert_eq!(refused(slow), SettingsError::Rate(RateError::Slow));
+    }
+
+    /// The converter stops within its last conversion, by a margin of 300 ns on each side.
+    #[test]
+    fn the_gate_ends_in_the_last_conversion() {
+        for period in [96, 97, 480, 1000, 2999] {
+            for conversions in [1024, 1088, 2 * 1024, 3 * 1088, 6 * 1024] {
+                let Some(Count { divider, top }) = gate(conversions, period) else {
+                    assert!(u64::from(conversions) * u64::from(period) > 5_500_000);
+                    continue;
+                };
+                assert!(divider >> 4 <= 255 && top <= 0xFFFF);
+                let cycles = (divider >> 4) * (top + 1);
+                let [last, end] = [conversions - 1, conversions].map(|n| 3 * n * period);
+                let margin = [cycles - last, end - cycles];
+                assert!(margin.iter().all(|&cycles| cycles > 80), "{period} {margin:?}");
+            }
+        }
     }
 
     #[test]
@@ -338,7 +337,7 @@ mod tests {
             Settings { iq: true, config, ..settings }
         };
         for (wanted, period) in [(250e3, 96), (100e3, 240), (370.0, 64_865)] {
-            let (wanted, band_hz) = (wanted, Some((wanted / 10.0, wanted / 2.0)));
+            let (wanted, band_hz) = (wanted, Some((wanted / 10.0, wanted / 2.5)));
             let settings = pairs(wanted);
             let config = Config { band_hz, ..settings.config };
             let (plan, words) = Words::plan(&Settings { config, ..settings }).unwrap();
@@ -371,57 +370,6 @@ mod tests {
         Settings { config: Config { scene, ..settings.config }, drive, ..settings }
     }
 
-    /// Interrupts late by any time, over hours, with a timer that is early or late by 2 us.
-    #[test]
-    fn blocks_are_counted_by_time_and_parity() {
-        for period in [96, 97, 480, 65_536] {
-            let length = N as u32;
-            let words = Words { period, length, iq: false, corrects: true, waveform: None };
-            let block = u64::from(words.block_cycles());
-            for error in [-2i64, 0, 2] {
-                let begun = 0xFFFF_0000u32;
-                let mut elapsed = Elapsed::new(words.block_cycles(), begun);
-                let (mut seen, mut random) = (0u64, 1u64);
-                for _ in 0..20_000 {
-                    random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                    let more = if random >> 62 == 0 { 1 + (random >> 40) % 9 } else { 1 };
-                    let total = seen + more;
-                    // Anywhere in the block after it.
-                    let cycles = total * block + (random >> 20) % block;
-                    let micros = (cycles / 48) as i64 + error;
-                    let now = begun.wrapping_add(micros as u32);
-                    let counted = elapsed.completed(more % 2 == 1, now);
-                    assert_eq!(u64::from(counted), more, "{period} {error}");
-                    seen = total;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_doubled_interrupt_counts_nothing() {
-        let mut elapsed = Elapsed::new(96 * 1024, 0);
-        assert_eq!(elapsed.completed(true, 2050), 1);
-        assert_eq!(elapsed.completed(false, 2060), 0);
-        assert_eq!(elapsed.completed(true, 4100), 1);
-    }
-
-    #[test]
-    fn a_block_that_failed_has_not_ended() {
-        let mut elapsed = Elapsed::new(96 * 1024, 0);
-        assert_eq!((elapsed.ended(900), elapsed.restart(900)), (0, 1));
-        assert_eq!((elapsed.ended(900 + 5000), elapsed.restart(900 + 5000)), (2, 1));
-    }
-
-    #[test]
-    fn a_restart_rounds_up() {
-        for (now, passed) in [(0, 1), (1, 1), (2048, 1), (2049, 2), (4096, 2), (20_481, 11)] {
-            let mut elapsed = Elapsed::new(96 * 1024, 0);
-            assert_eq!(elapsed.restart(now), passed, "{now}");
-            assert_eq!(elapsed.completed(true, now + 2049), 1);
-        }
-    }
-
     #[test]
     fn the_words_are_those_of_the_data_sheet() {
         // EN, HIGH_PRIORITY, half words, INCR_WRITE, the channel that turns to the other, DREQ 36.
@@ -429,6 +377,12 @@ mod tests {
         assert_eq!(chained(0), ERRORS | 0x12_0000 | 5 << 11 | 0x27);
         // EN, HIGH_PRIORITY, words, itself, no request.
         assert_eq!(TURNS, [ERRORS | 0x1F_8000 | 5 << 11 | 0xB, ERRORS | 0x1F_8000 | 6 << 11 | 0xB]);
+        // The sync input's: EN, HIGH_PRIORITY, words, the next one, DREQ 30, 31 or none.
+        assert_eq!(LINKED[0], ERRORS | 30 << 15 | 4 << 11 | 0xB);
+        assert_eq!(LINKED[2], ERRORS | 0x1F_8000 | 8 << 11 | 0xB);
+        assert_eq!(LINKED[3], ERRORS | 31 << 15 | 9 << 11 | 0xB);
+        assert_eq!(LINKED[5], ERRORS | 0x1F_8000 | 11 << 11 | 0x5AB);
+        assert_eq!(LINKED[6], ERRORS | 0x1F_8000 | 3 << 11 | 0xB);
         assert_eq!(REWIND, ERRORS | 0x1F_8000 | 4 << 11 | 0xB);
         // EN, HIGH_PRIORITY, half words, INCR_READ, the one that rewinds, DREQ 31.
         assert_eq!(PLAY, ERRORS | 31 << 15 | 4 << 11 | 0x17);

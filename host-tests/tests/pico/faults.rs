@@ -66,7 +66,7 @@ fn begin(mut pico: Pico, seed: u64) -> (Pico, Blocks) {
     (pico, Blocks { settings: settings(), nanos: 2_048_000.0, conversions: N })
 }
 
-/// Lets these faults happen, each some time after the one before, and checks everything. Returns the blocks that the channels completed.
+/// Lets these faults happen, each some time after the one before, and checks everything. Returns the blocks that were delivered.
 pub fn play(
     (mut pico, blocks): (Pico, Blocks),
     faults: &[(f64, Fault)],
@@ -105,7 +105,7 @@ pub fn play(
     let numbers = numbers(&kept, blocks.nanos);
     let frames = pico.sent.split_inclusive(|&byte| byte == 0);
     let records: Vec<Telemetry> = frames.filter_map(record).collect();
-    let mut next = 0;
+    let (mut next, mut delivered) = (0, Vec::new());
     for (count, record) in records.iter().enumerate() {
         let stamp = &record.measurement.stamp;
         let at = format!("seed {seed}, {stamp:?}, {faults:?}");
@@ -115,6 +115,7 @@ pub fn play(
         assert_eq!(stamp.gap, stamp.sequence != next, "{at}");
         assert_eq!(record.health.lost, stamp.sequence - count as u32, "{at}");
         next = stamp.sequence + 1;
+        delivered.push(kept[place].clone());
     }
     assert!(records.len() > 4, "{faults:?}");
     let by_usb = by_usb(&pico, &records);
@@ -124,7 +125,7 @@ pub fn play(
         records.len(),
         kept.len()
     );
-    kept
+    delivered
 }
 
 /// How many records came by USB: each as it came by the wire, which may still have the last one to send.

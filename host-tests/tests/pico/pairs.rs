@@ -90,8 +90,9 @@ fn every_record_of_pairs_is_the_hosts() {
             status.longest
         );
         assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0));
+        assert!(status.longest < 3_600, "{status:?}");
         assert!(
-            figures.load() <= 0.85 && figures.level <= 2 && figures.overruns == 0,
+            figures.load() <= 0.82 && figures.level <= 2 && figures.overruns == 0,
             "{figures:?}"
         );
     }
@@ -128,10 +129,10 @@ fn no_fault_swaps_i_and_q() {
         };
         let Some(pico) = measuring(&steady(300, seed), true) else { return };
         let blocks = Blocks { settings: settings(true), nanos: 4_096_000.0, conversions: 2 * N };
-        let kept = play((pico, blocks), &faults, seed);
-        let starts = kept.last().unwrap().starts - kept[0].starts;
+        let delivered = play((pico, blocks), &faults, seed);
+        let starts = delivered.last().unwrap().starts - delivered[0].starts;
         assert!(starts > 0.0, "no fault started the samples anew, seed {seed}");
-        for (number, block) in kept.iter().enumerate() {
+        for (number, block) in delivered.iter().enumerate() {
             let swapped = block.samples.as_chunks().0.iter().any(|&[i, q]| i < 2_048 || q >= 2_048);
             assert!(!swapped, "block {number}, seed {seed}");
         }

@@ -1,0 +1,206 @@
+//! The sync input at GP13: a rise opens the gate for exactly the samples of one chirp, without the core.
+//!
+//! Each channel writes one word and starts the next one, but for two, which a wrap starts:
+//!
+//! ```text
+//! GP13 rises: slice 6 wraps   -> converter's divider anew, converter on, slice 7 on
+//! last sample: slice 7 wraps  -> converter off, slice 7 off, rises meanwhile, slice 6 waits for the next one
+//! ```
+
+use super::converter::{busy, rest};
+use super::elapsed::Pulsed;
+use super::registers::{adc, dma, io, pads, put, pwm, wait};
+use super::waveform::Count;
+use super::words::{CORE_CYCLES, LINKED, LINKS, PLACES, Words};
+use core::sync::atomic::{AtomicU32, Ordering};
+
+/// The slice that counts rises of GP13, and the one that counts a chirp.
+const RISES: usize = 6;
+const GATE: usize = 7;
+/// Slice 6 before the wrap of the next rise.
+const READY: u32 = 0xFFFF;
+
+/// CHn_CSR, DIVMODE 5:4 (DS 4.5.3): rises of its B input are counted, so that the slice does not drive that pin.
+const BY_RISES: u32 = 2 << 4;
+
+/// A ring that a channel writes to.
+#[repr(align(64))]
+struct Ring([AtomicU32; PLACES]);
+
+impl Ring {
+    const fn new() -> Self {
+        const { assert!(size_of::<Self>() == 64) };
+        Self([const { AtomicU32::new(0) }; PLACES])
+    }
+
+    fn address(&self) -> u32 {
+        self.0.as_ptr().expose_provenance() as u32
+    }
+
+    fn at(&self, place: usize) -> u32 {
+        self.0.get(place % PLACES).map_or(0, |word| word.load(Ordering::Relaxed))
+    }
+}
+
+/// The rises during each chirp that is over.
+static MEANWHILE: Ring = Ring::new();
+
+/// What the channels write: the converter's divider, which then begins anew (DS 4.9.6); the converter on, slices 6 and 7, the
+/// converter off, slice 6, ready.
+static DIVIDER: AtomicU32 = AtomicU32::new(0);
+static CONVERTER_ON: AtomicU32 = AtomicU32::new(0);
+static BOTH_SLICES: AtomicU32 = AtomicU32::new(1 << RISES | 1 << GATE);
+static CONVERTER_OFF: AtomicU32 = AtomicU32::new(1);
+static ONE_SLICE: AtomicU32 = AtomicU32::new(1 << RISES);
+static WAITING: AtomicU32 = AtomicU32::new(READY);
+
+fn address(word: &AtomicU32) -> u32 {
+    word.as_ptr().expose_provenance() as u32
+}
+
+/// Sets up the channel of one link.
+fn link<const PLACE: usize>(read: u32, write: u32) {
+    let channel = dma().ch(const { LINKS[PLACE] });
+    put!(channel.ch_read_addr(), read);
+    put!(channel.ch_write_addr(), write);
+    put!(channel.ch_trans_count(), 1);
+    put!(channel.ch_al1_ctrl(), const { LINKED[PLACE] });
+}
+
+/// The sync input.
+pub struct Pulse {
+    gate: Count,
+    /// Whether it waits for rises or lets a chirp through.
+    armed: bool,
+    /// Chirps whose end was seen, from the last arming on.
+    seen: usize,
+    /// Rises without a chirp that are not yet counted.
+    vain: u32,
+}
+
+impl Pulse {
+    /// A gate that lets a chirp through.
+    pub fn new(gate: Count, words: &Words) -> Self {
+        DIVIDER.store(words.divider(), Ordering::Relaxed);
+        CONVERTER_ON.store(words.start(), Ordering::Relaxed);
+        put!(pwm().ch(RISES).csr(), BY_RISES);
+        // IE 6, PDE 2, SCHMITT 1: an input with a pull-down. FUNCSEL 4:0 = 4: the PWM's.
+        put!(pads().gpio(13), 1 << 6 | 1 << 2 | 1 << 1);
+        put!(io().gpio(13).gpio_ctrl(), 4);
+        Self { gate, armed: false, seen: 0, vain: 0 }
+    }
+
+    /// Waits for a rise. The converter's queue and the channels of the slots must be ready.
+    pub fn arm(&mut self) {
+        let (rises, gate) = (pwm().ch(RISES), pwm().ch(GATE));
+        self.vain = self.vain.saturating_add(standing());
+        put!(pwm().en(), 0);
+        put!(rises.div(), 1 << 4);
+        put!(rises.top(), READY);
+        put!(rises.cc(), 0);
+        put!(rises.csr(), BY_RISES);
+        put!(rises.ctr(), READY);
+        put!(gate.div(), self.gate.divider);
+        put!(gate.top(), self.gate.top);
+        put!(gate.cc(), 0);
+        put!(gate.csr(), 0);
+        put!(gate.ctr(), 0);
+        let on = pwm().en().as_ptr() as u32;
+        let converter = adc().cs().as_ptr() as u32;
+        let count = rises.ctr().as_ptr() as u32;
+        link::<0>(address(&DIVIDER), adc().div().as_ptr() as u32);
+        link::<1>(address(&CONVERTER_ON), converter);
+        link::<2>(address(&BOTH_SLICES), on);
+        link::<3>(address(&CONVERTER_OFF), converter);
+        link::<4>(address(&ONE_SLICE), on);
+        link::<5>(count, MEANWHILE.address());
+        link::<6>(address(&WAITING), count);
+        // Requests of an earlier chirp.
+        put!(dma().ch3_dbg_ctdreq(), 0);
+        put!(dma().ch8_dbg_ctdreq(), 0);
+        (self.seen, self.armed) = (0, true);
+        put!(dma().multi_chan_trigger(), 1 << LINKS[0]);
+        put!(pwm().en(), 1 << RISES);
+    }
+
+    /// Stops, so that no rise starts the converter; they are counted on. Whether a chirp was open.
+    pub fn stop(&mut self, pulsed: &mut Pulsed) -> bool {
+        let open = self.look(pulsed).is_some();
+        self.armed = false;
+        // A channel that is off is not started by another.
+        put!(dma().ch(LINKS[0]).ch_al1_ctrl(), 0);
+        put!(dma().ch(LINKS[3]).ch_al1_ctrl(), 0);
+        put!(dma().chan_abort(), LINKS.iter().fold(0, |mask, link| mask | 1 << link));
+        rest::<{ LINKS[0] }>();
+        rest::<{ LINKS[1] }>();
+        rest::<{ LINKS[2] }>();
+        rest::<{ LINKS[3] }>();
+        rest::<{ LINKS[4] }>();
+        rest::<{ LINKS[5] }>();
+        rest::<{ LINKS[6] }>();
+        put!(pwm().en(), 1 << RISES);
+        self.vain = self.vain.saturating_add(standing());
+        open
+    }
+
+    /// Waits anew if a rise came in the moment between slice 6 being ready and its channel. Some
+    /// microseconds are enough to open the gate.
+    pub fn watch(&mut self) {
+        let deaf = || {
+            let closed = pwm().ch(GATE).csr().read().bits() & 1 == 0;
+            busy(LINKS[0]) && closed && pwm().ch(RISES).ctr().read().bits() != READY
+        };
+        if self.armed && deaf() {
+            cortex_m::asm::delay(1_000);
+            if deaf() {
+                self.vain = self.vain.saturating_add(standing()).saturating_add(1);
+                put!(pwm().ch(RISES).ctr(), READY);
+            }
+        }
+    }
+
+    /// Tells of the chirps that are over since the last call, and of the pulses in vain. The converter's cycles since a chirp was
+    /// opened, if it is not over.
+    pub fn look(&mut self, pulsed: &mut Pulsed) -> Option<u32> {
+        pulsed.miss(core::mem::take(&mut self.vain));
+        if !self.armed {
+            return None;
+        }
+        let mut seen = (self.seen, None);
+        // At a chirp's first and last moment the channels need some cycles to agree.
+        let _ = wait(|| {
+            let (before, open) = (over(), self.open());
+            seen = (before, open);
+            over() == before && (open.is_some() || busy(LINKS[0]))
+        });
+        let (over, open) = seen;
+        for _ in 0..over.wrapping_sub(self.seen) % PLACES {
+            pulsed.close(MEANWHILE.at(self.seen));
+            self.seen = self.seen.wrapping_add(1);
+        }
+        open
+    }
+
+    /// The converter's cycles since the gate was opened, if it is open.
+    fn open(&self) -> Option<u32> {
+        let gate = pwm().ch(GATE);
+        let count = gate.ctr().read().bits().wrapping_mul(self.gate.divider >> 4);
+        let opened = gate.csr().read().bits() & 1 != 0;
+        // The channel that ends the chirp still waits.
+        (opened && busy(LINKS[3])).then_some(count / CORE_CYCLES)
+    }
+}
+
+/// Chirps that are over, of the last 16.
+fn over() -> usize {
+    let next = dma().ch(LINKS[5]).ch_write_addr().read().bits();
+    next.wrapping_sub(MEANWHILE.address()) as usize / size_of::<u32>() % PLACES
+}
+
+/// Rises since a chirp was opened, or since the last call; counting begins again.
+fn standing() -> u32 {
+    let rises = pwm().ch(RISES).ctr();
+    let count = rises.read().bits() & READY;
+    put!(rises, 0);
+    if count == READY { 0 } else { count }
+}
