@@ -96,7 +96,7 @@ fn errors_of(
         };
         let mut measurement = measured(&mut voltage, bin);
         if how != Handling::Raw {
-            widen(&mut measurement, how == Handling::Corrected);
+            widen(&mut measurement, how == Handling::Corrected, signed);
         }
         let tone = measurement.tone;
         let error = tone.hertz() - bin / N as f64 * config.rate_hz;

@@ -94,7 +94,7 @@ impl Board<N, SLOT> for Pico {
     }
 
     fn widen(&self, measurement: &mut Measurement) {
-        widths::widen(measurement, self.corrects);
+        widths::widen(measurement, self.corrects, self.iq);
     }
 
     fn counters(&self) -> Counters {

@@ -74,8 +74,8 @@ const LEFT: f32 = 3.2;
 const STEP: f32 = 9.5;
 /// The curve's own steps of a code between the large ones, as a sum of squares.
 const SMALL: f32 = 3.0;
-/// Harmonics that a step makes of a tone, below this order.
-const ORDERS: u32 = 48;
+/// Harmonics that a step makes of a tone, below this order: of a real record, and of pairs, whose frequency has less noise.
+const ORDERS: [u32; 2] = [48, 128];
 /// Steps of a frequency in a bin.
 const BIN: f32 = 4_294_967_296.0 / N as f32;
 /// Lines farther away than eight bins raise the noise that the fit sees, and with it its sigma.
@@ -87,10 +87,10 @@ const NEAR: u32 = (8.0 * BIN) as u32;
 /// frequency. Sampling folds them, and one that comes to lie within some bins of the tone pulls it, by
 /// up to `3 / pi^2` times the slope of their window. Lines of all steps, of both signs and at any phase,
 /// add up as noise does.
-fn pull(tone: &Tone, step: f32) -> f32 {
+fn pull(tone: &Tone, step: f32, orders: u32) -> f32 {
     let turn = tone.frequency.0.to_bits() as u32;
     let (mut at, mut sum) = (turn, 0.0);
-    for order in 2..ORDERS {
+    for order in 2..orders {
         // The harmonics beside this multiple of the tone are as far from the tone as it is from 0.
         at = at.wrapping_add(turn);
         if at.wrapping_add(NEAR) < 2 * NEAR {
@@ -114,9 +114,11 @@ fn pull(tone: &Tone, step: f32) -> f32 {
 /// correction, or the whole.
 // Within the instrument's loop it would find no registers left.
 #[inline(never)]
-pub fn widen(measurement: &mut Measurement, corrected: bool) {
+pub fn widen(measurement: &mut Measurement, corrected: bool, iq: bool) {
     let tone = &mut measurement.tone;
-    let pull = pull(tone, if corrected { LEFT } else { STEP });
+    let [real, pairs] = ORDERS;
+    let orders = if iq { pairs } else { real };
+    let pull = pull(tone, if corrected { LEFT } else { STEP }, orders);
     let square = tone.sigma * tone.sigma;
     // Less is no change of half a percent.
     if pull > 0.01 * square && square > 0.0 {
@@ -159,8 +161,8 @@ mod tests {
             tone.frequency.0 = fixed::types::I0F32::from_num(cycles);
             (tone.sigma, tone.amplitude) = (1e-8, 1900.0);
             let mut whole = measurement;
-            widen(&mut measurement, true);
-            widen(&mut whole, false);
+            widen(&mut measurement, true, false);
+            widen(&mut whole, false, false);
             assert!(whole.tone.sigma >= measurement.tone.sigma);
             measurement.tone.sigma / 1e-8
         };

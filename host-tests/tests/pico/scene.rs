@@ -140,7 +140,7 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let segments = samples.chunks_exact(each * (N + guard)).zip(0..);
     let frames = segments.map(|(segment, number)| {
         let mut measurement = block(plan.timing.stamp(number, false), &segment[each * guard..]);
-        widen(&mut measurement, !settings.uncorrected);
+        widen(&mut measurement, !settings.uncorrected, settings.iq);
         Telemetry { measurement, method, health: Health::default() }.to_frame().to_vec()
     });
     frames.collect()
