@@ -181,7 +181,7 @@ fn thresholds_and_detection() {
     // The floor alone would detect as many at -4.6, -10.7 and -16.5 dB: the rest is what the noise beside the tone costs.
     detected::<256>(-3.9);
     detected::<1024>(-9.9);
-    detected::<4096>(-15.6);
+    detected::<4096>(-15.8);
 }
 
 fn detected<const N: usize>(snr_db: f64) {
@@ -202,6 +202,7 @@ fn noise_alone_is_weak() {
         alarms::<Real, 64>(),
         alarms::<Real, 256>(),
         alarms::<Real, 1024>(),
+        alarms::<Real, 4096>(),
         alarms::<Iq, 64>(),
         alarms::<Iq, 256>(),
     ];

@@ -15,14 +15,21 @@ const FLOOR: u32 = 47;
 
 /// How far the required evidence is lowered, as a power of two. A test beside others needs less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Less {
+pub struct Less(u32);
+
+impl Less {
     /// Not lowered.
-    Nothing = 0,
+    pub const NOTHING: Self = Self(0);
     /// By a factor of 256.
-    Some = 8,
+    pub const SOME: Self = Self(8);
     /// By a factor of 1024.
-    Most = 10,
+    pub const MOST: Self = Self(10);
+
+    /// By a further factor of 8 in a record of more than 2048 samples: over the ring of such a one the noise behind a
+    /// filter is nearly as loud everywhere, and more bins ask for more evidence.
+    pub const fn in_record(self, samples: usize) -> Self {
+        Self(if samples > 2048 { self.0 + 3 } else { self.0 })
+    }
 }
 
 /// The detection threshold of a band.
@@ -84,7 +91,7 @@ impl Threshold {
     #[inline(always)]
     pub(crate) fn beside(&self, freedom: f32, less: Less) -> f32 {
         let m = freedom * 0.5;
-        m * raised((self.log - less as u32 as f32 * LN_2).max(0.0) / m)
+        m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }
 
     /// Whether a band has enough bins away from its peak to tell noise from tones.

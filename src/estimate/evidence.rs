@@ -31,7 +31,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     if const { N < HUMPED } && middle > HUMP * ring {
         // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
         let detects =
-            |rest, freedom| threshold.detects_beside(power / rest, freedom, Less::Nothing);
+            |rest, freedom| threshold.detects_beside(power / rest, freedom, Less::NOTHING);
         return detects(middle, MIDDLE) || detects(least, LEAST);
     }
     if threshold.is_far_above(power / least.max(ring)) {
@@ -47,7 +47,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     let floor = peak.floor as f32 * unit;
     let tested = Threshold::has_floor(peak)
         && wide.loud * N as f32 * peak.floor_bins as f32 <= LOUDER * floor;
-    let less = if tested { Less::Some } else { Less::Nothing };
+    let less = if tested { const { Less::SOME.in_record(N) } } else { Less::NOTHING };
     let detects = |beside: &Beside, less| {
         threshold.detects_beside(
             power / least.max(beside.loud * N as f32),
@@ -55,7 +55,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
             less,
         )
     };
-    detects(&wide, less) && detects(beside, Less::Most)
+    detects(&wide, less) && detects(beside, const { Less::MOST.in_record(N) })
 }
 
 /// Shorter records have rings as wide as what a filter leaves of the spectrum.

@@ -58,5 +58,5 @@ pub(super) fn mirrored<R: Record, const N: usize>(
         const { Threshold::new(3, 1e-6) }
     };
     other > line
-        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::Nothing)
+        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::NOTHING)
 }

@@ -221,7 +221,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let seen = self.seen(record, &peak, unit);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
         let threshold = self.plan.options.threshold;
-        let less = if Threshold::has_floor(&peak) { Less::Most } else { Less::Nothing };
+        let less = if Threshold::has_floor(&peak) { Less::MOST } else { Less::NOTHING };
         let power = (peak.power[1] as f64 * unit / self.n as f64) as f32;
         let beside =
             |ring: Beside| threshold.detects_beside(power / ring.loud, ring.noise.freedom, less);

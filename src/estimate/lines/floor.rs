@@ -203,7 +203,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         }
         // The floor is that of six blocks of eight or more.
         const FREEDOM: f32 = 80.0;
-        self.blocks.compare(stale, self.options.threshold.beside(FREEDOM, Less::Some));
+        self.blocks.compare(stale, self.options.threshold.beside(FREEDOM, Less::SOME));
         let &Block { bin, floor, .. } = self.blocks.highest()?;
         Some(Candidate { bin: self.summit(bin), floor })
     }

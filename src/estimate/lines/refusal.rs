@@ -108,7 +108,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let [least, _] = spread::<R, N>(&found.fit, found.peak);
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
-        self.options.threshold.detects_beside(ratio, beside.noise.freedom, Less::Nothing)
+        self.options.threshold.detects_beside(ratio, beside.noise.freedom, Less::NOTHING)
     }
 
     /// Whether a front end makes one line of a stronger one.
