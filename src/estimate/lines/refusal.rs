@@ -1,7 +1,7 @@
 //! Which lines are no targets of their own.
 
 use super::super::detection::Less;
-use super::super::evidence::spread;
+use super::super::evidence::Spread;
 use super::super::judge::Line;
 use super::super::noise::ring::Beside;
 use super::super::several::Found;
@@ -105,7 +105,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// Whether a line exceeds the noise of the louder side beside it.
     pub(super) fn stands_out(&self, found: &Found, beside: &Beside) -> bool {
         // A hump of noise is wider than a line.
-        let [least, _] = spread::<R, N>(&found.fit, found.peak);
+        let least = Spread::of::<R, N>(&found.fit, found.peak).least;
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
         self.options.threshold.detects_beside(ratio, beside.noise.freedom, Less::NOTHING)
