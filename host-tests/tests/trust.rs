@@ -178,10 +178,10 @@ fn thresholds_and_detection() {
         println!("N {n}: T = {t:.2}");
         assert!((t - expected).abs() < 0.06);
     }
-    // The floor alone would detect as many at -4.6, -10.7 and -16.5 dB: the rest is what the noise beside the tone costs.
-    detected::<256>(-3.8);
-    detected::<1024>(-9.9);
-    detected::<4096>(-15.8);
+    // By the power of its bin and the floor alone a tone would be found as often at -4.6, -10.7 and -16.5 dB.
+    detected::<256>(-4.9);
+    detected::<1024>(-11.2);
+    detected::<4096>(-17.2);
 }
 
 fn detected<const N: usize>(snr_db: f64) {
@@ -198,11 +198,13 @@ fn detected<const N: usize>(snr_db: f64) {
 /// Noise alone, through converter and FFT: weak, but for the false alarms that are asked.
 #[test]
 fn noise_alone_is_weak() {
+    // Fewer blocks, because a longer record takes longer.
+    let long = alarms::<Real, 4096>();
+    assert!((0.8..=1.1).contains(&long), "{long}");
     let alarms = [
         alarms::<Real, 64>(),
         alarms::<Real, 256>(),
         alarms::<Real, 1024>(),
-        alarms::<Real, 4096>(),
         alarms::<Iq, 64>(),
         alarms::<Iq, 256>(),
     ];

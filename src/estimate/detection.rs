@@ -43,25 +43,51 @@ pub struct Threshold {
     log: f32,
     /// The same for the floor alone.
     floor: f32,
+    /// What a power between the bins asks for beside that, see [`Threshold::of_line`].
+    between: f32,
 }
 
 impl Threshold {
     /// Everything passes.
-    pub const ZERO: Self = Self { log: 0.0, floor: 0.0 };
+    pub const ZERO: Self = Self { log: 0.0, floor: 0.0, between: 0.0 };
 
     /// For a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
     pub const fn new(bins: u32, false_alarm: f64) -> Self {
         // `max` returns the number if the other is NaN.
         let pfa = false_alarm.max(1e-30).min(0.5);
         let bins = if bins == 0 { 1 } else { bins };
-        let log = log(bins as f64 / pfa) as f32;
-        Self { log, floor: log }
+        let needed = log(bins as f64 / pfa);
+        let crossings = core::f64::consts::FRAC_PI_3 * needed;
+        let between = if crossings > 1.0 { 0.5 * log(crossings) as f32 } else { 0.0 };
+        let log = needed as f32;
+        Self { log, floor: log, between }
     }
 
-    /// The same for a peak that must exceed the noise beside it as well. That test refuses a tenth of the noise which the
-    /// floor lets pass, so the floor lets a tenth more pass: both together pass what is asked.
+    /// The power of a line that a fit found at a peak, in units of the peak's, and the threshold for it. The record has
+    /// `n` samples.
+    ///
+    /// A line half a bin off leaves four tenths of its power in its bin: the fit finds the rest. But the spectrum of noise
+    /// of power 1 rises above T `sqrt(pi T / 3) exp(-T)` times a bin (Rice 1945; the variance of the time within a record
+    /// is a twelfth of its square), where a bin is above T with probability `exp(-T)`. So the threshold is higher. Near an
+    /// end of a real spectrum, where noise fits too well, the power is that of the bin.
+    pub fn of_line(self, line: f32, peak: &Peak, n: usize, iq: bool) -> (f32, Self) {
+        /// The most that a line's power exceeds that of its bin: half a bin off, `(pi/2)^2`.
+        const MOST: f32 = 2.4674;
+        let bin = peak.power[1] as f32;
+        if !iq && !(4..n as i32 / 2 - 4).contains(&peak.bin) {
+            return (bin, self);
+        }
+        let Self { log, floor, between } = self;
+        (
+            line.max(bin).min(MOST * bin),
+            Self { log: log + between, floor: floor + between, between: 0.0 },
+        )
+    }
+
+    /// The same for a peak that must exceed the noise beside it as well. That test refuses a seventh of the noise which the
+    /// floor lets pass, so the floor lets as much more pass: both together pass what is asked.
     pub const fn with_another(self) -> Self {
-        const REFUSED: f32 = 0.095;
+        const REFUSED: f32 = 0.15;
         Self { floor: self.log - REFUSED, ..self }
     }
 
@@ -106,11 +132,16 @@ impl Threshold {
     ///
     /// A band too narrow for a floor leaves the decision to [`Threshold::detects_beside`].
     pub fn detects(&self, peak: &Peak) -> bool {
+        self.detects_line(peak.power[1] as f32, peak)
+    }
+
+    /// The same for a line of this power, in units of the peak's, see [`Threshold::of_line`].
+    pub fn detects_line(&self, power: f32, peak: &Peak) -> bool {
         if !Self::has_floor(peak) {
             return true;
         }
         let (bins, floor) = (peak.floor_bins as f32, peak.floor as f32);
-        let power = peak.power[1] as f32 * bins;
+        let power = power * bins;
         // m (exp(L/m) - 1) is below L + L^2/m if L is not above m. So most tones need no
         // exponential.
         self.floor <= bins && power * bins > self.floor * (bins + self.floor) * floor

@@ -11,7 +11,7 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 
-/// Whether a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
+/// Whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
 pub(super) fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: &Peak,
@@ -20,11 +20,13 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     threshold: Threshold,
     arithmetic: Arithmetic,
 ) -> bool {
-    if !threshold.detects(peak) {
+    let line = fit.line.norm_sqr() * f32::two_to(-2 * spectrum.exponent());
+    let (power, threshold) = threshold.of_line(line, peak, N, R::IQ);
+    if !threshold.detects_line(power, peak) {
         return false;
     }
     let unit = f32::two_to(2 * spectrum.exponent());
-    let power = peak.power[1] as f32 * unit;
+    let power = power * unit;
     let ring = beside.loud * N as f32;
     let spread =
         if cfg!(feature = "methods") { Spread::of::<R, N>(fit, peak.bin) } else { Spread::NONE };

@@ -126,7 +126,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             let amplitude2 = peak.power[1] as f64 * unit / (share * share);
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
             let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise);
-            return Seen { snr, clipped, near: noise, fit: None, free: None, ring: None };
+            let line = peak.power[1] as f32;
+            return Seen { snr, clipped, line, near: noise, fit: None, free: None, ring: None };
         };
         let tone = fit.tone::<R>(self.n);
         let tone = Complex::new(tone.re.wide(), tone.im.wide());
@@ -162,7 +163,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let near = if widening > 1.0 { noise * f64::from(widening) } else { near };
         let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
         let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
-        Seen { snr, clipped, near, fit: Some((sigma, line)), free, ring: Some(ring) }
+        let power = (fit.line.norm_sqr().wide() / unit) as f32;
+        Seen { snr, clipped, line: power, near, fit: Some((sigma, line)), free, ring: Some(ring) }
     }
 }
 
@@ -172,6 +174,8 @@ struct Seen {
     snr: f64,
     /// The share of the samples that touch a rail.
     clipped: f32,
+    /// The power of the line, in units of the peak's.
+    line: f32,
     /// The noise power per sample near the tone.
     near: f64,
     /// Of the least-squares fit: sigma in bins, and what the line is by what it leaves in its own bins.
@@ -221,11 +225,12 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let seen = self.seen(record, &peak, unit);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
         let threshold = self.plan.options.threshold;
+        let (line, threshold) = threshold.of_line(seen.line, &peak, self.n, R::IQ);
         let less = if Threshold::has_floor(&peak) { Less::MOST } else { Less::NOTHING };
-        let power = (peak.power[1] as f64 * unit / self.n as f64) as f32;
+        let power = (f64::from(line) * unit / self.n as f64) as f32;
         let beside =
             |ring: Beside| threshold.detects_beside(power / ring.loud, ring.noise.freedom, less);
-        let weak = !(threshold.detects(&peak) && seen.ring.is_none_or(beside));
+        let weak = !(threshold.detects_line(line, &peak) && seen.ring.is_none_or(beside));
         let nyquist = self.n as f64 / 2.0;
         let estimate = |(estimator, bins): (&Estimator, f64)| {
             // As in the core, only least squares knows its own sigma and its residual.
