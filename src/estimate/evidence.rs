@@ -20,25 +20,11 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     threshold: Threshold,
     arithmetic: Arithmetic,
 ) -> bool {
-    let line = fit.line.norm_sqr() * f32::two_to(-2 * spectrum.exponent());
-    let (power, threshold) = threshold.of_line(line, peak, N, R::IQ);
-    if !threshold.detects_line(power, peak) {
+    let Some(evidence) = Evidence::of(N, R::IQ, peak, fit, spectrum.exponent(), threshold) else {
         return false;
-    }
-    let unit = f32::two_to(2 * spectrum.exponent());
-    let power = power * unit;
-    let ring = beside.loud * N as f32;
-    let spread =
-        if cfg!(feature = "methods") { Spread::of::<R, N>(fit, peak.bin) } else { Spread::NONE };
-    let Spread { least, middle, mean, bins } = spread;
-    if const { N < HUMPED } && middle > HUMP * ring {
-        // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
-        let detects =
-            |rest, freedom| threshold.detects_beside(power / rest, freedom, Less::NOTHING);
-        return detects(middle, MIDDLE) || detects(least, LEAST);
-    }
-    if threshold.is_far_above(power / least.max(ring)) {
-        return true;
+    };
+    if let Some(decided) = evidence.decided(beside) {
+        return decided;
     }
     // The smallest programs use only the ring that they have.
     let wide = if cfg!(feature = "methods") {
@@ -46,25 +32,88 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     } else {
         *beside
     };
-    // The floor is a test of its own where it is as loud as the ring, and in a short record as the residual.
-    let short = const { N < HUMPED && ring::has_room(N, R::IQ) } && bins > 0.0;
-    let freedom = EACH * bins;
-    let floor = peak.floor as f32 * unit / peak.floor_bins.max(1) as f32;
-    let tested = Threshold::has_floor(peak)
-        && wide.loud * N as f32 <= LOUDER * floor
-        && !(short && mean > (1.0 + 2.6 * (2.0 / freedom).root()) * floor);
-    let less = if tested { const { Less::SOME.in_record(N) } } else { Less::NOTHING };
-    if short && !threshold.detects_beside(power / mean, freedom, less) {
-        return false;
+    evidence.exceeds(beside, &wide)
+}
+
+/// A line that exceeds the floor of its band, and what is near it. Compiled once for all kinds and lengths of records.
+struct Evidence {
+    /// The samples of a record, and whether it is so short that a ring is as wide as what a filter leaves of the spectrum.
+    n: usize,
+    short: bool,
+    threshold: Threshold,
+    /// The line's power, and the residual's near it.
+    power: f32,
+    spread: Spread,
+    /// The floor's, where it tells noise from tones.
+    floor: Option<f32>,
+}
+
+impl Evidence {
+    #[inline(never)]
+    fn of(
+        n: usize,
+        iq: bool,
+        peak: &Peak,
+        fit: &Fit<f32>,
+        exponent: i32,
+        threshold: Threshold,
+    ) -> Option<Self> {
+        let line = fit.line.norm_sqr() * f32::two_to(-2 * exponent);
+        let (power, threshold) = threshold.of_line(line, peak, n, iq);
+        if !threshold.detects_line(power, peak) {
+            return None;
+        }
+        let unit = f32::two_to(2 * exponent);
+        let floor = peak.floor as f32 * unit / peak.floor_bins.max(1) as f32;
+        let spread =
+            if cfg!(feature = "methods") { Spread::of(fit, peak.bin, n, iq) } else { Spread::NONE };
+        Some(Self {
+            n,
+            short: n < HUMPED,
+            threshold,
+            power: power * unit,
+            spread,
+            floor: Threshold::has_floor(peak).then_some(floor),
+        })
     }
-    let detects = |beside: &Beside, less| {
-        threshold.detects_beside(
-            power / least.max(beside.loud * N as f32),
-            beside.noise.freedom,
-            less,
-        )
-    };
-    detects(&wide, less) && detects(beside, const { Less::MOST.in_record(N) })
+
+    /// Whether the ring of this noise is enough to decide, and how.
+    #[inline(never)]
+    fn decided(&self, beside: &Beside) -> Option<bool> {
+        let Spread { least, middle, .. } = self.spread;
+        let ring = beside.loud * self.n as f32;
+        if self.short && middle > HUMP * ring {
+            // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
+            let detects = |rest: f32, freedom| self.detects(rest, freedom, Less::NOTHING);
+            return Some(detects(middle, MIDDLE) || detects(least, LEAST));
+        }
+        self.threshold.is_far_above(self.power / least.max(ring)).then_some(true)
+    }
+
+    /// Whether the line exceeds this noise and that of a wider ring.
+    #[inline(never)]
+    fn exceeds(&self, beside: &Beside, wide: &Beside) -> bool {
+        let Self { n, spread: Spread { least, sum, bins, .. }, .. } = *self;
+        let (mean, freedom) = (sum / bins, EACH * bins);
+        // A short record without a ring has nothing else beside its tone.
+        let residual = self.short && freedom > 0.0 && beside.has_sides();
+        // The floor is a test of its own where it is as loud as the ring, and in a short record as the residual.
+        let tested = self.floor.is_some_and(|floor| {
+            let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
+            wide.loud * n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
+        });
+        let less = if tested { Less::SOME.in_record(n) } else { Less::NOTHING };
+        let detects = |beside: &Beside, less| {
+            self.detects(least.max(beside.loud * n as f32), beside.noise.freedom, less)
+        };
+        (!residual || self.detects(mean, freedom, less))
+            && detects(wide, less)
+            && detects(beside, Less::MOST.in_record(n))
+    }
+
+    fn detects(&self, noise: f32, freedom: f32, less: Less) -> bool {
+        self.threshold.detects_beside(self.power / noise, freedom, less)
+    }
 }
 
 /// Shorter records have rings as wide as what a filter leaves of the spectrum.
@@ -79,6 +128,8 @@ const LEAST: f32 = 8.0;
 const EACH: f32 = 1.8;
 /// The ring's noise over the floor's, above which the floor is that of another part of the spectrum.
 const LOUDER: f32 = 1.4;
+/// The same for the mean residual, in its standard deviations above the floor.
+const RESIDUAL: f32 = 2.6;
 
 /// The residual power of a bin near a tone.
 pub(super) struct Spread {
@@ -86,27 +137,34 @@ pub(super) struct Spread {
     pub least: f32,
     /// The middle one of the three.
     middle: f32,
-    /// That of all of them, and how many bins they are. A fit of eight bins has none beyond, and at the
+    /// The sum of all of them, and how many bins they are. A fit of eight bins has none beyond, and at the
     /// spectrum's ends there are fewer.
-    mean: f32,
+    sum: f32,
     bins: f32,
 }
 
 impl Spread {
-    const NONE: Self = Self { least: 0.0, middle: 0.0, mean: 0.0, bins: 0.0 };
+    const NONE: Self = Self { least: 0.0, middle: 0.0, sum: 0.0, bins: 0.0 };
 
-    pub(super) fn of<R: Record, const N: usize>(fit: &Fit<f32>, peak: i32) -> Self {
+    /// Of the fit at a peak of a record of `n` samples.
+    #[inline(never)]
+    pub(super) fn of(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
         let [two, four, eight] = fit.rest.within;
-        let last = N as i32 / 2 - 1;
-        let inside = R::IQ || (17..last - 16).contains(&peak);
-        let bins = if inside { [4.0, 8.0, 16.0] } else { beside(peak - 1, last - peak) };
-        let powers = [four - two, eight - four, fit.residual - eight];
-        let [near, middle, far] = [powers[0] / bins[0], powers[1] / bins[1], powers[2] / bins[2]];
+        let last = n as i32 / 2 - 1;
+        let inside = iq || (17..last - 16).contains(&peak);
+        let (bins, shares) = if inside {
+            ([4.0, 8.0, 16.0], [0.25, 0.125, 0.0625])
+        } else {
+            let bins = beside(peak - 1, last - peak);
+            (bins, bins.map(|bins| 1.0 / bins))
+        };
+        let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
+        let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
         let (low, high) = (near.min(middle), near.max(middle));
         let (least, middle) =
             if far > 0.0 { (low.min(far), high.min(low.max(far))) } else { (low, high) };
         let bins = bins[0] + bins[1] + if far > 0.0 { bins[2] } else { 0.0 };
-        Self { least, middle, mean: (fit.residual - two) / bins, bins }
+        Self { least, middle, sum: fit.residual - two, bins }
     }
 }
 

@@ -246,6 +246,11 @@ fn unit<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>) -> f3
 const EDGE: f32 = 8.0;
 
 impl Beside {
+    /// Whether the noise is that of a ring.
+    pub(crate) fn has_sides(&self) -> bool {
+        self.sides.iter().any(|side| side.count > 0)
+    }
+
     /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The
     /// fit's residual from five bins off does: this power, an average of `freedom` real numbers,
     /// held between the powers of both sides.
