@@ -304,6 +304,29 @@ fn what_moves_is_moving() {
     check(wrong);
 }
 
+/// A level that changes pulls the frequency of a real tone, most of all near an end of the spectrum, where its image is.
+/// Sigma is at most three times the error's rms.
+#[test]
+fn a_level_that_changes_is_within_its_sigma() {
+    fn swings<const N: usize>(wrong: &mut Vec<String>) {
+        for text in ["am:0.33,cycles=0.15", "am:0.5,cycles=0.3", "am:0.5,cycles=1"] {
+            for bins in [(5.0, 8.0), (8.0, 20.0), (20.0, 0.4 * N as f64)] {
+                let field = field::<Real, N>(text, 30.0, Some(bins), 1000);
+                print!("bins {bins:?}: ");
+                field.print();
+                let (within, square) = (field.share(|seen| !seen.beyond(3.0)), field.square());
+                if within < 98.0 || !(0.12..=1.15).contains(&square) {
+                    wrong.push(format!("{} {bins:?}: {within:.1} %, {square:.2}", field.0));
+                }
+            }
+        }
+    }
+    let mut wrong = Vec::new();
+    swings::<256>(&mut wrong);
+    swings::<1024>(&mut wrong);
+    check(wrong);
+}
+
 /// What `Pipeline::rise` says of chirps: the mean within 2 %, and sigma what the records scatter.
 #[test]
 fn the_rise_of_a_chirp_is_measured() {

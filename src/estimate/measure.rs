@@ -4,7 +4,7 @@ use super::detection::Threshold;
 use super::evidence::stands_out;
 use super::frequency::Frequency;
 use super::image::mirrored;
-use super::judge::{Judgement, Line, judge};
+use super::judge::{Judgement, Line, from_end, judge};
 use super::least_squares::fixed::{self, quantised};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
@@ -133,7 +133,8 @@ pub fn measure<R: Record, const N: usize>(
     }
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
-    let mut judgement = if own { judged(&fit, N, &beside, clipped) } else { Judgement::STEADY };
+    let judged = |fit: &Fit<f32>| judged(fit, N, from_end(peak.bin, N, R::IQ), &beside, clipped);
+    let mut judgement = if own { judged(&fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
     if cfg!(feature = "methods")
@@ -142,12 +143,12 @@ pub fn measure<R: Record, const N: usize>(
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         fit = more;
-        judgement = judged(&fit, N, &beside, clipped);
+        judgement = judged(&fit);
         // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
             && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
         {
-            let beside_slow = judged(&other, N, &beside, clipped);
+            let beside_slow = judged(&other);
             if beside_slow.line < judgement.line {
                 (fit, judgement) = (other, beside_slow);
             }
@@ -203,9 +204,9 @@ pub fn rise<R: Record, const N: usize>(
 ///
 /// The smallest programs ask only whether the residual is too large. So do clipped records, whose
 /// harmonics are no movement.
-fn judged(fit: &Fit<f32>, n: usize, beside: &Beside, clipped: f32) -> Judgement {
+fn judged(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside, clipped: f32) -> Judgement {
     if cfg!(feature = "methods") && clipped <= CLIPPED {
-        return judge(fit, n, beside);
+        return judge(fit, n, from_end, beside);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
     // Sigma includes them, see [`Unclipped`].

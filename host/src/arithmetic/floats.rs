@@ -7,7 +7,7 @@ use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
 use picket::estimate::detection::{Less, Threshold};
 use picket::estimate::frequency::Frequency;
-use picket::estimate::judge::{Judgement, Line, judge};
+use picket::estimate::judge::{Judgement, Line, from_end, judge};
 use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::measure::{excess_over, residual};
 use picket::estimate::noise;
@@ -146,7 +146,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             let excess = excess_over(&fit.single(), self.n, ring.noise);
             (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
         } else {
-            let Judgement { line, widening, .. } = judge(&fit.single(), self.n, &ring);
+            let from_end = from_end(peak.bin, self.n, R::IQ);
+            let Judgement { line, widening, .. } = judge(&fit.single(), self.n, from_end, &ring);
             (line, widening)
         };
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();

@@ -1,6 +1,6 @@
 //! From a line to a tone with sigma, phase and verdict.
 
-use super::super::judge::{Judgement, Line, judge};
+use super::super::judge::{Judgement, Line, from_end, judge};
 use super::super::least_squares::{Course, Model, Reach, fit_around, fit_at};
 use super::super::measure::{Options, Seen};
 use super::super::noise::ring::{self, Beside};
@@ -119,13 +119,14 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         };
         let mut found = fitted(reach)?;
         let beside = self.beside_fitted(&found);
-        let mut judgement = judge(&found.fit, N, &beside);
+        let from_end = from_end(peak, N, R::IQ);
+        let mut judgement = judge(&found.fit, N, from_end, &beside);
         // What another line leaves far off may be in the outer bins.
         if judgement.line != Line::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
         {
-            let inner = judge(&narrow.fit, N, &beside);
+            let inner = judge(&narrow.fit, N, from_end, &beside);
             if inner.line == Line::Steady {
                 (found, judgement) = (narrow, inner);
             }
