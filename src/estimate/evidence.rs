@@ -20,7 +20,8 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     threshold: Threshold,
     arithmetic: Arithmetic,
 ) -> bool {
-    let Some(evidence) = Evidence::of(N, R::IQ, peak, fit, spectrum.exponent(), threshold) else {
+    let exponent = spectrum.exponent();
+    let Some(evidence) = Evidence::of(N, R::IQ, peak, fit, exponent, threshold) else {
         return false;
     };
     if let Some(decided) = evidence.decided(beside) {
@@ -32,7 +33,8 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     } else {
         *beside
     };
-    evidence.exceeds(beside, &wide)
+    let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
+    evidence.exceeds(beside, &wide, Threshold::has_floor(peak).then_some(floor))
 }
 
 /// A line that exceeds the floor of its band, and what is near it. Compiled once for all kinds and lengths of records.
@@ -44,12 +46,11 @@ struct Evidence {
     /// The line's power, and the residual's near it.
     power: f32,
     spread: Spread,
-    /// The floor's, where it tells noise from tones.
-    floor: Option<f32>,
 }
 
 impl Evidence {
-    #[inline(never)]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn of(
         n: usize,
         iq: bool,
@@ -58,47 +59,49 @@ impl Evidence {
         exponent: i32,
         threshold: Threshold,
     ) -> Option<Self> {
-        let line = fit.line.norm_sqr() * f32::two_to(-2 * exponent);
-        let (power, threshold) = threshold.of_line(line, peak, n, iq);
-        if !threshold.detects_line(power, peak) {
-            return None;
-        }
+        let far_above = cfg!(feature = "methods") && threshold.is_far_above_floor(peak);
+        let (power, threshold) = if far_above {
+            (peak.power[1] as f32, threshold)
+        } else {
+            let line = fit.line.norm_sqr() * f32::two_to(-2 * exponent);
+            let (power, threshold) = threshold.of_line(line, peak, n, iq);
+            if !threshold.detects_line(power, peak) {
+                return None;
+            }
+            (power, threshold)
+        };
         let unit = f32::two_to(2 * exponent);
-        let floor = peak.floor as f32 * unit / peak.floor_bins.max(1) as f32;
         let spread =
             if cfg!(feature = "methods") { Spread::of(fit, peak.bin, n, iq) } else { Spread::NONE };
-        Some(Self {
-            n,
-            short: n < HUMPED,
-            threshold,
-            power: power * unit,
-            spread,
-            floor: Threshold::has_floor(peak).then_some(floor),
-        })
+        Some(Self { n, short: n < HUMPED, threshold, power: power * unit, spread })
     }
 
     /// Whether the ring of this noise is enough to decide, and how.
-    #[inline(never)]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn decided(&self, beside: &Beside) -> Option<bool> {
         let Spread { least, middle, .. } = self.spread;
         let ring = beside.loud * self.n as f32;
-        if self.short && middle > HUMP * ring {
+        if cfg!(feature = "methods") && self.short && middle > HUMP * ring {
             // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
             let detects = |rest: f32, freedom| self.detects(rest, freedom, Less::NOTHING);
             return Some(detects(middle, MIDDLE) || detects(least, LEAST));
         }
-        self.threshold.is_far_above(self.power / least.max(ring)).then_some(true)
+        let (_, most) = ordered(least, ring);
+        self.threshold.is_far_above(self.power / most).then_some(true)
     }
 
-    /// Whether the line exceeds this noise and that of a wider ring.
+    /// Whether the line exceeds this noise and that of a wider ring. The `floor` is its band's, where that tells noise from
+    /// tones.
     #[inline(never)]
-    fn exceeds(&self, beside: &Beside, wide: &Beside) -> bool {
-        let Self { n, spread: Spread { least, sum, bins, .. }, .. } = *self;
-        let (mean, freedom) = (sum / bins, EACH * bins);
+    fn exceeds(&self, beside: &Beside, wide: &Beside, floor: Option<f32>) -> bool {
+        let Self { n, ref spread, .. } = *self;
+        let (least, (mean, freedom)) = (spread.least, spread.mean());
         // A short record without a ring has nothing else beside its tone.
-        let residual = self.short && freedom > 0.0 && beside.has_sides();
+        let residual =
+            cfg!(feature = "methods") && self.short && freedom > 0.0 && beside.has_sides();
         // The floor is a test of its own where it is as loud as the ring, and in a short record as the residual.
-        let tested = self.floor.is_some_and(|floor| {
+        let tested = floor.is_some_and(|floor| {
             let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
             wide.loud * n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
         });
@@ -137,17 +140,18 @@ pub(super) struct Spread {
     pub least: f32,
     /// The middle one of the three.
     middle: f32,
-    /// The sum of all of them, and how many bins they are. A fit of eight bins has none beyond, and at the
-    /// spectrum's ends there are fewer.
-    sum: f32,
-    bins: f32,
+    /// What is not in these bins, and in them and these.
+    sums: [f32; 2],
+    /// How many bins they are. A fit of eight bins has none beyond, and at the spectrum's ends there are fewer.
+    bins: [f32; 3],
 }
 
 impl Spread {
-    const NONE: Self = Self { least: 0.0, middle: 0.0, sum: 0.0, bins: 0.0 };
+    const NONE: Self = Self { least: 0.0, middle: 0.0, sums: [0.0; 2], bins: [0.0; 3] };
 
     /// Of the fit at a peak of a record of `n` samples.
-    #[inline(never)]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(super) fn of(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
         let [two, four, eight] = fit.rest.within;
         let last = n as i32 / 2 - 1;
@@ -160,12 +164,29 @@ impl Spread {
         };
         let [near, middle, far] = [four - two, eight - four, fit.residual - eight];
         let [near, middle, far] = [near * shares[0], middle * shares[1], far * shares[2]];
-        let (low, high) = (near.min(middle), near.max(middle));
-        let (least, middle) =
-            if far > 0.0 { (low.min(far), high.min(low.max(far))) } else { (low, high) };
-        let bins = bins[0] + bins[1] + if far > 0.0 { bins[2] } else { 0.0 };
-        Self { least, middle, sum: fit.residual - two, bins }
+        let (low, high) = ordered(near, middle);
+        let (least, middle) = if far > 0.0 {
+            let (between, _) = ordered(high, far);
+            ordered(low, between)
+        } else {
+            (low, high)
+        };
+        let [nearest, next, last] = bins;
+        let bins = [nearest, next, if far > 0.0 { last } else { 0.0 }];
+        Self { least, middle, sums: [two, fit.residual], bins }
     }
+
+    /// That of all of them, and the independent real numbers that it is as accurate as.
+    fn mean(&self) -> (f32, f32) {
+        let ([inside, all], [nearest, next, last]) = (self.sums, self.bins);
+        let bins = nearest + next + last;
+        ((all - inside) / bins, EACH * bins)
+    }
+}
+
+/// Two numbers, the smaller one first. `min` and `max` would test for NaN as well.
+fn ordered(a: f32, b: f32) -> (f32, f32) {
+    if a < b { (a, b) } else { (b, a) }
 }
 
 /// How many bins are 3 to 4, 5 to 8 and 9 to 16 away, of so many on each side; at least one.

@@ -98,15 +98,16 @@ const CUT: f32 = 6.6e-5;
 /// The share of that power that shows as changes of the phase, beside the mirror image's.
 const LEAK: f32 = 5e-4;
 
-/// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. That of I/Q has none.
-pub fn from_end(peak: i32, n: usize, iq: bool) -> f32 {
-    if iq { f32::INFINITY } else { peak.min(n as i32 / 2 - peak).max(1) as f32 }
+/// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. That of I/Q has none:
+/// it is far.
+pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
+    if iq { i32::MAX } else { peak.min(n as i32 / 2 - peak).max(1) }
 }
 
 /// Judges the fit of a record of `n` samples to a tone so many bins from the nearer end of the spectrum, see
 /// [`from_end`]. Cost: some thirty operations if nothing is suspicious.
 #[inline(never)]
-pub fn judge(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside) -> Judgement {
+pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Judgement {
     let Beside { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
@@ -127,7 +128,7 @@ pub fn judge(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside) -> Judgem
 }
 
 #[inline(never)]
-fn judge_closely(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside) -> Judgement {
+fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Judgement {
     let Beside { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
     let size = fit.line.norm_sqr();
@@ -167,6 +168,7 @@ fn judge_closely(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside) -> Ju
     // phase of order 3. A tone of changing level has the one without the other.
     let odd = (a2 + p3 - ODD).max(0.0);
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
+    let from_end = from_end as f32;
     let (level, mirror) = (a1 + a2 + a3, MIRROR / (from_end * from_end));
     let odd = odd.min(PAIRED * (p2 + p3 - LIKELY - level * (mirror + LEAK)).max(0.0));
     Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd + level * (mirror + CUT) }

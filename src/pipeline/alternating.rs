@@ -156,7 +156,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         // Three bins of noise exceed this in a block of a million.
         let chance = const { Threshold::new(3, 1e-6) };
         ratio > share * share
-            && chance.detects_beside(ratio * tone.snr * N as f32, FREEDOM, Less::Nothing)
+            && chance.detects_beside(ratio * tone.snr * N as f32, FREEDOM, Less::NOTHING)
     }
 }
 
