@@ -214,6 +214,10 @@ impl Statistics {
     /// Samples with a part beyond the rails: codes that the converter cannot make. The caller asks
     /// only if some sample touches a rail. Cost: as [`Statistics::clipped`].
     pub fn beyond<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
+        #[cfg(all(target_arch = "arm", not(dsp)))]
+        if none_beyond(R::pairs(samples), codes.rails()) {
+            return 0;
+        }
         // No sample lies beyond codes of 16 bits.
         codes.wider().map_or(0, |wider| Self::clipped::<R>(samples, wider))
     }
@@ -230,21 +234,42 @@ impl Statistics {
 /// rails, or if the parts are not aligned to words.
 #[cfg(any(short_products, test))]
 fn all_inside(pairs: &[[i16; 2]], low: i16, high: i16) -> bool {
-    const ONES: u32 = 0x1_0001;
+    let around = |word: u32| word.wrapping_sub(ONES) | word.wrapping_add(ONES);
+    low == 0 && high > 0 && none_has(pairs, !high, around)
+}
+
+/// Whether no part lies beyond the rails. If the lower one is 0, no part then has a bit beyond the upper one; if
+/// it is minus the upper one less 1, the bits from there on are all the same. False where [`all_inside`] is.
+#[cfg(any(all(target_arch = "arm", not(dsp)), test))]
+fn none_beyond(pairs: &[[i16; 2]], (low, high): (i16, i16)) -> bool {
+    // Codes from 0 on are compared with nothing.
+    let (known, bits, signed) =
+        if low == 0 { (high > 0, !high, 0) } else { (low == !high, low << 1, u32::MAX) };
+    known && none_has(pairs, bits, |word| word ^ (word << 1 & signed))
+}
+
+/// A 1 in each half of a word.
+#[cfg(any(all(target_arch = "arm", not(dsp)), test))]
+const ONES: u32 = 0x1_0001;
+
+/// Whether no word of two parts has one of the upper `bits` in a half, once `of` was applied to it.
+#[cfg(any(all(target_arch = "arm", not(dsp)), test))]
+#[inline(always)]
+fn none_has(pairs: &[[i16; 2]], bits: i16, of: impl Fn(u32) -> u32) -> bool {
     // SAFETY: any bits are a valid word.
     let (before, words, after) = unsafe { pairs.align_to::<u32>() };
     let whole = before.is_empty() && after.is_empty();
-    if !whole || low != 0 || high < 1 || !(high as u16 + 1).is_power_of_two() {
+    if !whole || !bits.unsigned_abs().is_power_of_two() {
         return false;
     }
-    let beyond = !(u32::from(high as u16) * ONES);
-    let around = |word: u32| word.wrapping_sub(ONES) | word.wrapping_add(ONES);
-    // Eight at a time, since a loop costs as much as a word.
+    // Eight at a time, since a loop costs as much as a word: a record has no rest, and another is seen elsewhere.
     let (eights, rest) = words.as_chunks::<8>();
-    let seen = eights
-        .iter()
-        .fold(0, |seen, eight| eight.iter().fold(seen, |seen, &word| seen | around(word)));
-    rest.iter().fold(seen, |seen, &word| seen | around(word)) & beyond == 0
+    let seen =
+        eights.iter().fold(0, |seen, eight| eight.iter().fold(seen, |seen, &word| seen | of(word)));
+    if !rest.is_empty() {
+        return false;
+    }
+    seen & (u32::from(bits as u16) * ONES) == 0
 }
 
 #[cfg(test)]
@@ -256,21 +281,43 @@ mod tests {
     fn a_part_at_a_rail_is_seen_among_two() {
         let codes = Codes::unsigned::<12>();
         let (low, high) = codes.rails();
-        let parts = [i16::MIN, -1, 0, 1, 2, 2048, 4093, 4094, 4095, 4096, 8191, i16::MAX];
+        let parts = [
+            i16::MIN,
+            -2049,
+            -2048,
+            -1,
+            0,
+            1,
+            2,
+            2047,
+            2048,
+            4093,
+            4094,
+            4095,
+            4096,
+            8191,
+            i16::MAX,
+        ];
         for place in 0..20 {
             for [a, b] in parts.iter().flat_map(|&a| parts.map(|b| [a, b])) {
                 // Aligned as the record of a meter is.
-                let mut words = [0x0800_0800u32; 21];
+                let mut words = [0x0800_0800u32; 24];
                 words[place] = u32::from(a as u16) | u32::from(b as u16) << 16;
-                let parts: [[i16; 2]; 21] = words.map(|word| [word as i16, (word >> 16) as i16]);
+                let parts: [[i16; 2]; 24] = words.map(|word| [word as i16, (word >> 16) as i16]);
                 // SAFETY: a word is two parts, which lie as they are read here.
-                let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 21]>() };
+                let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 24]>() };
                 assert_eq!(*pairs, parts);
                 let clipped = Statistics::of::<Real>(pairs.as_flattened(), codes).clipped;
                 assert_eq!(all_inside(pairs, low, high), clipped == 0, "{place}: {a} {b}");
                 assert_eq!(Statistics::clipped::<Real>(pairs.as_flattened(), codes), clipped);
+                for codes in [codes, Codes::signed::<12>(), Codes::signed::<15>()] {
+                    let (low, high) = codes.rails();
+                    let beyond = pairs.as_flattened().iter().any(|x| !(low..=high).contains(x));
+                    assert_eq!(none_beyond(&pairs[..], (low, high)), !beyond, "{place}: {a} {b}");
+                }
             }
         }
         assert!(!all_inside(&[[5, 5]], -2048, 2047));
+        assert!(!none_beyond(&[[5, 5]], (-3000, 2047)));
     }
 }

@@ -1,26 +1,26 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
 
-use super::least_squares::fixed::product;
-use super::noise::whole_fixed::Turn;
+use super::turn::{ONE, Turn, turned};
 use crate::acquire::codes::Between;
 use heapless::Vec;
-use num_complex::Complex;
 
-/// The most samples of a block: a sixteenth of a record of 2048.
-pub(super) const LONGEST: usize = 128;
+/// The most samples of a block.
+pub(super) const LONGEST: usize = GROUP * GROUPS;
 
-/// The product of two turns. It loses the last two bits.
-#[inline(always)]
-pub(super) fn advanced([a, b]: Turn, [c, d]: Turn) -> Turn {
-    let upper = |x: i32, y: i32| (product(x, y) >> 32) as i32;
-    [(upper(a, c) - upper(b, d)) << 2, (upper(a, d) + upper(b, c)) << 2]
-}
+/// The table's first numbers are found one after the other, the others as products with them.
+const GROUP: usize = 8;
+const GROUPS: usize = 10;
+
+/// The table's 1 in Q15. Sums of rounded products then stay in 16 bits.
+const UNIT: i32 = 32_764;
 
 /// The cosine and sine of a tone in a block where its phase starts at 0, in Q15.
 pub(super) struct Carrier {
-    cosines: Vec<i16, LONGEST>,
-    sines: Vec<i16, LONGEST>,
-    /// The sums over all samples.
+    cosines: [[i16; GROUP]; GROUPS],
+    sines: [[i16; GROUP]; GROUPS],
+    length: usize,
+    /// The sums over all samples: the kernel sums up those that do not count.
+    #[cfg(dsp)]
     whole: Tone,
 }
 
@@ -45,6 +45,7 @@ impl Tone {
         self.cs = self.cs.wrapping_add(i64::from(c.wrapping_mul(s)));
     }
 
+    #[cfg(dsp)]
     fn less(&self, other: &Self) -> Self {
         Self {
             count: self.count.wrapping_sub(other.count),
@@ -58,6 +59,7 @@ impl Tone {
 
 /// The sums of a loop over a block: those of the samples that count, with the tone, and those of
 /// the tone alone over the samples that do not count.
+#[cfg(dsp)]
 #[derive(Clone, Copy, Default)]
 #[repr(C)]
 pub(super) struct Loop {
@@ -68,6 +70,7 @@ pub(super) struct Loop {
 }
 
 /// The sums over a block's samples that count.
+#[derive(Default)]
 pub(super) struct Sums {
     tone: Tone,
     y: i32,
@@ -76,25 +79,51 @@ pub(super) struct Sums {
 }
 
 impl Carrier {
-    /// No tone yet.
-    pub const fn empty() -> Self {
-        let whole = Tone { count: 0, c: 0, s: 0, cc: 0, cs: 0 };
-        Self { cosines: Vec::new(), sines: Vec::new(), whole }
+    /// The tone that turns by `forward` from sample to sample, over `length` samples: a multiple of
+    /// eight, at most [`LONGEST`].
+    pub fn new(forward: Turn, length: usize) -> Self {
+        let (cosines, sines) = ([[0; GROUP]; GROUPS], [[0; GROUP]; GROUPS]);
+        let length = length.min(LONGEST);
+        #[cfg(not(dsp))]
+        let mut carrier = Self { cosines, sines, length };
+        #[cfg(dsp)]
+        let mut carrier = Self { cosines, sines, length, whole: Tone::default() };
+        carrier.fill(forward);
+        #[cfg(dsp)]
+        {
+            let mut whole = Tone::default();
+            let [cosines, sines] = carrier.parts();
+            cosines.iter().zip(sines).for_each(|(&c, &s)| whole.add(c.into(), s.into()));
+            carrier.whole = whole;
+        }
+        carrier
     }
 
-    /// Fills an empty carrier with the tone that turns by `forward` from sample to sample, over `length`
-    /// samples, at most [`LONGEST`].
-    // Not inlined, because a whole carrier would be copied.
     #[inline(never)]
-    pub fn fill(&mut self, forward: Turn, length: usize) {
-        let mut turn = [1 << 30, 0];
-        for _ in 0..length.min(LONGEST) {
-            let [cosine, sine] = turn.map(|x: i32| ((x + (1 << 14)) >> 15).min(32767) as i16);
-            // The vectors hold the longest.
-            let _ = (self.cosines.push(cosine), self.sines.push(sine));
-            self.whole.add(cosine.into(), sine.into());
-            turn = advanced(turn, forward);
+    fn fill(&mut self, forward: Turn) {
+        const HALF: i32 = 1 << 14;
+        let q15 = |turn: Turn| turn.map(|x| (((x >> 14) + 1) >> 1).min(32_767));
+        let (mut turn, mut group) = ([ONE, 0], [[0; 2]; GROUP]);
+        for place in &mut group {
+            *place = q15(turn).map(|x| (x * UNIT + HALF) >> 15);
+            turn = turned(turn, forward);
         }
+        let (mut first, forward) = ([ONE, 0], turn);
+        let groups = self.cosines.iter_mut().zip(&mut self.sines);
+        for (cosines, sines) in groups.take(self.length / GROUP) {
+            let [a, b] = q15(first);
+            for ((cosine, sine), [c, d]) in cosines.iter_mut().zip(sines).zip(group) {
+                *cosine = ((a * c - b * d + HALF) >> 15) as i16;
+                *sine = ((a * d + b * c + HALF) >> 15) as i16;
+            }
+            first = turned(first, forward);
+        }
+    }
+
+    /// The cosines and sines of a block.
+    fn parts(&self) -> [&[i16]; 2] {
+        [&self.cosines, &self.sines]
+            .map(|x| x.as_flattened().get(..self.length).unwrap_or_default())
     }
 
     /// The sums over the samples of a block that count. A sample counts if it is inside the first
@@ -105,43 +134,42 @@ impl Carrier {
         if let Some(sums) = super::carrier_dsp::sums(self.parts(), samples, others, bounds) {
             return self.ended(&sums);
         }
-        self.sums_portably::<1>(samples, others, 0, bounds)
+        self.sums_portably(samples, others, bounds)
     }
 
-    /// The cosines and sines of a block.
-    #[cfg(dsp)]
-    fn parts(&self) -> [&[i16]; 2] {
-        [&self.cosines, &self.sines]
-    }
-
-    /// [`Carrier::sums`] by its definition, for samples of `STRIDE` numbers of which one is read.
-    #[inline(never)] // its loop needs all registers
-    pub fn sums_portably<const STRIDE: usize>(
+    /// [`Carrier::sums`] by its definition.
+    // Few registers serve one short loop after the other better than one long loop.
+    #[inline(never)]
+    pub fn sums_portably(
         &self,
         samples: &[i16],
         others: &[i16],
-        which: usize,
         [inside, far_inside]: &[Between; 2],
     ) -> Sums {
-        let mut sums = Loop::default();
-        let turns = self.cosines.iter().zip(&self.sines);
-        let [samples, others] = [samples, others].map(|x| x.as_chunks::<STRIDE>().0);
-        let pairs = samples.iter().zip(others);
-        for ((&c, &s), (sample, other)) in turns.zip(pairs) {
-            let (Some(&y), Some(&other)) = (sample.get(which), other.get(which)) else { break };
-            let (c, s) = (i32::from(c), i32::from(s));
+        let [cosines, sines] = self.parts();
+        let mut counted = Vec::<[i16; 4], LONGEST>::new();
+        let turns = cosines.iter().zip(sines);
+        for ((&y, &other), (&c, &s)) in samples.iter().zip(others).zip(turns) {
             if inside.holds(y) && far_inside.holds(other) {
-                let y = i32::from(y);
-                sums.y = sums.y.wrapping_add(y);
-                sums.yc = sums.yc.wrapping_add(i64::from(y.wrapping_mul(c)));
-                sums.ys = sums.ys.wrapping_add(i64::from(y.wrapping_mul(s)));
-            } else {
-                sums.out.add(c, s);
+                // It holds the longest block.
+                let _ = counted.push([y, c, s, 0]);
             }
         }
-        self.ended(&sums)
+        let counted = counted.iter().map(|x| x.map(i32::from));
+        let product = |a: i32, b: i32| i64::from(a.wrapping_mul(b));
+        let mut sums = Sums::default();
+        for [y, c, s, _] in counted.clone() {
+            sums.y = sums.y.wrapping_add(y);
+            sums.yc = sums.yc.wrapping_add(product(y, c));
+            sums.ys = sums.ys.wrapping_add(product(y, s));
+        }
+        for [_, c, s, _] in counted {
+            sums.tone.add(c, s);
+        }
+        sums
     }
 
+    #[cfg(dsp)]
     fn ended(&self, &Loop { ref out, yc, ys, y }: &Loop) -> Sums {
         Sums { tone: self.whole.less(out), y, yc, ys }
     }
@@ -149,36 +177,29 @@ impl Carrier {
 
 impl Sums {
     /// The sums for a tone that enters the block with this phase.
-    pub fn turned(&self, phase: Complex<f32>) -> Turned {
-        const UNIT: f32 = 1.0 / 32768.0;
-        // A sum of products in Q30, without the bits that a float cannot hold.
-        let product = |sum: i64| (sum >> 7) as i32 as f32 * (128.0 * UNIT);
+    pub fn turned(&self, phase: Turn) -> Turned {
+        /// The squares of a sample's cosine and sine together, in Q20.
+        const SQUARE: i32 = ((UNIT as i64 * UNIT as i64) >> 10) as i32;
         let Tone { count, c, s, cc, cs } = self.tone;
-        let half = 0.5 * count as f32;
-        let first = Complex::new(c as f32, s as f32) * phase;
-        let second = Complex::new(product(cc) * UNIT - half, product(cs) * UNIT) * (phase * phase);
-        let y = Complex::new(product(self.yc), product(self.ys)) * phase;
-        Turned {
-            count: count as f32,
-            c: first.re * UNIT,
-            s: first.im * UNIT,
-            cc: half + second.re,
-            cs: second.im,
-            y: self.y as f32,
-            yc: y.re,
-            ys: y.im,
-        }
+        let square = count * SQUARE;
+        let [c, s] = turned(phase, [c << 5, s << 5]);
+        let twice = [(cc >> 10) as i32 - (square >> 1), (cs >> 10) as i32];
+        let [more, cs] = turned(turned(phase, phase), twice);
+        let cc = (square >> 1) + more;
+        let [yc, ys] = turned(phase, [self.yc, self.ys].map(|sum| (sum >> 12) as i32));
+        Turned { count, c, s, cc, cs, ss: square - cc, y: self.y << 3, yc, ys }
     }
 }
 
-/// [`Sums`] for the tone's own phase.
+/// [`Sums`] for the tone's own phase: of the tone alone in Q20, with a sample in Q3.
 pub(super) struct Turned {
-    pub count: f32,
-    pub c: f32,
-    pub s: f32,
-    pub cc: f32,
-    pub cs: f32,
-    pub y: f32,
-    pub yc: f32,
-    pub ys: f32,
+    pub count: i32,
+    pub c: i32,
+    pub s: i32,
+    pub cc: i32,
+    pub cs: i32,
+    pub ss: i32,
+    pub y: i32,
+    pub yc: i32,
+    pub ys: i32,
 }

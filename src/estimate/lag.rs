@@ -13,10 +13,11 @@
 //! rail are left out.
 
 use super::frequency::Frequency;
-use super::least_squares::fixed::product;
+use super::least_squares::fixed::square;
 use super::noise::ROUNDING;
 use super::part::Part;
 use crate::acquire::codes::{Between, Codes};
+use heapless::Vec;
 
 /// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn
 /// (Dirichlet).
@@ -41,25 +42,28 @@ pub struct Lag {
 
 impl Lag {
     /// The lag that leaves the least rest in a record of `samples` samples. It is the last
-    /// denominator of the frequency's continued fraction that is short enough. Cost: a division
-    /// for each denominator, at most a dozen.
+    /// denominator of the frequency's continued fraction that is short enough. Cost: a subtraction
+    /// for each whole number in that fraction, some twenty, at most as many as the longest lag.
     pub fn of(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.
         let step = frequency.0.to_bits().unsigned_abs();
         let (mut last, mut least) = (step.wrapping_neg(), step);
         let (mut before, mut best) = (1u32, 1u32);
-        while let Some((whole, rest)) = last.checked_div(least).zip(last.checked_rem(least)) {
-            let next = whole.saturating_mul(best).saturating_add(before);
+        loop {
+            // Quotients are small, and many cores have no division.
+            let (mut rest, mut next) = (last, before);
+            while rest >= least && next <= longest {
+                (rest, next) = (rest.wrapping_sub(least), next.wrapping_add(best));
+            }
             if next > longest {
                 break;
             }
             (last, least, before, best) = (least, rest, best, next);
         }
-        let angle = least as f32 * (core::f32::consts::PI / 4_294_967_296.0);
-        // 4 sin^2 of the angle. It is below a sixtieth for records of 512 samples and more.
-        let bend = 4.0 * angle * angle;
-        Self { samples: best as usize, bend }
+        let angle = least as f32 * (core::f32::consts::TAU / 4_294_967_296.0);
+        // 4 sin^2 of half the angle. It is below a sixtieth for records of 512 samples and more.
+        Self { samples: best as usize, bend: angle * angle }
     }
 
     /// The noise power of a part, in squared codes, not below the rounding of the converter;
@@ -69,39 +73,36 @@ impl Lag {
     /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
         let inside = Between::of(codes.rails());
-        let Terms { sum, power, count } = if part.stride() == 1 {
-            self.terms::<1>(part, inside)
-        } else {
-            self.terms::<2>(part, inside)
-        };
+        let Terms { sum, power, count } = self.terms(part, inside);
         if count < FEWEST {
             return None;
         }
         // Without the share of a constant offset.
-        let (count, sum) = (count as f32, sum as f32);
-        let power = (power as f32 - sum * sum / count) / (256.0 * (count - 1.0));
+        let power = power.wrapping_mul(count as u64).wrapping_sub(square(sum) as u64) as f32;
+        let terms = (256 * count * (count - 1)) as f32;
         let middle = 2.0 - self.bend;
-        Some((power / (2.0 + middle * middle)).max(ROUNDING as f32))
+        Some((power / (terms * (2.0 + middle * middle))).max(ROUNDING as f32))
     }
 
-    /// The sums over the terms whose samples are inside. Samples are `STRIDE` numbers apart.
+    /// The sums over the terms whose samples are inside.
     #[inline(always)]
-    fn terms<const STRIDE: usize>(self, part: Part, inside: Between) -> Terms {
+    fn terms(self, part: Part, inside: Between) -> Terms {
         let bend = (self.bend * (1u32 << 18) as f32) as i32;
         let apart = (part.length.saturating_sub(2 * self.samples) / GROUPS).max(GROUP);
         let mut terms = Terms { sum: 0, power: 0, count: 0 };
+        let mut places = [const { Vec::<i16, GROUP>::new() }; 3];
         for n in (0..GROUPS).map(|group| group * apart) {
-            let [first, second, third] = [0, 1, 2]
-                .map(|lags| part.from(n + lags * self.samples).as_chunks::<STRIDE>().0.iter());
-            for ((a, b), c) in first.zip(second).zip(third).take(GROUP) {
-                let [a, b, c] = [a, b, c].map(|sample| sample.get(part.which()).copied());
-                let (Some(a), Some(b), Some(c)) = (a, b, c) else { break };
+            let [first, second, third] = &mut places;
+            let first = part.from(n, first);
+            let second = part.from(n + self.samples, second);
+            let third = part.from(n + 2 * self.samples, third);
+            for ((&a, &b), &c) in first.iter().zip(second).zip(third).take(GROUP) {
                 if inside.holds(a) && inside.holds(b) && inside.holds(c) {
                     let [a, b, c] = [a, b, c].map(i32::from);
                     // In sixteenths of a code; it fits in 22 bits.
                     let term = 16 * (a - 2 * b + c) + (b.wrapping_mul(bend) >> 14);
                     terms.sum = terms.sum.wrapping_add(term);
-                    terms.power = terms.power.wrapping_add(product(term, term) as u64);
+                    terms.power = terms.power.wrapping_add(square(term) as u64);
                     terms.count += 1;
                 }
             }

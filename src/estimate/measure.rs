@@ -16,7 +16,7 @@ use super::tone::{Rise, Tone, Verdict};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Record, Stamp};
+use crate::acquire::sample::{Iq, Real, Record, Stamp};
 use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -116,7 +116,7 @@ pub fn measure<R: Record, const N: usize>(
     };
     let method = options.method;
     let own = method.is_least_squares() || !cfg!(feature = "methods");
-    let fit = if own {
+    let mut fit = if own {
         fitted(options.reach, Course::Usual)
     } else {
         // A checked plan has no method that its records cannot use. An unchecked one gives no
@@ -124,17 +124,18 @@ pub fn measure<R: Record, const N: usize>(
         let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
         fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
-    let Some(mut fit) = fit else {
+    // In place, because a fit would be copied.
+    let Some(fit) = &mut fit else {
         return Tone::default();
     };
-    let mut beside = ring::beside_within(spectrum, around, peak.bin, &fit, arithmetic);
+    let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
     if cfg!(feature = "methods") && own {
-        beside = with_rest(beside, &fit, N);
+        beside = with_rest(beside, fit, N);
     }
     let noise = beside.noise.power;
     let clipped = clipped as f32 / N as f32;
     let judged = |fit: &Fit<f32>| judged(fit, N, from_end(peak.bin, N, R::IQ), &beside, clipped);
-    let mut judgement = if own { judged(&fit) } else { Judgement::STEADY };
+    let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
     if cfg!(feature = "methods")
@@ -142,15 +143,15 @@ pub fn measure<R: Record, const N: usize>(
         && clipped <= CLIPPED
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
-        fit = more;
-        judgement = judged(&fit);
+        *fit = more;
+        judgement = judged(fit);
         // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
             && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
         {
             let beside_slow = judged(&other);
             if beside_slow.line < judgement.line {
-                (fit, judgement) = (other, beside_slow);
+                (*fit, judgement) = (other, beside_slow);
             }
         }
     }
@@ -159,14 +160,14 @@ pub fn measure<R: Record, const N: usize>(
     let mut free = None;
     // The smallest programs leave this out: their sigma has the coarse allowance.
     if cfg!(feature = "methods") && clipped > CLIPPED {
-        free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, &fit);
+        free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
-            near = near_of(&free, &fit, N, clipped, near);
+            near = near_of(&free, fit, N, clipped, near);
         }
     }
     let sigma = if own {
-        sigma_bins(&fit, N, near)
+        sigma_bins(fit, N, near)
     } else {
         let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
         method.efficiency() * bound_bins::<R>(N, snr)
@@ -178,12 +179,12 @@ pub fn measure<R: Record, const N: usize>(
         clipped,
         image: cfg!(feature = "methods")
             && R::IQ
-            && mirrored::<R, N>(spectrum, peak.bin, &fit, &beside.noise),
+            && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise),
         gap: stamp.gap,
-        weak: !stands_out(spectrum, peak, &fit, &beside, options.threshold, arithmetic),
+        weak: !stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic),
         sigma,
     };
-    seen.tone::<R, N>(peak.bin, &fit).unwrap_or_default()
+    seen.tone::<R, N>(peak.bin, fit).unwrap_or_default()
 }
 
 /// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
@@ -204,7 +205,7 @@ pub fn rise<R: Record, const N: usize>(
 ///
 /// The smallest programs ask only whether the residual is too large. So do clipped records, whose
 /// harmonics are no movement.
-fn judged(fit: &Fit<f32>, n: usize, from_end: f32, beside: &Beside, clipped: f32) -> Judgement {
+fn judged(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, clipped: f32) -> Judgement {
     if cfg!(feature = "methods") && clipped <= CLIPPED {
         return judge(fit, n, from_end, beside);
     }
@@ -276,8 +277,15 @@ impl Seen {
         peak: i32,
         fit: &Fit<f32>,
     ) -> Option<Tone> {
+        self.tone_of(R::IQ, N, peak, fit)
+    }
+
+    // The page's module has it once; elsewhere quotients by the length are constants.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<Tone> {
         let verdicts = [
-            (!R::IQ && near_edge::<N>(peak, fit.offset), Verdict::NearEdge),
+            (!iq && near_edge(n, peak, fit.offset), Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
             (self.line == Line::Moving, Verdict::Moving),
             (self.line == Line::Unresolved, Verdict::Unresolved),
@@ -286,11 +294,13 @@ impl Seen {
             (self.weak, Verdict::Weak),
         ];
         let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
-        let power = fit.amplitude_squared::<R>(N);
+        let power =
+            if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
+        let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         Some(Tone {
-            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, N),
-            sigma: self.sigma / N as f32,
-            snr: ratio::<f32, R>(N, power, self.noise),
+            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, n),
+            sigma: self.sigma / n as f32,
+            snr: ratio(n, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
             ..Tone::ZERO
@@ -304,12 +314,13 @@ fn in_fixed_point(offset: f32) -> Option<I2F30> {
 }
 
 /// Within 1.5 bins of DC or Nyquist a fit cannot separate the mirror image from the tone.
-fn near_edge<const N: usize>(peak: i32, offset: f32) -> bool {
-    if (4..N as i32 / 2 - 4).contains(&peak) {
+#[inline(always)]
+fn near_edge(n: usize, peak: i32, offset: f32) -> bool {
+    if (4..n as i32 / 2 - 4).contains(&peak) {
         return false;
     }
     let f = peak as f32 + offset;
-    f < 1.5 || f > (N / 2) as f32 - 1.5
+    f < 1.5 || f > (n / 2) as f32 - 1.5
 }
 
 /// The noise power per sample that a fit leaves in its own bins.

@@ -7,6 +7,7 @@ mod carrier;
 #[cfg(dsp)]
 mod carrier_dsp;
 pub mod detection;
+mod equations;
 mod evidence;
 pub mod frequency;
 pub mod harmonic;
@@ -26,6 +27,7 @@ pub mod samples;
 pub mod several;
 pub mod snr;
 pub mod tone;
+mod turn;
 pub mod uncertainty;
 pub mod unclipped;
 pub mod zoomed;

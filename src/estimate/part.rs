@@ -1,6 +1,7 @@
 //! One part of a record's samples: the real one, I or Q.
 
 use crate::acquire::sample::Record;
+use heapless::VecView;
 
 /// One part of a record's samples: the only one of a real record, I or Q of another. It is not
 /// generic, so that programs hold its loops once.
@@ -27,19 +28,26 @@ impl<'a> Part<'a> {
         (self.parts > 1).then_some(Self { which: 1, ..self })
     }
 
-    /// The numbers from sample `n` on. Those of the other part lie between them.
+    /// The samples from sample `n` on. Those of two parts are copied to `places`, as many as there is room for.
     #[inline(always)]
-    pub fn from(&self, n: usize) -> &'a [i16] {
-        self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default()
+    pub fn from<'b>(&self, n: usize, places: &'b mut VecView<i16>) -> &'b [i16]
+    where
+        'a: 'b,
+    {
+        let numbers = self.numbers.get(n.wrapping_mul(self.parts)..).unwrap_or_default();
+        if self.parts == 1 {
+            return numbers;
+        }
+        self.copied(numbers.as_chunks().0, places)
     }
 
-    /// The distance from one sample to the next in numbers: 1 or 2.
-    pub const fn stride(&self) -> usize {
-        self.parts
-    }
-
-    /// The position of this part's number in a sample.
-    pub const fn which(&self) -> usize {
-        self.which
+    #[inline(never)]
+    fn copied<'b>(&self, pairs: &[[i16; 2]], places: &'b mut VecView<i16>) -> &'b [i16] {
+        places.clear();
+        for pair in pairs.iter().take(places.capacity()) {
+            // There is room for so many.
+            let _ = places.push(pair.get(self.which).copied().unwrap_or_default());
+        }
+        places
     }
 }

@@ -18,39 +18,47 @@
 //! them. So a sample counts only if the sample one [`Lag`] on, whose noise is independent, is
 //! farther from the rails than noise goes.
 //!
-//! The loop runs in integers, for cores without an FPU. The record is cut into blocks. The tone's
+//! All sums are integers, for cores without an FPU; floats only solve the last three equations. The
+//! record is cut into blocks. The tone's
 //! phase starts anew in each block, so one table of cosines and sines serves them all, and a
 //! block's sums are turned by its first phase. In a block that leaves no sample out the sums of
 //! the tone alone are those of the table. Within a block the weight w is constant, which costs less
-//! than a hundredth of the information. Of a long record only the outer blocks are read, because a
-//! sample tells as much about the frequency as the square of its distance from the middle.
+//! than a hundredth of the information. Of a long record only the ends are read, because a sample
+//! tells as much about the frequency as the square of its distance from the middle.
 
-use super::carrier::{Carrier, LONGEST, Turned, advanced};
+use super::carrier::{Carrier, LONGEST};
+use super::equations::{Equations, Found};
 use super::frequency::Frequency;
 use super::lag::Lag;
 use super::least_squares::Fit;
 use super::least_squares::fixed::quantised;
-use super::noise::whole_fixed::Turn;
 use super::part::Part;
+use super::turn::{self, Turn, turned};
 use super::within;
 use crate::acquire::codes::{Between, Codes};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
+use fixed::types::I2F30;
+use heapless::Vec;
 use num_complex::Complex;
 
-/// The most blocks of a record that is read whole.
-const BLOCKS: usize = 32;
-
-/// The fewest samples of a block: shorter blocks cost more.
+/// A record is cut into this many blocks, but not into shorter ones: they cost more.
+const BLOCKS: usize = 16;
 const SHORTEST: usize = 8;
 
-/// Of a record of this length or a longer one, only blocks whose middle is at least this far from the record's
-/// middle, where its ends are at 1, are read: a quarter of the record has six tenths of the information about the
-/// frequency. Such blocks are a sixteenth of the record, but not shorter than this.
+/// Of a record of this length or a longer one, only blocks at both ends are read: 5 samples in 64 of a record of
+/// up to 1024, where they have four tenths of the information about the frequency, half as many again of longer
+/// ones. Those know the frequency better, so harmonics that fold onto the tone matter more to them.
 const LONG: usize = 512;
-const OUTER: f32 = 0.75;
-const LONG_BLOCKS: usize = 16;
-const LONG_SHORTEST: usize = 64;
+
+/// What is read: how many samples at each end, and how many make a block.
+fn read(length: usize) -> (usize, usize) {
+    if length < LONG {
+        return (length / 2, (length / BLOCKS).max(SHORTEST));
+    }
+    let block = (5 * length / 64).min(LONGEST);
+    (block * (3 * length / 2048).max(1), block)
+}
 
 /// Noise stays within this many standard deviations.
 const DEVIATIONS: f32 = 4.0;
@@ -77,7 +85,7 @@ impl Unclipped {
     /// Fits the tone near a `frequency`, with the complex amplitude `tone` at the first sample,
     /// both as found in the whole record. `None` if the rails leave too few samples.
     ///
-    /// Cost: one pass over the outer quarter of the record (I/Q: for each part), over all of it below 512
+    /// Cost: one pass over a sixth of the record, at its ends (I/Q: for each part), over all of it below 512
     /// samples, and that of [`Lag`].
     pub fn of<R: Record>(
         samples: &[R::Sample],
@@ -85,7 +93,7 @@ impl Unclipped {
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::of_parts(Part::first::<R>(samples), codes, frequency, tone, false)
+        Self::of_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
     }
 
     /// [`Unclipped::of`] by its definition in portable code. Tests compare kernels with it.
@@ -95,41 +103,51 @@ impl Unclipped {
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::of_parts(Part::first::<R>(samples), codes, frequency, tone, true)
+        Self::of_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), true)
     }
 
     /// The same from a fit, compiled once for all kinds and lengths of records.
     #[inline(never)]
     pub(super) fn of_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
-        let frequency = Frequency::of_bins(peak, fit.offset, part.length)?;
-        Self::of_parts(
-            part,
-            codes,
-            frequency,
-            fit.tone_of(part.second().is_some(), part.length),
-            false,
-        )
+        let offset = I2F30::from_bits(quantised(fit.offset, 30));
+        let frequency = Frequency::of_fixed(peak, offset, part.length);
+        let line = fit.line_of(part.second().is_some(), part.length);
+        Self::of_parts(part, codes, frequency, line, false)
     }
 
+    /// The same, of a tone that is turned on by an angle.
     fn of_parts(
         part: Part,
         codes: Codes,
         frequency: Frequency,
-        tone: Complex<f32>,
+        (tone, angle): (Complex<f32>, i32),
         portably: bool,
     ) -> Option<Self> {
         let again = Lag::of(frequency, part.length);
         let mut noise = again.noise(part, codes)?;
-        let search = Search { codes, lag: again.samples, frequency, noise, portably };
-        let mut found = search.part(part, tone);
+        let amplitude = tone.norm_sqr().root().max(1.0);
+        let scale = turn::ONE as f32 / amplitude;
+        let phase = turned(turn::of(angle), [tone.re, tone.im].map(|x| (x * scale) as i32));
+        let search = Search {
+            rails: rails(codes, noise),
+            lag: again.samples,
+            step: frequency.0.to_bits(),
+            amplitude: amplitude.min(65_535.0) as i32,
+            portably,
+        };
+        let mut found = search.part(part, phase);
         if let Some(other) = part.second() {
-            found = found.and(search.part(other, Complex::new(tone.im, -tone.re)));
+            let [cos, sin] = phase;
+            found = found.and(search.part(other, [sin, -cos]));
             // The noise of both parts.
             noise = noise + noise;
             found.information = found.information + found.information;
         }
         let Found { offset, information } = found;
-        let missed = if part.length < LONG { 0.0 } else { OUTER * OUTER * OUTER };
+        // The information goes by the square of the distance from the middle.
+        let (read, _) = read(part.length);
+        let unread = ((part.length - 2 * read) << 10 >> part.length.trailing_zeros()) as i32;
+        let missed = (unread * unread * unread) as f32 * (1.0 / turn::ONE as f32);
         Some(Self { noise, offset: within(offset, FARTHEST), information, missed })
     }
 
@@ -153,176 +171,59 @@ impl Unclipped {
         // What was read scatters about what all of it would have told, which scatters by the rest.
         let scatter = self.missed * own;
         let variance = (sigma * sigma).max(own - scatter);
-        (variance + (self.offset * self.offset - scatter).max(0.0)).root()
-    }
-}
-
-/// An offset and its information: the noise power of a part divided by it is the offset's
-/// variance.
-#[derive(Clone, Copy)]
-struct Found {
-    offset: f32,
-    information: f32,
-}
-
-impl Found {
-    /// The result of two parts.
-    fn and(self, other: Self) -> Self {
-        let information = self.information + other.information;
-        let sum = self.offset * self.information + other.offset * other.information;
-        Self { offset: sum / information, information }
+        // A quarter of it comes off the offset: with all of it off, what scatters against an error would hide it.
+        (variance + (self.offset * self.offset - 0.25 * scatter).max(0.0)).root()
     }
 }
 
 /// What the parts of a record have in common.
 struct Search {
-    codes: Codes,
+    /// The codes between the rails, and those that noise does not move to a rail.
+    rails: [Between; 2],
     lag: usize,
-    frequency: Frequency,
-    /// The noise power of a part.
-    noise: f32,
+    /// The frequency, in steps of 2^-32 turns.
+    step: i32,
+    /// In codes.
+    amplitude: i32,
     /// Whether the portable definition runs in place of the kernel.
     portably: bool,
 }
 
 impl Search {
+    /// The tone with this phase at the first sample.
     #[inline(never)]
-    fn part(&self, part: Part, tone: Complex<f32>) -> Found {
-        let amplitude = tone.norm_sqr().root().max(1.0);
-        let length = if part.length < LONG {
-            (part.length / BLOCKS).max(SHORTEST)
-        } else {
-            (part.length / LONG_BLOCKS).clamp(LONG_SHORTEST, LONGEST)
-        };
-        let unread = if part.length < LONG { 0 } else { (OUTER * part.length as f32) as usize };
-        let step = self.frequency.0.to_bits();
-        let mut carrier = Carrier::empty();
-        carrier.fill(turn_of(step), length);
-        let forward = turn_of(step.wrapping_mul(length as i32));
-        let rails = self.rails();
-        let mut turn = q30(tone / amplitude);
-        let mut equations = Equations::default();
-        let per = 1.0 / part.length.max(1) as f32;
+    fn part(&self, part: Part, first: Turn) -> Found {
+        let length = part.length;
+        let (read, block) = read(length);
+        let carrier = Carrier::new(turn::of(self.step), block);
+        let mut equations = Equations::new(self.amplitude);
+        let (mut own, mut apart) = (Vec::<i16, LONGEST>::new(), Vec::<i16, LONGEST>::new());
         let mut start = 0;
-        while start < part.length {
-            let end = (start + length).min(part.length);
-            let off = (start + end).abs_diff(part.length);
-            if off < unread {
-                turn = advanced(turn, forward);
-                start = end;
-                continue;
-            }
-            let w = (start + end) as f32 * per - 1.0;
+        while start < length {
+            let end = start + block;
             // One lag on, or one lag back at the end of the record.
-            let before = end + self.lag > part.length;
+            let before = end + self.lag > length;
             let other = if before { start.saturating_sub(self.lag) } else { start + self.lag };
-            let (samples, others) = (part.from(start), part.from(other));
-            let sums = match (part.stride(), self.portably) {
-                (1, false) => carrier.sums(samples, others, &rails),
-                (1, true) => carrier.sums_portably::<1>(samples, others, 0, &rails),
-                _ => carrier.sums_portably::<2>(samples, others, part.which(), &rails),
+            let (samples, others) = (part.from(start, &mut own), part.from(other, &mut apart));
+            let sums = if self.portably {
+                carrier.sums_portably(samples, others, &self.rails)
+            } else {
+                carrier.sums(samples, others, &self.rails)
             };
-            let phase = Complex::new(turn[0] as f32, turn[1] as f32) * (1.0 / ONE);
-            let sums = sums.turned(phase);
-            equations.add(&sums, amplitude, w);
-            turn = advanced(turn, forward);
-            start = end;
+            let phase = turned(turn::of(self.step.wrapping_mul(start as i32)), first);
+            let middle = (start + end) as i32 - length as i32;
+            equations.add(&sums.turned(phase), (middle << 16) >> length.trailing_zeros());
+            start = if end == read { length - read } else { end };
         }
-        equations.solved(amplitude)
-    }
-
-    /// The codes between the rails, and those that noise does not move to a rail. If noise could
-    /// move all, some remain.
-    fn rails(&self) -> [Between; 2] {
-        let (low, high) = self.codes.rails();
-        let most = (i32::from(high) - i32::from(low)) >> 3;
-        let margin = ((DEVIATIONS * self.noise.root()) as i32).min(most) as i16;
-        [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))].map(Between::of)
+        equations.solved()
     }
 }
 
-/// 1 in Q30.
-const ONE: f32 = 1_073_741_824.0;
-
-fn turn_of(steps: i32) -> Turn {
-    q30(f32::unit(steps as f32 * (1.0 / 4_294_967_296.0)))
-}
-
-fn q30(z: Complex<f32>) -> Turn {
-    [quantised(z.re, 30), quantised(z.im, 30)]
-}
-
-/// The normal equations for m, a, b and -pi A d: sums of products of 1, c, s, w s and the rest r of
-/// a sample.
-#[derive(Default)]
-struct Equations {
-    n: f32,
-    c: f32,
-    s: f32,
-    ws: f32,
-    r: f32,
-    cc: f32,
-    cs: f32,
-    wcs: f32,
-    rc: f32,
-    ss: f32,
-    wss: f32,
-    rs: f32,
-    wwss: f32,
-    wrs: f32,
-}
-
-impl Equations {
-    /// Adds a block whose middle is at `w`.
-    fn add(&mut self, sums: &Turned, amplitude: f32, w: f32) {
-        let &Turned { count: n, c, s, cc, cs, y, yc, ys } = sums;
-        let (ss, rs) = (n - cc, ys - amplitude * cs);
-        let wss = w * ss;
-        self.n += n;
-        self.c += c;
-        self.s += s;
-        self.ws += w * s;
-        self.r += y - amplitude * c;
-        self.cc += cc;
-        self.cs += cs;
-        self.wcs += w * cs;
-        self.rc += yc - amplitude * cc;
-        self.ss += ss;
-        self.wss += wss;
-        self.rs += rs;
-        self.wwss += w * wss;
-        self.wrs += w * rs;
-    }
-
-    /// Solves the equations by elimination of m, a and b.
-    fn solved(mut self, amplitude: f32) -> Found {
-        /// With a smaller pivot the unknown is not determined.
-        const LEAST: f32 = 1e-3;
-        let inverse = 1.0 / self.n.max(LEAST);
-        let (by_c, by_s, by_ws) = (self.c * inverse, self.s * inverse, self.ws * inverse);
-        let cc = (self.cc - by_c * self.c).max(LEAST);
-        self.cs -= by_c * self.s;
-        self.wcs -= by_c * self.ws;
-        self.rc -= by_c * self.r;
-        self.ss -= by_s * self.s;
-        self.wss -= by_s * self.ws;
-        self.rs -= by_s * self.r;
-        self.wwss -= by_ws * self.ws;
-        self.wrs -= by_ws * self.r;
-        let inverse = 1.0 / cc;
-        let (by_cs, by_wcs) = (self.cs * inverse, self.wcs * inverse);
-        let ss = (self.ss - by_cs * self.cs).max(LEAST);
-        self.wss -= by_cs * self.wcs;
-        self.rs -= by_cs * self.rc;
-        self.wwss -= by_wcs * self.wcs;
-        self.wrs -= by_wcs * self.rc;
-        let by_wss = self.wss / ss;
-        let wwss = (self.wwss - by_wss * self.wss).max(LEAST);
-        let d = (self.wrs - by_wss * self.rs) / wwss;
-        let b = (self.rs - self.wss * d) / ss;
-        let a = (self.rc - self.cs * b - self.wcs * d) * inverse;
-        // Without the rails the tone is stronger.
-        let slope = core::f32::consts::PI * (amplitude + a).max(amplitude);
-        Found { offset: -d / slope, information: wwss * slope * slope }
-    }
+/// The codes between the rails, and those that noise does not move to a rail. If noise could move
+/// all, some remain.
+fn rails(codes: Codes, noise: f32) -> [Between; 2] {
+    let (low, high) = codes.rails();
+    let most = (i32::from(high) - i32::from(low)) >> 3;
+    let margin = ((DEVIATIONS * noise.root()) as i32).min(most) as i16;
+    [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))].map(Between::of)
 }

@@ -144,6 +144,17 @@ impl<T: Scalar> Fit<T> {
     }
 }
 
+impl Fit<f32> {
+    /// The line in ADC codes, and how far on the tone's phase is at the first sample, in turns of 2^32: half
+    /// the offset back, as in [`Fit::tone`].
+    pub(crate) fn line_of(&self, iq: bool, n: usize) -> (Complex<f32>, i32) {
+        let bits = n.trailing_zeros() as i32;
+        let (half, gain) = (f32::two_to(31), f32::two_to(-bits));
+        let (half, gain) = if iq { (half - half * gain, gain) } else { (half, gain + gain) };
+        (self.line * gain, (-self.offset * half) as i32)
+    }
+}
+
 fn gain<T: Scalar>(iq: bool, n: usize) -> T {
     T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
 }

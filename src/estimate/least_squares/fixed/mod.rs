@@ -11,7 +11,7 @@ mod inverse;
 mod iq;
 mod near;
 mod real;
-mod scaled;
+pub(crate) mod scaled;
 mod tail;
 
 use super::{Course, Fit, Reach};
@@ -99,7 +99,7 @@ pub(crate) fn product(a: i32, b: i32) -> i64 {
 
 /// The product of two numbers, shifted down by K bits, 16 to 31. The size of `a` is at most 2^30.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
+pub(crate) fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
     if cfg!(short_products) { by_halves::<K>(a, b) } else { (product(a, b) >> K) as i32 }
 }
 
@@ -176,13 +176,20 @@ fn halves(x: i32) -> (i32, i32) {
 
 /// The product of two numbers in Q30. If one number has another format, so has the product.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn times(a: i32, b: i32) -> i32 {
+pub(crate) fn times(a: i32, b: i32) -> i32 {
     shifted::<30>(a, b)
 }
 
 #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
 pub(crate) fn held(x: i64) -> i32 {
     x.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32
+}
+
+/// One over a number of 1 to 2^11, and how far another number that is less than it times 2^20 in size must go up
+/// for [`times`] to give the quotient with ten bits more.
+pub(crate) fn inverted(number: u32) -> (i32, u32) {
+    let room = zeros(number).wrapping_sub(1) & 31;
+    ((inverse::of(number << room) >> 1) as i32, room.saturating_sub(20))
 }
 
 /// h in Q26 and h' in Q22, for p and u in Q23. A frequency nearer than 1/16 bin counts as 1/16 bin
