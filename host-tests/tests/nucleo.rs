@@ -185,6 +185,7 @@ fn thousands_of_blocks_and_every_record_right() {
         &[footprint.flash, flash::BUDGET.flash, footprint.ram, flash::BUDGET.ram]
             .map(|bytes| bytes as f64),
     );
+    board.assert_states("without, the flash is # B", &[footprint.flash as f64]);
 }
 
 #[test]
@@ -272,6 +273,11 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     document.assert_states(
         "takes # B of flash and # B of RAM with its stack",
         &[footprint.flash as f64, ram as f64],
+    );
+    let usual = Footprint::of(played()).unwrap().flash;
+    Document::readme().assert_states(
+        "tracking`: # KB of flash instead of #.",
+        &[footprint.flash, usual].map(|bytes| bytes as f64 / 1000.0),
     );
 }
 

@@ -93,8 +93,8 @@ fn one_hard_block_in_ten_loses_none() {
 /// Where all blocks are hard, the rest is dropped and counted: no record is wrong.
 #[test]
 fn where_all_blocks_are_hard_the_losses_are_counted() {
-    let kinds = [Hard::Clipped, Hard::Noise, Hard::Constant];
-    for &hard in kinds.iter().take(sized(1, 3) as usize) {
+    let kinds = [Hard::Moving, Hard::Clipped, Hard::Noise, Hard::Constant];
+    for &hard in kinds.iter().take(sized(1, 4) as usize) {
         let Some(mut pico) = plug() else { return };
         let samples = stream(64, Some((1, hard)), 20);
         pico.samples(&samples).unwrap();

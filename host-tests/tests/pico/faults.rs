@@ -45,13 +45,15 @@ fn key(record: &Telemetry) -> String {
 }
 
 /// The number that each completed block must have: one more than the last, and if the channels started anew in between, the
-/// blocks that have begun since, too.
+/// blocks that have begun since, too. The board reads its timer of microseconds before it sets the channels up: a block that
+/// begins meanwhile is the one that the samples are of.
 fn numbers(blocks: &[Completed], nanos: f64) -> Vec<u64> {
+    const SET_UP: f64 = 2_000.0;
     let mut numbers = vec![0];
     for pair in blocks.windows(2) {
         let idle = pair[1].nanos - nanos - pair[0].nanos;
         let anew = pair[1].starts > pair[0].starts;
-        let passed = if anew { (idle / nanos).ceil().max(1.0) as u64 } else { 0 };
+        let passed = if anew { ((idle - SET_UP) / nanos).ceil().max(1.0) as u64 } else { 0 };
         numbers.push(numbers[numbers.len() - 1] + 1 + passed);
     }
     numbers

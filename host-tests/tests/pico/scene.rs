@@ -74,6 +74,8 @@ pub enum Hard {
     Constant,
     /// Half of the samples at the rails.
     Clipped,
+    /// A tone whose frequency rises by three bins: its fit takes further steps.
+    Moving,
     /// No tone.
     Noise,
     /// These in turn.
@@ -85,7 +87,7 @@ pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = Vec::with_capacity(blocks * N);
     let converter = Converter::default();
-    let mut mixed = [Hard::Constant, Hard::Clipped, Hard::Noise].into_iter().cycle();
+    let mut mixed = [Hard::Constant, Hard::Clipped, Hard::Moving, Hard::Noise].into_iter().cycle();
     for number in 0..blocks as u64 {
         let kind = match hard {
             Some((every, kind)) if number % every == every - 1 => match kind {
@@ -100,16 +102,22 @@ pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
 }
 
 fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16; N] {
-    let (bin, phase) = (rng.random_range(3.0..500.0), rng.random_range(0.0..TAU));
+    // A tone that moves is not among the low bins: a drift beside it is sought there, which takes longer than all spare
+    // slots last.
+    let lowest = if kind == Some(Hard::Moving) { 100.0 } else { 3.0 };
+    let (bin, phase) = (rng.random_range(lowest..500.0), rng.random_range(0.0..TAU));
     let (amplitude, noise) = match kind {
         None => (10f64.powf(rng.random_range(2.0..3.25)), rng.random_range(0.5..8.0)),
         Some(Hard::Constant) => (0.0, 0.3),
         Some(Hard::Clipped) => (4_000.0, 3.0),
+        Some(Hard::Moving) => (1_000.0, 3.0),
         Some(Hard::Noise) | Some(Hard::Mixed) => (0.0, 300.0),
     };
+    let rise = if kind == Some(Hard::Moving) { 3.0 } else { 0.0 };
     let noise = Normal::new(0.0, noise).unwrap();
     std::array::from_fn(|n| {
-        let tone = amplitude * (TAU * bin * n as f64 / N as f64 + phase).cos();
+        let time = n as f64 / N as f64;
+        let tone = amplitude * (TAU * (bin + 0.5 * rise * time) * time + phase).cos();
         converter.code(2048.0 + tone + noise.sample(rng))
     })
 }

@@ -104,8 +104,8 @@ pub const EXAMPLES: [Example; 9] = [
     Example {
         verdict: "weak",
         picture: "trust-weak",
-        what: "a tone at -14 dB",
-        snr_db: -14.0,
+        what: "a tone at -16 dB",
+        snr_db: -16.0,
         shown: (1, 511),
         ..PLAIN
     },
