@@ -58,13 +58,13 @@ fn address(word: &AtomicU32) -> u32 {
     word.as_ptr().expose_provenance() as u32
 }
 
-/// Sets up the channel of one link.
-fn link<const PLACE: usize>(read: u32, write: u32) {
-    let channel = dma().ch(const { LINKS[PLACE] });
+/// Sets up the channel of one link, with its control word.
+fn link<const CHANNEL: usize>(control: u32, read: u32, write: u32) {
+    let channel = dma().ch(CHANNEL);
     put!(channel.ch_read_addr(), read);
     put!(channel.ch_write_addr(), write);
     put!(channel.ch_trans_count(), 1);
-    put!(channel.ch_al1_ctrl(), const { LINKED[PLACE] });
+    put!(channel.ch_al1_ctrl(), control);
 }
 
 /// The sync input.
@@ -108,13 +108,13 @@ impl Pulse {
         let on = pwm().en().as_ptr() as u32;
         let converter = adc().cs().as_ptr() as u32;
         let count = rises.ctr().as_ptr() as u32;
-        link::<0>(address(&DIVIDER), adc().div().as_ptr() as u32);
-        link::<1>(address(&CONVERTER_ON), converter);
-        link::<2>(address(&BOTH_SLICES), on);
-        link::<3>(address(&CONVERTER_OFF), converter);
-        link::<4>(address(&ONE_SLICE), on);
-        link::<5>(count, MEANWHILE.address());
-        link::<6>(address(&WAITING), count);
+        link::<{ LINKS[0] }>(LINKED[0], address(&DIVIDER), adc().div().as_ptr() as u32);
+        link::<{ LINKS[1] }>(LINKED[1], address(&CONVERTER_ON), converter);
+        link::<{ LINKS[2] }>(LINKED[2], address(&BOTH_SLICES), on);
+        link::<{ LINKS[3] }>(LINKED[3], address(&CONVERTER_OFF), converter);
+        link::<{ LINKS[4] }>(LINKED[4], address(&ONE_SLICE), on);
+        link::<{ LINKS[5] }>(LINKED[5], count, MEANWHILE.address());
+        link::<{ LINKS[6] }>(LINKED[6], address(&WAITING), count);
         // Requests of an earlier chirp.
         put!(dma().ch3_dbg_ctdreq(), 0);
         put!(dma().ch8_dbg_ctdreq(), 0);
