@@ -80,12 +80,7 @@ impl Said {
             Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
             Kind::Status => Said::Status(Status::of_frame(frame)?),
             Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),
-            // The page shows one tone, and its size counts: there the frame is known and no more.
-            Kind::Lines if cfg!(target_arch = "wasm32") => Said::Lines(Lines::default()),
             Kind::Lines => Said::Lines(Lines::of_frame(frame).ok()?),
-            Kind::Fundamental if cfg!(target_arch = "wasm32") => {
-                Said::Fundamental(Fundamental::default())
-            }
             Kind::Fundamental => Said::Fundamental(Fundamental::of_frame(frame)?),
             Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
             Kind::Reply | Kind::Refusal => {

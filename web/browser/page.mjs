@@ -21,6 +21,12 @@ const answer = (page) => page.evaluate(() => {
   };
 });
 
+/** The rows of the table of tones, each the words of its cells. */
+const tones = (page) => page.evaluate(() => {
+  const table = document.querySelector("#tones");
+  return table.hidden ? [] : [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));
+});
+
 async function readings(page, count) {
   const seen = [];
   let last = "";
@@ -158,6 +164,27 @@ async function files() {
   await context.close();
 }
 
+/** All tones of a block: two of a scene, then those of a recording's last block. */
+async function several() {
+  const { page, errors, context } = await open(browser);
+  await page.selectOption("#scene", "tone");
+  await slide(page, "second_db", -10);
+  const alone = await tones(page);
+  await page.selectOption("#tones-most", "4");
+  const seen = [];
+  for (let tries = 0; seen.length < 8 && tries < 200; tries += 1) {
+    const rows = await tones(page);
+    if (rows.length && JSON.stringify(rows) !== JSON.stringify(seen.at(-1))) seen.push(rows);
+    await page.waitForTimeout(50);
+  }
+  await page.keyboard.press("2");
+  await page.selectOption("#tones-most", "2");
+  await drop(page, "good-tone.wav");
+  await measured(page);
+  tell("several", { errors, alone, seen, file: await tones(page) });
+  await context.close();
+}
+
 /** Of two files dropped one after the other the second is shown, though the first takes longer to read. */
 async function hasty() {
   const { page, errors, context } = await open(browser);
@@ -193,7 +220,7 @@ async function board(name) {
   const known = await page.locator("#known").innerText();
   const [written, baud] = await page.evaluate(() => [window.written, window.baud]);
   const csv = name.startsWith("session") ? (await saved(page, "csv")).toString() : "";
-  tell("board", { errors, session: name, known, written, baud, csv, ...await answer(page) });
+  tell("board", { errors, session: name, known, tones: await tones(page), written, baud, csv, ...await answer(page) });
   await context.close();
 }
 
@@ -208,5 +235,5 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), files(), hasty(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await browser.close();

@@ -114,7 +114,7 @@ function sigma(chart, { hertz: at, sigma: width }, fill) {
 
 export class SpectrumChart extends Chart {
   constructor(place) {
-    let shown = null;
+    let shown = [];
     let floor = -100;
     super(place, () => ({
       scales: { x: { time: false }, y: { range: () => [floor - 30, Math.max(5, floor + 40)] } },
@@ -125,12 +125,13 @@ export class SpectrumChart extends Chart {
         { stroke: colour("floor"), width: 1.5, dash: [7, 5], points: { show: false } },
         { stroke: colour("threshold"), width: 1.5, dash: [2, 4], points: { show: false } },
       ],
-      hooks: { drawSeries: [(chart, index) => index === 1 && shown && sigma(chart, shown, `${colour("fit")}99`)] },
+      hooks: { drawSeries: [(chart, index) => index === 1 && shown.forEach((tone) => sigma(chart, tone, `${colour("fit")}99`))] },
     }));
-    this.show = (spectrum, tone) => {
+    // All tones of the block, or the one that is measured.
+    this.show = (spectrum, tone, tones) => {
       // The scale follows the floor in steps, so that it does not flicker.
       if (Math.abs(spectrum.floor - floor) > 8) floor = Math.round(spectrum.floor / 10) * 10;
-      shown = tone ? spectrum : null;
+      shown = tones.length ? tones : tone ? [spectrum] : [];
       const x = spectrum.bins.map((_, index) => spectrum.first + index * spectrum.step);
       const ends = (value) => x.map((_, index) => (index === 0 || index === x.length - 1 ? value : undefined));
       this.set([x, spectrum.bins, ends(spectrum.floor), ends(spectrum.threshold)].map((column, index) =>

@@ -78,6 +78,8 @@ export function sceneForm(form, scene, changed, chosen) {
 const LENGTHS = [1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
 
+const TONES = [["1", "the strongest"], ["2", "up to two, with phase"], ["4", "up to four, with phase"]];
+
 /** The form of the instrument: `values` are its settings by the library's names. */
 export function instrumentForm(form, source, values, changed) {
   const field = (name, label, ...inputs) => make("div", { className: "field" }, make("label", { htmlFor: name, textContent: label }), ...inputs);
@@ -87,8 +89,8 @@ export function instrumentForm(form, source, values, changed) {
     input.addEventListener("change", () => changed(name, input.value === "" ? 0 : Number(input.value)));
     return input;
   };
-  const select = (name, options) => {
-    const input = make("select", { id: name }, ...options.map(([value, text]) => make("option", { value, textContent: text })));
+  const select = (name, options, id = name) => {
+    const input = make("select", { id }, ...options.map(([value, text]) => make("option", { value, textContent: text })));
     input.value = String(values[name]);
     input.addEventListener("change", () => changed(name, Number(input.value)));
     return input;
@@ -101,6 +103,7 @@ export function instrumentForm(form, source, values, changed) {
     source === "microphone" ? "" : field("iq", "I/Q", tick),
     field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
       number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
+    field("tones-most", "Tones", select("tones", TONES, "tones-most")),
     source === "file" ? field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { min: 0, placeholder: "as the file says" })) : "",
     source === "file" ? field("scale", "Scale", number("scale", { min: 0, step: "any", placeholder: "1" })) : "",
   ];

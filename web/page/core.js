@@ -9,11 +9,22 @@ export async function load(bytes) {
   return new Core(compiled);
 }
 
-async function compile(url) {
+export async function compile(url) {
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(`${url}: ${answer.status}`);
   // Not every static host names the type that streaming wants.
   return WebAssembly.compile(await answer.arrayBuffer());
+}
+
+const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "verdict"];
+
+/** Rows of numbers as tones. */
+export function tones(numbers) {
+  const rows = [];
+  for (let at = 0; at < numbers.length; at += TONE.length) {
+    rows.push(Object.fromEntries(TONE.map((name, index) => [name, numbers[at + index]])));
+  }
+  return rows;
 }
 
 export class Core {
@@ -119,6 +130,18 @@ export class Core {
     this.exports.picket_spectrum();
     const [first, step, floor, threshold, hertz, sigma, level, ...bins] = this.numbers();
     return bins.length ? { first, step, floor, threshold, hertz, sigma, level, bins } : null;
+  }
+
+  /** The samples that the spectrum is of, and what is known of them: for the tones' module. */
+  shown() {
+    this.exports.picket_shown();
+    return { samples: this.bytes(), terms: this.numbers() };
+  }
+
+  /** The tones that a board told of a block. */
+  told() {
+    this.exports.picket_tones();
+    return tones(this.numbers());
   }
 
   /** The fitted tone between two frequencies: [frequencies, dB]. */

@@ -5,6 +5,7 @@ import { Waterfall } from "./waterfall.js";
 import { SCENES, instrumentForm, sceneForm } from "./controls.js";
 import { Board, Microphone, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
+import { Tones, row as toneRow } from "./tones.js";
 import { SIGNS, figure, note, rank, signed } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
@@ -16,9 +17,9 @@ const page = {
   core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
   counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
-    scene: { n: 1024, bits: 12, iq: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
-    microphone: { n: 4096, bits: 16, iq: 0, band_low_hz: 40, band_high_hz: 6000 },
+    scene: { n: 1024, bits: 12, iq: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
+    file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
+    microphone: { n: 4096, bits: 16, iq: 0, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
 };
@@ -45,6 +46,7 @@ function forget() {
   $("figures").replaceChildren();
   $("truth").hidden = true;
   $("truth").textContent = "";
+  listTones([]);
   verdict(null);
   counters();
 }
@@ -75,6 +77,7 @@ async function choose(name) {
   for (const form of document.querySelectorAll("[data-for]")) form.hidden = !form.dataset.for.split(" ").includes(name);
   instrumentForm($("instrument-form"), name, page.values[name], (setting, value) => {
     page.values[name][setting] = value;
+    if (setting === "tones") return void several();
     if (name === "file" && page.file) void drop(page.file);
     else if (restart() && name === "scene") page.source = new Simulated(page.core);
   });
@@ -138,6 +141,27 @@ async function connect() {
   if (late()) return board.stop();
   if (wrong) return notice(wrong);
   page.source = board;
+}
+
+/** Loads what finds more than one tone, once that is wanted. */
+async function several() {
+  page.shown = 0;
+  if (page.finder || page.values[page.name].tones < 2) return;
+  page.finder = await Tones.load().catch((error) => void notice(`More tones cannot be had: ${error.message}.`));
+}
+
+/** The tones of the newest block: a board tells its own. */
+function tonesNow() {
+  if (page.name === "board") return page.core.told();
+  const most = page.values[page.name].tones;
+  return page.finder && most > 1 ? page.finder.find(page.core.shown(), most) : [];
+}
+
+/** The tones as a table. */
+function listTones(tones) {
+  const { full } = page.core.state();
+  $("tones").hidden = !tones.length;
+  $("tones").tBodies[0].replaceChildren(...tones.map((tone) => toneRow(tone, full, page.core.verdicts)));
 }
 
 /** The verdict's word, sign, colour and reason. */
@@ -270,9 +294,10 @@ function draw(now) {
   const row = page.rows.at(-1);
   const spectrum = page.core.spectrum();
   const raw = page.name !== "board" || page.core.state().raw > 0;
+  const tones = tonesNow();
   if (spectrum && raw) {
     const seen = page.core.verdicts[row.verdict].name !== "no-signal" && Number.isFinite(spectrum.hertz) && spectrum.sigma > 0;
-    charts.spectrum.show(spectrum, seen);
+    charts.spectrum.show(spectrum, seen, tones);
     if (seen) charts.zoom.show(page.core, spectrum);
     else charts.zoom.empty("There is no line.");
     // Thirty rows a second: eight seconds are in sight. A recording pours its own.
@@ -290,6 +315,7 @@ function draw(now) {
   if (now - page.shown > 200) {
     page.shown = now;
     show(row);
+    listTones(tones);
     counters();
     known();
     frameTime();
@@ -319,7 +345,7 @@ function frame(now) {
     try {
       const rows = page.source.advance(seconds);
       if (rows.length) take(rows);
-      else if (page.name === "board") { known(); counters(); }
+      else if (page.name === "board") { known(); counters(); listTones(tonesNow()); }
       if (rows.length || page.core.state().raw !== page.drawn) {
         page.drawn = page.core.state().raw;
         if (page.rows.length) draw(now);

@@ -2,13 +2,16 @@
 
 use crate::answer::Answer;
 use crate::device::{Blocks, Listener, Said};
+use crate::row::row;
 use crate::settings::{Kind, Settings};
 use crate::station::{self, Station};
 use picket::acquire::sample::Stamp;
 use picket::config::Scene;
+use picket::estimate::tone::Tone;
 use picket::solve::chirp::Shape;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Request};
+use picket_wire::lines::Lines;
 use picket_wire::settings::Settings as Device;
 use picket_wire::status::Status;
 
@@ -23,6 +26,8 @@ pub struct Board {
     status: Option<Status>,
     /// What measures its raw blocks, once its settings are known.
     pub station: Option<Box<dyn Station>>,
+    lines: Lines,
+    fundamental: Option<Tone>,
     /// Raw blocks measured here.
     pub raw: u32,
     /// Its last word, if that was a refusal.
@@ -69,7 +74,9 @@ impl Board {
                         self.measure(sequence, &bytes, settings.iq);
                     }
                 }
-                Some(Said::Follow(_) | Said::Lines(_) | Said::Fundamental(_)) | None => {}
+                Some(Said::Lines(lines)) => self.lines = lines,
+                Some(Said::Fundamental(said)) => self.fundamental = Some(said.harmonic.tone),
+                Some(Said::Follow(_)) | None => {}
             }
         }
         answers
@@ -92,6 +99,11 @@ impl Board {
         let plain = picket::Config { scene: Scene::Tone, ..*config };
         self.station = station::of_config(&plain, device.iq, n, settings.full_scale()).ok();
         self.device = Some((device, n));
+    }
+
+    /// The tones that the board told last, see [`row`].
+    pub fn tones(&self, settings: &Settings) -> impl Iterator<Item = f64> {
+        self.lines.tones.iter().flat_map(move |tone| row(tone, settings.rate_hz))
     }
 
     fn measure(&mut self, sequence: u32, bytes: &[u8], iq: bool) {
@@ -161,6 +173,11 @@ impl Board {
             if let Some((low, high)) = config.band_hz {
                 say("band", format!("{} to {} kHz", low / 1e3, high / 1e3));
             }
+        }
+        if let (Some(tone), Some((device, _))) = (&self.fundamental, &self.device) {
+            let hertz = |cycles: f64| cycles * device.config.rate_hz;
+            let (at, sigma) = (hertz(tone.frequency.0.to_num()), hertz(tone.sigma.into()));
+            say("fundamental", format!("{at:.4} Hz \u{b1} {sigma:.4} Hz, {}", tone.verdict.name()));
         }
         if let Some(status) = &self.status {
             say("load", format!("{:.1} %", f64::from(status.load) / 10.0));

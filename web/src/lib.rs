@@ -10,6 +10,7 @@ pub mod check;
 pub mod device;
 pub mod file;
 pub mod page;
+pub mod row;
 pub mod scene;
 pub mod settings;
 pub mod station;
@@ -117,6 +118,19 @@ pub extern "C" fn picket_order(count: u32) {
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_spectrum() {
     page(Page::spectrum)
+}
+
+/// Leaves the samples of the block that the spectrum is of, two codes each, as bytes, and as numbers what the tones' module is
+/// told of them.
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_shown() {
+    page(Page::shown)
+}
+
+/// Leaves the tones that the board told of a block, see [`row`].
+#[unsafe(no_mangle)]
+pub extern "C" fn picket_tones() {
+    page(Page::tones)
 }
 
 /// Leaves the fitted tone from one frequency to another, frequency and dB in turn.

@@ -189,6 +189,25 @@ impl Page {
         self.picture = picture;
     }
 
+    pub(crate) fn shown(&mut self) {
+        let mut bytes = std::mem::take(&mut self.text);
+        bytes.clear();
+        self.numbers.clear();
+        let mut numbers = std::mem::take(&mut self.numbers);
+        if let Some(station) = self.station() {
+            station.shown(&mut bytes, &mut numbers);
+        }
+        self.numbers = numbers;
+        self.text = bytes;
+    }
+
+    pub(crate) fn tones(&mut self) {
+        self.numbers.clear();
+        if let Source::Board(board) = &self.source {
+            self.numbers.extend(board.tones(&self.settings));
+        }
+    }
+
     pub(crate) fn fitted(&mut self, low_hz: f64, high_hz: f64, steps: u32) {
         self.numbers.clear();
         let steps = steps.clamp(1, 4096) as usize;

@@ -1,6 +1,15 @@
 //! What the page is given: recordings, damaged ones, and what a board and a stranger say.
 
 use super::RATE_HZ;
+use fixed::types::I0F32;
+use heapless::Vec;
+use picket::acquire::sample::Stamp;
+use picket::estimate::frequency::Frequency;
+use picket::estimate::harmonic::Harmonic;
+use picket::estimate::phasor::Phasor;
+use picket::estimate::tone::{Tone, Verdict};
+use picket_wire::fundamental::Fundamental;
+use picket_wire::lines::Lines;
 use picket_wire::status::Raw;
 use std::fs;
 use std::path::PathBuf;
@@ -8,7 +17,7 @@ use std::path::PathBuf;
 const SESSION: &[u8] = include_bytes!("../../../docs/session.bin");
 
 /// A block of seeded noise about a tone, by integers and a sine: codes of 16 bits.
-fn recording(samples: usize, iq: bool) -> Vec<i16> {
+fn recording(samples: usize, iq: bool) -> std::vec::Vec<i16> {
     let mut state = 0x1234_5678_9ABC_DEF1u64;
     let mut noise = || {
         state ^= state << 13;
@@ -27,12 +36,12 @@ fn recording(samples: usize, iq: bool) -> Vec<i16> {
     parts.map(|x| (x + noise()).round() as i16).collect()
 }
 
-fn bytes_of(samples: &[i16]) -> Vec<u8> {
+fn bytes_of(samples: &[i16]) -> std::vec::Vec<u8> {
     samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
 }
 
 /// A wav file of one channel.
-fn wav(samples: &[i16]) -> Vec<u8> {
+fn wav(samples: &[i16]) -> std::vec::Vec<u8> {
     let data = bytes_of(samples);
     let size = data.len() as u32;
     let rate = RATE_HZ as u32;
@@ -46,12 +55,38 @@ fn wav(samples: &[i16]) -> Vec<u8> {
     file
 }
 
+/// Two tones of a block.
+pub fn lines() -> Lines {
+    let tone = |cycles: f64, amplitude: f32, verdict: Verdict| Phasor {
+        tone: Tone {
+            frequency: Frequency(I0F32::from_num(cycles)),
+            sigma: 2e-6,
+            snr: 10.0,
+            amplitude,
+            verdict,
+            ..Tone::default()
+        },
+        phase: -1.25,
+        sigma_phase: 0.02,
+    };
+    let two = [tone(0.1, 1000.0, Verdict::Good), tone(-0.2, 100.0, Verdict::Moving)];
+    Lines::of(&Stamp::default(), Vec::from_slice(&two).unwrap())
+}
+
+fn fundamental() -> Fundamental {
+    let frequency = Frequency(I0F32::from_num(0.0002));
+    let tone = Tone { frequency, sigma: 4e-8, verdict: Verdict::Good, ..Tone::default() };
+    Fundamental::of(&Stamp::default(), Harmonic { tone, orders: 7 })
+}
+
 /// What a board said, with two records lost and a frame damaged on the way, and one block of samples behind.
-pub fn session() -> Vec<u8> {
-    let frames: Vec<&[u8]> = SESSION.split_inclusive(|&byte| byte == 0).collect();
+pub fn session() -> std::vec::Vec<u8> {
+    let frames: std::vec::Vec<&[u8]> = SESSION.split_inclusive(|&byte| byte == 0).collect();
     let kept = frames.iter().enumerate().filter(|(number, _)| ![10, 11].contains(number));
-    let mut bytes: Vec<u8> = kept.flat_map(|(_, frame)| frame.to_vec()).collect();
+    let mut bytes: std::vec::Vec<u8> = kept.flat_map(|(_, frame)| frame.to_vec()).collect();
     bytes.extend([3, 1, 4, 1, 5, 0]);
+    bytes.extend(lines().to_frame());
+    bytes.extend(fundamental().to_frame());
     // 1024 pairs of samples.
     for (offset, piece) in bytes_of(&recording(1024, true)).chunks(Raw::PIECE).enumerate() {
         let raw = Raw {

@@ -5,15 +5,15 @@ mod inputs;
 use host_tests::had;
 use inputs::{inputs, session};
 use picket::acquire::codes::Codes;
-use picket::config::Config;
 use picket::estimate::least_squares::Reach;
+use picket::{Config, Pipeline, Real, Stamp};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::device::{Listener, Said};
-use picket_host::recording::Options;
+use picket_host::recording::{Options, Recording};
 use picket_host::watch::line::{Row, Scale};
 use picket_host::watch::settings::of_answer;
-use picket_host::web::{FILES, Site, browser};
+use picket_host::web::{FILES, MODULES, Site, browser};
 use picket_web::check;
 use picket_wire::command::{Command, Request};
 use picket_wire::frame::Reader;
@@ -154,6 +154,58 @@ fn file(said: &Value, folder: &Path) {
     ours.iter().zip(&theirs).for_each(|(ours, theirs)| assert_alike(ours, theirs));
 }
 
+/// The numbers of a cell, "12.34 \u{b1} 0.05".
+fn cell(row: &Value, index: usize) -> Vec<f64> {
+    row[index].as_str().unwrap().split(" \u{b1} ").map(number).collect()
+}
+
+/// All tones of a block: within their sigmas, and those of a recording's block as the library has them.
+fn several(said: &Value, folder: &Path) {
+    assert_eq!(said["alone"], Value::Array(vec![]), "one tone needs no table: {said}");
+    let seen = said["seen"].as_array().unwrap();
+    assert!(seen.len() > 4, "{said}");
+    let mut squares = Vec::new();
+    for rows in seen {
+        assert_eq!(rows.as_array().unwrap().len(), 2, "{rows}");
+        for (row, truth) in rows.as_array().unwrap().iter().zip([1000.3, 1400.3]) {
+            let [hertz, sigma] = cell(row, 0)[..] else { panic!("{row}") };
+            assert!((hertz - truth).abs() < 5.0 * sigma, "{row}");
+            assert!(row[3].as_str().unwrap().ends_with(" good"), "{row}");
+            squares.push(((hertz - truth) / sigma).powi(2));
+        }
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    println!("several tones: {} readings, rms {rms:.2} sigma", squares.len());
+    assert!((0.2..2.2).contains(&rms), "{rms}");
+
+    let options = Options::default();
+    let recording = Recording::open(&folder.join("good-tone.wav"), options).unwrap();
+    let mut blocks = recording.blocks(1024, 1024, 0);
+    let config = Config::new(RATE_HZ, Codes::signed::<16>());
+    let mut pipeline = Pipeline::<Real, 1024>::new(config.plan().unwrap());
+    let mut last = None;
+    while let Some((_, samples)) = blocks.next_block().unwrap() {
+        last = Some(std::array::from_fn(|n| samples[n].code()[0]));
+    }
+    let measurement = pipeline.block(Stamp::default(), &last.unwrap());
+    let lines = pipeline.lines(&measurement, 2);
+    let shown = said["file"].as_array().unwrap();
+    assert_eq!(shown.len(), lines.len(), "{said}");
+    for (row, phasor) in shown.iter().zip(&lines) {
+        // The page shows two digits of a sigma.
+        let near = |index: usize, value: f64, sigma: f64| {
+            let [shown, spread] = cell(row, index)[..] else { panic!("{row}") };
+            assert!((shown - value).abs() < 0.06 * sigma, "{shown} is not {value}");
+            assert!((spread / sigma - 1.0).abs() < 0.06, "{spread} is not {sigma}");
+        };
+        near(0, phasor.tone.hertz(), phasor.tone.sigma_hertz());
+        near(2, phasor.phase.into(), phasor.sigma_phase.into());
+        let level = 20.0 * (f64::from(phasor.tone.amplitude) / 32767.5).log10();
+        assert!((number(row[1].as_str().unwrap()) - level).abs() < 0.051, "{row}");
+        assert!(row[3].as_str().unwrap().ends_with(phasor.tone.verdict.name()), "{row}");
+    }
+}
+
 /// A file that comes late takes no other source's place.
 fn hasty(said: &Value) {
     assert!(word(said, "shown").starts_with("good-tone.wav: "), "{said}");
@@ -179,6 +231,10 @@ fn bad(said: &Value) {
     assert!(word(said, "notice").contains(sentence), "{said}");
 }
 
+fn cells(row: &Value) -> Vec<&str> {
+    row.as_array().unwrap().iter().filter_map(Value::as_str).collect()
+}
+
 fn board(said: &Value) {
     assert_eq!(said["baud"], 921_600);
     // What was asked of it: who it is, its settings, a block.
@@ -192,13 +248,35 @@ fn board(said: &Value) {
     if word(said, "session") == "stranger.bin" {
         return assert!(word(said, "known").contains("660 bytes came, and no frame"), "{said}");
     }
+    let tones: Vec<Vec<&str>> = said["tones"].as_array().unwrap().iter().map(cells).collect();
+    assert_eq!(
+        tones,
+        [
+            [
+                "25000.00 \u{b1} 0.50",
+                "\u{2212}6.2 dB",
+                "\u{2212}1.250 \u{b1} 0.020",
+                "\u{2713} good"
+            ],
+            [
+                "\u{2212}50000.00 \u{b1} 0.50",
+                "\u{2212}26.2 dB",
+                "\u{2212}1.250 \u{b1} 0.020",
+                "\u{2197} moving"
+            ],
+        ]
+    );
     let counter = |name: &str| word(&said["counters"], name);
     let counts = ["blocks", "missing", "bad frames", "raw blocks", "lost"].map(counter);
     assert_eq!(counts, ["28", "2", "1", "1", "0"], "{said}");
     let known = word(said, "known");
-    for words in
-        ["nucleo-f446re", "1024 samples, I/Q, at 250 kHz", "trapezoid of 200 MHz", "31.0 %"]
-    {
+    for words in [
+        "nucleo-f446re",
+        "1024 samples, I/Q, at 250 kHz",
+        "trapezoid of 200 MHz",
+        "31.0 %",
+        "50.0000 Hz \u{b1} 0.0100 Hz, good",
+    ] {
         assert!(known.contains(words), "{known}");
     }
     let (mut listener, mut scale) = (Listener::default(), Scale::default());
@@ -261,6 +339,7 @@ fn the_page_in_a_browser() {
             "board" => board(&said),
             "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
             "hasty" => hasty(&said),
+            "several" => several(&said, &folder),
             "microphone" => assert_ne!(said["counters"]["blocks"], "0"),
             other => panic!("{other}"),
         }
@@ -268,7 +347,10 @@ fn the_page_in_a_browser() {
     }
     names.sort();
     names.dedup();
-    assert_eq!(names, ["after", "bad", "board", "file", "hands", "hasty", "microphone", "scenes"]);
+    assert_eq!(
+        names,
+        ["after", "bad", "board", "file", "hands", "hasty", "microphone", "scenes", "several"]
+    );
 }
 
 #[test]
@@ -276,10 +358,11 @@ fn the_page_is_small() {
     let _turn = turn();
     let Some(site) = had(Site::build()) else { return };
     let size = |name: &str| fs::metadata(site.folder().join(name)).unwrap().len();
-    let module = size("picket.wasm");
-    let page = module + FILES.iter().map(|(name, _)| size(name)).sum::<u64>();
-    println!("picket.wasm {module} bytes, the page in all {page}");
-    assert!(module <= 400_000 && page <= 700_000, "{module} and {page} bytes");
+    let modules = MODULES.map(|(name, _)| size(name));
+    let page = FILES.iter().map(|(name, _)| size(name)).chain(modules).sum::<u64>();
+    println!("picket.wasm and tones.wasm {modules:?} bytes, the page in all {page}");
+    assert!(modules.iter().all(|&module| module <= 400_000), "{modules:?} bytes");
+    assert!(page <= 700_000, "{page} bytes");
 }
 
 /// Seed 0x2545_F491_4F6C_DD1D, as `check` has it.

@@ -5,7 +5,7 @@ use super::process::{Show, capture, cargo, locked};
 use super::route::{Route, route};
 use super::target_dir;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const TRIPLE: &str = "wasm32-unknown-unknown";
 
@@ -14,27 +14,30 @@ pub fn directory() -> PathBuf {
     target_dir().join("web")
 }
 
-/// Builds `picket.wasm`; gives its path.
+/// The packages that the modules are.
+const PACKAGES: [&str; 2] = ["picket-web", "picket-tones"];
+
+/// Builds the modules; gives their paths.
 ///
 /// # Errors
 /// A tool is missing, or it does not build.
-pub fn build_page() -> Result<PathBuf, ToolError> {
+pub fn build_page() -> Result<[PathBuf; 2], ToolError> {
     let route = route(TRIPLE)?;
     let target = directory().join("build").join(route.directory());
     fs::create_dir_all(&target).map_err(io_error(target.display()))?;
     let _lock = locked(&target.join("build.lock"))?;
+    for package in PACKAGES {
+        build(package, &route, &target)?;
+    }
+    let module = |package: &str| target.join(TRIPLE).join("web").join(package.replace('-', "_"));
+    Ok(PACKAGES.map(|package| module(package).with_extension("wasm")))
+}
+
+fn build(package: &str, route: &Route, target: &Path) -> Result<(), ToolError> {
     let mut command = cargo();
     route.lead(&mut command, TRIPLE);
-    command.args([
-        "rustc",
-        "--locked",
-        "--package",
-        "picket-web",
-        "--lib",
-        "--crate-type",
-        "cdylib",
-    ]);
-    command.args(["--profile", "web", "--target", TRIPLE, "--target-dir"]).arg(&target);
+    command.args(["rustc", "--locked", "--package", package, "--lib", "--crate-type", "cdylib"]);
+    command.args(["--profile", "web", "--target", TRIPLE, "--target-dir"]).arg(target);
     if matches!(route, Route::Source { .. }) {
         command.arg("-Zbuild-std=std,panic_abort");
     }
@@ -42,7 +45,7 @@ pub fn build_page() -> Result<PathBuf, ToolError> {
     command.args(["--", "-Clink-arg=--compress-relocations"]);
     let (ok, output) = capture(command, Show::Steps("building the page"))?;
     match ok {
-        true => Ok(target.join(TRIPLE).join("web/picket_web.wasm")),
-        false => Err(ToolError::Build { bin: "picket.wasm".into(), output }),
+        true => Ok(()),
+        false => Err(ToolError::Build { bin: package.into(), output }),
     }
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-pub use site::{FILES, Site};
+pub use site::{FILES, MODULES, Site};
 
 /// Shows the live page: the library in a browser, on a simulated scene, a recording, the microphone or the board.
 #[derive(Args, Debug)]

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// The files of the page beside `picket.wasm`, and what they are.
-pub const FILES: [(&str, &str); 14] = [
+/// The files of the page beside its modules, and what they are.
+pub const FILES: [(&str, &str); 15] = [
     ("index.html", HTML),
     ("style.css", CSS),
     ("icon.svg", "image/svg+xml"),
@@ -22,6 +22,7 @@ pub const FILES: [(&str, &str); 14] = [
     ("controls.js", SCRIPT),
     ("sources.js", SCRIPT),
     ("save.js", SCRIPT),
+    ("tones.js", SCRIPT),
     ("words.js", SCRIPT),
     ("vendor/uPlot.iife.min.js", SCRIPT),
     ("vendor/uPlot.min.css", CSS),
@@ -30,7 +31,9 @@ pub const FILES: [(&str, &str); 14] = [
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
-const MODULE: (&str, &str) = ("picket.wasm", "application/wasm");
+/// The modules: all that the page does, and what finds several tones, which is loaded when that is wanted.
+pub const MODULES: [(&str, &str); 2] = [("picket.wasm", WASM), ("tones.wasm", WASM)];
+const WASM: &str = "application/wasm";
 
 /// The built page.
 #[derive(Clone, Debug)]
@@ -44,7 +47,7 @@ impl Site {
     /// # Errors
     /// A tool is missing, or the module does not build.
     pub fn build() -> Result<Self, ToolError> {
-        let module = build_page()?;
+        let modules = build_page()?;
         let folder = page_directory().join("page");
         let copy = |from: &Path, name: &str| {
             let to = folder.join(name);
@@ -52,7 +55,9 @@ impl Site {
             fs::create_dir_all(parent).map_err(io_error(parent.display()))?;
             fs::copy(from, &to).map_err(io_error(from.display())).map(drop)
         };
-        copy(&module, MODULE.0)?;
+        for (module, (name, _)) in modules.iter().zip(MODULES) {
+            copy(module, name)?;
+        }
         for (name, _) in FILES {
             copy(&workspace().join("web/page").join(name), name)?;
         }
@@ -91,7 +96,7 @@ impl Site {
 /// The longest request that is read, bytes.
 const LONGEST: u64 = 1 << 14;
 
-/// Answers one request. A connection for each is enough for a page of 15 files on the same machine.
+/// Answers one request. A connection for each is enough for a page of 17 files on the same machine.
 fn answer(mut stream: &TcpStream, folder: &Path) -> io::Result<()> {
     stream.set_read_timeout(Some(Duration::from_secs(10)))?;
     let mut lines = BufReader::new(stream).take(LONGEST).lines();
@@ -118,7 +123,7 @@ fn answer(mut stream: &TcpStream, folder: &Path) -> io::Result<()> {
 fn file(folder: &Path, url: &str) -> Option<(Vec<u8>, &'static str)> {
     let path = url.split(['?', '#']).next()?.trim_start_matches('/');
     let path = if path.is_empty() { "index.html" } else { path };
-    let (name, kind) = FILES.into_iter().chain([MODULE]).find(|(name, _)| *name == path)?;
+    let (name, kind) = FILES.into_iter().chain(MODULES).find(|(name, _)| *name == path)?;
     Some((fs::read(folder.join(name)).ok()?, kind))
 }
 

@@ -49,7 +49,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pai
     let (mut exponent, mut length) = (-shift, first_radix(M));
     while length < M {
         exponent += 1 + i32::from(large);
-        large = radix4(points, length, table, M / 4 / length, large);
+        large = radix4(points, length, table, table.len() / length.max(1), large);
         length *= 4;
     }
     exponent - FRACTION as i32

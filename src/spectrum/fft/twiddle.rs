@@ -26,6 +26,7 @@ pub const fn passes(m: usize) -> &'static [Triple] {
         64 => &PASSES_64,
         128 => &PASSES_128,
         256 => &PASSES_256,
+        512 if ONE_TABLE => &PASSES_1024,
         512 => &PASSES_512,
         1024 => &PASSES_1024,
         2048 => &PASSES_2048,
@@ -33,6 +34,10 @@ pub const fn passes(m: usize) -> &'static [Triple] {
         _ => &[],
     }
 }
+
+/// Whether transforms use the table of twice their length, of which they need every second factor: a page has both, and is
+/// loaded.
+const ONE_TABLE: bool = cfg!(target_arch = "wasm32");
 
 /// A factor of 32 bits, `[cos, sin]` in Q31.
 pub type Fine = [i32; 2];
@@ -44,6 +49,7 @@ pub type FineTriple = [Fine; 3];
 /// rounding the factors to 16 bits would leave an error as large as the noise of a bin.
 pub const fn fine_passes(m: usize) -> &'static [FineTriple] {
     match m {
+        2048 if ONE_TABLE => &FINE_4096,
         2048 => &FINE_2048,
         4096 => &FINE_4096,
         _ => &[],
