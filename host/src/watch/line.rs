@@ -36,6 +36,11 @@ pub(super) struct Reading {
     pub(super) amplitude_codes: f32,
 }
 
+/// A number as a cell of a table, which is empty where there is none.
+fn cell(value: Option<f64>) -> String {
+    value.map(|v| v.to_string()).unwrap_or_default()
+}
+
 impl Reading {
     pub(super) fn of(tone: &Tone, scale: &Scale) -> Self {
         let cycles = tone.frequency.0.to_num::<f64>();
@@ -59,9 +64,8 @@ impl Reading {
         verdict: &str,
         more: &str,
     ) -> String {
-        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
         let Self { frequency_hz, sigma_hz, snr_db, amplitude_codes, .. } = *self;
-        let (frequency, sigma) = (f(frequency_hz), f(sigma_hz));
+        let (frequency, sigma) = (cell(frequency_hz), cell(sigma_hz));
         format!(
             "{sequence},,{segment},,{frequency},{sigma},{snr_db},{amplitude_codes},,{verdict},,,,,,,,,{more}"
         )
@@ -178,23 +182,22 @@ impl Row {
 
     /// Comma-separated values, empty where there is none.
     pub fn csv(&self) -> String {
-        let f = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-        let s = |value: Option<f32>| f(value.map(f64::from));
+        let single = |value: Option<f32>| cell(value.map(f64::from));
         [
             self.sequence.to_string(),
-            f(self.time_s),
+            cell(self.time_s),
             self.segment.into(),
             self.gap.to_string(),
-            f(self.reading.frequency_hz),
-            f(self.reading.sigma_hz),
+            cell(self.reading.frequency_hz),
+            cell(self.reading.sigma_hz),
             self.reading.snr_db.to_string(),
             self.reading.amplitude_codes.to_string(),
             self.clipped.to_string(),
             self.verdict.into(),
-            f(self.range_m),
-            s(self.sigma_range_m),
-            f(self.velocity_mps),
-            s(self.sigma_velocity_mps),
+            cell(self.range_m),
+            single(self.sigma_range_m),
+            cell(self.velocity_mps),
+            single(self.sigma_velocity_mps),
             self.lost.to_string(),
             self.faults.to_string(),
             self.missing.to_string(),
