@@ -14,6 +14,7 @@ for (const [name, options] of Object.entries(shots)) {
   if (name.includes("dark")) {
     await page.selectOption("#scene", "doppler");
     await slide(page, "second_db", -6);
+    await page.selectOption("#tones-most", "4");
   }
   // The waterfall and the histories fill.
   await page.waitForTimeout(11_000);
