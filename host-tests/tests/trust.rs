@@ -88,6 +88,40 @@ fn noise_and_sigma_are_right() {
     noise_and_sigma::<Real, 1024>(Some(0.3), 10.0);
 }
 
+/// The good ones where noise decides whether a tone is found: at this many decibels a third, three quarters or nine tenths of them.
+fn just_found<R: Kind, const N: usize>(snr_db: f64, count: u64) {
+    let amplitude = amplitude(snr_db);
+    let noise = sigma(amplitude, snr_db);
+    let seed = (7000.0 + snr_db * 10.0) as u64;
+    let seen = trials(seed, count, |rng| {
+        let line = anywhere::<R, N>(rng, amplitude);
+        let tone = measure::<R, N>(&R::record::<N>(rng, &[line], noise));
+        let off = error::<R, N>(&tone, line.bins) / (f64::from(tone.sigma) * N as f64);
+        (tone.verdict == Verdict::Good).then_some(off * off)
+    });
+    let good: Vec<f64> = seen.into_iter().flatten().collect();
+    let square = mean(good.iter().copied());
+    let kind = if R::IQ { "I/Q" } else { "real" };
+    let share = good.len() as f64 / count as f64;
+    println!(
+        "{kind} N {N} {snr_db} dB, seed {seed}: {share:.3} of {count} good, (error/sigma)^2 {square:.3}"
+    );
+    let error = 2.0 * (2.0 / good.len() as f64).sqrt();
+    assert!(square * (1.0 + error) >= 0.88 && square * (1.0 - error) <= 1.12, "{square}");
+}
+
+#[test]
+fn a_tone_that_noise_lifts_over_the_threshold_has_its_sigma() {
+    for snr_db in [-8.0, -6.0, -4.9] {
+        just_found::<Real, 256>(snr_db, sized(4000, 40_000));
+        just_found::<Iq, 256>(snr_db - 3.0, sized(4000, 40_000));
+        just_found::<Real, 1024>(snr_db - 6.2, sized(3000, 30_000));
+        just_found::<Iq, 1024>(snr_db - 9.2, sized(3000, 30_000));
+        just_found::<Real, 4096>(snr_db - 12.2, sized(1000, 10_000));
+        just_found::<Iq, 4096>(snr_db - 15.2, sized(1000, 10_000));
+    }
+}
+
 /// Interferers outside the searched band, 10 dB stronger than the tone: they are lines, not noise.
 fn interferers<R: Kind, const N: usize>(count: usize) {
     let (seed, tone_amplitude, snr_db) = (4711 + count as u64, 150.0, 0.0);

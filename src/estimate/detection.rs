@@ -108,6 +108,11 @@ impl Threshold {
         ratio > 4.0 * self.log
     }
 
+    /// The ratio to noise that is known exactly, above which a peak is a tone.
+    pub(super) fn least_power(&self) -> f32 {
+        self.log
+    }
+
     /// True if a peak with this ratio to the noise near it is a tone. The noise estimate averages
     /// `freedom` real numbers. `less` lowers the required evidence.
     pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Less) -> bool {

@@ -11,7 +11,8 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
 
-/// Whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
+/// Whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on:
+/// the factor by which it is then less exact than its power says, `None` if it does not.
 pub(super) fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: &Peak,
@@ -19,13 +20,11 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     beside: &Beside,
     threshold: Threshold,
     arithmetic: Arithmetic,
-) -> bool {
+) -> Option<f32> {
     let exponent = spectrum.exponent();
-    let Some(evidence) = Evidence::of(N, R::IQ, peak, fit, exponent, threshold) else {
-        return false;
-    };
+    let evidence = Evidence::of(N, R::IQ, peak, fit, exponent, threshold)?;
     if let Some(decided) = evidence.decided(beside) {
-        return decided;
+        return decided.then_some(1.0);
     }
     // The smallest programs use only the ring that they have.
     let wide = if cfg!(feature = "methods") {
@@ -34,7 +33,8 @@ pub(super) fn stands_out<R: Record, const N: usize>(
         *beside
     };
     let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
-    evidence.exceeds(beside, &wide, Threshold::has_floor(peak).then_some(floor))
+    let exceeds = evidence.exceeds(beside, &wide, Threshold::has_floor(peak).then_some(floor));
+    exceeds.then(|| evidence.selection(beside.noise.power))
 }
 
 /// A line that exceeds the floor of its band, and what is near it. Compiled once for all kinds and lengths of records.
@@ -112,6 +112,19 @@ impl Evidence {
         (!residual || self.detects(mean, freedom, less))
             && detects(wide, less)
             && detects(beside, Less::MOST.in_record(n))
+    }
+
+    /// The factor on sigma of a line that is found in noise of this power per sample.
+    ///
+    /// Lines near the threshold are found where noise has raised them, and so look more exact than they are. Measured: the
+    /// factor falls with the fourth power of the line's.
+    #[inline(never)]
+    fn selection(&self, noise: f32) -> f32 {
+        /// That of a line at the threshold.
+        const MOST: f32 = 0.5;
+        let least = self.threshold.least_power() * noise * self.n as f32;
+        let share = least / self.power;
+        1.0 + MOST * (share * share) * (share * share)
     }
 
     fn detects(&self, noise: f32, freedom: f32, less: Less) -> bool {

@@ -173,6 +173,7 @@ pub fn measure<R: Record, const N: usize>(
         method.efficiency() * bound_bins::<R>(N, snr)
     };
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
+    let standing = stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic);
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
         line,
@@ -181,8 +182,8 @@ pub fn measure<R: Record, const N: usize>(
             && R::IQ
             && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise),
         gap: stamp.gap,
-        weak: !stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic),
-        sigma,
+        weak: standing.is_none(),
+        sigma: sigma * standing.unwrap_or(1.0),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or_default()
 }
