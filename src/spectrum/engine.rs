@@ -11,7 +11,8 @@
 
 #[cfg(feature = "microfft")]
 use super::fft::float;
-use super::fft::{self, integer, q15, twiddle::splits};
+use super::fft::twiddle::{sines, splits};
+use super::fft::{self, integer, q15};
 use super::peak::SKIRT;
 use super::q15_bins;
 use super::scan::{self, Scan};
@@ -131,6 +132,9 @@ impl Engine for I32 {
         if R::IQ {
             return points.get(k).copied().unwrap_or([0; 2]);
         }
+        if const { !sines(N).is_empty() } {
+            return integer::split_finely(points, const { sines(N) }, k);
+        }
         integer::split(points, const { splits(N) }, k)
     }
 
@@ -140,6 +144,9 @@ impl Engine for I32 {
         first: usize,
         places: &'a mut [MaybeUninit<Point>],
     ) -> &'a [Point] {
+        if const { !sines(N).is_empty() } {
+            return fft::window_finely(points, const { sines(N) }, first, places);
+        }
         fft::window(points, const { splits(N) }, first, places)
     }
 

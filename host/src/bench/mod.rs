@@ -96,10 +96,12 @@ impl Engine {
             // The crate's one table: a quarter of a sine for 4096 points, without 0.
             return 4 * (4096 / 4 - 1);
         }
-        let fine = if *self == ENGINES[0] { twiddle::fine_passes(n / 2) } else { &[] };
-        // Where there are such, the short passes take theirs from a small table.
-        let short = twiddle::passes(if fine.is_empty() { n / 2 } else { 64 });
-        (size_of_val(short) + size_of_val(fine) + size_of_val(twiddle::splits(n))) as u64
+        let long = *self == ENGINES[0];
+        let fine = if long { twiddle::fine_passes(n / 2) } else { &[] };
+        let short = if fine.is_empty() { twiddle::passes(n / 2) } else { &[] };
+        let sines = if long { twiddle::sines(n) } else { &[] };
+        let splits = size_of_val(twiddle::splits(n)) + size_of_val(sines);
+        (size_of_val(short) + size_of_val(fine) + splits) as u64
     }
 }
 

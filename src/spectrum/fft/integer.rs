@@ -71,7 +71,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     first_pass::<M>(pairs, &scale, bits, points);
     let mut length = scale.first;
     while length < M {
-        match factors::<M>(length) {
+        match factors::<M>() {
             Factors::Short(table) => radix4(points, length, table, table.len() / length.max(1)),
             Factors::Fine(table) => {
                 radix4_finely(points, length, table, table.len() / length.max(1))
@@ -82,26 +82,16 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     scale.exponent
 }
 
-/// The factors of a pass over sub-transforms of one length: a table and its stride.
+/// The factors of a transform, of 16 or of 32 bits.
 pub(super) enum Factors {
     Short(&'static [Triple]),
     Fine(&'static [FineTriple]),
 }
 
-/// In a transform with factors of 32 bits, passes over sub-transforms shorter than this have
-/// factors of 16 bits. The kernels keep those in registers over many blocks.
-pub(super) const FINE: usize = 16;
-
-/// The factors of the pass over sub-transforms of `length` points.
-pub(super) const fn factors<const M: usize>(length: usize) -> Factors {
+/// The factors of an M-point transform. Every pass takes them from one table.
+pub(super) const fn factors<const M: usize>() -> Factors {
     let fine = const { twiddle::fine_passes(M) };
-    if fine.is_empty() {
-        Factors::Short(const { twiddle::passes(M) })
-    } else if length < FINE {
-        Factors::Short(const { twiddle::passes(4 * FINE) })
-    } else {
-        Factors::Fine(fine)
-    }
+    if fine.is_empty() { Factors::Short(const { twiddle::passes(M) }) } else { Factors::Fine(fine) }
 }
 
 /// The first pass, of radix 4 or 8.
@@ -214,28 +204,62 @@ radix4!(radix4_finely, FineTriple, turn_finely);
 /// With s = Z[k] + Z*[M-k] and d = Z[k] - Z*[M-k]: X[k] = s/2 - j d/2 exp(-j 2 pi k/N).
 #[inline]
 pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
-    let (length, middle) = (points.len(), points.len() / 2);
-    let mirror = length.wrapping_sub(k);
-    if k == 0 || mirror == 0 {
-        // Bins 0 and N/2 are real.
-        let Some(&[re, im]) = points.first() else {
-            return [0; 2];
-        };
-        return [if k == 0 { re.saturating_add(im) } else { re.saturating_sub(im) }, 0];
+    if let Some(bin) = without_factor(points, k) {
+        return bin;
     }
+    let mirror = points.len().wrapping_sub(k);
     let (Some(&here), Some(&there)) = (points.get(k), points.get(mirror)) else {
         return [0; 2];
     };
-    if k == middle {
-        // Bin N/4 needs no product: X = conj Z.
-        return [here[0], here[1].wrapping_neg()];
-    }
     let factor = |k: usize| table.get(k).copied().unwrap_or(0);
-    if k < middle {
+    if k < mirror {
         split_pair(here, there, factor(k))[0]
     } else {
         split_pair(there, here, factor(mirror))[1]
     }
+}
+
+/// Bins 0, N/4 and N/2 of a real record, which need no product.
+#[inline]
+fn without_factor(points: &[Point], k: usize) -> Option<Point> {
+    let (length, &[re, im]) = (points.len(), points.first()?);
+    match k {
+        0 => Some([re.saturating_add(im), 0]),
+        _ if k == length => Some([re.saturating_sub(im), 0]),
+        // X = conj Z.
+        _ if k == length / 2 => points.get(k).map(|&[re, im]| [re, im.wrapping_neg()]),
+        _ => None,
+    }
+}
+
+/// As [`split`], with factors of 32 bits; `sines` is [`twiddle::sines`].
+#[inline]
+pub(crate) fn split_finely(points: &[Point], sines: &[i32], k: usize) -> Point {
+    if let Some(bin) = without_factor(points, k) {
+        return bin;
+    }
+    let (mirror, middle) = (points.len().wrapping_sub(k), points.len() / 2);
+    let (Some(&here), Some(&there)) = (points.get(k), points.get(mirror)) else {
+        return [0; 2];
+    };
+    let sine = |k: usize| sines.get(k).copied().unwrap_or(0);
+    // The cosine is the sine of the rest to a quarter of a turn, or of what is beyond it.
+    if k < middle {
+        split_here(here, there, [sine(middle.wrapping_sub(k)), sine(k)])
+    } else {
+        split_here(here, there, [sine(k.wrapping_sub(middle)).wrapping_neg(), sine(mirror)])
+    }
+}
+
+/// As [`window`], with factors of 32 bits; `sines` is [`twiddle::sines`].
+#[cfg_attr(dsp, allow(dead_code))]
+pub(crate) fn window_finely<'a>(
+    points: &[Point],
+    sines: &[i32],
+    first: usize,
+    places: &'a mut [MaybeUninit<Point>],
+) -> &'a [Point] {
+    filled(places, (first..).map(|k| split_finely(points, sines, k)))
 }
 
 /// The bins from `first` on, all within 1..M, as [`split`] gives each of them.
@@ -294,6 +318,17 @@ pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     [[er.wrapping_add(re), ei.wrapping_add(im)], [er.wrapping_sub(re), im.wrapping_sub(ei)]]
 }
 
+/// Bin k of a real record from points k and M-k, for `[cos, sin]` of `2 pi k / N`: as
+/// [`split_pair`] has it. Every product is floored by itself.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn split_here(p: Point, q: Point, [cos, sin]: Fine) -> Point {
+    let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
+    let (dr, di) = (p[0].wrapping_sub(q[0]), p[1].wrapping_add(q[1]));
+    let re = upper(di, cos).wrapping_add(upper_of_negative(dr, sin));
+    let im = upper_of_negative(di, sin).wrapping_add(upper_of_negative(dr, cos));
+    [(er >> 1).wrapping_add(re), (ei >> 1).wrapping_add(im)]
+}
+
 /// The radix-4 butterfly of four points, already turned and halved.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
@@ -322,14 +357,22 @@ fn turn(x: Point, w: Packed) -> Point {
 /// x (cos - j sin) / 2, with a factor `[cos, sin]` of 32 bits (SMMUL, then SMMLA or SMMLS).
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
-    let product = |x: i32, factor: i32| i64::from(x) * i64::from(factor);
-    let upper = |product: i64| (product >> 32) as i32;
-    let (re, im) = (upper(product(x[0], cos)), upper(product(x[1], cos)));
-    // The second product is floored too. Where it is subtracted, its negative is floored.
     [
-        re.wrapping_add(upper(product(x[1], sin))),
-        im.wrapping_add(upper(product(x[0], sin).wrapping_neg())),
+        upper(x[0], cos).wrapping_add(upper(x[1], sin)),
+        upper(x[1], cos).wrapping_add(upper_of_negative(x[0], sin)),
     ]
+}
+
+/// The upper word of a product, which is thereby floored (SMMUL).
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn upper(x: i32, factor: i32) -> i32 {
+    ((i64::from(x) * i64::from(factor)) >> 32) as i32
+}
+
+/// The upper word of a product's negative, which is floored too: what SMMLS adds.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn upper_of_negative(x: i32, factor: i32) -> i32 {
+    ((i64::from(x) * i64::from(factor)).wrapping_neg() >> 32) as i32
 }
 
 /// x times the low Q15 half of `w`, halved and floored (SMULWB).
@@ -353,16 +396,26 @@ fn scaled(x: i32, factor: i32) -> i32 {
         let rest = (x & 0xffff).wrapping_mul(factor) >> 16;
         return (x >> 16).wrapping_mul(factor).wrapping_add(rest);
     }
-    ((i64::from(x) * i64::from(factor)) >> 32) as i32
+    upper(x, factor)
 }
 
-/// x times sqrt(1/2) in Q15, shifted up by `shift`.
+/// sqrt(1/2) in units of 2^-16, within 1.1e-6 of itself. A sum of eight codes of 13 bits times this
+/// fits in 32 bits.
+pub(super) const DIAGONAL: i32 = 46341;
+
+/// x times [`DIAGONAL`], shifted up by `shift` and floored. Both ways give the same bits.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     if NARROW {
-        return x.wrapping_mul(23170) >> (15 - shift);
+        return x.wrapping_mul(DIAGONAL) >> (16 - shift);
     }
-    low(x << (shift + 1), 23170)
+    let x = x << (shift + 1);
+    if cfg!(short_products) {
+        // Both products fit: the first one's factor has 15 bits and a sign, the second one's 16.
+        let rest = (x as u32 & 0xffff).wrapping_mul(DIAGONAL as u32) >> 16;
+        return (x >> 16).wrapping_mul(DIAGONAL).wrapping_add(rest as i32) >> 1;
+    }
+    upper(x, DIAGONAL << 15)
 }
 
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]

@@ -32,6 +32,6 @@ use kernel_thumb1 as engine;
 pub(super) use engine::scan;
 #[cfg(not(mve))]
 pub(super) use engine::transform;
-pub(super) use engine::window;
+pub(super) use engine::{window, window_finely};
 #[cfg(mve)]
 pub(super) use kernel_mve::{scan, transform};

@@ -71,6 +71,16 @@ pub const fn splits(n: usize) -> &'static [Packed] {
     }
 }
 
+/// Factors that split the bins of a long real record as [`splits`] does, of 32 bits, for the bins that
+/// are measured: `sin(2 pi k / n)` in Q31, k = 0..=n/4. Empty for the other lengths.
+pub const fn sines(n: usize) -> &'static [i32] {
+    match n {
+        2048 => &SINES_2048,
+        4096 => &SINES_4096,
+        _ => &[],
+    }
+}
+
 const PASSES_32: [Triple; 8] = triples();
 const PASSES_64: [Triple; 16] = triples();
 const PASSES_128: [Triple; 32] = triples();
@@ -90,6 +100,9 @@ const SPLITS_512: [Packed; 128] = quarter();
 const SPLITS_1024: [Packed; 256] = quarter();
 const SPLITS_2048: [Packed; 512] = quarter();
 const SPLITS_4096: [Packed; 1024] = quarter();
+
+static SINES_2048: [i32; 513] = quarter_sines();
+static SINES_4096: [i32; 1025] = quarter_sines();
 
 // Const functions cannot use `get_mut`. An index out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
@@ -130,6 +143,17 @@ const fn quarter<const Q: usize>() -> [Packed; Q] {
     while k < Q {
         let (sin, cos) = sin_cos(k, 4 * Q);
         table[k] = pack(q15(-cos), q15(-sin));
+        k += 1;
+    }
+    table
+}
+
+#[allow(clippy::indexing_slicing)]
+const fn quarter_sines<const Q: usize>() -> [i32; Q] {
+    let mut table = [0; Q];
+    let mut k = 0;
+    while k < Q {
+        table[k] = q31(sin_cos(k, 4 * (Q - 1)).0);
         k += 1;
     }
     table

@@ -192,3 +192,65 @@ pub unsafe extern "C" fn span_above(
         "pop {{r4-r10, pc}}",
     )
 }
+
+/// Defines bins in ascending order, each from the point at r0 and its mirror at r1, with factors of
+/// 32 bits: `integer::split_here`. The sine is in `$sin` and the cosine in `$cos`: r9 is read upwards,
+/// r10 downwards. The products with the cosine are added to the real part by `$re` and to the
+/// imaginary one by `$im`.
+macro_rules! fine_span {
+    ($(#[$doc:meta])* $name:ident, $sin:literal, $cos:literal, $re:literal, $im:literal) => {
+        $(#[$doc])*
+        #[unsafe(naked)]
+        pub(super) unsafe extern "C" fn $name(
+            here: *const Point,
+            there: *const Point,
+            upwards: *const i32,
+            downwards: *const i32,
+            to: *mut Point,
+            end: *mut Point,
+        ) {
+            kernel!(
+                "push {{r4-r11, lr}}",
+                "ldrd r4, r12, [sp, #36]",
+                ".p2align 2",
+                "2:",
+                "ldrd r5, r6, [r0], #8",
+                "ldrd r7, r8, [r1], #-8",
+                "ldr r9, [r2], #4",
+                "ldr r10, [r3], #-4",
+                "add r11, r5, r7",
+                "sub r5, r5, r7",
+                "sub r7, r6, r8",
+                "add r6, r6, r8",
+                "asr r11, r11, #1",
+                "asr r7, r7, #1",
+                concat!($re, " r11, r6, ", $cos, ", r11"),
+                concat!("smmls r11, r5, ", $sin, ", r11"),
+                concat!("smmls r7, r6, ", $sin, ", r7"),
+                concat!($im, " r7, r5, ", $cos, ", r7"),
+                "strd r11, r7, [r4], #8",
+                "cmp r4, r12",
+                "blo 2b",
+                "pop {{r4-r11, pc}}",
+            )
+        }
+    };
+}
+
+fine_span! {
+    /// [`span_below`] with factors of 32 bits.
+    ///
+    /// # Safety
+    /// As [`span_below`], but with the sines from `upwards` upwards and the cosines from `downwards`
+    /// downwards.
+    fine_below, "r9", "r10", "smmla", "smmls"
+}
+
+fine_span! {
+    /// [`span_above`] with factors of 32 bits.
+    ///
+    /// # Safety
+    /// As [`span_below`], but with the negated cosines from `upwards` upwards and the sines from
+    /// `downwards` downwards.
+    fine_above, "r10", "r9", "smmls", "smmla"
+}

@@ -91,6 +91,44 @@ macro_rules! middle_leg {
     };
 }
 
+/// `integer::turn_finely` of $x, $y by the factor in $cos, $sin, to $re, $im.
+macro_rules! turn_finely {
+    ($re:literal, $im:literal, $x:literal, $y:literal, $cos:literal, $sin:literal) => {
+        concat!(
+            "smmul ",
+            $re,
+            ", ",
+            $x,
+            ", ",
+            $cos,
+            "\n smmla ",
+            $re,
+            ", ",
+            $y,
+            ", ",
+            $sin,
+            ", ",
+            $re,
+            "\n",
+            "smmul ",
+            $im,
+            ", ",
+            $y,
+            ", ",
+            $cos,
+            "\n smmls ",
+            $im,
+            ", ",
+            $x,
+            ", ",
+            $sin,
+            ", ",
+            $im,
+            "\n",
+        )
+    };
+}
+
 /// Legs 1 to 3 with factors of 1, in the registers of [`outer_legs`] and [`middle_leg`].
 macro_rules! plain_legs {
     ($load1:expr, $load3:expr, $load2:expr) => {

@@ -1,6 +1,6 @@
 //! The first pass, which reads the record in digit-reversed order.
 
-use super::{Pair, Point, Scale};
+use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 
 /// Begins four groups, 4 h to 4 h + 3. Their first digits are the last ones of their place. Sets lr
@@ -50,8 +50,7 @@ macro_rules! widen {
 }
 
 /// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is one
-/// shifted up. `root` is sqrt(1/2) in both halves: in units of 2^-15 if the shift is [`most`]'s,
-/// and half of that if the shift is one less.
+/// shifted up, by at most 14, and `root` is `integer::DIAGONAL` shifted up by as much.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 8 4^d of at most 2048.
@@ -59,7 +58,7 @@ macro_rules! widen {
 pub(super) unsafe extern "C" fn eights<const M: usize>(
     from: *const Pair,
     to: *mut Point,
-    root: u32,
+    root: i32,
     one: u32,
 ) {
     kernel!(
@@ -102,32 +101,30 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         "sasx r10, r12, r10",
         widen!("r11", "16"),
         widen!("r10", "48"),
-        // Points 1 and 5.
-        "smuad r6, r5, r2",
-        "smusdx r5, r2, r5",
+        // Points 1 and 5. The sum and the difference of an odd point's parts fit in 16 bits, because
+        // four of the eight codes are at most 2^12 - 1. Where p is added to e, e - p is 2 e less that.
+        "ssax r6, r5, r5",
         "smulbb r7, r4, r3",
         "smultb r4, r4, r3",
-        "add r10, r7, r6, asr #{fraction}",
-        "add r11, r4, r5, asr #{fraction}",
+        "smlawb r10, r2, r6, r7",
+        "smlawt r11, r2, r6, r4",
         "strd r10, r11, [r1, #8]",
-        "sub r7, r7, r6, asr #{fraction}",
-        "sub r4, r4, r5, asr #{fraction}",
+        "rsb r7, r10, r7, lsl #1",
+        "rsb r4, r11, r4, lsl #1",
         "strd r7, r4, [r1, #40]",
-        // Points 3 and 7.
-        "smusdx r6, r2, r9",
-        "smuad r9, r9, r2",
+        // Points 3 and 7, of which the imaginary part has the other sign.
+        "ssax r9, r9, r9",
         "smulbb r7, r8, r3",
         "smultb r8, r8, r3",
-        "add r10, r7, r6, asr #{fraction}",
-        "sub r11, r8, r9, asr #{fraction}",
+        "smlawt r10, r2, r9, r7",
+        "smlawb r6, r2, r9, r8",
+        "rsb r11, r6, r8, lsl #1",
         "strd r10, r11, [r1, #24]",
-        "sub r7, r7, r6, asr #{fraction}",
-        "add r8, r8, r9, asr #{fraction}",
-        "strd r7, r8, [r1, #56]",
+        "rsb r5, r10, r7, lsl #1",
+        "strd r5, r6, [r1, #56]",
         "add r1, r1, #64",
         end!(),
         "pop {{r4-r11, pc}}",
-        fraction = const 15 - most(M),
         // No caller asks for more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         outer = const M / 32,
@@ -173,12 +170,6 @@ pub(super) unsafe extern "C" fn fours<const M: usize>(from: *const Pair, to: *mu
         outer = const M / 16,
         digits = const digits(M / 16),
     )
-}
-
-/// How many bits [`eights`] shifts codes of 12 bits up; codes of 13 bits get one less.
-pub(super) const fn most(m: usize) -> u32 {
-    let Scale { shift, .. } = Scale::new(m, 12);
-    if shift < 14 { shift } else { 14 }
 }
 
 /// Bits of a counter below `count`, a power of two; at least one, because a field has a width.

@@ -17,7 +17,7 @@ mod passes;
 #[cfg(not(mve))]
 mod rails;
 
-use super::integer::{self, Factors, Pair, Point, Scale};
+use super::integer::{self, DIAGONAL, Factors, Pair, Point, Scale};
 #[cfg(mve)]
 use super::kernel_mve::{
     bins::{span_above, span_below},
@@ -26,13 +26,13 @@ use super::kernel_mve::{
 use super::twiddle::{FineTriple, Packed, Triple};
 use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
-use bins::{Seen, pairs_outwards};
+use bins::{Seen, fine_above, fine_below, pairs_outwards};
 #[cfg(not(mve))]
 use bins::{span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
-use first::{eights, fours, most};
-use passes::{even, fine, long, near, short};
+use first::{eights, fours};
+use passes::{even, few, fine, long, near, short};
 #[cfg(all(not(mve), feature = "methods"))]
 use rails::first_strong;
 #[cfg(not(mve))]
@@ -49,7 +49,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     while length < M {
         // SAFETY: `points` holds M points and `length` divides M; the tables hold the factors of M.
         unsafe {
-            match integer::factors::<M>(length) {
+            match integer::factors::<M>() {
                 Factors::Short(table) => pass::<M>(points.as_mut_ptr(), length, table),
                 Factors::Fine(table) => fine_pass::<M>(points.as_mut_ptr(), length, table),
             }
@@ -62,15 +62,13 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
 /// Codes that leave room for three additions in 16 bits are processed two at a time.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
-    let (narrow, one) = (bits <= 13, 1u32.wrapping_shl(scale.shift));
+    // One shifted up must fit in half a word.
+    let (narrow, one) = (bits <= 13 && scale.shift <= 14, 1u32.wrapping_shl(scale.shift));
     // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many.
     unsafe {
-        match (scale.first, most(M).checked_sub(scale.shift)) {
-            // One kernel serves codes of 12 and 13 bits, because half of 23170 is still exact.
-            (8, Some(less @ 0..=1)) if narrow => {
-                eights::<M>(from, to, (23170 >> less) * 0x1_0001, one);
-            }
-            (4, _) if narrow && scale.shift <= 14 && M <= 1024 => fours::<M>(from, to, one),
+        match scale.first {
+            8 if narrow => eights::<M>(from, to, DIAGONAL << scale.shift, one),
+            4 if narrow && M <= 1024 => fours::<M>(from, to, one),
             _ => integer::first_pass::<M>(pairs, scale, bits, points),
         }
     }
@@ -121,13 +119,20 @@ const fn is_even(m: usize) -> bool {
 /// As [`pass`], with factors of 32 bits.
 ///
 /// # Safety
-/// As [`pass`], and `length` must be 16 or more.
+/// As [`pass`].
 unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
     let leg = length * size_of::<Point>();
     let stride = table.len() / length.max(1) * size_of::<FineTriple>();
     // SAFETY: the caller guarantees it; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
+        // As in `pass`, with four blocks at the least.
+        match length {
+            4 if const { is_even(M) } => return few::<4>(points, end, table.as_ptr(), stride),
+            8 if const { !is_even(M) } => return few::<8>(points, end, table.as_ptr(), stride),
+            16 if const { is_even(M) } => return few::<16>(points, end, table.as_ptr(), stride),
+            _ => {}
+        }
         let mut block = points;
         while block < end {
             fine(block, leg, table.as_ptr(), stride);
@@ -188,6 +193,44 @@ pub fn window<'a>(
         if to < end {
             let mirror = length - next;
             span_above(from.add(next), from.add(mirror), factors.add(mirror), to, end);
+        }
+        places.assume_init_ref()
+    }
+}
+
+/// As [`integer::window_finely`].
+pub fn window_finely<'a>(
+    points: &[Point],
+    sines: &[i32],
+    first: usize,
+    places: &'a mut [MaybeUninit<Point>],
+) -> &'a [Point] {
+    let (length, middle) = (points.len(), points.len() / 2);
+    if first < 1 || first.saturating_add(places.len()) > length || sines.len() <= middle {
+        return &[];
+    }
+    let (from, sines) = (points.as_ptr(), sines.as_ptr());
+    let Range { start, end } = places.as_mut_ptr_range();
+    let (mut to, end) = (start.cast::<Point>(), end.cast::<Point>());
+    let mut next = first;
+    // SAFETY: as in `window`; the sines are those of 0 to `middle`, and a bin is no further from the
+    // middle than that.
+    unsafe {
+        if next < middle && to < end {
+            let below = to.add(places.len().min(middle - next));
+            let (here, there) = (from.add(next), from.add(length - next));
+            fine_below(here, there, sines.add(next), sines.add(middle - next), to, below);
+            next += below.offset_from_unsigned(to);
+            to = below;
+        }
+        if next == middle && to < end {
+            to.write(integer::split_finely(points, &[], middle));
+            next += 1;
+            to = to.add(1);
+        }
+        if to < end {
+            let (here, there) = (from.add(next), from.add(length - next));
+            fine_above(here, there, sines.add(next - middle), sines.add(length - next), to, end);
         }
         places.assume_init_ref()
     }

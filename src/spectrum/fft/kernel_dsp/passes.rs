@@ -3,6 +3,43 @@
 use super::{FineTriple, Point, Triple};
 use crate::spectrum::fft::assembly::kernel;
 
+/// A load or store of a leg's point.
+macro_rules! leg {
+    ($do:literal, $x:literal, $y:literal, $leg:literal) => {
+        concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}]\n")
+    };
+}
+
+/// Ends a butterfly, and advances to the next block with the last store.
+macro_rules! finish {
+    () => {
+        concat!(
+            leg!("ldrd", "r7", "lr", 0),
+            sum_all_legs!(),
+            leg!("strd", "r8", "r6", 1),
+            leg!("strd", "r11", "r7", 2),
+            leg!("strd", "r10", "r9", 3),
+            "strd lr, r5, [r0], #32*{l}\n",
+        )
+    };
+}
+
+/// The butterflies of all blocks with factors of 1, and advances r0 from the first to the end.
+macro_rules! plain_blocks {
+    () => {
+        concat!(
+            ".p2align 2\n 2:\n",
+            plain_legs!(
+                leg!("ldrd", "r7", "r9", 1),
+                leg!("ldrd", "r10", "r11", 3),
+                leg!("ldrd", "r10", "r9", 2)
+            ),
+            finish!(),
+            "cmp r0, r1\n blo 2b\n",
+        )
+    };
+}
+
 /// A radix-4 pass over sub-transforms of L points. The outer loop takes one factor after the other,
 /// the inner loop all blocks, of which there are at least four.
 ///
@@ -16,24 +53,6 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
     table: *const Triple,
     stride: usize,
 ) {
-    macro_rules! leg {
-        ($do:literal, $x:literal, $y:literal, $leg:literal) => {
-            concat!($do, " ", $x, ", ", $y, ", [r0, #", $leg, "*8*{l}]\n")
-        };
-    }
-    // Advances to the next block with the last store.
-    macro_rules! finish {
-        () => {
-            concat!(
-                leg!("ldrd", "r7", "lr", 0),
-                sum_all_legs!(),
-                leg!("strd", "r8", "r6", 1),
-                leg!("strd", "r11", "r7", 2),
-                leg!("strd", "r10", "r9", 3),
-                "strd lr, r5, [r0], #32*{l}\n",
-            )
-        };
-    }
     kernel!(
         "push {{r4-r11, lr}}",
         "sub sp, sp, #16",
@@ -42,16 +61,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "add r2, r2, r3",
         "strd r4, r5, [sp]",    // the next point of a leg, and the leg's end
         "strd r2, r3, [sp, #8]", // its factors, and the stride
-        ".p2align 2",
-        "2:",
-        plain_legs!(
-            leg!("ldrd", "r7", "r9", 1),
-            leg!("ldrd", "r10", "r11", 3),
-            leg!("ldrd", "r10", "r9", 2)
-        ),
-        finish!(),
-        "cmp r0, r1",
-        "blo 2b",
+        plain_blocks!(),
         "3:",
         "ldr r0, [sp]",
         "ldrd r5, r6, [sp, #8]",
@@ -71,6 +81,62 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
         "cmp r4, r5",
         "blo 3b",
         "add sp, sp, #16",
+        "pop {{r4-r11, pc}}",
+        l = const L,
+    )
+}
+
+/// [`short`] with factors of 32 bits. Three of a triple's six numbers are in registers, the others on
+/// the stack.
+///
+/// # Safety
+/// As [`short`].
+#[unsafe(naked)]
+pub(super) unsafe extern "C" fn few<const L: usize>(
+    points: *mut Point,
+    end: *mut Point,
+    table: *const FineTriple,
+    stride: usize,
+) {
+    kernel!(
+        "push {{r4-r11, lr}}",
+        "sub sp, sp, #28",
+        "add r4, r0, #8",
+        "add r5, r0, #8*{l}",
+        "add r2, r2, r3",
+        "strd r4, r5, [sp]",    // the next point of a leg, and the leg's end
+        "strd r2, r3, [sp, #8]", // its factors, and the stride
+        plain_blocks!(),
+        "3:",
+        "ldr r0, [sp]",
+        "ldrd r5, r6, [sp, #8]",
+        "ldrd r8, r9, [r5]",
+        "ldrd r4, r7, [r5, #8]",
+        "ldrd r2, r3, [r5, #16]",
+        "strd r8, r9, [sp, #16]",
+        "str r7, [sp, #24]",
+        "add r5, r5, r6",
+        "str r5, [sp, #8]",
+        "add r5, r0, #8",
+        "str r5, [sp]",
+        ".p2align 2",
+        "4:",
+        leg!("ldrd", "r5", "r7", 1),
+        "ldrd r8, r9, [sp, #16]",
+        turn_finely!("r12", "r6", "r5", "r7", "r8", "r9"),
+        leg!("ldrd", "r5", "r7", 3),
+        turn_finely!("r10", "r11", "r5", "r7", "r2", "r3"),
+        sum_outer_legs!("r10", "r11"),
+        leg!("ldrd", "r7", "r11", 2),
+        "ldr lr, [sp, #24]",
+        turn_finely!("r10", "r9", "r7", "r11", "r4", "lr"),
+        finish!(),
+        "cmp r0, r1",
+        "blo 4b",
+        "ldrd r4, r5, [sp]",
+        "cmp r4, r5",
+        "blo 3b",
+        "add sp, sp, #28",
         "pop {{r4-r11, pc}}",
         l = const L,
     )
@@ -141,50 +207,13 @@ pub(super) unsafe extern "C" fn fine(
     table: *const FineTriple,
     stride: usize,
 ) {
-    // `integer::turn_finely` of $x, $y by the factor in $cos, $sin, to $re, $im.
-    macro_rules! turn {
-        ($re:literal, $im:literal, $x:literal, $y:literal, $cos:literal, $sin:literal) => {
-            concat!(
-                "smmul ",
-                $re,
-                ", ",
-                $x,
-                ", ",
-                $cos,
-                "\n smmla ",
-                $re,
-                ", ",
-                $y,
-                ", ",
-                $sin,
-                ", ",
-                $re,
-                "\n",
-                "smmul ",
-                $im,
-                ", ",
-                $y,
-                ", ",
-                $cos,
-                "\n smmls ",
-                $im,
-                ", ",
-                $x,
-                ", ",
-                $sin,
-                ", ",
-                $im,
-                "\n",
-            )
-        };
-    }
     macro_rules! turned {
         () => {
             concat!(
                 "ldrd r5, r7, [r1]\n ldrd r8, r9, [r4]\n",
-                turn!("r12", "r6", "r5", "r7", "r8", "r9"),
+                turn_finely!("r12", "r6", "r5", "r7", "r8", "r9"),
                 "ldrd r5, r7, [r3]\n ldrd r8, r9, [r4, #16]\n",
-                turn!("r10", "r11", "r5", "r7", "r8", "r9"),
+                turn_finely!("r10", "r11", "r5", "r7", "r8", "r9"),
                 sum_outer_legs!("r10", "r11"),
                 "ldrd r7, r11, [r2]\n ldr lr, [r4, #8]\n",
                 "smmul r10, r7, lr\n smmul r9, r11, lr\n",

@@ -31,6 +31,8 @@ pub(super) const fn short(length: usize) -> &'static [Vectors] {
 /// As [`short`], of 32 bits, and the sine as it is.
 pub(super) const fn fine(length: usize) -> &'static [Vectors] {
     match length {
+        4 => &FINE_4,
+        8 => &FINE_8,
         16 => &FINE_16,
         32 => &FINE_32,
         64 => &FINE_64,
@@ -50,6 +52,8 @@ static SHORT_64: [Vectors; 16] = vectors::<16, false>();
 static SHORT_128: [Vectors; 32] = vectors::<32, false>();
 static SHORT_256: [Vectors; 64] = vectors::<64, false>();
 
+static FINE_4: [Vectors; 1] = vectors::<1, true>();
+static FINE_8: [Vectors; 2] = vectors::<2, true>();
 static FINE_16: [Vectors; 4] = vectors::<4, true>();
 static FINE_32: [Vectors; 8] = vectors::<8, true>();
 static FINE_64: [Vectors; 16] = vectors::<16, true>();

@@ -4,10 +4,11 @@
 
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
+use crate::spectrum::fft::integer::DIAGONAL;
 
 /// Begins a pass of M = r2 points in groups of 2^`$digits`, whose places are at the fifth
 /// argument. Afterwards r0 is that, r2 the bytes of a leg of the record, r3 half of one shifted up,
-/// r12 what shifts a product by twice sqrt(1/2) in Q15 to that, r4 the record, and lr a quarter of
+/// r12 the shift less 16, r4 the record, and lr a quarter of
 /// all vectors. The stack has the points of the first four groups, and above them how many vectors
 /// the others are. The pass owns `$frame` bytes of the stack, from the 32nd on.
 macro_rules! begin {
@@ -110,10 +111,10 @@ macro_rules! diagonal {
             concat!("vqdmullb.s16 q2, ", $e, ", r3"),
             concat!("vqdmullt.s16 ", $e, ", ", $e, ", r3"),
             concat!("vldrw.u32 q4, [sp, #", $odd, "]"),
-            "vqdmullb.s16 q5, q4, r2",
-            "vqdmullt.s16 q4, q4, r2",
-            "vshl.s32 q5, r12",
-            "vshl.s32 q4, r12",
+            "vqdmullb.s16 q5, q4, r3",
+            "vqdmullt.s16 q4, q4, r3",
+            "vqdmulh.s32 q5, q5, r2",
+            "vqdmulh.s32 q4, q4, r2",
             concat!($add, " q6, q2, ", $re),
             concat!("vstrw.32 q6, [q3, #8*", $at, "]"),
             concat!($plus, " q6, ", $e, ", ", $im),
@@ -194,12 +195,14 @@ pub(super) unsafe extern "C" fn eights(
     kernel!(
         begin!("3", "64"),
         legs!("r4" "r5" "r6" "r7" "r8" "r9" "r10" "r11"),
-        "movw r2, #23170",
+        "movw r2, #({root}<<15)&0xffff",
+        "movt r2, #{root}>>1",
         vectors!(
             eight!("r1", "vhadd.s32", "vhsub.s32", "lsr r1, r3, #1"),
             eight!("r3", "vadd.i32", "vsub.i32", "", "vorr.i32")
         ),
         end!("64"),
+        root = const DIAGONAL,
     )
 }
 

@@ -62,7 +62,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
                 // SAFETY: `points` are M points, the tables hold the factors of this length, and M
                 // has such a pass.
                 unsafe {
-                    if const { is_fine(M, $length) } {
+                    if const { is_fine(M) } {
                         let table = const { factors::fine($length) };
                         passes::fine(points.as_mut_ptr(), leg, table.as_ptr(), blocks);
                     } else {
@@ -83,9 +83,9 @@ const fn has_pass(m: usize, length: usize) -> bool {
     length >= first && blocks >= 1 && blocks.trailing_zeros().is_multiple_of(2)
 }
 
-/// Whether that pass has factors of 32 bits.
-const fn is_fine(m: usize, length: usize) -> bool {
-    !twiddle::fine_passes(m).is_empty() && length >= integer::FINE
+/// Whether the passes have factors of 32 bits.
+const fn is_fine(m: usize) -> bool {
+    !twiddle::fine_passes(m).is_empty()
 }
 
 /// The first pass, with points as [`passes`] takes them.

@@ -2,6 +2,7 @@
 
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
+use crate::spectrum::fft::integer::DIAGONAL;
 
 /// Four points by `integer::dft4` of the legs at `$a` to `$d`: points 0 in q6, q7 and 2 in q4, q5.
 /// Points 1 and 3 come from the difference of legs 1 and 3 in q3, q2 and that of legs 0 and 2 at
@@ -133,11 +134,12 @@ pub(super) unsafe extern "C" fn eights(
         legs!("r4" "r5" "r6" "r7" "r8" "r9" "r10" "r11"),
         "add r3, r12, #16",
         "add r12, r12, #17",
-        // sqrt(1/2) in Q15, in the upper half of a lane, halved.
-        "mov r2, #0",
-        "movt r2, #23170>>1",
+        // Half of sqrt(1/2) in a lane, because the product is doubled.
+        "movw r2, #({root}<<14)&0xffff",
+        "movt r2, #{root}>>2",
         vectors!(eight!("vhadd.s32", "vhsub.s32"), eight!("vadd.i32", "vsub.i32", "vorr.i32")),
         end!("224"),
+        root = const DIAGONAL,
     )
 }
 

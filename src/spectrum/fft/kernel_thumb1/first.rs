@@ -2,6 +2,7 @@
 
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
+use crate::spectrum::fft::integer::DIAGONAL;
 
 /// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, M of at most
 /// 2048.
@@ -89,9 +90,9 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         high_to_low!(),
         "push {{r4-r7}}",
         "sub sp, sp, #36",
-        "movs r2, #0x5a",
+        "movs r2, #{root}>>8",
         "lsls r2, r2, #8",
-        "adds r2, r2, #0x82", // sqrt(1/2)
+        "adds r2, r2, #{root}&255",
         "str r2, [sp, #24]",
         "movs r2, #{m}/32",
         "lsls r3, r2, #4",
@@ -131,14 +132,14 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         "subs r1, r1, r6",
         "muls r7, r5, r7",
         "muls r1, r5, r1",
-        "asrs r7, r7, #15-{shift}",
-        "asrs r1, r1, #15-{shift}",
+        "asrs r7, r7, #16-{shift}",
+        "asrs r1, r1, #16-{shift}",
         "subs r6, r0, r2",
         "adds r0, r0, r2",
         "muls r6, r5, r6",
         "muls r0, r5, r0",
-        "asrs r6, r6, #15-{shift}",
-        "asrs r0, r0, #15-{shift}",
+        "asrs r6, r6, #16-{shift}",
+        "asrs r0, r0, #16-{shift}",
         "mov r3, r11",
         // 3 and 7.
         "ldr r2, [sp, #16]",
@@ -212,5 +213,6 @@ pub(super) unsafe extern "C" fn eights<const M: usize, const SHIFT: u32>(
         "pop {{r4-r7, pc}}",
         m = const M,
         shift = const SHIFT,
+        root = const DIAGONAL,
     )
 }

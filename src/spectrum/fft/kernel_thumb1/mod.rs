@@ -37,7 +37,7 @@ use bins::{Outwards, pairs_outwards};
 use first::eights;
 use passes::pass;
 
-pub(crate) use integer::window;
+pub(crate) use integer::{window, window_finely};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -48,7 +48,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
     first_pass::<M>(pairs, &scale, bits, points);
     let mut length = scale.first;
     while length < M {
-        match integer::factors::<M>(length) {
+        match integer::factors::<M>() {
             Factors::Short(table) => {
                 let stride = table.len() / length.max(1) * size_of::<Triple>();
                 let range = points.as_mut_ptr_range();
