@@ -38,8 +38,9 @@ pub(super) struct Blocks {
     low: i32,
     high: i32,
     width: i32,
-    /// A bit for each block that has changed.
+    /// A bit for each block that has changed, and for each that stood out when it was read.
     stale: u64,
+    risen: u64,
 }
 
 /// A bin that stands out.
@@ -53,7 +54,7 @@ pub(super) struct Candidate {
 impl Blocks {
     #[inline(always)] // a constant would be copied
     pub fn new() -> Self {
-        Self { all: Vec::new(), low: 0, high: -1, width: BLOCK, stale: u64::MAX }
+        Self { all: Vec::new(), low: 0, high: -1, width: BLOCK, stale: u64::MAX, risen: 0 }
     }
 
     /// Those of the band, of which nothing is known.
@@ -75,7 +76,8 @@ impl Blocks {
         (self.low, self.high, self.width) = (low, high, width);
     }
 
-    /// What lies within `reach` of a bin has changed.
+    /// What lies within `reach` of a bin has changed. Only what stood out may be a tone: of the others
+    /// nothing is to be seen.
     pub fn touch<R: Record, const N: usize>(&mut self, bin: i32, reach: i32) {
         let n = N as i32;
         self.mark(bin - reach, bin + reach);
@@ -90,7 +92,7 @@ impl Blocks {
         if first <= last {
             let [from, to] = [first, last]
                 .map(|k| (k - self.low).checked_div(self.width).unwrap_or(0).clamp(0, 63) as u32);
-            self.stale |= (u64::MAX << from) & (u64::MAX >> (63 - to));
+            self.stale |= (u64::MAX << from) & (u64::MAX >> (63 - to)) & self.risen;
         }
     }
 
@@ -164,6 +166,9 @@ impl Blocks {
             if let Some(block) = self.all.get_mut(index) {
                 let rise = if most > least * floor { most / floor } else { 0.0 };
                 (block.floor, block.rise) = (floor, rise);
+            }
+            if floor < f32::INFINITY {
+                self.risen |= 1 << (index as u32 & 63);
             }
         }
     }
