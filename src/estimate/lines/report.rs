@@ -46,6 +46,9 @@ pub(super) fn phase_of<R: Record, const N: usize>(
     Some(Phasor { tone: *tone, phase, sigma_phase })
 }
 
+/// A tone with no other within so many bins has eight bins on each side for itself.
+const ALONE: i32 = 8;
+
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a line, less what the others leave there.
     pub(super) fn beside(&self, found: &Found) -> Beside {
@@ -61,10 +64,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     }
 
     /// The bins that a tone is fitted to in the end. Of several tones each has fewer: 1.02 times the bound
-    /// instead of 1.01, for half the cost, and fewer bins with what the others leave.
-    fn reach(&self) -> Reach {
+    /// instead of 1.01, for half the cost. One that shares these with another makes up for it by those farther off.
+    fn reach(&self, peak: i32) -> Reach {
+        let within = |found: &&Found| apart::<R, N>(found.peak, peak) <= ALONE;
+        let near = self.rest.found.iter().filter(within).count();
         match self.options.reach {
-            Reach::Sixteen if self.rest.found.len() > 1 => Reach::Eight,
+            Reach::Sixteen if near == 1 && self.rest.found.len() > 1 => Reach::Eight,
             reach => reach,
         }
     }
@@ -84,7 +89,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     pub(super) fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
         let &Found { peak, fit: old, .. } = self.rest.found.get(index)?;
         let mut window = Window::new();
-        let reach = self.reach();
+        let reach = self.reach(peak);
         let bins = self.bins(peak, reach, Some(index), &mut window);
         let fitted = |reach: Reach| {
             let outer = (bins.len() / 2).checked_sub(reach.bins())?;
@@ -131,7 +136,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         };
         let tone = seen.tone::<R, N>(found.peak, &found.fit)?;
         let [phase, sigma_phase] =
-            phase::<R>(&found.fit, found.peak, N, self.reach(), turned);
+            phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);
         Some(Phasor { tone, phase, sigma_phase })
     }
 
