@@ -12,8 +12,10 @@ use super::super::uncertainty::{sigma_bins, widened};
 use super::fit::Window;
 use super::{Hunt, apart};
 use crate::acquire::sample::{Record, Stamp};
+use crate::estimate::measure::Arithmetic;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
+use heapless::Vec;
 
 /// The peak bin of a tone and its distance from there, in bins.
 pub(super) fn place<R: Record, const N: usize>(tone: &Tone) -> Option<(i32, f32)> {
@@ -57,8 +59,13 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             return ring::of_power(self.rest.noise(), freedom);
         }
         let &Found { peak, ref fit, .. } = found;
-        let others = self.others_near(peak, ring::OUTERMOST);
-        ring::beside_others(self.rest.spectrum, peak, fit, |k, stretch| {
+        let spectrum = self.rest.spectrum;
+        let alone = self.rest.found.len() == 1;
+        let others = if alone { Vec::new() } else { self.others_near(peak, ring::OUTERMOST) };
+        if others.is_empty() {
+            return ring::beside(spectrum, peak, fit, Arithmetic::Float);
+        }
+        ring::beside_others(spectrum, peak, fit, |k, stretch| {
             others.iter().for_each(|other| other.take(k - peak, stretch));
         })
     }
@@ -67,9 +74,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// instead of 1.01, for half the cost. One that shares these with another makes up for it by those farther off.
     fn reach(&self, peak: i32) -> Reach {
         let within = |found: &&Found| apart::<R, N>(found.peak, peak) <= ALONE;
-        let near = self.rest.found.iter().filter(within).count();
+        let found = &self.rest.found;
         match self.options.reach {
-            Reach::Sixteen if near == 1 && self.rest.found.len() > 1 => Reach::Eight,
+            // It is itself the one that is near.
+            Reach::Sixteen if found.len() > 1 && found.iter().filter(within).count() == 1 => {
+                Reach::Eight
+            }
             reach => reach,
         }
     }
