@@ -10,11 +10,12 @@ use core::mem::MaybeUninit;
 use heapless::Vec;
 use num_complex::Complex;
 
-/// A tone is fitted anew if what another leaves in its bins has changed so much that the error leaves
-/// more than this share of the noise's power in the bins of its own neighbour, or more than
-/// [`OWN`] times the noise's power in its own. In the end each tone is fitted once more.
-const SETTLED: f32 = 0.002;
-const OWN: f32 = 0.5;
+/// A tone is fitted anew if what another leaves in its bins has changed so much that the error still
+/// leaves more than this share of the noise's power in the bins of its own neighbour when both are fitted
+/// once more in the end, or more than [`OWN`] times the noise's power in its own bins. An error falls with
+/// the square of the distance twice: on the way to the neighbour, and on the way back.
+const SETTLED: f32 = 2e-4;
+const OWN: f32 = 10.0;
 
 /// From this offset on, in bins, a tone is centred on another bin.
 const AWAY: f32 = 0.6;
@@ -115,8 +116,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let neighbours = self.neighbours();
         let all = self.rest.found.iter().zip(&mut self.marks).zip(neighbours);
         for (other, ((found, mark), nearest)) in all.enumerate() {
-            // What a tone's own error leaves in its neighbour's bins counts.
-            let settled = (SETTLED * (nearest * nearest) as f32).min(OWN);
+            let square = (nearest * nearest) as f32;
+            let settled = (SETTLED * square * square).min(OWN);
             let apart = apart::<R, N>(*peak, found.peak).max(1);
             // Near by, its own bins are among the other's.
             let power = if apart <= WITHIN { whole + leakage } else { leakage };

@@ -38,8 +38,9 @@ pub(super) struct Blocks {
     low: i32,
     high: i32,
     width: i32,
-    /// A bit for each block that has changed.
+    /// A bit for each block that has changed, and for each that stood out when it was read.
     stale: u64,
+    risen: u64,
 }
 
 /// A bin that stands out.
@@ -53,7 +54,7 @@ pub(super) struct Candidate {
 impl Blocks {
     #[inline(always)] // a constant would be copied
     pub fn new() -> Self {
-        Self { all: Vec::new(), low: 0, high: -1, width: BLOCK, stale: u64::MAX }
+        Self { all: Vec::new(), low: 0, high: -1, width: BLOCK, stale: u64::MAX, risen: 0 }
     }
 
     /// Those of the band, of which nothing is known.
@@ -75,7 +76,8 @@ impl Blocks {
         (self.low, self.high, self.width) = (low, high, width);
     }
 
-    /// What lies within `reach` of a bin has changed.
+    /// What lies within `reach` of a bin has changed. Only what stood out may be a tone: of the others
+    /// nothing is to be seen.
     pub fn touch<R: Record, const N: usize>(&mut self, bin: i32, reach: i32) {
         let n = N as i32;
         self.mark(bin - reach, bin + reach);
@@ -90,7 +92,7 @@ impl Blocks {
         if first <= last {
             let [from, to] = [first, last]
                 .map(|k| (k - self.low).checked_div(self.width).unwrap_or(0).clamp(0, 63) as u32);
-            self.stale |= (u64::MAX << from) & (u64::MAX >> (63 - to));
+            self.stale |= (u64::MAX << from) & (u64::MAX >> (63 - to)) & self.risen;
         }
     }
 
@@ -151,33 +153,44 @@ impl Blocks {
         for _ in 0..AROUND {
             near |= (near << 1) | (near >> 1);
         }
-        for index in 0..self.all.len() {
-            let is_near = near & 1 == 1;
-            near >>= 1;
-            if !is_near {
+        let bar = least * quietest;
+        while let Some(index) = next_of(&mut near) {
+            let Some(block) = self.all.get_mut(index) else { return };
+            let most = block.most;
+            (block.floor, block.rise) = (f32::INFINITY, 0.0);
+            // Nor is it below the quietest block around, which rules out nearly all.
+            if most <= bar || most <= least * quietest_of(self.around(index)) {
                 continue;
             }
-            let most = self.all.get(index).map_or(0.0, |block| block.most);
-            // Nor is it below the quietest block around, which rules out nearly all.
-            let stands = most > least * quietest && most > least * quietest_of(self.around(index));
-            let floor = if stands { self.floor(index) } else { f32::INFINITY };
+            let floor = self.floor(index);
             if let Some(block) = self.all.get_mut(index) {
                 let rise = if most > least * floor { most / floor } else { 0.0 };
                 (block.floor, block.rise) = (floor, rise);
             }
+            self.risen |= 1 << (index as u32 & 63);
         }
     }
 
     /// The one that stands out most.
     fn highest(&self) -> Option<&Block> {
         let mut highest: Option<&Block> = None;
-        for block in &self.all {
-            if block.rise > highest.map_or(0.0, |highest| highest.rise) {
+        let mut risen = self.risen;
+        while let Some(index) = next_of(&mut risen) {
+            if let Some(block) = self.all.get(index)
+                && block.rise > highest.map_or(0.0, |highest| highest.rise)
+            {
                 highest = Some(block);
             }
         }
         highest
     }
+}
+
+/// Takes the lowest bit that is set, and tells which it was.
+fn next_of(bits: &mut u64) -> Option<usize> {
+    let lowest = bits.trailing_zeros();
+    *bits &= bits.wrapping_sub(1);
+    (lowest < u64::BITS).then_some(lowest as usize)
 }
 
 /// The least mean of these blocks.
@@ -194,12 +207,14 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let (count, width) = (self.blocks.all.len(), self.blocks.width);
         // As many neighbours at once as there is room for.
         let room = (CHUNK as i32 / width.max(1)).max(1) as usize;
-        let (mut index, mut left) = (0, stale);
-        while index < count {
-            let run = (left.trailing_ones() as usize).min(room).min(count - index);
+        let mut left = stale;
+        while let index = left.trailing_zeros() as usize
+            && index < count
+        {
+            let run = ((left >> (index as u32 & 63)).trailing_ones() as usize).min(room);
+            let run = run.min(count - index);
             self.renew(index, run);
-            index += run.max(1);
-            left = left.checked_shr(run.max(1) as u32).unwrap_or(0);
+            left &= u64::MAX.checked_shl((index + run) as u32).unwrap_or(0);
         }
         // The floor is that of six blocks of eight or more.
         const FREEDOM: f32 = 80.0;

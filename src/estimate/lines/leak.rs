@@ -1,9 +1,11 @@
 //! What tones leave in the second differences of bins, which are Hann's window.
 
 use super::super::least_squares::Fit;
-use super::super::several::Found;
-use super::Hunt;
+use super::super::noise::ring::{EACH, Stretch};
+use super::super::several::{Found, first};
+use super::{Hunt, ROOM};
 use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar as _;
 use crate::math::series::line_shape;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
@@ -23,6 +25,8 @@ pub(super) const CHUNK: usize = 32;
 /// A tone's leakage into second differences of bins, or that of a real tone's image.
 #[derive(Clone, Copy)]
 pub(super) struct Leak {
+    /// The tone's own bin.
+    pub tone: i32,
     peak: i32,
     offset: f32,
     /// `line sin(pi d) / pi`.
@@ -45,7 +49,7 @@ impl Leak {
         // A real line and an I/Q line are turned by different angles.
         let angle = if R::IQ { offset * core::f32::consts::PI / N as f32 } else { 0.0 };
         let value = line * Complex::new(1.0, angle) * (offset * line_shape(offset));
-        Self { peak: found.peak, offset, value, reach }
+        Self { tone: found.peak, peak: found.peak, offset, value, reach }
     }
 
     /// How far the leakage of a tone whose strongest difference has this power exceeds a tenth of the
@@ -65,6 +69,7 @@ impl Leak {
         let low = peak < n / 4;
         let near = if low { peak } else { n / 2 - peak };
         (!R::IQ && near <= LEAKS).then_some(Self {
+            tone: peak,
             peak: if low { -peak } else { n - peak },
             offset: -self.offset,
             value: -self.value.conj(),
@@ -100,7 +105,45 @@ impl Leak {
     }
 }
 
+/// A leak seen from a bin: how many bins it is off, in units of `1 / scale` codes.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    away: i32,
+    offset: f32,
+    value: Complex<f32>,
+    reach: i32,
+}
+
+impl Seen {
+    /// Takes it from the differences of a stretch whose first one is so many bins from that bin.
+    pub fn take(&self, first: i32, stretch: &mut Stretch) {
+        const HALF: i32 = EACH as i32 - 1;
+        let away = self.away - first;
+        if (away - HALF).abs() > self.reach + HALF {
+            return;
+        }
+        let mut x = away as f32 + self.offset;
+        for [re, im] in stretch {
+            let tail = 1.0 / (x * (x * x - 1.0));
+            *re -= self.value.re * tail;
+            *im -= self.value.im * tail;
+            x -= 2.0;
+        }
+    }
+}
+
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
+    /// What tones other than the one at this bin leak into the differences up to `reach` from it.
+    pub(super) fn others_near(&self, peak: i32, reach: i32) -> Vec<Seen, { 2 * ROOM }> {
+        let scale = f32::two_to(-self.rest.spectrum.exponent());
+        let others = self.leaks.iter().filter(|leak| leak.tone != peak);
+        let near = others.filter(|leak| leak.reaches::<R, N>(peak - reach, 2 * reach + 1));
+        first(near.map(|leak| {
+            let &Leak { offset, value, reach, .. } = leak;
+            Seen { away: leak.from::<R, N>(peak), offset, value: value * scale, reach }
+        }))
+    }
+
     /// The bins that `count` second differences from `first` on need.
     pub(super) fn near<'p>(
         &self,

@@ -4,7 +4,8 @@
 //! bins, which are Hann's window: a tone's leakage falls by 18 dB an octave there, and models of the
 //! tones found need to be subtracted only near them. A candidate exceeds the floor of its own
 //! neighbourhood. Then tones are fitted anew to nine bins, each less the models of the others, until
-//! what one leaves in the bins of another does not change. In the end each is fitted once to all its bins.
+//! what one leaves in the bins of another does not change. In the end each is fitted once more: to 17 bins,
+//! or to 33 if it shares these with another.
 //!
 //! A line that is no target of its own is refused:
 //!

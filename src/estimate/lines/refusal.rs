@@ -98,7 +98,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let strongest = others().map(|other| other.fit.line.norm_sqr()).fold(0.0, f32::max);
         let steps = found.fit.amplitude_squared::<R>(N) < 0.25;
         power > TRANSFORM * strongest
-            && !(steps && self.beside(found.peak).noise.power < BLURRED)
+            && !(steps && self.beside(found).noise.power < BLURRED)
             && !others().any(|stronger| self.is_made_of(found, stronger))
     }
 

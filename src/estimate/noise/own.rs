@@ -1,6 +1,6 @@
 //! A tone's own share of the second differences of bins, in floats and in integers.
 
-use super::ring::STEP;
+use super::ring::{STEP, Stretch};
 use crate::acquire::sample::Record;
 use crate::estimate::least_squares::Fit;
 use crate::estimate::least_squares::fixed::{product, quantised, square, tail};
@@ -42,9 +42,15 @@ impl Own {
         Self { value, image, peak, offset: d, mirror }
     }
 
-    /// The power of a stretch, whose first difference is around bin `k`.
+    /// The power of a stretch, whose first difference is around bin `k`, less what others leave in the
+    /// differences around `k`, `k + 2` and so on.
     #[inline(always)]
-    pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
+    pub(super) fn power(
+        &self,
+        bins: &[Point; STEP + 1],
+        k: i32,
+        less_others: impl Fn(i32, &mut Stretch),
+    ) -> f32 {
         let cubic = |x: f32| x * (x * x - 1.0);
         let x = (self.peak - k) as f32 + self.offset;
         let [a, b, c, d, e, f, g, h, i] = bins;
@@ -70,6 +76,7 @@ impl Own {
                 s += 2.0;
             }
         }
+        less_others(k, &mut left);
         left.iter().fold(0.0, |sum, [re, im]| sum + (re * re + im * im))
     }
 }

@@ -52,8 +52,11 @@ pub struct Beside {
 pub(crate) const FIRST: i32 = 7;
 
 /// Differences in a stretch, and bins from one stretch to the next.
-const EACH: usize = 4;
+pub(crate) const EACH: usize = 4;
 pub(crate) const STEP: usize = 2 * EACH;
+
+/// The differences of a stretch, in stored units.
+pub(crate) type Stretch = [[f32; 2]; EACH];
 
 /// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
 /// two more: the noise farther away is a different one.
@@ -157,6 +160,24 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
             ]
         }
     };
+    of_sides(sides, unit(spectrum), rounding::<R>())
+}
+
+/// The same for one tone of several, in a record that has room for a ring. `less_others(k, stretch)` takes what
+/// the others leave in the differences around `k`, `k + 2` and so on.
+pub(crate) fn beside_others<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+    less_others: impl Fn(i32, &mut Stretch),
+) -> Beside {
+    let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
+    let [left, right] = stretches(N, R::IQ, peak);
+    let sides = [(-1, left), (1, right)].map(|(outward, count)| {
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let (bins, first) = own.window(spectrum, outward, 0..count, &mut window);
+        powers(bins, first, |bins, k| own.power(bins, k, &less_others))
+    });
     of_sides(sides, unit(spectrum), rounding::<R>())
 }
 
@@ -387,20 +408,33 @@ impl Own {
         stretches: Range<usize>,
         arithmetic: Arithmetic,
     ) -> Side {
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let (bins, first) = self.window(spectrum, outward, stretches, &mut window);
+        self.side(bins, first, arithmetic)
+    }
+
+    /// The bins of stretches on one side, and the first one's place.
+    #[inline(always)]
+    fn window<'w, R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        window: &'w mut Window,
+    ) -> (&'w [Point], i32) {
         let count = stretches.len().min(MOST);
         let near = FIRST - 1 + (STEP * stretches.start) as i32;
         let first =
             if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
-        let mut window: Window = [MaybeUninit::uninit(); _];
         let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        self.side(spectrum.fill(first, window), first, arithmetic)
+        (spectrum.fill(first, window), first)
     }
 
     /// The stretches of the bins from `first` on.
     #[inline(never)]
     fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
         match arithmetic {
-            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k)),
+            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k, |_, _| ())),
             Arithmetic::Fixed => {
                 let own = Whole::of(self);
                 powers(bins, first, |bins, k| own.power(bins, k))
