@@ -46,7 +46,6 @@ pub struct Picture {
 }
 
 struct Bench<R: Record, const N: usize> {
-    config: Config,
     plan: Plan<R, N>,
     tracker: Box<Tracker<R, N>>,
     spectrum: Box<Spectrum<R, N>>,
@@ -93,7 +92,6 @@ impl<R: Record, const N: usize> Bench<R, N> {
     fn boxed(config: &Config, full_scale: f64) -> Result<Box<dyn Station>, ConfigError> {
         let plan = config.plan::<R, N>()?;
         Ok(Box::new(Self {
-            config: *config,
             plan,
             tracker: Box::new(Tracker::new(plan)),
             spectrum: Box::new(Spectrum::new()),
@@ -159,12 +157,11 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
 
     fn shown(&self, samples: &mut Vec<u8>, terms: &mut Vec<f64>) {
         samples.extend(self.shown.iter().flat_map(|&s| R::parts(s)).flat_map(i16::to_le_bytes));
-        let Config { codes, band_hz, rate_hz, .. } = self.config;
+        let Terms { codes, band, rate_hz, .. } = *self.plan;
         let bits = f64::from(codes.bits());
         let bits = if codes.rails().0 < 0 { bits } else { -bits };
-        let (low, high) = band_hz.unwrap_or_default();
         let Measurement { stamp, clipped, tone, .. } = &self.measured;
-        terms.extend([N as f64, R::IQ.into(), bits, rate_hz, low, high]);
+        terms.extend([N as f64, R::IQ.into(), bits, rate_hz, band.low.into(), band.high.into()]);
         terms.extend([f64::from(*clipped), stamp.gap.into()]);
         terms.extend([tone.frequency.cycles(), tone.sigma.into(), tone.snr.into()]);
         terms.extend([f64::from(tone.amplitude), f64::from(tone.verdict as u8)]);

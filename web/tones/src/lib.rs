@@ -8,18 +8,22 @@ pub mod row;
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::config::Config;
+use picket::estimate::detection::{FALSE_ALARM, Threshold};
 use picket::estimate::frequency::Frequency;
+use picket::estimate::least_squares::Reach;
 use picket::estimate::lines::lines;
+use picket::estimate::measure::{Arithmetic, Options};
+use picket::estimate::method::Method;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::spectrum::Spectrum;
+use picket::spectrum::peak::Band;
 use std::cell::RefCell;
 
 /// What the page says of a block, as numbers.
 pub type Terms = [f64; 13];
 
 /// The tones of a block, at most `most`, the strongest first: a [`row`](row::row) each. `terms` are the samples' number, 1 for
-/// I/Q, the bits of a code (those from 0 as a negative number), the rate and the band's ends in Hz (both 0 for none), the count
+/// I/Q, the bits of a code (those from 0 as a negative number), the rate in Hz, the band's first and last bin, the count
 /// of clipped samples, 1 behind a gap, then the block's tone: frequency and sigma in cycles per sample, signal-to-noise ratio,
 /// amplitude, the verdict's number. None where they cannot work.
 pub fn tones(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Vec<f64> {
@@ -44,8 +48,14 @@ fn of<R: Record, const N: usize>(
     let &[_, _, bits, rate_hz, low, high, clipped, gap, frequency, sigma, snr, amplitude, verdict] =
         terms;
     let codes = Codes::of_bits(bits > 0.0, bits.abs() as u32)?;
-    let band_hz = (low != 0.0 || high != 0.0).then_some((low, high));
-    let plan = Config { band_hz, ..Config::new(rate_hz, codes) }.plan::<R, N>().ok()?;
+    let band = Band { low: low as i32, high: high as i32 };
+    // As a plan has them. A whole configuration would bring its solvers along, and their size.
+    let options = Options {
+        method: Method::default().of_kind::<R>(),
+        reach: Reach::default(),
+        arithmetic: Arithmetic::default(),
+        threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
+    };
     let tone = Tone {
         frequency: Frequency::of_bins(0, frequency, 1)?,
         sigma: sigma as f32,
@@ -59,7 +69,7 @@ fn of<R: Record, const N: usize>(
     let mut spectrum = Box::new(Spectrum::<R, N>::new());
     spectrum.transform(&record, codes);
     let stamp = Stamp { gap: gap != 0.0, ..Stamp::default() };
-    let found = lines(&spectrum, &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
+    let found = lines(&spectrum, &tone, band, clipped as u32, &stamp, &options, most);
     Some(found.iter().flat_map(|tone| row::row(tone, rate_hz)).collect())
 }
 
