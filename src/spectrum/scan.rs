@@ -1,5 +1,6 @@
 //! The search over the whole spectrum of a real record, from the points of its transform. It splits
-//! only those bins that may be the strongest, and stores none of them.
+//! only those bins that may be the strongest, by factors of 16 bits at every length, and stores none
+//! of them.
 //!
 //! # The bound
 //!

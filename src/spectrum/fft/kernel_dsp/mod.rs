@@ -32,7 +32,7 @@ use bins::{span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours};
-use passes::{even, few, fine, long, near, short};
+use passes::{even, fine, long, near, short, short_finely};
 #[cfg(all(not(mve), feature = "methods"))]
 use rails::first_strong;
 #[cfg(not(mve))]
@@ -128,9 +128,15 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
         let end = points.add(M);
         // As in `pass`, with four blocks at the least.
         match length {
-            4 if const { is_even(M) } => return few::<4>(points, end, table.as_ptr(), stride),
-            8 if const { !is_even(M) } => return few::<8>(points, end, table.as_ptr(), stride),
-            16 if const { is_even(M) } => return few::<16>(points, end, table.as_ptr(), stride),
+            4 if const { is_even(M) } => {
+                return short_finely::<4>(points, end, table.as_ptr(), stride);
+            }
+            8 if const { !is_even(M) } => {
+                return short_finely::<8>(points, end, table.as_ptr(), stride);
+            }
+            16 if const { is_even(M) } => {
+                return short_finely::<16>(points, end, table.as_ptr(), stride);
+            }
             _ => {}
         }
         let mut block = points;
@@ -186,7 +192,7 @@ pub fn window<'a>(
             to = below;
         }
         if next == middle && to < end {
-            to.write(integer::split(points, table, middle));
+            to.write(quarter(points));
             next += 1;
             to = to.add(1);
         }
@@ -196,6 +202,13 @@ pub fn window<'a>(
         }
         places.assume_init_ref()
     }
+}
+
+/// Bin N/4, which needs no product. It is in few windows.
+#[cold]
+#[inline(never)]
+fn quarter(points: &[Point]) -> Point {
+    integer::split(points, &[], points.len() / 2)
 }
 
 /// As [`integer::window_finely`].
@@ -224,7 +237,7 @@ pub fn window_finely<'a>(
             to = below;
         }
         if next == middle && to < end {
-            to.write(integer::split_finely(points, &[], middle));
+            to.write(quarter(points));
             next += 1;
             to = to.add(1);
         }

@@ -92,7 +92,7 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
 /// # Safety
 /// As [`short`].
 #[unsafe(naked)]
-pub(super) unsafe extern "C" fn few<const L: usize>(
+pub(super) unsafe extern "C" fn short_finely<const L: usize>(
     points: *mut Point,
     end: *mut Point,
     table: *const FineTriple,
