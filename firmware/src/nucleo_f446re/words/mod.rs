@@ -38,14 +38,14 @@ pub struct Words {
 }
 
 /// Core cycles in which a fundamental is sought among eight lines, by 1.4 cycles an instruction.
-const HARMONICS_CYCLES: u64 = 1_300_000;
+const HARMONICS_CYCLES: u64 = 1_000_000;
 
 /// Core cycles that the further tones of a block and its fundamental take at most, by 1.4 cycles an
 /// instruction, which are modelled and not measured: a search, and what each of them costs.
 const fn lines_cycles(settings: &Settings) -> u64 {
     let tones = match settings.further() {
         0 => 0,
-        further => 80_000 + 60_000 * further as u64,
+        further => 80_000 + 45_000 * further as u64,
     };
     tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
