@@ -94,7 +94,7 @@ impl<T: Scalar> Sums<T> {
 
 impl<T: Scalar> Rest<T> {
     /// No residual, or none is wanted.
-    pub(super) fn none() -> Self {
+    pub(crate) fn none() -> Self {
         let zero = T::zero();
         let along = [Complex::new(zero, zero); 3];
         Self { within: [zero; 3], along, cosine_squared: zero }

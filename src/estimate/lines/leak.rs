@@ -22,6 +22,9 @@ const LEAST: i32 = 8;
 /// The most differences that are taken at once.
 pub(super) const CHUNK: usize = 32;
 
+/// A tone is taken to be so far off its bin at least: just on it, its leakage into that bin would be 0/0.
+const LEAST_OFFSET: f32 = 1e-4;
+
 /// A tone's leakage into second differences of bins, or that of a real tone's image.
 #[derive(Clone, Copy)]
 pub(super) struct Leak {
@@ -46,6 +49,7 @@ pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
 impl Leak {
     pub fn of<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
         let Fit { offset, line, .. } = found.fit;
+        let offset = if offset.abs() < LEAST_OFFSET { LEAST_OFFSET } else { offset };
         // A real line and an I/Q line are turned by different angles.
         let angle = if R::IQ { offset * core::f32::consts::PI / N as f32 } else { 0.0 };
         let value = line * Complex::new(1.0, angle) * (offset * line_shape(offset));
@@ -201,6 +205,37 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             if let Some(image) = leak.image::<R, N>() {
                 let _ = self.leaks.push(image);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::sample::Real;
+    use crate::estimate::least_squares::Model;
+
+    /// Half the second differences of a line that is just on its bin: all of it there, half beside, nothing else.
+    #[test]
+    fn a_tone_just_on_its_bin_leaks_into_that_alone() {
+        let (zero, line) = (Complex::new(0.0, 0.0), Complex::new(1000.0, 0.0));
+        let fit = Fit {
+            offset: 0.0,
+            line,
+            information: 1.0,
+            peak: line,
+            lever: zero,
+            residual: 0.0,
+            freedom: 31,
+            rest: crate::estimate::least_squares::Rest::none(),
+        };
+        let found = Found { peak: 100, fit, model: Model::new(&fit, 100, 1024) };
+        let mut differences = [zero; 9];
+        Leak::of::<Real, 1024>(&found, LEAKS).take::<Real, 1024>(96, &mut differences);
+        for (k, difference) in (96..).zip(differences) {
+            let expected = [1000.0, -500.0, 0.0, 0.0, 0.0][usize::abs_diff(k, 100)];
+            // The distance loses digits so near a bin.
+            assert!((difference.re - expected).abs() < 2.0, "{k}: {difference}");
         }
     }
 }
