@@ -26,9 +26,8 @@
 //! The error is that of the factors. With Q15 factors a bin has the relative error of its passes, 5e-6
 //! each. It is the same for every record of a tone, so averaging does not remove it: at 60 dB it
 //! would move a tone by .17 sigma (real) and .23 sigma (I/Q) at N = 4096. So transforms of 2048
-//! points and more have Q31 factors in every pass, and bins of real records of 2048 samples and
-//! more are split by Q31 factors ([`twiddle::sines`]); only the search, which compares powers, has
-//! Q15 there. The factor sqrt(1/2) of the first pass has an error of 1e-6 at every length. A product
+//! points and more have Q31 factors in every pass, and bins of real records of 4096 samples are
+//! split by Q31 factors ([`twiddle::sines`]); only the search, which compares powers, has Q15 there. The factor sqrt(1/2) of the first pass has an error of 1e-6 at every length. A product
 //! is floored to an integer, which lies 2^-12 or more below a 12-bit code before the passes'
 //! scaling.
 //!

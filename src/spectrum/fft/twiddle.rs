@@ -71,11 +71,11 @@ pub const fn splits(n: usize) -> &'static [Packed] {
     }
 }
 
-/// Factors that split the bins of a long real record as [`splits`] does, of 32 bits, for the bins that
-/// are measured: `sin(2 pi k / n)` in Q31, k = 0..=n/4. Empty for the other lengths.
+/// Factors that split the bins of the longest real record as [`splits`] does, of 32 bits, for the bins
+/// that are measured: `sin(2 pi k / n)` in Q31, k = 0..=n/4. Empty for the other lengths, whose passes
+/// have factors of 16 bits.
 pub const fn sines(n: usize) -> &'static [i32] {
     match n {
-        2048 => &SINES_2048,
         4096 => &SINES_4096,
         _ => &[],
     }
@@ -101,7 +101,6 @@ const SPLITS_1024: [Packed; 256] = quarter();
 const SPLITS_2048: [Packed; 512] = quarter();
 const SPLITS_4096: [Packed; 1024] = quarter();
 
-static SINES_2048: [i32; 513] = quarter_sines();
 static SINES_4096: [i32; 1025] = quarter_sines();
 
 // Const functions cannot use `get_mut`. An index out of range would be a compile error.
