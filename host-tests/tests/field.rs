@@ -215,7 +215,7 @@ fn slow_terms_are_no_wolf() {
         }
     }
     for text in ["dc:0.01", "dc:0.05"] {
-        let field = field::<Iq, 1024>(text, 40.0, Some((3.0, 20.0)), 400);
+        let field = field::<Iq, 1024>(text, 40.0, Some((3.0, 20.0)), 4000);
         field.print();
         if field.good() < 97.0 || !(0.8..=1.3).contains(&field.square()) {
             wrong.push(format!("{}: {:.1} % good", field.0, field.good()));

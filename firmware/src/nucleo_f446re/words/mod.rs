@@ -45,7 +45,7 @@ const HARMONICS_CYCLES: u64 = 1_000_000;
 const fn lines_cycles(settings: &Settings) -> u64 {
     let tones = match settings.further() {
         0 => 0,
-        further => 80_000 + 45_000 * further as u64,
+        further => 84_000 + 45_000 * further as u64,
     };
     tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
