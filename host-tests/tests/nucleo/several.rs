@@ -7,7 +7,7 @@ use picket_wire::settings_error::{RateError, SettingsError};
 
 /// The longest block since the bytes of the board are recorded. Each status tells the longest since the one before, and one comes
 /// each second by itself.
-fn longest_block(board: &mut Board) -> u32 {
+pub fn longest_block(board: &mut Board) -> u32 {
     status(board);
     let recorded = board.recorded.take().unwrap();
     let said = Listener::default().read(&recorded);
