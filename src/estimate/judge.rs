@@ -51,6 +51,9 @@ const FIRES: f32 = 5.026;
 /// 5e-4.
 const CLEAN: f32 = 3.291;
 
+/// A noise estimate of fewer free numbers is one of [`Beside::on_an_edge`].
+const FEW: f32 = 20.0;
+
 /// A tone still moves if the directions leave less than this share of what they explain. A tone that
 /// wanders, or swings once or twice within the record, mostly leaves less; two lines 1.5 bins apart
 /// leave more.
@@ -143,6 +146,8 @@ fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Ju
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
+    // On an edge the noise is what the fit leaves five bins off. It may rise towards the tone.
+    let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
     let tail = |deviations| Tail { deviations, noise: noise.freedom };
     let fires = tail(FIRES);
     // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
@@ -172,6 +177,31 @@ fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Ju
     let (level, mirror) = (a1 + a2 + a3, MIRROR / (from_end * from_end));
     let odd = odd.min(PAIRED * (p2 + p3 - LIKELY - level * (mirror + LEAK)).max(0.0));
     Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
+}
+
+/// Of a fit that was chosen because another failed, and is steady. More terms explain a part of
+/// anything: if one of the four tests is less probable than 5e-4, sigma grows as with several
+/// tones.
+#[inline(never)]
+pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judgement) -> Judgement {
+    let Beside { noise, loud, .. } = beside;
+    let unit = 2.0 / (noise.power * n as f32);
+    let transform = TRANSFORM * fit.line.norm_sqr();
+    let rest = |power: f32| (power - transform).max(0.0) * unit;
+    let clean = Tail { deviations: CLEAN, noise: noise.freedom };
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit);
+    let [two, four, _] = fit.rest.within.map(rest);
+    let [free2, free4, _] = SCALES;
+    let moved = rest(a1 + a2 + a3 + p2 + p3);
+    if !(clean.beyond(moved, DIRECTIONS)
+        || clean.beyond(two, free2)
+        || clean.beyond(four, free4)
+        || clean.beyond(rest(fit.residual) * (noise.power / loud), fit.freedom.max(1) as f32))
+    {
+        return judgement;
+    }
+    let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
+    Judgement { widening: judgement.widening.max(1.0 + HIDDEN * most), ..judgement }
 }
 
 /// The powers that a line leaves along the directions of a tone's change.

@@ -4,7 +4,7 @@ use super::detection::Threshold;
 use super::evidence::stands_out;
 use super::frequency::Frequency;
 use super::image::mirrored;
-use super::judge::{Judgement, Line, from_end, judge};
+use super::judge::{Judgement, Line, chosen, from_end, judge};
 use super::least_squares::fixed::{self, quantised};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
@@ -151,7 +151,11 @@ pub fn measure<R: Record, const N: usize>(
         {
             let beside_slow = judged(&other);
             if beside_slow.line < judgement.line {
-                (*fit, judgement) = (other, beside_slow);
+                judgement = match beside_slow.line {
+                    Line::Steady => chosen(&other, N, &beside, beside_slow),
+                    _ => beside_slow,
+                };
+                *fit = other;
             }
         }
     }
