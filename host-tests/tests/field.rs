@@ -267,6 +267,27 @@ fn a_mirrored_tone_is_an_image() {
     check(wrong);
 }
 
+/// A record without a ring has the image in its noise.
+#[test]
+fn a_short_record_has_an_image_too() {
+    let mut wrong = Vec::new();
+    for (text, snr_db) in
+        [("iq-dead:1", 10.0), ("iq-dead:0", 30.0), ("iq-delay:1", 10.0), ("iq-delay:1", 30.0)]
+    {
+        let field = field::<Iq, 64>(text, snr_db, Some((8.0, 24.0)), 2000);
+        field.print();
+        if field.lies() > 0.5 {
+            wrong.push(format!("{}: {:.2} % lies", field.0, field.lies()));
+        }
+    }
+    let pure = field::<Iq, 64>("none", 10.0, None, 2000);
+    pure.print();
+    if pure.good() < 99.9 {
+        wrong.push(format!("{}: {:.1} % good", pure.0, pure.good()));
+    }
+    check(wrong);
+}
+
 #[test]
 fn coloured_noise_is_no_wolf() {
     let mut wrong = Vec::new();

@@ -3,7 +3,8 @@
 
 use super::detection::{Less, Threshold};
 use super::least_squares::{Fit, Model};
-use super::noise::Noise;
+use super::measure::residual;
+use super::noise::{Noise, ring};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
@@ -27,6 +28,13 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     const NEAREST: i32 = 2;
     /// At this distance from DC leakage is a tenth of that share.
     const FAR: i32 = 16;
+    // The noise of a short record has the image in it, the fit's own bins have it only where it is
+    // near.
+    let noise = if ring::has_room(N, true) {
+        *noise
+    } else {
+        Noise { power: noise.power.min(residual(fit, N)), freedom: fit.freedom as f32 }
+    };
     let n = N as i32;
     let half = n / 2;
     let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n).unwrap_or(0) - half).abs();
