@@ -2,14 +2,18 @@
 //! one place in it.
 
 use super::detection::{Less, Threshold};
-use super::least_squares::Fit;
+use super::least_squares::{Fit, Model, take_around};
 use super::measure::Arithmetic;
 use super::noise::ring::{self, Beside};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
+use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
 use crate::spectrum::peak::Peak;
+use core::mem::MaybeUninit;
+use num_complex::Complex;
 
 /// Whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on:
 /// the factor by which it is then less exact than its power says, `None` if it does not.
@@ -33,8 +37,60 @@ pub(super) fn stands_out<R: Record, const N: usize>(
         *beside
     };
     let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
-    let exceeds = evidence.exceeds(beside, &wide, Threshold::has_floor(peak).then_some(floor));
+    let tested = evidence.tested(&wide, Threshold::has_floor(peak).then_some(floor));
+    let exceeds = evidence.exceeds(beside, &wide, tested)
+        && (!cfg!(feature = "methods")
+            || tested
+            || !evidence.short
+            || !beside.has_sides()
+            || evidence.exceeds_half(louder_half(spectrum, peak.bin, fit)));
     exceeds.then(|| evidence.selection(beside.noise.power))
+}
+
+/// The residual of the louder half of the bins 3 to 16 away, of which there are four stretches, two on each side.
+///
+/// A band of noise may end within the bins of the fit. Those beyond it have no noise, so that the mean of all is too low.
+#[inline(never)]
+fn louder_half<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    fit: &Fit<f32>,
+) -> f32 {
+    let mut places = MaybeUninit::<[Point; WIDTH]>::uninit();
+    let points = spectrum.window(peak.wrapping_sub(REACH as i32), &mut places);
+    let unit = f32::two_to(spectrum.exponent());
+    let mut bins = [Complex::new(0.0, 0.0); WIDTH];
+    for (bin, &[re, im]) in bins.iter_mut().zip(points) {
+        *bin = Complex::new(re as f32 * unit, im as f32 * unit);
+    }
+    take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
+    let room = if R::IQ { [i32::MAX; 2] } else { [peak - 1, N as i32 / 2 - 1 - peak] };
+    louder(&bins, room)
+}
+
+/// The same of the bins around a peak that has so many on each side.
+#[inline(never)]
+fn louder(bins: &[Complex<f32>; WIDTH], room: [i32; 2]) -> f32 {
+    /// Fewer bins tell nothing.
+    const FEWEST: usize = 4;
+    const STRETCHES: [(usize, usize); 4] =
+        [(0, REACH - 8), (REACH - 8, REACH - 2), (REACH + 3, REACH + 9), (REACH + 9, WIDTH)];
+    let [below, above] = room.map(|room| room.max(0).min(REACH as i32) as usize);
+    let (first, end) = (REACH - below, REACH + 1 + above);
+    let (mut loudest, mut second) = (0.0, 0.0);
+    for (from, to) in STRETCHES {
+        let bins = bins.get(from.max(first)..to.min(end)).unwrap_or_default();
+        if bins.len() < FEWEST {
+            continue;
+        }
+        let mean = bins.iter().map(Complex::norm_sqr).sum::<f32>() / bins.len() as f32;
+        if mean > loudest {
+            (second, loudest) = (loudest, mean);
+        } else if mean > second {
+            second = mean;
+        }
+    }
+    0.5 * (loudest + second)
 }
 
 /// A line that exceeds the floor of its band, and what is near it. Compiled once for all kinds and lengths of records.
@@ -80,38 +136,62 @@ impl Evidence {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn decided(&self, beside: &Beside) -> Option<bool> {
-        let Spread { least, middle, .. } = self.spread;
+        let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
         let ring = beside.loud * self.n as f32;
-        if cfg!(feature = "methods") && self.short && middle > HUMP * ring {
-            // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
-            let detects = |rest: f32, freedom| self.detects(rest, freedom, Less::NOTHING);
-            return Some(detects(middle, MIDDLE) || detects(least, LEAST));
+        let (_, mut most) = ordered(least, ring);
+        if cfg!(feature = "methods") && self.short {
+            if middle > HUMP * ring {
+                // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
+                let detects = |rest: f32, freedom| self.detects(rest, freedom, Less::NOTHING);
+                return Some(detects(middle, MIDDLE * next) || detects(least, LEAST * nearest));
+            }
+            (_, most) = ordered(most, middle);
         }
-        let (_, most) = ordered(least, ring);
         self.threshold.is_far_above(self.power / most).then_some(true)
     }
 
-    /// Whether the line exceeds this noise and that of a wider ring. The `floor` is its band's, where that tells noise from
-    /// tones.
+    /// Whether the floor of the line's band, if that tells noise from tones, is a test of its own: where it is as loud as
+    /// the wide ring and the residual.
     #[inline(never)]
-    fn exceeds(&self, beside: &Beside, wide: &Beside, floor: Option<f32>) -> bool {
+    fn tested(&self, wide: &Beside, floor: Option<f32>) -> bool {
+        let (mean, freedom) = self.spread.mean();
+        let residual = cfg!(feature = "methods") && freedom > 0.0 && wide.has_sides();
+        floor.is_some_and(|floor| {
+            let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
+            wide.loud * self.n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
+        })
+    }
+
+    /// Whether the line exceeds this noise and that of a wider ring, and the mean residual.
+    #[inline(never)]
+    fn exceeds(&self, beside: &Beside, wide: &Beside, tested: bool) -> bool {
         let Self { n, ref spread, .. } = *self;
         let (least, (mean, freedom)) = (spread.least, spread.mean());
         // A short record without a ring has nothing else beside its tone.
-        let residual =
-            cfg!(feature = "methods") && self.short && freedom > 0.0 && beside.has_sides();
-        // The floor is a test of its own where it is as loud as the ring, and in a short record as the residual.
-        let tested = floor.is_some_and(|floor| {
-            let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
-            wide.loud * n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
-        });
-        let less = if tested { Less::SOME.in_record(n) } else { Less::NOTHING };
+        let residual = cfg!(feature = "methods")
+            && beside.has_sides()
+            && freedom > if self.short { 0.0 } else { WHOLE };
+        // In a short record the wide ring is most of the spectrum, and the floor once more.
+        let (less, less_residual) = match (tested, self.short) {
+            (true, true) => (Less::MOST, Less::of_residual(n)),
+            (true, false) => (Less::SOME.in_record(n), Less::of_residual(n)),
+            (false, true) => (Less::NOTHING, Less::NOTHING),
+            (false, false) => (Less::NOTHING, Less::of_residual(n)),
+        };
         let detects = |beside: &Beside, less| {
             self.detects(least.max(beside.loud * n as f32), beside.noise.freedom, less)
         };
-        (!residual || self.detects(mean, freedom, less))
+        (!residual || self.detects(mean, freedom, less_residual))
             && detects(wide, less)
             && detects(beside, Less::MOST.in_record(n))
+    }
+
+    /// Whether the line exceeds this mean of the louder half of the residual.
+    #[inline(never)]
+    fn exceeds_half(&self, louder: f32) -> bool {
+        /// The independent real numbers of a mean as accurate, if it were not that of the louder half.
+        const FREEDOM: f32 = 72.0;
+        self.detects(louder, FREEDOM, Less::NOTHING)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
@@ -137,15 +217,21 @@ const HUMPED: usize = 512;
 /// The middle one of the three residuals over the ring's noise, above which the ring does not tell the noise
 /// here. White noise hardly ever exceeds it.
 const HUMP: f32 = 3.0;
-/// The independent real numbers that the middle one and the least are as accurate as.
-const MIDDLE: f32 = 14.0;
-const LEAST: f32 = 8.0;
+/// The independent real numbers that the middle one and the least are as accurate as, for each bin of the middle and of
+/// the nearest ones.
+const MIDDLE: f32 = 1.75;
+const LEAST: f32 = 2.0;
 /// The same for each bin of their mean.
 const EACH: f32 = 1.8;
+/// Those of a residual that tells something beside a ring that is narrow in the spectrum: most of what 28 bins have.
+const WHOLE: f32 = 45.0;
 /// The ring's noise over the floor's, above which the floor is that of another part of the spectrum.
 const LOUDER: f32 = 1.4;
 /// The same for the mean residual, in its standard deviations above the floor.
 const RESIDUAL: f32 = 2.6;
+
+/// All bins that a fit reads.
+const WIDTH: usize = 2 * REACH + 1;
 
 /// The residual power of a bin near a tone.
 pub(super) struct Spread {
