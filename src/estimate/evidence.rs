@@ -40,10 +40,10 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     let tested = evidence.tested(&wide, Threshold::has_floor(peak).then_some(floor));
     let exceeds = evidence.exceeds(beside, &wide, tested)
         && (!cfg!(feature = "methods")
-            || tested
             || !evidence.short
             || !beside.has_sides()
-            || evidence.exceeds_half(louder_half(spectrum, peak.bin, fit)));
+            || evidence
+                .exceeds_half(louder_half(spectrum, peak.bin, fit), tested.then_some(floor)));
     exceeds.then(|| evidence.selection(beside.noise.power))
 }
 
@@ -186,12 +186,16 @@ impl Evidence {
             && detects(beside, Less::MOST.in_record(n))
     }
 
-    /// Whether the line exceeds this mean of the louder half of the residual.
+    /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as
+    /// loud as white noise's.
     #[inline(never)]
-    fn exceeds_half(&self, louder: f32) -> bool {
+    fn exceeds_half(&self, louder: f32, floor: Option<f32>) -> bool {
         /// The independent real numbers of a mean as accurate, if it were not that of the louder half.
         const FREEDOM: f32 = 72.0;
-        self.detects(louder, FREEDOM, Less::NOTHING)
+        /// In white noise the louder half is 1.25 times the floor, and four times in a thousand this.
+        const LIKELY: f32 = 2.0;
+        floor.is_some_and(|floor| louder <= LIKELY * floor)
+            || self.detects(louder, FREEDOM, Less::NOTHING)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
