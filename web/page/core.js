@@ -16,16 +16,19 @@ export async function compile(url) {
   return WebAssembly.compile(await answer.arrayBuffer());
 }
 
+const TRACK = ["number", "hertz", "sigma", "misses"];
 const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "verdict"];
 
-/** Rows of numbers as tones. */
-export function tones(numbers) {
+/** Rows of numbers, one behind the other, as objects with these names. */
+function objects(numbers, names) {
   const rows = [];
-  for (let at = 0; at < numbers.length; at += TONE.length) {
-    rows.push(Object.fromEntries(TONE.map((name, index) => [name, numbers[at + index]])));
+  for (let at = 0; at < numbers.length; at += names.length) {
+    rows.push(Object.fromEntries(names.map((name, index) => [name, numbers[at + index]])));
   }
   return rows;
 }
+
+export const tones = (numbers) => objects(numbers, TONE);
 
 export class Core {
   constructor(module) {
@@ -71,12 +74,7 @@ export class Core {
 
   /** The rows that the last call left, as objects with the library's names. */
   rows() {
-    const numbers = this.numbers();
-    const rows = [];
-    for (let at = 0; at < numbers.length; at += this.names.length) {
-      rows.push(Object.fromEntries(this.names.map((name, index) => [name, numbers[at + index]])));
-    }
-    return rows;
+    return objects(this.numbers(), this.names);
   }
 
   set(name, value) {
@@ -154,13 +152,7 @@ export class Core {
 
   tracks() {
     this.exports.picket_tracks();
-    const numbers = this.numbers();
-    const tracks = [];
-    for (let at = 0; at < numbers.length; at += 4) {
-      const [number, hertz, sigma, misses] = numbers.slice(at, at + 4);
-      tracks.push({ number, hertz, sigma, misses });
-    }
-    return tracks;
+    return objects(this.numbers(), TRACK);
   }
 
   state() {
