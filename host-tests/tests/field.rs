@@ -7,6 +7,7 @@ use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Stamp};
 use picket::config::Config;
 use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::uncertainty::bound_bins;
 use picket::pipeline::Pipeline;
 use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Kind, codes, generator};
@@ -256,6 +257,23 @@ fn slow_terms_are_no_wolf() {
         field.print();
         if field.good() < 97.0 || !(0.8..=1.3).contains(&field.square()) {
             wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
+        }
+    }
+    check(wrong);
+}
+
+/// The bin of a constant offset is left out of a fit that has it among its outer bins.
+#[test]
+fn a_constant_offset_costs_a_tone_little() {
+    let mut wrong = Vec::new();
+    for bins in [(3.0, 8.0), (10.0, 15.0), (1009.0, 1014.0), (17.0, 40.0)] {
+        let field = field::<Iq, 1024>("dc:0.05", 50.0, Some(bins), 400);
+        let count = field.1.len() as f64;
+        let square = field.1.iter().map(|seen| seen.error * seen.error).sum::<f64>() / count;
+        let ratio = square.sqrt() / f64::from(bound_bins::<Iq>(1024, 1e5));
+        println!("{}, bins {bins:?}: {ratio:.2} times the bound", field.0);
+        if ratio > 2.0 || field.good() < 97.0 {
+            wrong.push(format!("{bins:?}: {ratio:.2} times the bound, {:.1} % good", field.good()));
         }
     }
     check(wrong);

@@ -131,7 +131,8 @@ impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
         }
     }
 
-    /// Measures a block without its guard.
+    /// Measures a block without its guard. It is called at two places; the smallest cores have it once.
+    #[cfg_attr(short_products, inline(never))]
     pub fn block<const WORDS: usize>(
         &mut self,
         block: &mut Block<Slot<WORDS>>,

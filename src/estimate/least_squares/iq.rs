@@ -209,10 +209,12 @@ impl<T: Scalar> Problem<T, Floats<T>> {
             let turn = circle::<T>(i, n.saturating_mul(2));
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
-                if further && holds_constant(bins.peak().wrapping_add(k), n, k) {
+                let x = bins.at(k);
+                if holds_constant(bins.peak().wrapping_add(k), n, k)
+                    && (further || i > 3 && stands_alone(x, bins.at(k - k.signum())))
+                {
                     continue;
                 }
-                let x = bins.at(k);
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
                 // The vector holds every distance up to the reach.
                 let _ = self.sides.0.push(Side { i: k, u: lean / e, m: T::one() + lean * lean, y });
@@ -274,7 +276,13 @@ impl<T: Scalar> Sides<T> for Floats<T> {
 }
 
 /// Whether bin `k`, `away` from the peak, is that of a constant offset. It is left out if a tone
-/// alone does not explain all bins, but not beside the tone, which needs all three bins.
+/// alone does not explain all bins, but not beside the tone, which needs all three bins; and from four
+/// bins off if it [`stands_alone`].
 pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
     away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
+}
+
+/// Whether a bin is louder than a tone's leakage can make it: that falls from the bin nearer the tone.
+pub(super) fn stands_alone<T: Scalar>(bin: Complex<T>, nearer: Complex<T>) -> bool {
+    bin.norm_sqr() > nearer.norm_sqr() * T::of(8.0)
 }

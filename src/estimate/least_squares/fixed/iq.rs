@@ -69,10 +69,14 @@ pub(super) fn fit(
     let (near, sides) = (Vec::new(), Sides { scale, unit, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
     let further = matches!(course, Course::Further(..));
+    let float = |[re, im]: Point| Complex::new(re as f32, im as f32);
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
-            let constant = further && iq::holds_constant(peak.wrapping_add(sign * i), n, i);
-            if let Some(x) = around(bins, sign * i).filter(|_| !constant) {
+            let constant = iq::holds_constant(peak.wrapping_add(sign * i), n, i);
+            let nearer = || around(bins, sign * (i - 1)).unwrap_or_default();
+            let left_out =
+                |x| constant && (further || i > 3 && iq::stands_alone(float(x), float(nearer())));
+            if let Some(x) = around(bins, sign * i).filter(|&x| !left_out(x)) {
                 // The vector holds every distance up to the reach.
                 let _ = problem.sides.sides.push(Side::new(x, distance, sign, i));
             }
