@@ -40,7 +40,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     let tested = evidence.tested(&wide, Threshold::has_floor(peak).then_some(floor));
     let exceeds = evidence.exceeds(beside, &wide, tested)
         && (!cfg!(feature = "methods")
-            || !evidence.short
+            || !const { N < HUMPED && ring::has_room(N, R::IQ) }
             || !beside.has_sides()
             || evidence
                 .exceeds_half(louder_half(spectrum, peak.bin, fit), tested.then_some(floor)));
