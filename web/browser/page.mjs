@@ -21,6 +21,22 @@ const answer = (page) => page.evaluate(() => {
   };
 });
 
+/** Waits until the page has drawn all that it has: its digits change five times a second. */
+async function drawn(page) {
+  await page.waitForTimeout(300);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
+/** The answer as soon as it is as wanted, or what it is in the end. */
+async function until(page, wanted) {
+  for (let tries = 0; tries < 40; tries += 1) {
+    const said = await answer(page);
+    if (wanted(said)) return said;
+    await page.waitForTimeout(250);
+  }
+  return answer(page);
+}
+
 /** The rows of the table of tones, each the words of its cells. */
 const tones = (page) => page.evaluate(() => {
   const table = document.querySelector("#tones");
@@ -48,7 +64,7 @@ async function saved(page, button) {
 
 async function measured(page) {
   await page.waitForFunction(() => / blocks measured$|^Nothing/.test(document.querySelector("#file-name").textContent));
-  await page.waitForTimeout(300);
+  await drawn(page);
 }
 
 /** Drops a file on the page as a person does. */
@@ -70,7 +86,8 @@ const serial = (bytes) => (page) => page.addInitScript((base64) => {
       port.readable = new ReadableStream({
         async pull(controller) {
           await new Promise((done) => setTimeout(done, 5));
-          if (at >= played.length) return new Promise(() => {});
+          window.played = at >= played.length;
+          if (window.played) return new Promise(() => {});
           controller.enqueue(played.slice(at, at += 97));
         },
       });
@@ -96,16 +113,10 @@ async function scenes() {
   }
   await slide(page, "level_db", 6);
   // The tracks of before take some blocks to give way.
-  let clipped;
-  for (let tries = 0; tries < 20; tries += 1) {
-    await page.waitForTimeout(250);
-    clipped = await answer(page);
-    if (clipped.word === "clipped") break;
-  }
+  const clipped = await until(page, ({ word }) => word === "clipped");
   await slide(page, "level_db", -6);
   await slide(page, "snr_db", -25);
-  await page.waitForTimeout(500);
-  const weak = await answer(page);
+  const weak = await until(page, ({ word }) => word === "weak" || word === "no-signal");
   tell("scenes", { errors, first, seen, ratio, frame, clipped, weak });
   await context.close();
 }
@@ -120,18 +131,17 @@ async function hands() {
   }
   await page.waitForFunction(() => document.querySelector("#figures .value"));
   await page.keyboard.press("Space");
-  await page.waitForTimeout(300);
+  await drawn(page);
   const held = [await answer(page), (await page.waitForTimeout(500), await answer(page))].map(({ counters }) => counters.blocks);
   await page.keyboard.press("Space");
-  await page.waitForTimeout(500);
-  const moved = (await answer(page)).counters.blocks;
+  const moved = (await until(page, ({ counters }) => counters.blocks !== held[1])).counters.blocks;
   // Every control can be reached and has a name.
   const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select")]
     .filter((tag) => tag.checkVisibility() && !(tag.textContent.trim() || tag.labels?.length || tag.ariaLabel)).map((tag) => tag.id));
   const labels = await page.evaluate(() => document.querySelectorAll(".chart .label, .ticks li").length);
   const png = (await saved(page, "png")).subarray(0, 8).toString("hex");
   await page.emulateMedia({ colorScheme: "dark" });
-  await page.waitForTimeout(300);
+  await drawn(page);
   const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   tell("hands", { errors, widths, held, moved, nameless, labels, png, ground });
   await context.close();
@@ -205,8 +215,9 @@ async function hasty() {
   await drop(page, "bad-silence.wav");
   await page.keyboard.press("1");
   await page.waitForTimeout(1000);
-  const counts = [await answer(page), (await page.waitForTimeout(500), await answer(page))].map(({ counters }) => counters.blocks);
-  tell("hasty", { errors, shown, counts, ...await answer(page) });
+  const before = (await answer(page)).counters.blocks;
+  const later = await until(page, ({ counters }) => counters.blocks !== before);
+  tell("hasty", { errors, shown, counts: [before, later.counters.blocks], ...later });
   await context.close();
 }
 
@@ -214,9 +225,11 @@ async function board(name) {
   const { page, errors, context } = await open(browser, DESKTOP, serial(input(name)));
   await page.keyboard.press("4");
   await page.click("#connect");
-  await page.waitForTimeout(input(name).length / 97 * 9 + 900);
+  await page.waitForFunction(() => window.played);
+  await drawn(page);
+  const asked = await page.evaluate(() => window.written.length);
   await page.click("[data-order=capture]");
-  await page.waitForTimeout(300);
+  await page.waitForFunction((length) => window.written.length > length, asked);
   const known = await page.locator("#known").innerText();
   const [written, baud] = await page.evaluate(() => [window.written, window.baud]);
   const csv = name.startsWith("session") ? (await saved(page, "csv")).toString() : "";
