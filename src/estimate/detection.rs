@@ -26,10 +26,10 @@ impl Less {
     pub const MOST: Self = Self(10);
 
     /// For the residual of a fit in a record of so many samples, whose floor is a test, too: as if a single bin had been
-    /// searched, and by a further factor of 2 where a wide ring is another test.
-    pub const fn of_residual(samples: usize) -> Self {
+    /// searched, and by a further factor of 2 in a record that is not short, where a wide ring is another test.
+    pub const fn of_residual(samples: usize, short: bool) -> Self {
         let bits = samples.trailing_zeros();
-        Self(if samples < 512 { bits.saturating_sub(1) } else { bits })
+        Self(if short { bits.saturating_sub(1) } else { bits })
     }
 
     /// By a further factor of 8 in a record of more than 2048 samples: over the ring of such a one the noise behind a

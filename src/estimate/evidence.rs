@@ -172,12 +172,13 @@ impl Evidence {
             && beside.has_sides()
             && freedom > if self.short { 0.0 } else { WHOLE };
         // In a short record the wide ring is most of the spectrum, and the floor once more.
-        let (less, less_residual) = match (tested, self.short) {
-            (true, true) => (Less::MOST, Less::of_residual(n)),
-            (true, false) => (Less::SOME.in_record(n), Less::of_residual(n)),
-            (false, true) => (Less::NOTHING, Less::NOTHING),
-            (false, false) => (Less::NOTHING, Less::of_residual(n)),
+        let less = match (tested, self.short) {
+            (true, true) => Less::MOST,
+            (true, false) => Less::SOME.in_record(n),
+            (false, _) => Less::NOTHING,
         };
+        let less_residual =
+            if self.short && !tested { Less::NOTHING } else { Less::of_residual(n, self.short) };
         let detects = |beside: &Beside, less| {
             self.detects(least.max(beside.loud * n as f32), beside.noise.freedom, less)
         };

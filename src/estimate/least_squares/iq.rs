@@ -210,9 +210,8 @@ impl<T: Scalar> Problem<T, Floats<T>> {
             let tangent = turn.im / turn.re;
             for (k, lean) in [(-i, -tangent), (i, tangent)] {
                 let x = bins.at(k);
-                if holds_constant(bins.peak().wrapping_add(k), n, k)
-                    && (further || i > 3 && stands_alone(x, bins.at(k - k.signum())))
-                {
+                let nearer = || bins.at(k - k.signum());
+                if is_left_out(bins.peak().wrapping_add(k), n, i, further, x, nearer) {
                     continue;
                 }
                 let y = Complex::new(x.re + lean * x.im, x.im - lean * x.re);
@@ -275,14 +274,20 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 }
 
-/// Whether bin `k`, `away` from the peak, is that of a constant offset. It is left out if a tone
-/// alone does not explain all bins, but not beside the tone, which needs all three bins; and from four
-/// bins off if it [`stands_alone`].
-pub(super) fn holds_constant(k: i32, n: i32, away: i32) -> bool {
-    away.abs() > 1 && k.checked_rem(n).unwrap_or(1) == 0
-}
-
-/// Whether a bin is louder than a tone's leakage can make it: that falls from the bin nearer the tone.
-pub(super) fn stands_alone<T: Scalar>(bin: Complex<T>, nearer: Complex<T>) -> bool {
-    bin.norm_sqr() > nearer.norm_sqr() * T::of(8.0)
+/// Whether bin `k`, `away` from the peak, is left out because it is that of a constant offset.
+///
+/// It is if a tone alone does not explain all bins, but not beside the tone, which needs all three
+/// bins. From four bins off it is also if it is louder than a tone's leakage can make it: that falls
+/// from the bin nearer the tone.
+pub(super) fn is_left_out<T: Scalar>(
+    k: i32,
+    n: i32,
+    away: i32,
+    further: bool,
+    bin: Complex<T>,
+    nearer: impl Fn() -> Complex<T>,
+) -> bool {
+    away > 1
+        && k.checked_rem(n).unwrap_or(1) == 0
+        && (further || away > 3 && bin.norm_sqr() > nearer().norm_sqr() * T::of(8.0))
 }

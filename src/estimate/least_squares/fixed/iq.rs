@@ -72,11 +72,10 @@ pub(super) fn fit(
     let float = |[re, im]: Point| Complex::new(re as f32, im as f32);
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {
-            let constant = iq::holds_constant(peak.wrapping_add(sign * i), n, i);
-            let nearer = || around(bins, sign * (i - 1)).unwrap_or_default();
-            let left_out =
-                |x| constant && (further || i > 3 && iq::stands_alone(float(x), float(nearer())));
-            if let Some(x) = around(bins, sign * i).filter(|&x| !left_out(x)) {
+            let k = peak.wrapping_add(sign * i);
+            let nearer = || float(around(bins, sign * (i - 1)).unwrap_or_default());
+            let stays = |&x: &Point| !iq::is_left_out(k, n, i, further, float(x), nearer);
+            if let Some(x) = around(bins, sign * i).filter(stays) {
                 // The vector holds every distance up to the reach.
                 let _ = problem.sides.sides.push(Side::new(x, distance, sign, i));
             }
