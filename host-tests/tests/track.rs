@@ -369,12 +369,13 @@ fn vehicles_have_smooth_speeds() {
 /// (Cleveland 1979).
 fn smooth(points: &[(f64, f64, f64)]) -> Vec<f64> {
     const HALF: usize = 12;
+    let neighbours = |i: usize| i.saturating_sub(HALF)..(i + HALF + 1).min(points.len());
     let mut trust = vec![1.0; points.len()];
     let mut curve = Vec::new();
     for _ in 0..4 {
         curve = (0..points.len())
             .map(|i| {
-                let range = i.saturating_sub(HALF)..(i + HALF + 1).min(points.len());
+                let range = neighbours(i);
                 let here = points[i].0;
                 let ends = [points[range.start].0, points[range.end - 1].0];
                 let width = ends.iter().map(|t| (t - here).abs()).fold(1e-9, f64::max) * 1.001;
@@ -401,10 +402,16 @@ fn smooth(points: &[(f64, f64, f64)]) -> Vec<f64> {
             })
             .collect();
         let off: Vec<f64> = points.iter().zip(&curve).map(|(p, f)| (p.1 - f).abs()).collect();
-        let mut sorted = off.clone();
-        sorted.sort_by(f64::total_cmp);
-        let most = 6.0 * sorted[sorted.len() / 2] + 1e-9;
-        trust = off.iter().map(|off| (1.0 - (off / most).min(1.0).powi(2)).powi(2)).collect();
+        // By the neighbours' own scatter: that of the whole track would leave none of them where a target is
+        // weak or has just come.
+        trust = (0..points.len())
+            .map(|i| {
+                let mut near = off[neighbours(i)].to_vec();
+                near.sort_by(f64::total_cmp);
+                let most = 6.0 * near[near.len() / 2] + 1e-9;
+                (1.0 - (off[i] / most).min(1.0).powi(2)).powi(2)
+            })
+            .collect();
     }
     curve
 }
