@@ -74,6 +74,8 @@ impl Tracks {
 
     /// Updates the only track by its tone in the block after the last one, as [`Tracks::step`]
     /// does. Returns false and changes nothing if the tone is outside the gate.
+    // Compiled once for all kinds and lengths of records, as both halves of a step are.
+    #[inline(never)]
     pub fn lead(&mut self, stamp: &Stamp, tone: &Tone, tracking: &Tracking) -> bool {
         let [track] = self.tracks.as_mut_slice() else {
             return false;
@@ -102,6 +104,21 @@ impl Tracks {
         tracking: &Tracking,
     ) {
         let Sight { stamp, every, bin, tones, mut find } = sight;
+        let (mut tones, mut seen) = self.paired(stamp, every, bin, tones, tracking);
+        self.look(&mut seen, bin, &mut find);
+        self.settle(&mut tones, &mut seen, bin, tracking);
+    }
+
+    /// Advances the tracks and gives each its tone: those left over, and which tracks have one.
+    #[inline(never)]
+    fn paired(
+        &mut self,
+        stamp: &Stamp,
+        every: u32,
+        bin: f32,
+        tones: &[Tone],
+        tracking: &Tracking,
+    ) -> (Vec<Tone, MOST>, [bool; SLOTS]) {
         let blocks = self.elapsed(stamp.sequence, every);
         self.tracks.retain(|track| track.state != State::Lost);
         self.tracks.iter_mut().for_each(|track| track.predict(blocks, stamp.gap, tracking));
@@ -113,14 +130,25 @@ impl Tracks {
         for state in [State::Held, State::Tentative] {
             self.pair(&mut tones, &mut seen, state);
         }
-        self.look(&mut seen, bin, &mut find);
+        (tones, seen)
+    }
+
+    /// Notes which tracks have no tone, and starts new ones at the tones left over.
+    #[inline(never)]
+    fn settle(
+        &mut self,
+        tones: &mut Vec<Tone, MOST>,
+        seen: &mut [bool; SLOTS],
+        bin: f32,
+        tracking: &Tracking,
+    ) {
         for (track, seen) in self.tracks.iter_mut().zip(seen) {
-            if !seen {
+            if !*seen {
                 track.miss();
             }
         }
         self.crowd(tracking.most);
-        for tone in &tones {
+        for tone in tones.iter() {
             // A new line near a held track is a part of that track, or cannot be told apart from
             // it.
             if self.held().any(|track| track.innovation(tone).abs() < APART * bin) {
