@@ -6,6 +6,7 @@ use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, from_end, judge};
 use super::least_squares::fixed::{self, quantised};
+use super::least_squares::leaked::{Leakage, Nearest};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::ring::{self, Beside};
@@ -36,13 +37,20 @@ pub enum Arithmetic {
 
 impl Arithmetic {
     /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives the
-    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound.
+    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound. Where
+    /// this is float, float reads a tone beside other lines from its nearest bins.
     pub const fn of_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
         } else {
             Arithmetic::Float
         }
+    }
+
+    /// Whether a tone beside other lines is read from its nearest bins. In software floats that would take a quarter of a
+    /// block's time and 9 KB, so programs for cores without a floating-point unit have none of it.
+    const fn reads_few(self) -> bool {
+        matches!((self, Self::of_core()), (Arithmetic::Float, Arithmetic::Float))
     }
 }
 
@@ -66,8 +74,10 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
-/// Further steps of a fit to a line that is no steady tone.
-const FURTHER: u32 = 2;
+/// Further steps of a fit to a line that is no steady tone. That of a real one is nearer to its end.
+const fn further(iq: bool) -> u32 {
+    if iq { 2 } else { 1 }
+}
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
@@ -129,11 +139,14 @@ pub fn measure<R: Record, const N: usize>(
         return Tone::default();
     };
     let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
-    if cfg!(feature = "methods") && own {
-        beside = with_rest(beside, fit, N);
+    let clipped = clipped as f32 / N as f32;
+    let few = cfg!(feature = "methods") && own && clipped <= CLIPPED && arithmetic.reads_few();
+    let nearest = || Nearest::of(spectrum, around.map(|around| around.as_slice()), peak.bin);
+    let mut leakage = Leakage::default();
+    if cfg!(feature = "methods") && own && beside.has_edge() {
+        leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
-    let clipped = clipped as f32 / N as f32;
     let judged = |fit: &Fit<f32>| judged(fit, N, from_end(peak.bin, N, R::IQ), &beside, clipped);
     let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
@@ -141,7 +154,7 @@ pub fn measure<R: Record, const N: usize>(
     if cfg!(feature = "methods")
         && judgement.line != Line::Steady
         && clipped <= CLIPPED
-        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, further(R::IQ)))
     {
         *fit = more;
         judgement = judged(fit);
@@ -177,14 +190,20 @@ pub fn measure<R: Record, const N: usize>(
         method.efficiency() * bound_bins::<R>(N, snr)
     };
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
+    beside.loud = beside.loud.max(leakage.loud);
     let standing = stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic);
+    let image = cfg!(feature = "methods")
+        && R::IQ
+        && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
+    let mut sigma = sigma;
+    if few && line == Line::Unresolved {
+        sigma = leakage.refined(&nearest(), noise, fit, sigma);
+    }
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
         line,
         clipped,
-        image: cfg!(feature = "methods")
-            && R::IQ
-            && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise),
+        image,
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma: sigma * standing.unwrap_or(1.0),
@@ -221,26 +240,48 @@ fn judged(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, clipped: f32
     Judgement { line, widening }
 }
 
-/// The noise with the fit's residual from five bins off, see [`Beside::on_an_edge`].
-fn with_rest(beside: Beside, fit: &Fit<f32>, n: usize) -> Beside {
-    /// The free real numbers of the bins five to eight off, and of those beyond in a fit that
-    /// reaches them.
+/// The noise at an edge: that which the fit leaves from five bins off, see [`Beside::on_an_edge`], or that of the quieter
+/// side if the edge is a line's and no noise's.
+#[inline(never)]
+fn leakage_at_edge(
+    beside: &mut Beside,
+    nearest: Option<&Nearest>,
+    fit: &Fit<f32>,
+    n: usize,
+) -> Leakage {
+    /// The free real numbers of the bins five to eight off.
     const MIDDLE: f32 = 16.0;
-    const LINE: f32 = 11.0;
+    /// Another line leaks if a fit that leaves out leakage leaves this much less.
+    const LEAKED: f32 = 6.0;
+    let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
+    let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
+        return leakage;
+    };
+    leakage.nine = nearest.and_then(|nearest| nearest.nine(fit.offset));
+    let leaks = leakage.nine.is_some_and(|nine| rest > LEAKED * nine.left);
+    leakage.on_an_edge = !leaks;
+    *beside = if leaks { beside.quieter(MIDDLE) } else { beside.on_an_edge(rest, MIDDLE) };
+    leakage
+}
+
+/// The noise power per sample that a fit leaves from five bins off. In five to eight bins there are so many free real numbers.
+fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
+    /// Those of the bins beyond, in a fit that reaches them.
     const FAR: f32 = 32.0;
+    const LINE: f32 = 11.0;
     if fit.freedom < 31 {
-        return beside;
+        return None;
     }
     let [two, four, eight] = fit.rest.within;
     // If five bins off is this much louder than three bins off, it is another line and no noise.
     if eight - four > LINE * (four - two) {
-        return beside;
+        return None;
     }
-    let (middle, all) = ((eight - four) / MIDDLE, (fit.residual - four) / (MIDDLE + FAR));
+    let (middle, all) = ((eight - four) / free, (fit.residual - four) / (free + FAR));
     // The edge may be among these bins. Then the nearer ones are louder, or the tone is on the
     // quiet side.
     let power = if middle > 1.5 * all { middle } else { all };
-    beside.on_an_edge(power * (2.0 / n as f32), MIDDLE)
+    Some(power * (2.0 / n as f32))
 }
 
 // Both are compiled once for all kinds and lengths of records.

@@ -15,6 +15,7 @@
 
 pub mod fixed;
 pub mod iq;
+pub(crate) mod leaked;
 mod model;
 pub mod real;
 mod rest;

@@ -272,17 +272,28 @@ impl Beside {
         self.sides.iter().any(|side| side.count > 0)
     }
 
+    /// Whether the noise has an edge between both sides.
+    #[inline]
+    pub fn has_edge(&self) -> bool {
+        let [quiet, loud] = self.range;
+        loud > EDGE * quiet
+    }
+
     /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The
     /// fit's residual from five bins off does: this power, an average of `freedom` real numbers,
     /// held between the powers of both sides.
     #[inline]
     pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
         let [quiet, loud] = self.range;
-        if loud <= EDGE * quiet {
-            return self;
-        }
         let power = power.max(quiet).min(loud);
         Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
+    }
+
+    /// The noise of the quieter side, where the louder one's is a line that leaks into the tone's bins.
+    #[inline]
+    pub fn quieter(self, freedom: f32) -> Self {
+        let [power, _] = self.range;
+        Self { noise: Noise { power, freedom }, loud: power, ..self }
     }
 }
 
