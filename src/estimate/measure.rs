@@ -37,20 +37,14 @@ pub enum Arithmetic {
 
 impl Arithmetic {
     /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives the
-    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound. Where
-    /// this is float, float reads a tone beside other lines from its nearest bins.
+    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound. Float
+    /// alone reads a tone beside other lines from its nearest bins.
     pub const fn of_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
         } else {
             Arithmetic::Float
         }
-    }
-
-    /// Whether a tone beside other lines is read from its nearest bins. In software floats that would take a quarter of a
-    /// block's time and 9 KB, so programs for cores without a floating-point unit have none of it.
-    const fn reads_few(self) -> bool {
-        matches!((self, Self::of_core()), (Arithmetic::Float, Arithmetic::Float))
     }
 }
 
@@ -140,7 +134,11 @@ pub fn measure<R: Record, const N: usize>(
     };
     let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
     let clipped = clipped as f32 / N as f32;
-    let few = cfg!(feature = "methods") && own && clipped <= CLIPPED && arithmetic.reads_few();
+    // In software floats a fit to few bins takes a quarter of a block's time.
+    let few = cfg!(feature = "methods")
+        && own
+        && clipped <= CLIPPED
+        && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::of(spectrum, around.map(|around| around.as_slice()), peak.bin);
     let mut leakage = Leakage::default();
     if cfg!(feature = "methods") && own && beside.has_edge() {
