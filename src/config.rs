@@ -9,7 +9,8 @@ use crate::estimate::method::Method;
 use crate::estimate::noise::ring;
 use crate::estimate::several::MOST;
 use crate::plan::{Plan, Solver, Terms};
-use crate::solve::chirp::{Scale, Scales, Shape};
+use crate::solve::chirp::{Mixing, Scale};
+use crate::solve::equations::Chirp;
 use crate::solve::track::Tracking;
 use crate::spectrum::peak::Band;
 use core::ops::RangeInclusive;
@@ -30,18 +31,12 @@ pub enum Scene {
         wavelength_m: f64,
         /// Angle between beam and motion, radians; below a right angle.
         angle_rad: f64,
+        /// Which of the two signals the receiver conjugates. It counts for I/Q records alone; a program that does not know
+        /// takes [`Mixing::RxConjTx`], by which a positive shift approaches.
+        mixing: Mixing,
     },
     /// A frequency-modulated continuous wave: the answer is a range and a velocity.
-    Chirp {
-        /// Segments of the chirp.
-        shape: Shape,
-        /// Carrier wavelength in metres.
-        wavelength_m: f64,
-        /// Bandwidth of a ramp in hertz.
-        bandwidth_hz: f64,
-        /// Duration of a ramp in seconds.
-        duration_s: f64,
-    },
+    Chirp(Chirp),
 }
 
 impl Scene {
@@ -49,7 +44,7 @@ impl Scene {
     pub const fn segments(&self) -> &'static [Segment] {
         match self {
             Scene::Tone | Scene::Doppler { .. } => &[],
-            Scene::Chirp { shape, .. } => shape.segments(),
+            Scene::Chirp(Chirp { shape, .. }) => shape.segments(),
         }
     }
 }
@@ -132,10 +127,10 @@ pub enum ConfigError {
     /// The band holds no bin between 0 and half the rate (I/Q: between minus and plus half the
     /// rate), or its low end is above its high end.
     Band,
-    /// A wavelength, a bandwidth or a duration is not finite and positive, or the angle is a right
-    /// angle or more.
+    /// A wavelength, a bandwidth or a duration is not finite and positive, the angle is a right
+    /// angle or more, or a sweep's curvature is a quarter or more.
     Scene,
-    /// A ramp is shorter than a record.
+    /// A segment is shorter than its guard and a record.
     Ramp,
     /// One cycle per sample is more than 2^31 metres or metres per second, or less than 2^-32.
     Scale,
@@ -160,9 +155,9 @@ impl ConfigError {
                 "the band must lie between 0 and half the sample rate, low end first"
             }
             ConfigError::Scene => {
-                "wavelength, bandwidth and duration must be positive, the angle below 90 degrees"
+                "wavelength, bandwidth and duration must be positive, the angle below 90 degrees, the sweep's curvature below 1/4"
             }
-            ConfigError::Ramp => "a ramp must last at least as long as a record",
+            ConfigError::Ramp => "a ramp must last at least as long as its guard and a record",
             ConfigError::Scale => {
                 "range or velocity per cycle must lie between 2^-32 and 2^31: use another rate"
             }
@@ -223,7 +218,7 @@ impl Config {
             codes: self.codes,
             band,
             options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },
-            solver: self.solver(n)?,
+            solver: self.solver::<R>(n)?,
             tracking: self.tracking(n)?,
         })
     }
@@ -271,34 +266,20 @@ impl Config {
         Ok(band)
     }
 
-    fn solver(&self, n: usize) -> Result<Solver, ConfigError> {
+    fn solver<R: Record>(&self, n: usize) -> Result<Solver, ConfigError> {
         match self.scene {
             Scene::Tone => Ok(Solver::None),
-            Scene::Doppler { wavelength_m, angle_rad } => {
+            Scene::Doppler { wavelength_m, angle_rad, mixing } => {
                 let cos = libm::cos(angle_rad);
                 if !(positive(wavelength_m) && angle_rad.is_finite() && cos > 1e-6) {
                     return Err(ConfigError::Scene);
                 }
-                let scale = Scale::new(self.rate_hz * wavelength_m / (2.0 * cos));
+                // An approaching target shortens the delay.
+                let sign = if R::IQ { -f64::from(mixing.sign()) } else { 1.0 };
+                let scale = Scale::new(sign * self.rate_hz * wavelength_m / (2.0 * cos));
                 Ok(Solver::Doppler(scale.ok_or(ConfigError::Scale)?))
             }
-            Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
-                if !(positive(wavelength_m) && positive(bandwidth_hz) && positive(duration_s)) {
-                    return Err(ConfigError::Scene);
-                }
-                if duration_s * self.rate_hz < n as f64 {
-                    return Err(ConfigError::Ramp);
-                }
-                let range = self.rate_hz * SPEED_OF_LIGHT * duration_s / (2.0 * bandwidth_hz);
-                let velocity = self.rate_hz * wavelength_m / 2.0;
-                Ok(Solver::Chirp(
-                    shape,
-                    Scales {
-                        range: Scale::new(range).ok_or(ConfigError::Scale)?,
-                        velocity: Scale::new(velocity).ok_or(ConfigError::Scale)?,
-                    },
-                ))
-            }
+            Scene::Chirp(ref chirp) => chirp.equations(self.rate_hz, n, R::IQ).map(Solver::Chirp),
         }
     }
 }
@@ -339,7 +320,8 @@ mod tests {
     #[test]
     fn a_scale_below_the_least_step_is_refused() {
         let of = |wavelength_m| {
-            let scene = Scene::Doppler { wavelength_m, angle_rad: 0.0 };
+            let mixing = Mixing::RxConjTx;
+            let scene = Scene::Doppler { wavelength_m, angle_rad: 0.0, mixing };
             let config = Config { scene, ..Config::new(1e3, Codes::signed::<12>()) };
             config.terms::<Real>(1024).map(|_| ())
         };

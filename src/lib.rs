@@ -99,9 +99,11 @@ pub use pipeline::{Alternating, LengthError, Measurement, Outcome, Pipeline};
 #[doc(inline)]
 pub use plan::Plan;
 #[doc(inline)]
-pub use solve::chirp::{Ambiguity, Shape, Target};
+pub use solve::chirp::{Ambiguity, Mixing, Shape, Target};
 #[doc(inline)]
 pub use solve::doppler::Velocity;
+#[doc(inline)]
+pub use solve::equations::Chirp;
 #[doc(inline)]
 pub use solve::track::Track;
 #[cfg(feature = "microfft")]

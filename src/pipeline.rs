@@ -279,21 +279,19 @@ impl Ramps {
         match *solver {
             Solver::None => Outcome::None,
             Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(&tone, scale)),
-            Solver::Chirp(Shape::Sawtooth, ref scales) => {
-                Outcome::Target(chirp::sawtooth(&tone, scales))
-            }
-            Solver::Chirp(Shape::Triangle, ref scales) => match self.push(stamp, tone, TRIANGLE) {
-                Some([up, _, down]) => {
-                    Outcome::Target(chirp::triangle(&[up, down], signed, scales))
-                }
-                None => Outcome::None,
-            },
-            Solver::Chirp(Shape::Trapezoid, ref scales) => {
-                match self.push(stamp, tone, TRAPEZOID) {
-                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, signed, scales)),
+            Solver::Chirp(ref equations) => match equations.shape {
+                Shape::Sawtooth => Outcome::Target(chirp::sawtooth(&tone, equations)),
+                Shape::Triangle => match self.push(stamp, tone, TRIANGLE) {
+                    Some([up, _, down]) => {
+                        Outcome::Target(chirp::triangle(&[up, down], signed, equations))
+                    }
                     None => Outcome::None,
-                }
-            }
+                },
+                Shape::Trapezoid => match self.push(stamp, tone, TRAPEZOID) {
+                    Some(tones) => Outcome::Target(chirp::trapezoid(&tones, signed, equations)),
+                    None => Outcome::None,
+                },
+            },
         }
     }
 

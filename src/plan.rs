@@ -8,7 +8,8 @@ use crate::estimate::least_squares::Reach;
 use crate::estimate::measure::{Arithmetic, Options};
 use crate::estimate::method::Method;
 use crate::estimate::noise::ring;
-use crate::solve::chirp::{Scale, Scales, Shape};
+use crate::solve::chirp::Scale;
+use crate::solve::equations::Equations;
 use crate::solve::track::Tracking;
 use crate::spectrum::fft::twiddle::supported;
 use crate::spectrum::peak::Band;
@@ -21,10 +22,10 @@ use core::ops::Deref;
 pub enum Solver {
     /// Tones stay tones.
     None,
-    /// By a Doppler shift; the scale is the velocity of one cycle per sample.
+    /// By a Doppler shift; the scale is the velocity of one cycle per sample, with its sign.
     Doppler(Scale),
     /// By the beats of a chirp.
-    Chirp(Shape, Scales),
+    Chirp(Equations),
 }
 
 /// The terms of a plan, for records whose kind and length are known only at run time.
@@ -52,9 +53,8 @@ impl Terms {
     /// Blocks in a chirp; 1 if there is no chirp.
     pub const fn segments(&self) -> u32 {
         match self.solver {
-            Solver::None | Solver::Doppler(_) | Solver::Chirp(Shape::Sawtooth, _) => 1,
-            Solver::Chirp(Shape::Triangle, _) => 2,
-            Solver::Chirp(Shape::Trapezoid, _) => 3,
+            Solver::None | Solver::Doppler(_) => 1,
+            Solver::Chirp(Equations { shape, .. }) => shape.segments().len() as u32,
         }
     }
 }

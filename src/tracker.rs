@@ -2,6 +2,7 @@
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::{HOLD, Threshold};
+use crate::estimate::frequency::Frequency;
 use crate::estimate::lock::Lock;
 use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Verdict};
@@ -9,6 +10,7 @@ use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
 use crate::solve::doppler::{self, Velocity};
+use crate::solve::equations::Equations;
 use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
@@ -142,8 +144,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// then.
     pub fn completes(&self, stamp: &Stamp) -> bool {
         match self.pipeline.plan().solver {
-            Solver::Chirp(Shape::Sawtooth, _) => stamp.segment == Segment::Up,
-            Solver::Chirp(..) => stamp.segment == Segment::Down,
+            Solver::Chirp(Equations { shape: Shape::Sawtooth, .. }) => stamp.segment == Segment::Up,
+            Solver::Chirp(_) => stamp.segment == Segment::Down,
             Solver::None | Solver::Doppler(_) => false,
         }
     }
@@ -156,7 +158,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// other beat is near, its two ramps are then solved as a triangle.
     pub fn targets(&self) -> Vec<(u16, Target), MOST> {
         let mut targets = Vec::new();
-        let Solver::Chirp(shape, scales) = &self.pipeline.plan().solver else {
+        let Solver::Chirp(equations) = &self.pipeline.plan().solver else {
             return targets;
         };
         let [up, flat, down] = &self.tracks;
@@ -165,12 +167,12 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let ups: Vec<(u16, Tone), MOST> = first(up.held().map(|t| (t.number as u16, t.tone)));
         let mut left = Vec::<(u16, Tone), MOST>::new();
         for &(number, rising) in &ups {
-            let target = match shape {
-                Shape::Sawtooth => Some(chirp::sawtooth(&rising, scales)),
-                Shape::Triangle => nearest(&rising, &mut downs)
-                    .map(|falling| chirp::triangle(&[rising, falling], R::IQ, scales)),
-                Shape::Trapezoid => consistent::<R>(&rising, &mut flats, &mut downs)
-                    .map(|tones| chirp::trapezoid(&tones, R::IQ, scales)),
+            let target = match equations.shape {
+                Shape::Sawtooth => Some(chirp::sawtooth(&rising, equations)),
+                Shape::Triangle => nearest::<R>(&rising, &mut downs)
+                    .map(|falling| chirp::triangle(&[rising, falling], R::IQ, equations)),
+                Shape::Trapezoid => consistent::<R>(&rising, &mut flats, &mut downs, equations)
+                    .map(|tones| chirp::trapezoid(&tones, R::IQ, equations)),
             };
             // There is room: a target has one rising beat.
             let _ = match target {
@@ -179,11 +181,11 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             };
         }
         // A remaining flat beat belongs to one of these targets, so none is known to be at rest.
-        if *shape == Shape::Trapezoid && flats.is_empty() {
+        if equations.shape == Shape::Trapezoid && flats.is_empty() {
             for &(number, rising) in &left {
                 let others = ups.iter().map(|up| up.1);
-                if let Some(falling) = resting(&rising, others, &mut downs, 1.0 / N as f32) {
-                    let target = chirp::triangle(&[rising, falling], R::IQ, scales);
+                if let Some(falling) = resting::<R>(&rising, others, &mut downs, 1.0 / N as f32) {
+                    let target = chirp::triangle(&[rising, falling], R::IQ, equations);
                     let _ = targets.push((number, target));
                 }
             }
@@ -198,11 +200,12 @@ fn consistent<R: Record>(
     rising: &Tone,
     flats: &mut Vec<Tone, MOST>,
     downs: &mut Vec<Tone, MOST>,
+    equations: &Equations,
 ) -> Option<[Tone; 3]> {
     let mut best: Option<(f32, usize, usize)> = None;
     for (i, flat) in flats.iter().enumerate() {
         for (j, falling) in downs.iter().enumerate() {
-            let contradiction = chirp::contradiction(&[*rising, *flat, *falling], R::IQ);
+            let contradiction = chirp::contradiction(&[*rising, *flat, *falling], R::IQ, equations);
             if contradiction <= 1.0 && best.is_none_or(|(least, _, _)| contradiction < least) {
                 best = Some((contradiction, i, j));
             }
@@ -217,26 +220,32 @@ fn consistent<R: Record>(
 
 /// The falling beat of a target too slow for a flat beat. It must lie less than three bins away,
 /// with no other beat as near: that beat could be its own.
-fn resting(
+fn resting<R: Record>(
     rising: &Tone,
     mut ups: impl Iterator<Item = Tone>,
     downs: &mut Vec<Tone, MOST>,
     bin: f32,
 ) -> Option<Tone> {
-    let near = |tone: &Tone| tone.frequency.beyond(rising.frequency).abs() < 3.0 * bin;
-    let alone = !ups.any(|up| up.frequency != rising.frequency && near(&up))
-        && downs.iter().filter(|down| near(down)).count() == 1;
-    if alone { nearest(rising, downs) } else { None }
+    let near = |tone: Frequency| tone.beyond(rising.frequency).abs() < 3.0 * bin;
+    let alone = !ups.any(|up| up.frequency != rising.frequency && near(up.frequency))
+        && downs.iter().filter(|down| near(raised::<R>(down))).count() == 1;
+    if alone { nearest::<R>(rising, downs) } else { None }
 }
 
 /// The beat nearest to a rising one, taken out of the list.
-fn nearest(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
-    let apart = |tone: &Tone| tone.frequency.beyond(rising.frequency).abs();
+fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
+    let apart = |tone: &Tone| raised::<R>(tone).beyond(rising.frequency).abs();
     let (index, _) =
         downs.iter().enumerate().min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b)))?;
     let falling = downs.get(index).copied();
     remove(downs, index);
     falling
+}
+
+/// The beat that a falling one would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
+fn raised<R: Record>(falling: &Tone) -> Frequency {
+    let Frequency(turns) = falling.frequency;
+    Frequency(if R::IQ { turns.wrapping_neg() } else { turns })
 }
 
 /// The index of a segment's tracks.

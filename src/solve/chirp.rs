@@ -1,18 +1,19 @@
 //! Range and velocity from the beats of a chirp.
 //!
-//! An approaching target (V > 0) beats at `f1 = fR - fD` on the rising ramp, at `f2 = fD` on the
-//! flat segment and at `f3 = fR + fD` on the falling ramp, with `fR = 2 L B / (c T)` and
-//! `fD = 2 V / lambda` (Ye et al. 2022, section 1). Real samples show only magnitudes. The paper's
-//! eqs 1 and 2 take these magnitudes for the signed beats, which is wrong wherever the Doppler
-//! shift exceeds the range beat. Here the four possible sign patterns are tried.
+//! The beats `y` of the rising ramp, of the flat segment and of the falling ramp are linear in range and velocity, see
+//! [`super::equations`]. Three beats and two unknowns leave one condition, `n . y = 0`. So weighted least squares needs
+//! no normal equations: each beat is corrected along `n` by its share of the violation, `y_i - v_i n_i (n . y) / (n . v n)`,
+//! where `v` are the variances. Both ramps then give range and velocity.
 //!
-//! Three beats and two unknowns leave one condition, `a.y = y3 - y1 - 2 y2 = 0`. So weighted least
-//! squares needs no normal equations. The sign pattern that violates the condition least has the
-//! least residual, whatever the weights. Each beat is then corrected along `a` by its share of the
-//! violation, `y_i - v_i a_i (a.y) / (v1 + 4 v2 + v3)`, where `v` are the variances. The choice is
-//! made in exact integers.
+//! I/Q samples show the signs of the beats. Real samples show only magnitudes: of the four possible sign patterns the
+//! one that violates the condition least is chosen, whatever the weights. Ye et al. 2022 (eqs 1 and 2) take the magnitudes for
+//! the signed beats, which is wrong wherever the Doppler shift exceeds the range beat.
+//!
+//! A negative range is never good. I/Q records show one if I and Q are exchanged, or if [`Mixing`] is set the other way round.
 
+use super::equations::Equations;
 use crate::acquire::sample::Segment;
+use crate::config::SPEED_OF_LIGHT;
 use crate::estimate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
@@ -65,6 +66,47 @@ impl Shape {
     }
 }
 
+/// Which of the two signals an I/Q receiver conjugates before it multiplies them: the sign of every beat.
+///
+/// Exchanging I and Q exchanges the two. Real samples are the same for both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Mixing {
+    /// Transmitted times the conjugate of received: an echo from a target at rest beats at a positive frequency while the ramp rises,
+    /// and an approaching target's Doppler shift is negative.
+    #[default]
+    TxConjRx = 0,
+    /// Received times the conjugate of transmitted: an approaching target's Doppler shift is positive.
+    RxConjTx = 1,
+}
+
+impl Mixing {
+    /// Both.
+    pub const ALL: [Mixing; 2] = [Mixing::TxConjRx, Mixing::RxConjTx];
+
+    /// The name that settings and flags use.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Mixing::TxConjRx => "tx-conj-rx",
+            Mixing::RxConjTx => "rx-conj-tx",
+        }
+    }
+
+    /// The mixing with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|mixing| mixing.name() == name)
+    }
+
+    /// The sign of a beat: of the transmitter's phase now less its phase when the echo left.
+    pub const fn sign(self) -> i8 {
+        match self {
+            Mixing::TxConjRx => 1,
+            Mixing::RxConjTx => -1,
+        }
+    }
+}
+
 /// What the waveform leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -90,7 +132,7 @@ pub enum Ambiguity {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Target {
-    /// Range, metres.
+    /// Range, metres, at the mean of the middles of the chirp's records.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub range: I32F32,
     /// Velocity, metres per second; positive when approaching.
@@ -102,18 +144,9 @@ pub struct Target {
     pub sigma_velocity: f32,
     /// What the waveform leaves open.
     pub ambiguity: Ambiguity,
-    /// The worst verdict of the beats; [`Verdict::Unresolved`] if the beats contradict each other
-    /// by more than five standard deviations.
+    /// The worst verdict of the beats; at least [`Verdict::Unresolved`] if the range is negative, or if the beats
+    /// contradict each other by more than five standard deviations.
     pub verdict: Verdict,
-}
-
-/// The two scales of a waveform.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scales {
-    /// Range of one cycle per sample: rate c T / (2 B).
-    pub range: Scale,
-    /// Velocity of one cycle per sample: rate lambda / 2.
-    pub velocity: Scale,
 }
 
 /// A beat: signed steps of 2^-32 cycles per sample, and the variance in cycles squared.
@@ -143,101 +176,153 @@ fn beat(tone: &Tone) -> Beat {
 /// standard deviations.
 const CONTRADICTION: f32 = 25.0;
 
-/// The sign patterns of real beats (up, flat, down). A fifth one has fR < 0 and does not occur.
-const PATTERNS: [[i64; 3]; 4] = [[1, 1, 1], [1, -1, 1], [-1, 1, 1], [1, -1, -1]];
+/// The sign patterns of real beats (up, flat, down): approaching, receding, and either so fast that the Doppler shift
+/// exceeds the range beat. All others have a negative range.
+const PATTERNS: [[i64; 3]; 4] = [[1, -1, -1], [1, 1, -1], [-1, -1, -1], [1, 1, 1]];
+
+/// The condition's weights of the three beats.
+fn weights(equations: &Equations) -> [f32; 3] {
+    let [flat, down] = equations.condition;
+    [1.0, flat.float, down.float]
+}
 
 /// Solves a trapezoid from its three tones. `signed` is true for I/Q beats, whose signs are known.
 ///
-/// Cost: four integer residuals, two divisions.
-pub fn trapezoid(tones: &[Tone; 3], signed: bool, scales: &Scales) -> Target {
+/// Cost: six products of 64 bits, and some forty operations of 32-bit floats.
+pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
     let beats = tones.each_ref().map(beat);
-    let (violation, y) = signs(&beats, signed);
-    let [v1, v2, v3] = beats.map(|b| b.variance);
-    let total = v1 + 4.0 * v2 + v3;
+    let (violation, y) = signs(&beats, signed, equations);
     let error = violation as f32;
+    let [up, flat, down] = weights(equations);
+    let total = total(&beats, equations);
+    let [v1, v2, v3] = beats.map(|b| b.variance / total);
     // The share of each ramp. Its rounding to a step of 2^-32 is far below any sigma.
-    let rising = y[0] + (error * (v1 / total)) as i64;
-    let falling = y[2] - (error * (v3 / total)) as i64;
-    let cycles = error / 4_294_967_296.0;
-    let contradiction = cycles * cycles > CONTRADICTION * total;
-    let mean = (v1 + v3) / 4.0;
-    let skew = (v3 - v1) / 2.0;
-    let both = (v1 + v3) / 2.0;
-    Target {
-        range: metres(rising + falling, scales.range.fixed) / 2,
-        velocity: metres(falling - rising, scales.velocity.fixed) / 2,
-        sigma_range: scales.range.float * root(mean - skew * skew / total),
-        sigma_velocity: scales.velocity.float * root(mean - both * both / total),
+    let ramps = [y[0] - (error * (up * v1)) as i64, y[2] - (error * (down * v3)) as i64];
+    let sigma = |scales: &[Scale; 2]| {
+        let [m1, m3] = scales.map(|scale| scale.float);
+        let across = m1 * down - m3 * up;
+        let alone = v1 * v3 * across * across;
+        root(total * (alone + flat * flat * v2 * (m1 * m1 * v1 + m3 * m3 * v3)))
+    };
+    let target = Target {
+        sigma_range: sigma(&equations.range),
+        sigma_velocity: sigma(&equations.velocity),
         ambiguity: Ambiguity::None,
-        verdict: worst(tones, contradiction),
-    }
+        verdict: worst(tones, excess(violation, total) > 1.0),
+        ..place(ramps, equations)
+    };
+    judged(target)
+}
+
+/// Range and velocity of the signed beats of both ramps.
+fn place(ramps: [i64; 2], equations: &Equations) -> Target {
+    let sum = |[up, down]: [Scale; 2]| {
+        metres(ramps[0], up.fixed).saturating_add(metres(ramps[1], down.fixed))
+    };
+    let velocity = sum(equations.velocity);
+    let range = stretched(sum(equations.range), velocity);
+    Target { range, velocity, ..Target::default() }
+}
+
+/// A range without the share `2 V / c` by which its beat grows while the echo is under way.
+pub(crate) fn stretched(range: I32F32, velocity: I32F32) -> I32F32 {
+    const SHARE: f32 = (2.0 / SPEED_OF_LIGHT) as f32;
+    let longer = range.to_num::<f32>() * velocity.to_num::<f32>() * SHARE;
+    range.saturating_sub(I32F32::saturating_from_num(longer))
+}
+
+/// A target with a negative range is not good.
+fn judged(target: Target) -> Target {
+    let least = if target.range < 0 { Verdict::Unresolved } else { Verdict::Good };
+    Target { verdict: target.verdict.max(least), ..target }
+}
+
+/// The variance of the condition.
+fn total(beats: &[Beat; 3], equations: &Equations) -> f32 {
+    let weights = weights(equations);
+    beats.iter().zip(weights).map(|(beat, weight)| beat.variance * weight * weight).sum()
+}
+
+/// A violation squared, over its variance, with 1 at five standard deviations.
+fn excess(violation: i64, total: f32) -> f32 {
+    let cycles = violation as f32 / 4_294_967_296.0;
+    cycles * cycles / (CONTRADICTION * total)
 }
 
 /// The violation of the condition and the signed beats, for the sign pattern that violates it
 /// least.
-fn signs(beats: &[Beat; 3], signed: bool) -> (i64, [i64; 3]) {
-    let patterns = if signed { &PATTERNS[..1] } else { &PATTERNS[..] };
-    let mut best: Option<(i64, [i64; 3])> = None;
-    for signs in patterns {
-        let y = [signs[0] * beats[0].steps, signs[1] * beats[1].steps, signs[2] * beats[2].steps];
-        let violation = y[2] - y[0] - 2 * y[1];
-        let first = best.is_none_or(|(least, _)| violation.abs() < least.abs());
-        if first && (y[0] + y[2] >= 0 || signed) {
-            best = Some((violation, y));
+fn signs(beats: &[Beat; 3], signed: bool, equations: &Equations) -> (i64, [i64; 3]) {
+    let [flat, down] = equations.condition;
+    let [y1, y2, y3] = beats.map(|beat| beat.steps);
+    let (w2, w3) = (metres(y2, flat.fixed).to_bits(), metres(y3, down.fixed).to_bits());
+    let violation = |[s1, s2, s3]: [i64; 3]| {
+        (s1 * y1).saturating_add(s2.saturating_mul(w2)).saturating_add(s3.saturating_mul(w3))
+    };
+    if signed {
+        return (violation([1; 3]), [y1, y2, y3]);
+    }
+    let mut best = (0, [y1, y2, y3]);
+    let mut least = i64::MAX;
+    for signs in PATTERNS {
+        let [s1, s2, s3] = signs;
+        let error = violation(signs);
+        if s1 * y1 >= s3 * y3 && error.saturating_abs() < least {
+            least = error.saturating_abs();
+            best = (error, [s1 * y1, s2 * y2, s3 * y3]);
         }
     }
-    best.unwrap_or((0, beats.map(|b| b.steps)))
+    best
 }
 
 /// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
 /// deviations. Above 1, [`trapezoid`] calls them unresolved.
-pub fn contradiction(tones: &[Tone; 3], signed: bool) -> f32 {
+pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> f32 {
     let beats = tones.each_ref().map(beat);
-    let (violation, _) = signs(&beats, signed);
-    let [v1, v2, v3] = beats.map(|b| b.variance);
-    let cycles = violation as f32 / 4_294_967_296.0;
-    cycles * cycles / (CONTRADICTION * (v1 + 4.0 * v2 + v3))
+    let (violation, _) = signs(&beats, signed, equations);
+    excess(violation, total(&beats, equations))
 }
 
-/// Solves a triangle from its two tones (up, down).
+/// Solves a triangle, or the two ramps of a trapezoid, from two tones (up, down).
 ///
-/// Real beats fit two targets: `fR = (f1 + f3)/2, fD = (f3 - f1)/2`, and the same with fR and fD
-/// exchanged. The answer is the target with the larger range beat; the other target is its
-/// ambiguity.
-pub fn triangle(tones: &[Tone; 2], signed: bool, scales: &Scales) -> Target {
+/// Real beats fit two targets, with the roles of range and Doppler exchanged. The answer is the
+/// target with the larger range beat; the other target is its ambiguity.
+///
+/// Cost: four products of 64 bits, eight for real beats.
+pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Target {
     let [up, down] = tones.each_ref().map(beat);
-    let (sum, difference) = (up.steps + down.steps, down.steps - up.steps);
-    let (range, velocity) = (scales.range.fixed, scales.velocity.fixed);
-    let sigma = root((up.variance + down.variance) / 4.0);
-    let ambiguity = if signed {
-        Ambiguity::None
-    } else {
-        Ambiguity::Exchange {
-            range: metres(difference.abs(), range) / 2,
-            velocity: metres(if difference < 0 { -sum } else { sum }, velocity) / 2,
-        }
+    let sigma = |[m1, m3]: [Scale; 2]| {
+        libm::hypotf(m1.float * root(up.variance), m3.float * root(down.variance))
     };
-    Target {
-        range: metres(sum, range) / 2,
-        velocity: metres(difference, velocity) / 2,
-        sigma_range: scales.range.float * sigma,
-        sigma_velocity: scales.velocity.float * sigma,
+    let (target, ambiguity) = if signed {
+        (place([up.steps, down.steps], equations), Ambiguity::None)
+    } else {
+        // Faster than its range beat: both beats have the sign of the Doppler shift.
+        let sign = if down.steps < up.steps { 1 } else { -1 };
+        let other = place([sign * up.steps, sign * down.steps], equations);
+        let Target { range, velocity, .. } = other;
+        (place([up.steps, -down.steps], equations), Ambiguity::Exchange { range, velocity })
+    };
+    judged(Target {
+        sigma_range: sigma(equations.range),
+        sigma_velocity: sigma(equations.velocity),
         ambiguity,
         verdict: worst(tones, false),
-    }
+        ..target
+    })
 }
 
 /// Solves a sawtooth from its one tone: the range of a target at rest.
-pub fn sawtooth(tone: &Tone, scales: &Scales) -> Target {
+pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
     let up = beat(tone);
-    Target {
-        range: metres(up.steps, scales.range.fixed),
+    let [scale, _] = equations.range;
+    judged(Target {
+        range: metres(up.steps, scale.fixed),
         velocity: I32F32::ZERO,
-        sigma_range: scales.range.float * root(up.variance),
+        sigma_range: scale.float.abs() * root(up.variance),
         sigma_velocity: f32::INFINITY,
         ambiguity: Ambiguity::Coupled,
         verdict: tone.verdict,
-    }
+    })
 }
 
 fn worst(tones: &[Tone], contradiction: bool) -> Verdict {
@@ -247,11 +332,4 @@ fn worst(tones: &[Tone], contradiction: bool) -> Verdict {
 
 fn root(x: f32) -> f32 {
     libm::sqrtf(x.max(0.0))
-}
-
-/// The beats of a target, [up, flat, down], in signed cycles per sample, for simulators and tests.
-/// I/Q samples show the signs, real samples only the magnitudes.
-pub fn beats(range_m: f64, velocity_mps: f64, range_scale: f64, velocity_scale: f64) -> [f64; 3] {
-    let (range, doppler) = (range_m / range_scale, velocity_mps / velocity_scale);
-    [range - doppler, doppler, range + doppler]
 }

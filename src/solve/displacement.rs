@@ -5,7 +5,7 @@
 //! Doppler radar from the frequency itself, before a chirp from how slowly the target moves. If
 //! neither tells them for sure, the displacement starts anew.
 
-use super::chirp::{Scale, metres};
+use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::tone::{Tone, Verdict};
@@ -29,7 +29,7 @@ pub enum Between {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Displacement {
-    /// Metres; its sign is that of the scale.
+    /// Metres; positive when the target went away, as ranges count.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub metres: I32F32,
     /// One standard deviation, metres, of the phase in this block. The displacement of the first
@@ -70,9 +70,11 @@ struct Last {
 const SURE: f32 = 6.0;
 
 impl Unwrapper {
-    /// `metres_per_turn` is the way that turns the phase once: half the wavelength for a radar that
-    /// looks along the motion, negative to count the other way. `None` if it is no scale.
-    pub fn new(metres_per_turn: f64, between: Between) -> Option<Self> {
+    /// `wavelength_m` is that of the carrier in the middle of the record, metres, over the cosine of the angle between beam and
+    /// motion: half of it turns the phase once. `mixing` says which way: [`Mixing::TxConjRx`] for real records of a
+    /// rising ramp. Real records of a continuous wave do not show the direction. `None` if the wavelength is no scale.
+    pub fn new(wavelength_m: f64, mixing: Mixing, between: Between) -> Option<Self> {
+        let metres_per_turn = f64::from(mixing.sign()) * wavelength_m / 2.0;
         Some(Self { scale: Scale::new(metres_per_turn)?, between, start: 0, last: None })
     }
 

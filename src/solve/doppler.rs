@@ -8,8 +8,8 @@ use fixed::types::I32F32;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Velocity {
-    /// Velocity, m/s. I/Q samples give its sign: positive for a positive Doppler shift
-    /// (approaching). Real samples carry no sign, so this is the speed.
+    /// Velocity, m/s. I/Q samples give its sign, positive when approaching. Real samples carry no sign,
+    /// so this is the speed.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub velocity: I32F32,
     /// One standard deviation of the velocity, m/s.
@@ -19,11 +19,11 @@ pub struct Velocity {
 }
 
 /// `V = f lambda / (2 cos phi)` (Yang et al. 2011, eq 1). `scale` is the velocity of one cycle per
-/// sample.
+/// sample; for I/Q records it has the sign by which [`Mixing`](super::chirp::Mixing) turns a shift.
 pub fn velocity(tone: &Tone, scale: Scale) -> Velocity {
     Velocity {
         velocity: metres(i64::from(tone.frequency.0.to_bits()), scale.fixed),
-        sigma: tone.sigma * scale.float,
+        sigma: (tone.sigma * scale.float).abs(),
         verdict: tone.verdict,
     }
 }

@@ -3,6 +3,7 @@
 pub mod chirp;
 pub mod displacement;
 pub mod doppler;
+pub mod equations;
 pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;

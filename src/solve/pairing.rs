@@ -1,12 +1,13 @@
 //! Several targets from the beats of a chirp: which beat of the rising ramp, of the flat segment and of
 //! the falling ramp belong to one target.
 //!
-//! The beats of one target satisfy `down - up = 2 flat` (see [`super::chirp`]) and are equally strong.
+//! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong.
 //! Beats of different targets do both by chance, and make a ghost. What a ghost does not do is to be,
 //! one chirp later, where its own velocity takes it: its beats move as three targets do. So a triple of
 //! beats is a target if the chirps before led there. Until then its verdict is `Unresolved`.
 
-use super::chirp::{self, Scales, Target};
+use super::chirp::{self, Target};
+use super::equations::Equations;
 use super::segments::{Segments, TRAPEZOID};
 use crate::acquire::sample::Stamp;
 use crate::estimate::phasor::Phasor;
@@ -42,7 +43,7 @@ pub struct Habits {
 /// Pairs the beats of chirp after chirp.
 #[derive(Clone, Debug)]
 pub struct Pairing {
-    scales: Scales,
+    equations: Equations,
     /// I/Q beats, whose signs are known.
     signed: bool,
     habits: Habits,
@@ -75,11 +76,11 @@ struct Triple {
 }
 
 impl Pairing {
-    /// For a trapezoid with these scales; `signed` for I/Q records.
-    pub const fn new(scales: Scales, signed: bool, habits: Habits) -> Self {
+    /// For a trapezoid with these equations; `signed` for I/Q records.
+    pub const fn new(equations: Equations, signed: bool, habits: Habits) -> Self {
         let beats = [const { Vec::new() }; 3];
         let segments = Segments::new();
-        Self { scales, signed, habits, beats, segments, chirp: 0, courses: Vec::new() }
+        Self { equations, signed, habits, beats, segments, chirp: 0, courses: Vec::new() }
     }
 
     /// Takes the tones of one segment. The falling ramp completes a chirp and gives its targets, the
@@ -171,11 +172,11 @@ impl Pairing {
             for (j, flat) in flats.iter().enumerate() {
                 for (k, down) in downs.iter().enumerate() {
                     let tones = [up.tone, flat.tone, down.tone];
-                    let off = chirp::contradiction(&tones, self.signed);
+                    let off = chirp::contradiction(&tones, self.signed, &self.equations);
                     if off > 1.0 || !are_equal(&[*up, *flat, *down]) {
                         continue;
                     }
-                    let target = chirp::trapezoid(&tones, self.signed, &self.scales);
+                    let target = chirp::trapezoid(&tones, self.signed, &self.equations);
                     let nearest = self.nearest(&target);
                     let triple = Triple {
                         beats: [i, j, k],

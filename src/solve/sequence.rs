@@ -1,19 +1,21 @@
 //! Range and velocity from a sequence of sawtooth chirps, by the phase of a target's beat from chirp
 //! to chirp.
 //!
-//! One rising ramp beats at `f = fR - fD` and cannot separate the two. From chirp to chirp the target
-//! approaches by `V T`, which turns the phase in the middle of the beat by `-2 V T / lambda`. So a line
-//! through the phases of some chirps gives the velocity thousands of times as exactly as one beat gives
+//! One rising ramp cannot separate the two, see [`super::equations`]. From chirp to chirp the target approaches by `V T`, which
+//! turns the phase in the middle of the beat by `-s 2 V T f / c`, where `f` is the carrier of the echo that arrives there. So a
+//! line through the phases of some chirps gives the velocity thousands of times as exactly as one beat gives
 //! the range, and no second transform is needed. The velocity is known but for multiples of
-//! `lambda / (2 T)`, a whole turn a chirp; `lambda` is the wavelength in the middle of the block. The
+//! `c / (2 T f)`, a whole turn a chirp. The
 //! range itself moves by `-V` a second, which tells the turns if the sequence is long enough; until then
 //! all velocities that agree with it are listed.
 //!
-//! The beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat
+//! A real record's beat must be positive: it record shows a target whose Doppler shift exceeds its range beat
 //! with the wrong sign.
 
-use super::chirp::{Ambiguity, Scale, Scales, Target, metres};
+use super::chirp::{Ambiguity, Scale, Shape, Target, metres, stretched};
+use super::equations::Equations;
 use crate::acquire::sample::Stamp;
+use crate::config::SPEED_OF_LIGHT;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
@@ -61,7 +63,8 @@ impl Line {
 /// Follows one target from chirp to chirp.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    scales: Scales,
+    range: Scale,
+    velocity: Scale,
     /// Samples from chirp to chirp.
     period: f32,
     /// The first and the last chirp of the line, if there is one.
@@ -75,13 +78,15 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// For chirps that begin `period` samples apart. `scales` are those of the waveform, as in
-    /// [`super::chirp`]. `None` if the period is 0.
-    pub fn new(scales: Scales, period: u32) -> Option<Self> {
+    /// For sawtooth chirps that begin `period` samples apart. `None` if the period is 0 or the shape is another.
+    pub fn new(equations: &Equations, period: u32) -> Option<Self> {
         let (phases, beats) = (Line::default(), Line::default());
+        let ([range, _], [velocity, _]) = (equations.range, equations.velocity);
+        let usable = period > 0 && equations.shape == Shape::Sawtooth;
         let period = period as f32;
-        let sequence = Self { scales, period, ends: None, turn: 0.0, turns: 0.0, phases, beats };
-        (period > 0.0).then_some(sequence)
+        let ends = None;
+        let sequence = Self { range, velocity, period, ends, turn: 0.0, turns: 0.0, phases, beats };
+        usable.then_some(sequence)
     }
 
     /// Takes the target's tone of the next chirp, with its sample rate. Gives the targets that the
@@ -141,7 +146,7 @@ impl Sequence {
 
     /// The targets whose velocities the phases agree with and the range's movement allows.
     fn targets(&self, tone: &Tone) -> Vec<Target, LISTED> {
-        let Scales { range, velocity } = self.scales;
+        let Self { range, velocity, .. } = *self;
         // A turn a chirp is 1/period cycles a sample of Doppler shift, and turns backwards.
         let step = velocity.float / self.period;
         let (slope, sigma_turns) = self.phases.slope();
@@ -150,7 +155,7 @@ impl Sequence {
         let rate = range.float * tone.rate_hz as f32 / self.period;
         let (moved, sigma_moved) = self.beats.slope();
         let coarse = -rate * moved / step;
-        let sigma = if rate > 0.0 { (rate * sigma_moved / step).abs() } else { f32::INFINITY };
+        let sigma = if rate != 0.0 { (rate * sigma_moved / step).abs() } else { f32::INFINITY };
         let nearest = libm::roundf(coarse + turns);
         let mut targets: Vec<Target, LISTED> = Vec::new();
         for place in 0..LISTED as i32 {
@@ -159,8 +164,8 @@ impl Sequence {
             let whole = nearest + away as f32 - turns;
             let agrees = (whole - coarse).abs() <= SURE * libm::hypotf(sigma, sigma_turns);
             if place == 0 || agrees {
-                let verdict = if agrees { tone.verdict } else { Verdict::Unresolved };
                 let target = self.target(tone, whole, sigma_turns);
+                let verdict = if agrees { target.verdict } else { Verdict::Unresolved };
                 // There is room for as many as are tried.
                 let _ = targets.push(Target { verdict, ..target });
             }
@@ -173,18 +178,25 @@ impl Sequence {
 
     /// The target that approaches by this Doppler shift, in turns a chirp.
     fn target(&self, tone: &Tone, turns: f32, sigma_turns: f32) -> Target {
-        let Scales { range, velocity } = self.scales;
+        const SHARE: f32 = (2.0 / SPEED_OF_LIGHT) as f32;
+        let Self { range, velocity, .. } = *self;
         let steps = |cycles: f32| (cycles * 4_294_967_296.0) as i64;
         let (shift, sigma_shift) = (turns / self.period, sigma_turns / self.period);
         let beat = i64::from(tone.frequency.0.to_bits()).saturating_add(steps(shift));
         let of = |cycles: f32, scale: Scale| (cycles * scale.float).abs();
+        // The echo's carrier is lower than the transmitter's by the range's beat.
+        let lower = SHARE * velocity.float * (beat as f32 / 4_294_967_296.0);
+        let approach = shift * velocity.float;
+        let approach = I32F32::saturating_from_num(approach + approach * lower);
+        let range_m = stretched(metres(beat, range.fixed), approach);
+        let least = if range_m < 0 { Verdict::Unresolved } else { Verdict::Good };
         Target {
-            range: metres(beat, range.fixed),
-            velocity: I32F32::saturating_from_num(shift * velocity.float),
+            range: range_m,
+            velocity: approach,
             sigma_range: of(libm::hypotf(tone.sigma, sigma_shift), range),
             sigma_velocity: of(sigma_shift, velocity),
             ambiguity: Ambiguity::None,
-            verdict: tone.verdict,
+            verdict: tone.verdict.max(least),
         }
     }
 }
