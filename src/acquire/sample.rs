@@ -132,6 +132,12 @@ pub enum Segment {
 }
 
 impl Segment {
+    /// Whether a target's motion bends the phase of its beat: on a ramp, where the beat follows the range. The bend is
+    /// the same to both sides of the record's middle and leaves the frequency there as it is.
+    pub const fn bends(self) -> bool {
+        matches!(self, Segment::Up | Segment::Down)
+    }
+
     /// The segment with this number on the wire; `None` for an unknown number.
     pub const fn from_u8(code: u8) -> Option<Self> {
         match code {

@@ -108,9 +108,10 @@ pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
 }
 
 /// Judges the fit of a record of `n` samples to a tone so many bins from the nearer end of the spectrum, see
-/// [`from_end`]. Cost: some thirty operations if nothing is suspicious.
+/// [`from_end`]. `bends` says that its phase may bend without any change of the frequency in the middle, see
+/// [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty operations if nothing is suspicious.
 #[inline(never)]
-pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Judgement {
+pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, bends: bool) -> Judgement {
     let Beside { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
@@ -127,11 +128,17 @@ pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Judgem
     {
         return Judgement::STEADY;
     }
-    judge_closely(fit, n, from_end, beside)
+    judge_closely(fit, n, from_end, beside, bends)
 }
 
 #[inline(never)]
-fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Judgement {
+fn judge_closely(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    bends: bool,
+) -> Judgement {
     let Beside { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
     let size = fit.line.norm_sqr();
@@ -145,10 +152,25 @@ fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Ju
         Changes::of(fit);
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
+    let explained = moved + fourth * unit;
+    let outside = if free > 2.0 * free8 { outside * unit } else { 0.0 };
+    let left = free - DIRECTIONS;
+    let tail = |deviations| Tail { deviations, noise: noise.freedom };
+    let strange = |deviations: f32| {
+        tail(deviations).beyond(eight - explained, free8 - DIRECTIONS)
+            || tail(deviations).beyond(all - explained - outside, left)
+    };
+    if bends {
+        // The bend is the motion's. What is left must be as small as beside a steady tone's.
+        let others = (moved - p2).max(0.0);
+        let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0);
+        if !(tail(FIRES).beyond(others, DIRECTIONS - 1.0) || strange(FIRES)) {
+            return Judgement { line: Line::Steady, widening: soft };
+        }
+    }
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
     // On an edge the noise is what the fit leaves five bins off. It may rise towards the tone.
     let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
-    let tail = |deviations| Tail { deviations, noise: noise.freedom };
     let fires = tail(FIRES);
     // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
     // noise.
@@ -159,13 +181,8 @@ fn judge_closely(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside) -> Ju
     {
         return Judgement { line: Line::Steady, widening: soft };
     }
-    let (clean, left) = (tail(CLEAN), free - DIRECTIONS);
-    let explained = moved + fourth * unit;
-    let outside = if free > 2.0 * free8 { outside * unit } else { 0.0 };
     let beyond = (all - explained - outside - left).max(0.0);
-    let strange = clean.beyond(eight - explained, free8 - DIRECTIONS)
-        || clean.beyond(all - explained - outside, left);
-    if strange && beyond > SHARE * moved {
+    if strange(CLEAN) && beyond > SHARE * moved {
         let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
         return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
     }

@@ -145,7 +145,8 @@ pub fn measure<R: Record, const N: usize>(
         leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
-    let judged = |fit: &Fit<f32>| judged(fit, N, from_end(peak.bin, N, R::IQ), &beside, clipped);
+    let from_end = from_end(peak.bin, N, R::IQ);
+    let judged = |fit: &Fit<f32>| judged(fit, N, from_end, &beside, clipped, stamp.segment.bends());
     let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
@@ -227,9 +228,16 @@ pub fn rise<R: Record, const N: usize>(
 ///
 /// The smallest programs ask only whether the residual is too large. So do clipped records, whose
 /// harmonics are no movement.
-fn judged(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, clipped: f32) -> Judgement {
+fn judged(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    clipped: f32,
+    bends: bool,
+) -> Judgement {
     if cfg!(feature = "methods") && clipped <= CLIPPED {
-        return judge(fit, n, from_end, beside);
+        return judge(fit, n, from_end, beside, bends);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
     // Sigma includes them, see [`Unclipped`].

@@ -82,6 +82,8 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     rest: Rest<'a, R, N, E, ROOM>,
     options: &'a Options,
     clipped: f32,
+    /// Whether the record is of a ramp, on which a target's motion bends the phase.
+    bends: bool,
     /// Whether lines that are made of others count, too.
     every: bool,
     /// Of each line found.
@@ -110,7 +112,7 @@ pub fn lines<R: Record, const N: usize>(
     if most <= 1 && tone.verdict == Verdict::Good {
         return alone();
     }
-    let mut hunt = Hunt::new(spectrum, clipped, options);
+    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
@@ -154,7 +156,7 @@ pub(super) fn every_line<R: Record, const N: usize>(
     options: &Options,
 ) -> Vec<Phasor, ROOM> {
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
-    let mut hunt = Hunt::new(spectrum, clipped, options);
+    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
     if !hunt.start(tone, band) {
         return Vec::new();
     }
@@ -165,11 +167,17 @@ pub(super) fn every_line<R: Record, const N: usize>(
 
 impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))] // a large object is made in its place
-    fn new(spectrum: &'a Spectrum<R, N, E>, clipped: u32, options: &'a Options) -> Self {
+    fn new(
+        spectrum: &'a Spectrum<R, N, E>,
+        clipped: u32,
+        stamp: &Stamp,
+        options: &'a Options,
+    ) -> Self {
         Self {
             rest: Rest { spectrum, unit: f32::two_to(spectrum.exponent()), found: Vec::new() },
             options,
             clipped: clipped as f32 / N as f32,
+            bends: stamp.segment.bends(),
             every: false,
             marks: Vec::new(),
             hidden: Vec::new(),

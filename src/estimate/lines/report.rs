@@ -110,13 +110,13 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let mut found = fitted(reach)?;
         let beside = self.beside(&found);
         let from_end = from_end(peak, N, R::IQ);
-        let mut judgement = judge(&found.fit, N, from_end, &beside);
+        let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends);
         // What another line leaves far off may be in the outer bins.
         if judgement.line != Line::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
         {
-            let inner = judge(&narrow.fit, N, from_end, &beside);
+            let inner = judge(&narrow.fit, N, from_end, &beside, self.bends);
             if inner.line == Line::Steady {
                 (found, judgement) = (narrow, inner);
             }
