@@ -263,8 +263,19 @@ impl Changes {
         ];
         // Components are shares of the line. Those of order 1 and 3 are a quarter turn on.
         let back = fit.line.conj() / size;
-        let [a1, a2, a3] = fit.rest.along;
-        let [w1, w2, w3] = [(a1, n1), (a2, n2), (a3, n3)].map(|(a, n)| back * a / n);
+        let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
+        // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times
+        // the distance, so what the bins beyond lack has one shape, and Sherman and Morrison's formula inverts the
+        // functions' products.
+        let half = f32::unit(0.5 * fit.offset);
+        let tails = [-half.re, -half.im, half.re];
+        let common = (a3 * 7.0 - a1 * 3.0) * half.re - a2 * (5.0 * half.im);
+        let common = common * (beyond / (1.0 - beyond * (10.0 * cosine2 + 5.0 * sine2)));
+        let [w1, w2, w3] = [
+            (a1 + common * tails[0]) * 3.0,
+            (a2 + common * tails[1]) * 5.0,
+            (a3 + common * tails[2]) * 7.0,
+        ];
         let bent = w2.im * w2.im;
         let level = bent * (1.0 / 7.0) - w2.re;
         let [s1, s2, s3] = [n1, n2, n3].map(|n| n * size);
