@@ -71,7 +71,7 @@ impl Summary {
 pub fn measured(options: &Options) -> Result<Vec<Row>, DemoError> {
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(plate::config().plan().map_err(said)?));
     let unwrapper =
-        Unwrapper::new(0.5 * plate::wavelength_m(), Mixing::TxConjRx, Between::Turns(MOST_TURNS));
+        Unwrapper::new(plate::wavelength_m(), Mixing::TxConjRx, Between::Turns(MOST_TURNS));
     let mut unwrapper = unwrapper.ok_or_else(|| said("no scale"))?;
     let origin = plate::swing_m(plate::middle_s(0));
     let rows = (0..CYCLES).map(|cycle| {
