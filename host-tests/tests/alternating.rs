@@ -272,7 +272,7 @@ fn the_sign_reaches_the_solver() {
     let mut at_once = Pipeline::<Iq, 512>::new(config.plan().unwrap());
     let timing = Timing { period: 512, segments: shape.segments() };
     let mut targets = Vec::new();
-    for (number, bins) in [(0, -20.3), (1, 70.6)] {
+    for (number, bins) in [(0, 20.3), (1, -70.6)] {
         let line = Line { bins, amplitude: 900.0, phase: 0.5 };
         let stamp = timing.stamp(number, false);
         let first = turns.block(stamp, &mut pairs::<512>(&mut rng(914, number), line, 2.0, IDEAL));

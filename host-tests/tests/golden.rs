@@ -274,6 +274,7 @@ fn the_solver_on_every_vector() {
         range: scales([0.5 * range, -0.5 * range]),
         velocity: scales([-0.5 * velocity; 2]),
         condition: scales([-2.0, 1.0]),
+        warp: 0.0,
     };
     for beats in &golden.solver {
         let tones = [beats.f1_hz, beats.f2_hz, beats.f3_hz].map(|hz| Tone {

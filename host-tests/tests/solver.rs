@@ -122,6 +122,7 @@ fn one_carrier() -> Equations {
         range: scales([500.0, -500.0]),
         velocity: scales([-500.0; 2]),
         condition: scales([-2.0, 1.0]),
+        warp: 0.0,
     }
 }
 

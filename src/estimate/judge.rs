@@ -156,14 +156,17 @@ fn judge_closely(
     let outside = if free > 2.0 * free8 { outside * unit } else { 0.0 };
     let left = free - DIRECTIONS;
     let tail = |deviations| Tail { deviations, noise: noise.freedom };
+    let from_end = from_end as f32;
+    let mirror = MIRROR / (from_end * from_end);
     let strange = |deviations: f32| {
         tail(deviations).beyond(eight - explained, free8 - DIRECTIONS)
             || tail(deviations).beyond(all - explained - outside, left)
     };
     if bends {
-        // The bend is the motion's. What is left must be as small as beside a steady tone's.
+        // The bend is the motion's; that of the mirror image pulls the frequency. What is left must be as small as beside a
+        // steady tone's.
         let others = (moved - p2).max(0.0);
-        let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0);
+        let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0) + p2 * mirror;
         if !(tail(FIRES).beyond(others, DIRECTIONS - 1.0) || strange(FIRES)) {
             return Judgement { line: Line::Steady, widening: soft };
         }
@@ -190,8 +193,7 @@ fn judge_closely(
     // phase of order 3. A tone of changing level has the one without the other.
     let odd = (a2 + p3 - ODD).max(0.0);
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
-    let from_end = from_end as f32;
-    let (level, mirror) = (a1 + a2 + a3, MIRROR / (from_end * from_end));
+    let level = a1 + a2 + a3;
     let odd = odd.min(PAIRED * (p2 + p3 - LIKELY - level * (mirror + LEAK)).max(0.0));
     Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
 }

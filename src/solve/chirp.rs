@@ -258,11 +258,11 @@ fn signs(beats: &[Beat; 3], signed: bool, equations: &Equations) -> (i64, [i64; 
     let violation = |[s1, s2, s3]: [i64; 3]| {
         (s1 * y1).saturating_add(s2.saturating_mul(w2)).saturating_add(s3.saturating_mul(w3))
     };
-    if signed {
-        return (violation([1; 3]), [y1, y2, y3]);
-    }
-    let mut best = (0, [y1, y2, y3]);
+    let mut best = (violation([1; 3]), [y1, y2, y3]);
     let mut least = i64::MAX;
+    if signed {
+        return unwarped(best, equations);
+    }
     for signs in PATTERNS {
         let [s1, s2, s3] = signs;
         let error = violation(signs);
@@ -271,7 +271,24 @@ fn signs(beats: &[Beat; 3], signed: bool, equations: &Equations) -> (i64, [i64; 
             best = (error, [s1 * y1, s2 * y2, s3 * y3]);
         }
     }
-    best
+    unwarped(best, equations)
+}
+
+/// The violation and the beats as of straight ramps.
+fn unwarped((violation, y): (i64, [i64; 3]), equations: &Equations) -> (i64, [i64; 3]) {
+    let [_, _, weight] = weights(equations);
+    let warp = warp([y[0], y[2]], equations);
+    let error = warp as f32 * (1.0 + weight);
+    (violation.saturating_add(error as i64), [y[0] + warp, y[1], y[2] + warp])
+}
+
+/// What bent ramps take from both beats, steps of 2^-32 cycles per sample.
+fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
+    if equations.warp == 0.0 {
+        return 0;
+    }
+    let range: f32 = place(ramps, equations).range.to_num();
+    (equations.warp * range * range * 4_294_967_296.0) as i64
 }
 
 /// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
@@ -293,14 +310,18 @@ pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Targe
     let sigma = |[m1, m3]: [Scale; 2]| {
         libm::hypotf(m1.float * root(up.variance), m3.float * root(down.variance))
     };
+    let place = |ramps: [i64; 2]| {
+        let warp = warp(ramps, equations);
+        place(ramps.map(|beat| beat + warp), equations)
+    };
     let (target, ambiguity) = if signed {
-        (place([up.steps, down.steps], equations), Ambiguity::None)
+        (place([up.steps, down.steps]), Ambiguity::None)
     } else {
         // Faster than its range beat: both beats have the sign of the Doppler shift.
         let sign = if down.steps < up.steps { 1 } else { -1 };
-        let other = place([sign * up.steps, sign * down.steps], equations);
+        let other = place([sign * up.steps, sign * down.steps]);
         let Target { range, velocity, .. } = other;
-        (place([up.steps, -down.steps], equations), Ambiguity::Exchange { range, velocity })
+        (place([up.steps, -down.steps]), Ambiguity::Exchange { range, velocity })
     };
     judged(Target {
         sigma_range: sigma(equations.range),
@@ -315,8 +336,9 @@ pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Targe
 pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
     let up = beat(tone);
     let [scale, _] = equations.range;
+    let warp = warp([up.steps, 0], equations);
     judged(Target {
-        range: metres(up.steps, scale.fixed),
+        range: metres(up.steps.saturating_add(warp), scale.fixed),
         velocity: I32F32::ZERO,
         sigma_range: scale.float.abs() * root(up.variance),
         sigma_velocity: f32::INFINITY,

@@ -87,9 +87,11 @@ pub struct Equations {
     /// Metres of range per cycle per sample of the rising and of the falling beat, at the mean of the middles of the chirp's
     /// records. For a sawtooth: per cycle per sample of the beat of a target at rest; the second one is 0.
     pub range: [Scale; 2],
-    /// Metres per second of velocity, likewise. For a sawtooth: per cycle per sample of Doppler shift at the carrier in the
-    /// middle of the record.
+    /// Metres per second of velocity, likewise. For a sawtooth: per cycle per sample of Doppler shift of the carrier at sample `n / 2`.
     pub velocity: [Scale; 2],
+    /// What a bent ramp takes from its beat, in cycles per sample per square metre of range: the echo comes from a place of the ramp
+    /// with another slope. 0 for straight ramps.
+    pub warp: f32,
     /// The flat and the falling beat's weights in the condition `up + flat + down = 0` that the three beats of a target
     /// satisfy; 0 for the other shapes.
     pub condition: [Scale; 2],
@@ -126,11 +128,18 @@ impl Chirp {
         let t0 = 0.5 * (up.time_s + down.time_s);
         let (a, b) = (up.row(t0), down.row(t0));
         let none = Scale::default();
+        // The carrier's second derivative, half of it, times the square of the delay.
+        let half = -4.0 * self.sweep_curvature * bandwidth_hz / (duration_s * duration_s);
+        let per_metre = 2.0 / SPEED_OF_LIGHT;
+        let warp = (orientation * half * per_metre * per_metre / rate_hz) as f32;
         if shape == Shape::Sawtooth {
             let [range, _] = up.row(up.time_s);
-            let doppler = 2.0 * up.carrier_hz / SPEED_OF_LIGHT;
+            // Phases are those of sample n / 2.
+            let phased = self.ramp((guard_s + 0.5 * n as f64 / rate_hz) / duration_s);
+            let doppler = 2.0 * phased.carrier_hz / SPEED_OF_LIGHT;
             return Ok(Equations {
                 shape,
+                warp,
                 range: [scale(1.0 / range)?, none],
                 velocity: [scale(1.0 / doppler)?, none],
                 condition: [none; 2],
@@ -152,7 +161,7 @@ impl Chirp {
             let share = Scale::new(share).ok_or(ConfigError::Scale)?;
             condition = [share, Scale::new(weight).ok_or(ConfigError::Scale)?];
         }
-        Ok(Equations { shape, range, velocity, condition })
+        Ok(Equations { shape, range, velocity, warp, condition })
     }
 
     /// Carrier and slope of a rising ramp, `x` of its way up. A falling ramp goes the same way back.
