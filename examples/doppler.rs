@@ -2,7 +2,7 @@
 //! `cargo run --example doppler -- FILE`.
 
 use picket::config::SPEED_OF_LIGHT;
-use picket::{Assembler, Codes, Config, Format, Outcome, Pipeline, Real, Scene, Verdict};
+use picket::{Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Verdict};
 use std::error::Error;
 
 const CARRIER_HZ: f64 = 24e9;
@@ -13,7 +13,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let config = Config {
         // Below 300 Hz a radar sees its own supply, above 3 kHz no vehicle.
         band_hz: Some((300.0, 3000.0)),
-        scene: Scene::Doppler { wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ, angle_rad: 0.0 },
+        scene: Scene::Doppler {
+            wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ,
+            angle_rad: 0.0,
+            mixing: Mixing::RxConjTx,
+        },
         ..Config::new(reader.spec().sample_rate.into(), Codes::signed::<16>())
     };
     let mut pipeline = Pipeline::<Real, 4096>::new(config.plan()?);

@@ -8,7 +8,8 @@ use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::method::Method;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
 use picket_wire::follow::Follow;
@@ -126,14 +127,21 @@ fn config(input: &mut Input) -> Config {
         false_alarm: input.number(),
         scene: match scene % 3 {
             0 => Scene::Tone,
-            1 => Scene::Doppler { wavelength_m: input.number(), angle_rad: input.number() },
-            _ => Scene::Chirp {
+            1 => Scene::Doppler {
+                wavelength_m: input.number(),
+                angle_rad: input.number(),
+                mixing: Mixing::ALL[usize::from(scene / 3) % 2],
+            },
+            _ => Scene::Chirp(Chirp {
                 shape: [Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth]
                     [usize::from(scene / 3) % 3],
                 wavelength_m: input.number(),
                 bandwidth_hz: input.number(),
                 duration_s: input.number(),
-            },
+                guard_s: input.number(),
+                mixing: Mixing::ALL[usize::from(scene / 9) % 2],
+                sweep_curvature: input.number(),
+            }),
         },
         following: Following {
             agility: input.number() as f32,

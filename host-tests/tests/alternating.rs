@@ -6,7 +6,8 @@ use fixed::types::I32F32;
 use host_tests::sized;
 use picket::acquire::frontend::Timing;
 use picket::config::{Config, Scene};
-use picket::solve::chirp::{Ambiguity, Shape};
+use picket::solve::chirp::{Ambiguity, Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -248,7 +249,7 @@ fn the_sign_reaches_the_solver() {
     for bins in [-60.5, 60.5] {
         let line = Line { bins, amplitude: 900.0, phase: 0.0 };
         let mut pairs = pairs::<512>(&mut rng(913, 0), line, 2.0, IDEAL);
-        let scene = Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0 };
+        let scene = Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0, mixing: Mixing::RxConjTx };
         let config = Config { scene, rate_hz: 1e3, band_hz: None, ..sideband(512, true, 3.0) };
         let Outcome::Velocity(velocity) = measure::<512, 1024>(&config, &mut pairs).result else {
             panic!("no velocity");
@@ -259,7 +260,13 @@ fn the_sign_reaches_the_solver() {
     }
     // The beats of a triangle on both sides of 0 Hz, which real samples could not tell apart.
     let (shape, duration_s) = (Shape::Triangle, 0.512);
-    let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s };
+    let scene = Scene::Chirp(Chirp {
+        shape,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s,
+        ..Chirp::default()
+    });
     let config = Config { scene, rate_hz: 1e3, ..Config::new(1e3, CODES) };
     let mut turns = Alternating::<512, 1024>::new(config.plan().unwrap());
     let mut at_once = Pipeline::<Iq, 512>::new(config.plan().unwrap());

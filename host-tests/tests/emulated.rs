@@ -8,7 +8,8 @@ use picket::config::{Config, Scene};
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::method::Method;
 use picket::pipeline::Pipeline;
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket_host::emulator::{Capture, Machine, Outcome, RunError};
 use picket_host::toolchain::{Firmware, Profile, Target};
 use picket_wire::capture::Header;
@@ -112,12 +113,15 @@ fn assert_same(here: &[u8], there: &[u8], what: &str) {
     panic!("{what}: {} records here, {} there", here.len(), there.len());
 }
 
-const LIDAR: Scene = Scene::Chirp {
+const LIDAR: Scene = Scene::Chirp(Chirp {
     shape: Shape::Trapezoid,
     wavelength_m: 1550e-9,
     bandwidth_hz: 1e9,
     duration_s: 17e-6,
-};
+    guard_s: 0.0,
+    mixing: Mixing::TxConjRx,
+    sweep_curvature: 0.0,
+});
 
 fn config(method: Method, scene: Scene) -> Config {
     Config { rate_hz: 250e6, method, scene, ..Config::new(1.0, Codes::signed::<12>()) }
@@ -126,7 +130,8 @@ fn config(method: Method, scene: Scene) -> Config {
 /// 1,000 real blocks of 1024 by the default method, then every method on records it is right for, the lengths taking
 /// turns, and least squares with its sums in integers.
 fn headers() -> Vec<Header> {
-    let doppler = Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.1 };
+    let doppler =
+        Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.1, mixing: Mixing::RxConjTx };
     let mut headers = vec![Header::of::<Real>(config(Method::default(), LIDAR), 1024, 1000)];
     for iq in [false, true] {
         let fits = |method: &&Method| {

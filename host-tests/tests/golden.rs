@@ -20,7 +20,8 @@ use picket::estimate::snr;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::estimate::uncertainty::bound_bins;
 use picket::math::scalar::Scalar;
-use picket::solve::chirp::{self, Scale, Scales};
+use picket::solve::chirp::{self, Scale, Shape};
+use picket::solve::equations::Equations;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
@@ -264,9 +265,15 @@ fn the_best_lag_is_eq_9() {
 fn the_solver_on_every_vector() {
     let Some(golden) = golden() else { return };
     let rate = 250e6;
-    let scales = Scales {
-        range: Scale::new(rate * 299_792_458.0 * 10e-6 / (2.0 * 1e9)).unwrap(),
-        velocity: Scale::new(rate * 1550e-9 / 2.0).unwrap(),
+    let range = rate * 299_792_458.0 * 10e-6 / (2.0 * 1e9);
+    let velocity = rate * 1550e-9 / 2.0;
+    let scales = |weights: [f64; 2]| weights.map(|weight| Scale::new(weight).unwrap());
+    // The vectors have one carrier, and a range that stands still: `fR - fD, -fD, -(fR + fD)`.
+    let equations = Equations {
+        shape: Shape::Trapezoid,
+        range: scales([0.5 * range, -0.5 * range]),
+        velocity: scales([-0.5 * velocity; 2]),
+        condition: scales([-2.0, 1.0]),
     };
     for beats in &golden.solver {
         let tones = [beats.f1_hz, beats.f2_hz, beats.f3_hz].map(|hz| Tone {
@@ -277,7 +284,7 @@ fn the_solver_on_every_vector() {
             verdict: Verdict::Good,
             rate_hz: rate,
         });
-        let target = chirp::trapezoid(&tones, false, &scales);
+        let target = chirp::trapezoid(&tones, false, &equations);
         let (range, velocity) = (target.range.to_num::<f64>(), target.velocity.to_num::<f64>());
         assert!((range / beats.L_m - 1.0).abs() < 1e-6, "{range} m, not {}", beats.L_m);
         assert!((velocity / beats.V_mps - 1.0).abs() < 1e-6, "{velocity} m/s, not {}", beats.V_mps);

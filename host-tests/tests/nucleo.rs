@@ -12,6 +12,7 @@ use picket::config::{Config, Following, Scene};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
 use picket_firmware::nucleo_f446re::words::Words;
@@ -385,12 +386,13 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let (mut board, first) = start();
     board.recorded = Some(Vec::new());
-    let scene = Scene::Chirp {
+    let scene = Scene::Chirp(Chirp {
         shape: Shape::Trapezoid,
         wavelength_m: 0.0125,
         bandwidth_hz: 200e6,
         duration_s: 0.0,
-    };
+        ..Chirp::default()
+    });
     let band_hz = Some((2e3, 120e3));
     let codes = Codes::unsigned::<12>();
     let config =

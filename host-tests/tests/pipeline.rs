@@ -28,10 +28,10 @@ fn block(signal: &Signal, seed: u64, trial: u64) -> [i16; N] {
 /// One chirp of the lidar in front of a target.
 fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measurement {
     let config = Config { method, ..scenario::lidar() };
-    let Solver::Chirp(_, scales) = config.plan::<Real, N>().unwrap().solver else { panic!() };
+    let Solver::Chirp(equations) = config.plan::<Real, N>().unwrap().solver else { panic!() };
     let mut pipeline = pipeline(config);
     let mut last = Measurement::default();
-    for ((segment, beat), sequence) in scenario::lidar_beats(row, &scales).into_iter().zip(0..) {
+    for ((segment, beat), sequence) in scenario::lidar_beats(row, &equations).into_iter().zip(0..) {
         let signal = Signal::tone(beat.abs() * N as f64, 350.0, snr_db);
         let samples = block(&signal, seed, 3 * trial + u64::from(sequence));
         last = pipeline.block(stamp(sequence, segment), &samples);

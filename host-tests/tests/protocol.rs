@@ -3,7 +3,8 @@
 use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Counters;
 use picket::config::{Config, Scene};
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket_firmware::nucleo_f446re::words::guard::causes;
 use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Name};
 use picket_wire::command::{Answer, Command, Refusal, Request};
@@ -17,13 +18,18 @@ use rand_chacha::ChaCha8Rng;
 fn settings(rng: &mut impl RngExt) -> Settings {
     let scene = match rng.random_range(0..3) {
         0 => Scene::Tone,
-        1 => Scene::Doppler { wavelength_m: rng.random(), angle_rad: rng.random() },
-        _ => Scene::Chirp {
+        1 => Scene::Doppler {
+            wavelength_m: rng.random(),
+            angle_rad: rng.random(),
+            mixing: Mixing::RxConjTx,
+        },
+        _ => Scene::Chirp(Chirp {
             shape: Shape::Triangle,
             wavelength_m: rng.random(),
             bandwidth_hz: rng.random(),
             duration_s: rng.random(),
-        },
+            ..Chirp::default()
+        }),
     };
     let config = Config {
         rate_hz: rng.random(),

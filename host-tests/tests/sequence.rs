@@ -2,7 +2,8 @@
 
 use crate::signal::*;
 use picket::config::SPEED_OF_LIGHT;
-use picket::solve::chirp::{Scale, Scales};
+use picket::solve::chirp::Shape;
+use picket::solve::equations::{Chirp, Equations};
 use picket::solve::sequence::{LISTED, Sequence};
 use picket::{Codes, Config, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
@@ -16,25 +17,28 @@ const PERIOD: u32 = 1100;
 const WAVELENGTH_M: f64 = 0.0125;
 const BANDWIDTH_HZ: f64 = 200e6;
 const RAMP_S: f64 = N as f64 / RATE_HZ;
+/// The wavelength is that of the ramp's middle.
+const BOTTOM_HZ: f64 = SPEED_OF_LIGHT / WAVELENGTH_M - 0.5 * BANDWIDTH_HZ;
 
-fn scales() -> Scales {
-    let scale = |per_cycle| Scale::new(per_cycle).unwrap();
-    Scales {
-        range: scale(RATE_HZ * SPEED_OF_LIGHT * RAMP_S / (2.0 * BANDWIDTH_HZ)),
-        velocity: scale(RATE_HZ * WAVELENGTH_M / 2.0),
-    }
+fn equations() -> Equations {
+    let chirp = Chirp {
+        shape: Shape::Sawtooth,
+        wavelength_m: SPEED_OF_LIGHT / BOTTOM_HZ,
+        bandwidth_hz: BANDWIDTH_HZ,
+        duration_s: RAMP_S,
+        ..Chirp::default()
+    };
+    chirp.equations(RATE_HZ, N, false).unwrap()
 }
 
 /// The beat of a chirp that begins at this sample, of a target that was `range_m` away at sample 0, in radians by sample.
 fn beat(range_m: f64, velocity: f64, clock: u64) -> impl Fn(usize) -> f64 {
-    // The wavelength is that of the ramp's middle.
-    let bottom_hz = SPEED_OF_LIGHT / WAVELENGTH_M - 0.5 * BANDWIDTH_HZ;
     let slope = BANDWIDTH_HZ / RAMP_S;
     move |n| {
         let away = range_m - velocity * (clock as f64 + n as f64) / RATE_HZ;
         let delay = 2.0 * away / SPEED_OF_LIGHT;
         let within = n as f64 / RATE_HZ;
-        TAU * (bottom_hz * delay + slope * delay * within - 0.5 * slope * delay * delay)
+        TAU * (BOTTOM_HZ * delay + slope * delay * within - 0.5 * slope * delay * delay)
     }
 }
 
@@ -51,7 +55,7 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
         let (range_m, velocity) = (rng.random_range(15.0..80.0), rng.random_range(-4.0..4.0));
         let config = Config::new(RATE_HZ, Codes::signed::<12>());
         let mut pipeline = Pipeline::<Real, N>::new(config.plan().unwrap());
-        let mut sequence = Sequence::new(scales(), PERIOD).unwrap();
+        let mut sequence = Sequence::new(&equations(), PERIOD).unwrap();
         let amplitude = amplitude(snr_db);
         let noise = sigma(amplitude, snr_db);
         let mut targets = heapless::Vec::new();

@@ -5,7 +5,8 @@ use picket::config::Config;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::tone::{Tone, Verdict};
 use picket::plan::Solver;
-use picket::solve::chirp::{self, Ambiguity, Scales};
+use picket::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
+use picket::solve::equations::Equations;
 use picket_host::scenario::{self, Row};
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -14,11 +15,11 @@ use rand_distr::{Distribution, StandardNormal};
 
 const N: usize = 1024;
 
-fn scales() -> Scales {
-    let Solver::Chirp(_, scales) = scenario::lidar().plan::<Real, N>().unwrap().solver else {
+fn equations() -> Equations {
+    let Solver::Chirp(equations) = scenario::lidar().plan::<Real, N>().unwrap().solver else {
         panic!("the lidar has a chirp");
     };
-    scales
+    equations
 }
 
 fn tone(cycles: f64, sigma: f32) -> Tone {
@@ -32,7 +33,7 @@ fn tone(cycles: f64, sigma: f32) -> Tone {
 
 /// The three tones of a row: magnitudes where the samples are real.
 fn tones(row: &Row, signed: bool, sigmas: [f32; 3]) -> [Tone; 3] {
-    let beats = scenario::lidar_beats(row, &scales());
+    let beats = scenario::lidar_beats(row, &equations());
     std::array::from_fn(|i| {
         let beat = beats[i].1;
         tone(if signed { beat } else { beat.abs() }, sigmas[i])
@@ -49,7 +50,7 @@ fn every_row_of_both_signs_is_exact_without_noise() {
     assert_eq!(rows.len(), 28);
     for row in rows {
         for signed in [false, true] {
-            let target = chirp::trapezoid(&tones(&row, signed, [1e-6; 3]), signed, &scales());
+            let target = chirp::trapezoid(&tones(&row, signed, [1e-6; 3]), signed, &equations());
             assert!(close(target.range, row.range_m), "{row:?}: {target:?}");
             assert!(close(target.velocity, row.velocity_mps), "{row:?}: {target:?}");
             assert_eq!(target.verdict, Verdict::Good);
@@ -61,7 +62,7 @@ fn every_row_of_both_signs_is_exact_without_noise() {
 fn a_triangle_reports_the_exchange() {
     for row in scenario::table3() {
         let [up, _, down] = tones(&row, false, [1e-6; 3]);
-        let target = chirp::triangle(&[up, down], false, &scales());
+        let target = chirp::triangle(&[up, down], false, &equations());
         let Ambiguity::Exchange { range, velocity } = target.ambiguity else {
             panic!("real beats of a triangle are ambiguous");
         };
@@ -69,7 +70,7 @@ fn a_triangle_reports_the_exchange() {
         let second = close(range, row.range_m) && close(velocity, row.velocity_mps);
         assert!(first || second, "{row:?}: {target:?}");
         let [up, _, down] = tones(&row, true, [1e-6; 3]);
-        let target = chirp::triangle(&[up, down], true, &scales());
+        let target = chirp::triangle(&[up, down], true, &equations());
         assert_eq!(target.ambiguity, Ambiguity::None);
         assert!(close(target.range, row.range_m) && close(target.velocity, row.velocity_mps));
     }
@@ -77,9 +78,9 @@ fn a_triangle_reports_the_exchange() {
 
 #[test]
 fn a_sawtooth_reports_the_coupling() {
-    let target = chirp::sawtooth(&tone(0.1, 1e-5), &scales());
+    let target = chirp::sawtooth(&tone(0.1, 1e-5), &equations());
     assert_eq!(target.ambiguity, Ambiguity::Coupled);
-    assert!(close(target.range, 0.1 * scales().range.fixed.to_num::<f64>()));
+    assert!(close(target.range, 0.1 * equations().range[0].fixed.to_num::<f64>()));
     assert_eq!(target.sigma_velocity, f32::INFINITY);
 }
 
@@ -88,9 +89,9 @@ fn beats_of_two_targets_are_unresolved() {
     let row = Row { range_m: 50.0, velocity_mps: 10.0 };
     let mut beats = tones(&row, false, [1e-5; 3]);
     beats[1] = tone(0.33, 1e-5);
-    assert_eq!(chirp::trapezoid(&beats, false, &scales()).verdict, Verdict::Unresolved);
+    assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Unresolved);
     beats[1].verdict = Verdict::Weak;
-    assert_eq!(chirp::trapezoid(&beats, false, &scales()).verdict, Verdict::Weak);
+    assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Weak);
 }
 
 /// The textbook way: normal equations for each sign pattern, least weighted residual. Returns (fR, fD).
@@ -113,6 +114,17 @@ fn normal_equations(magnitudes: [f64; 3], sigmas: [f32; 3]) -> (f64, f64) {
     (range, doppler)
 }
 
+/// One carrier and a range that stands still, `fR - fD, -fD, -(fR + fD)`: a kilometre and a kilometre per second a cycle per sample.
+fn one_carrier() -> Equations {
+    let scales = |weights: [f64; 2]| weights.map(|weight| Scale::new(weight).unwrap());
+    Equations {
+        shape: Shape::Trapezoid,
+        range: scales([500.0, -500.0]),
+        velocity: scales([-500.0; 2]),
+        condition: scales([-2.0, 1.0]),
+    }
+}
+
 proptest! {
     #[test]
     fn equals_weighted_least_squares(
@@ -125,10 +137,11 @@ proptest! {
         prop_assume!(beats.iter().all(|b| b.abs() > 2e-3 && b.abs() < 0.49));
         let magnitudes: [f64; 3] = std::array::from_fn(|i| (beats[i] + errors[i]).abs());
         let tones = std::array::from_fn(|i| tone(magnitudes[i], sigmas[i]));
-        let target = chirp::trapezoid(&tones, false, &scales());
+        let target = chirp::trapezoid(&tones, false, &one_carrier());
         let (want_range, want_doppler) = normal_equations(magnitudes, sigmas);
-        let got_range = target.range.to_num::<f64>() / scales().range.fixed.to_num::<f64>();
-        let got_doppler = target.velocity.to_num::<f64>() / scales().velocity.fixed.to_num::<f64>();
+        let got_range = target.range.to_num::<f64>() / 1e3;
+        let got_doppler = target.velocity.to_num::<f64>() / 1e3;
+        let got_range = got_range * (1.0 + 2e3 * got_doppler / picket::config::SPEED_OF_LIGHT);
         // Two steps of the frequency's type, and f32's share of the correction.
         prop_assert!((got_range - want_range).abs() < 1e-9, "{got_range} {want_range}");
         prop_assert!((got_doppler - want_doppler).abs() < 1e-9, "{got_doppler} {want_doppler}");
@@ -149,7 +162,7 @@ fn sigmas_explain_the_errors() {
                 let noise: f64 = StandardNormal.sample(&mut rng);
                 *beat = tone(beat.frequency.cycles() + noise * f64::from(sigma), sigma);
             }
-            let target = chirp::trapezoid(&beats, false, &scales());
+            let target = chirp::trapezoid(&beats, false, &equations());
             let square = |got: fixed::types::I32F32, truth: f64, sigma: f32| {
                 ((got.to_num::<f64>() - truth) / f64::from(sigma)).powi(2)
             };
@@ -175,8 +188,12 @@ fn configuration_errors_are_found() {
     assert_eq!(check(Config { band_hz: Some((0.0, 126e6)), ..good }), Some(ConfigError::Band));
     assert_eq!(check(Config { band_hz: Some((1.0, 2.0)), ..good }), Some(ConfigError::Band));
     assert_eq!(check(Config { rate_hz: 90e6, ..good }), Some(ConfigError::Ramp));
-    let still = Scene::Doppler { wavelength_m: 1e-6, angle_rad: std::f64::consts::FRAC_PI_2 };
+    let still = Scene::Doppler {
+        wavelength_m: 1e-6,
+        angle_rad: std::f64::consts::FRAC_PI_2,
+        mixing: Mixing::RxConjTx,
+    };
     assert_eq!(check(Config { scene: still, ..good }), Some(ConfigError::Scene));
-    let wide = Scene::Doppler { wavelength_m: 1e6, angle_rad: 0.0 };
+    let wide = Scene::Doppler { wavelength_m: 1e6, angle_rad: 0.0, mixing: Mixing::RxConjTx };
     assert_eq!(check(Config { scene: wide, ..good }), Some(ConfigError::Scale));
 }

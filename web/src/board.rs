@@ -9,6 +9,7 @@ use picket::acquire::sample::Stamp;
 use picket::config::Scene;
 use picket::estimate::tone::Tone;
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Request};
 use picket_wire::lines::Lines;
@@ -92,7 +93,7 @@ impl Board {
         settings.codes = config.codes;
         settings.kind = match config.scene {
             Scene::Doppler { .. } => Kind::Doppler,
-            Scene::Chirp { .. } => Kind::Chirp,
+            Scene::Chirp(_) => Kind::Chirp,
             _ => Kind::Tone,
         };
         // A raw block is measured as a tone: which of a chirp's segments it is, it does not say.
@@ -157,7 +158,7 @@ impl Board {
                 Scene::Doppler { wavelength_m, .. } => {
                     format!("Doppler shift, wavelength {} mm", wavelength_m * 1e3)
                 }
-                Scene::Chirp { shape, wavelength_m, bandwidth_hz, .. } => format!(
+                Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, .. }) => format!(
                     "{} of {} MHz, wavelength {} mm",
                     match shape {
                         Shape::Trapezoid => "trapezoid",

@@ -164,8 +164,8 @@ impl Scene {
                 let slope = 2.0 * settings.bandwidth_hz / (SPEED_OF_LIGHT * duration);
                 let beat = |range: f64, velocity: f64| match segment {
                     Segment::Up => slope * range - shift(velocity),
-                    Segment::Flat => shift(velocity),
-                    _ => slope * range + shift(velocity),
+                    Segment::Flat => -shift(velocity),
+                    _ => -slope * range - shift(velocity),
                 };
                 let hertz = beat(range, velocity);
                 let truth = Truth { hertz, velocity_mps: velocity, range_m: range };

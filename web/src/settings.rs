@@ -2,7 +2,8 @@
 
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 
 /// What the samples are taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,13 +98,18 @@ impl Settings {
     pub fn config(&self) -> Config {
         let scene = match self.kind {
             Kind::Tone => Scene::Tone,
-            Kind::Doppler => Scene::Doppler { wavelength_m: self.wavelength_m, angle_rad: 0.0 },
-            Kind::Chirp => Scene::Chirp {
+            Kind::Doppler => Scene::Doppler {
+                wavelength_m: self.wavelength_m,
+                angle_rad: 0.0,
+                mixing: Mixing::RxConjTx,
+            },
+            Kind::Chirp => Scene::Chirp(Chirp {
                 shape: Shape::Trapezoid,
                 wavelength_m: self.wavelength_m,
                 bandwidth_hz: self.bandwidth_hz,
                 duration_s: self.n as f64 / self.rate_hz,
-            },
+                ..Chirp::default()
+            }),
         };
         Config {
             band_hz: (self.band_hz != (0.0, 0.0)).then_some(self.band_hz),

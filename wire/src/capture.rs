@@ -118,17 +118,20 @@ mod tests {
     use picket::acquire::codes::Codes;
     use picket::acquire::sample::{Iq, Real};
     use picket::config::Scene;
-    use picket::solve::chirp::Shape;
+    use picket::solve::chirp::{Mixing, Shape};
+    use picket::solve::equations::Chirp;
 
     fn headers() -> [Header; 3] {
         let config = Config::new(48e3, Codes::signed::<16>());
-        let lidar = Scene::Chirp {
+        let lidar = Scene::Chirp(Chirp {
             shape: Shape::Triangle,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
             duration_s: 1e-5,
-        };
-        let velocimeter = Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3 };
+            ..Chirp::default()
+        });
+        let velocimeter =
+            Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3, mixing: Mixing::RxConjTx };
         [
             Header::of::<Real>(config, 64, 7),
             Header {

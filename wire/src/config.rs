@@ -23,7 +23,8 @@ use picket::config::{Config, Following, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::measure::Arithmetic;
 use picket::estimate::method::Method;
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket::spectrum::fft::twiddle::supported;
 
 /// Why bytes are not a capture or not settings.
@@ -75,8 +76,8 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     };
     let (scene, shape, scales) = match config.scene {
         Scene::Tone => (0, 0, [0.0; 3]),
-        Scene::Doppler { wavelength_m, angle_rad } => (1, 0, [wavelength_m, angle_rad, 0.0]),
-        Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s } => {
+        Scene::Doppler { wavelength_m, angle_rad, .. } => (1, 0, [wavelength_m, angle_rad, 0.0]),
+        Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, duration_s, .. }) => {
             (2, shape as u8, [wavelength_m, bandwidth_hz, duration_s])
         }
         // A scene of a later library has no number here, and every reader refuses this one.
@@ -142,8 +143,14 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
         false_alarm,
         scene: match scene {
             0 => Scene::Tone,
-            1 => Scene::Doppler { wavelength_m, angle_rad: second },
-            2 => Scene::Chirp { shape, wavelength_m, bandwidth_hz: second, duration_s: third },
+            1 => Scene::Doppler { wavelength_m, angle_rad: second, mixing: Mixing::RxConjTx },
+            2 => Scene::Chirp(Chirp {
+                shape,
+                wavelength_m,
+                bandwidth_hz: second,
+                duration_s: third,
+                ..Chirp::default()
+            }),
             _ => return None,
         },
         following: Following { agility, acceleration_bins, rate_bins, most, refresh },

@@ -287,10 +287,16 @@ mod tests {
     use super::*;
     use picket::config::Scene;
     use picket::solve::chirp::{Shape, Target};
+    use picket::solve::equations::Chirp;
 
     fn chirp(shape: Shape, drive: Drive) -> Settings {
-        let scene =
-            Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+        let scene = Scene::Chirp(Chirp {
+            shape,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 200e6,
+            duration_s: 1.0,
+            ..Chirp::default()
+        });
         let config = Config { rate_hz: 500e3, scene, ..Settings::default().config };
         Settings { config, guard: 64, drive, ..Settings::default() }
     }

@@ -9,8 +9,9 @@ use cortex_m_rt::entry;
 use picket::acquire::sample::Real;
 use picket::estimate::several::MOST;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::solve::chirp::Scales;
+use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Unwrapper};
+use picket::solve::equations::Equations;
 use picket::solve::pairing::{Habits, Pairing};
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::halt::{Exit, exit};
@@ -34,9 +35,10 @@ fn main() -> ! {
     Timer::ONE.run_free();
     let plan = playback.plan::<Real, N>();
     let mut pipeline = Pipeline::<Real, N>::new(plan);
-    let mut unwrapper = Unwrapper::new(black_box(1e-3), black_box(Between::Frequency));
+    let mut unwrapper =
+        Unwrapper::new(black_box(1e-3), Mixing::TxConjRx, black_box(Between::Frequency));
     let habits = Habits { period_s: 0.05, acceleration: 10.0 };
-    let mut pairing = Pairing::new(Scales::default(), black_box(false), habits);
+    let mut pairing = Pairing::new(Equations::default(), black_box(false), habits);
     let (mut bytes, mut samples) = ([0; 2 * N], [0; N]);
     for sequence in 0..header.blocks {
         playback.read(&mut bytes);

@@ -4,6 +4,7 @@ use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Timing;
 use picket::config::{Config, Scene};
 use picket::plan::EitherPlan;
+use picket::solve::equations::Chirp;
 use picket_wire::settings::{Calibration, Drive, GUARD, Settings};
 use picket_wire::settings_error::SettingsError;
 
@@ -35,7 +36,7 @@ impl<const N: usize> Plan<N> {
         if !(right && (0.5..=2.0).contains(&range_slope)) {
             return Err(SettingsError::Calibration);
         }
-        let chirp = matches!(settings.config.scene, Scene::Chirp { .. });
+        let chirp = matches!(settings.config.scene, Scene::Chirp(_));
         if settings.guard > GUARD || (settings.guard > 0 && !chirp) {
             return Err(SettingsError::Guard);
         }
@@ -75,7 +76,7 @@ impl<const N: usize> Plan<N> {
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
     let rate_hz = settings.calibration.true_hz(rate_hz);
     let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
-    if let Scene::Chirp { duration_s, .. } = &mut config.scene {
+    if let Scene::Chirp(Chirp { duration_s, .. }) = &mut config.scene {
         // A board's rate is above 0. The last bit is rounded up, so that a record fits its ramp.
         *duration_s = f64::from(length) / rate_hz * (1.0 + 2.0 * f64::EPSILON);
     }

@@ -5,6 +5,7 @@ use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
 use picket::config::{Config, ConfigError, Scene};
 use picket::estimate::measure::Arithmetic;
+use picket::solve::equations::Chirp;
 use picket_wire::boot::Causes;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -188,11 +189,11 @@ impl Words {
         let (mut waveform, mut opening) = (None, None);
         match (settings.drive, settings.config.scene) {
             (Drive::Off, _) => {}
-            (Drive::Dac { low, high }, Scene::Chirp { shape, .. }) => {
+            (Drive::Dac { low, high }, Scene::Chirp(Chirp { shape, .. })) => {
                 let wave = Waveform::plan(shape, length, period * each, [low, high]);
                 waveform = Some(wave.map_err(SettingsError::Waveform)?);
             }
-            (Drive::External, Scene::Chirp { shape, .. }) => {
+            (Drive::External, Scene::Chirp(Chirp { shape, .. })) => {
                 let conversions = length * each * shape.segments().len() as u32;
                 let open = gate(conversions, period);
                 opening = Some(open.ok_or(SettingsError::Rate(RateError::Slow))?);
@@ -366,7 +367,13 @@ mod tests {
 
     fn chirp(settings: Settings, drive: Drive) -> Settings {
         let (shape, bandwidth_hz) = (Shape::Trapezoid, 200e6);
-        let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz, duration_s: 1.0 };
+        let scene = Scene::Chirp(Chirp {
+            shape,
+            wavelength_m: 0.0125,
+            bandwidth_hz,
+            duration_s: 1.0,
+            ..Chirp::default()
+        });
         Settings { config: Config { scene, ..settings.config }, drive, ..settings }
     }
 

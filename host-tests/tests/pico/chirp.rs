@@ -4,6 +4,7 @@ use super::scene::{adopt, expected, frames, measure, measured, plug, record, sta
 use host_tests::sized;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_firmware::pico::N;
 use picket_firmware::pico::waveform::PLACES;
 use picket_firmware::pico::words::Words;
@@ -17,7 +18,13 @@ use rand_chacha::ChaCha8Rng;
 
 /// A chirp of the board's own.
 fn settings(shape: Shape, guard: u16, rate_hz: f64) -> Settings {
-    let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+    let scene = Scene::Chirp(Chirp {
+        shape,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 1.0,
+        ..Chirp::default()
+    });
     let config = Config { rate_hz, scene, ..Settings::default().config };
     let drive = Drive::Dac { low: 300, high: 3800 };
     Settings { config, guard, drive, ..Settings::default() }

@@ -51,7 +51,11 @@ fn a_recorded_car_has_the_speed_that_it_has_elsewhere() {
     let peak = samples.iter().fold(1.0f64, |peak, &sample| peak.max(f64::from(sample).abs()));
     let voltages: Vec<f64> =
         samples.iter().map(|&sample| f64::from(sample) * 1900.0 / peak).collect();
-    let scene = Scene::Doppler { wavelength_m: 299_792_458.0 / 24e9, angle_rad: 0.0 };
+    let scene = Scene::Doppler {
+        wavelength_m: 299_792_458.0 / 24e9,
+        angle_rad: 0.0,
+        mixing: picket::Mixing::RxConjTx,
+    };
     let band_hz = Some((300.0, 2500.0));
     let config = Config { scene, band_hz, ..Config::new(48e3, Codes::signed::<16>()) };
     let records = pico::records(config, &voltages).unwrap();

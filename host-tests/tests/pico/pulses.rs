@@ -6,6 +6,7 @@ use super::scene::{adopt, expected, frames, plug, record, status};
 use host_tests::sized;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_host::device::Said;
@@ -19,7 +20,13 @@ use std::f64::consts::TAU;
 
 /// Chirps of an external source.
 fn settings(shape: Shape, guard: u16, rate_hz: f64) -> Settings {
-    let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+    let scene = Scene::Chirp(Chirp {
+        shape,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 1.0,
+        ..Chirp::default()
+    });
     let config = Config { rate_hz, scene, ..Settings::default().config };
     Settings { config, guard, drive: Drive::External, ..Settings::default() }
 }

@@ -2,6 +2,7 @@
 
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
@@ -15,7 +16,13 @@ pub fn tone(rate_hz: f64) -> Settings {
 pub const DAC: Drive = Drive::Dac { low: 400, high: 3600 };
 
 pub fn chirp(rate_hz: f64, shape: Shape, guard: u16, drive: Drive) -> Settings {
-    let scene = Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 0.0 };
+    let scene = Scene::Chirp(Chirp {
+        shape,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 0.0,
+        ..Chirp::default()
+    });
     let settings = tone(rate_hz);
     Settings { config: Config { scene, ..settings.config }, guard, drive, ..settings }
 }

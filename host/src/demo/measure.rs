@@ -49,9 +49,9 @@ impl Lidar {
     pub fn new(method: Option<Method>) -> Result<Self, DemoError> {
         let config = configured(scenario::lidar(), method);
         let plan = config.plan::<Real, N>().map_err(said)?;
-        let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+        let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
         let rows = scenario::table3();
-        let beats = rows.iter().flat_map(|row| scenario::lidar_beats(row, &scales));
+        let beats = rows.iter().flat_map(|row| scenario::lidar_beats(row, &equations));
         let beats = beats.map(|(_, cycles)| cycles).collect();
         Ok(Lidar { config, method: plan.options.method, rows, beats })
     }

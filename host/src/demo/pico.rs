@@ -29,7 +29,7 @@ pub fn lidar(
     options: &Options,
 ) -> Result<Vec<Telemetry>, DemoError> {
     let plan = config.plan::<picket::Real, N>().map_err(said)?;
-    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+    let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut voltages = Vec::new();
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
         for (trial, &cycles) in (0..).zip(beats) {
@@ -41,7 +41,7 @@ pub fn lidar(
     let mut records = records(slowed, &voltages)?;
     for ramps in records.as_chunks_mut::<3>().0 {
         let tones: [Tone; 3] = ramps.each_ref().map(|record| record.measurement.tone);
-        let target = chirp::trapezoid(&tones, false, &scales);
+        let target = chirp::trapezoid(&tones, false, &equations);
         ramps[2].measurement.result = Outcome::Target(target);
     }
     Ok(records)

@@ -105,9 +105,11 @@ fn on_pico(recording: Recording, config: Config, options: &Options) -> Result<Ex
 fn config(rate_hz: f64, options: &Options) -> Result<Config, DemoError> {
     let scene = match options.carrier_hz {
         None => Scene::Tone,
-        Some(carrier) if carrier > 0.0 => {
-            Scene::Doppler { wavelength_m: SPEED_OF_LIGHT / carrier, angle_rad: 0.0 }
-        }
+        Some(carrier) if carrier > 0.0 => Scene::Doppler {
+            wavelength_m: SPEED_OF_LIGHT / carrier,
+            angle_rad: 0.0,
+            mixing: picket::Mixing::RxConjTx,
+        },
         Some(carrier) => {
             return Err(said(format!("--carrier-hz {carrier}: give a positive frequency")));
         }

@@ -82,11 +82,11 @@ impl Spread {
 fn gross_bars() -> (f64, f64) {
     let plan = crate::scenario::lidar().plan::<Real, N>();
     match plan.map(|plan| plan.solver) {
-        Ok(Solver::Chirp(_, scales)) => {
+        Ok(Solver::Chirp(equations)) => {
             let bins = |scale: picket::solve::chirp::Scale| {
-                GROSS_BINS / N as f64 * scale.fixed.to_num::<f64>()
+                GROSS_BINS / N as f64 * 2.0 * scale.float.abs() as f64
             };
-            (bins(scales.range), bins(scales.velocity))
+            (bins(equations.range[0]), bins(equations.velocity[0]))
         }
         _ => (0.0, 0.0),
     }

@@ -9,6 +9,7 @@ use picket::config::{Config, Scene};
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_firmware::instrument;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
@@ -43,12 +44,13 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
 
 /// Start, settings, ten chirps of three segments, a status: a target that comes nearer, [`SNR_DB`] above the noise.
 fn session(seed: u64) -> Result<Vec<u8>, String> {
-    let scene = Scene::Chirp {
+    let scene = Scene::Chirp(Chirp {
         shape: Shape::Trapezoid,
         wavelength_m: 0.0125,
         bandwidth_hz: 200e6,
         duration_s: 0.0,
-    };
+        ..Chirp::default()
+    });
     let codes = Codes::unsigned::<12>();
     let band_hz = Some((2e3, 120e3));
     let config = Config { scene, band_hz, ..Config::new(250e3, codes) };
@@ -74,7 +76,7 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
     let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
     for number in 0..SEGMENTS {
         let (range, doppler) = (120.0, 45.5);
-        let bins = [range - doppler, doppler, range + doppler][number as usize % 3];
+        let bins = [range - doppler, -doppler, -range - doppler][number as usize % 3];
         let signal = Signal {
             dc: [2048.0; 2],
             width: Width::Codes(codes),

@@ -10,7 +10,7 @@ use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
 use crate::simulate::generator;
 use picket::plan::Solver;
-use picket::solve::chirp::Scales;
+use picket::solve::equations::Equations;
 use picket::solve::pairing::{Habits, Pairing};
 use picket::{Pipeline, Real, Segment, Stamp, Verdict};
 use serde::Serialize;
@@ -121,8 +121,8 @@ impl Summary {
 }
 
 /// The cars at a time, and which of them can be told from the others.
-fn truths(cars: &[Car; 4], t: f64, scales: &Scales) -> Vec<Truth> {
-    let beats = cars.map(|car| car.beats::<N>(t, scales));
+fn truths(cars: &[Car; 4], t: f64, equations: &Equations) -> Vec<Truth> {
+    let beats = cars.map(|car| car.beats::<N>(t, equations));
     let truth = |(index, car): (usize, &Car)| {
         let others = || beats.iter().enumerate().filter(move |(other, _)| *other != index);
         let clear = |segment: usize| {
@@ -140,10 +140,10 @@ fn truths(cars: &[Car; 4], t: f64, scales: &Scales) -> Vec<Truth> {
 /// Measures every chirp of a seed.
 pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
     let plan = lidar().plan::<Real, N>().map_err(said)?;
-    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
+    let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
     let habits = Habits { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
-    let mut pairing = Pairing::new(scales, false, habits);
+    let mut pairing = Pairing::new(equations, false, habits);
     let rng = &mut generator(seed, 0);
     let cars = scene::cars(rng);
     let rows = (0..CYCLES).map(|row| {
@@ -151,13 +151,13 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
         let mut targets = Vec::new();
         for (index, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
         {
-            let samples = scene::samples::<N>(&cars, time_s, index, snr_db, &scales, rng);
+            let samples = scene::samples::<N>(&cars, time_s, index, snr_db, &equations, rng);
             let stamp = Stamp { sequence: (3 * row + index) as u32, segment, ..Stamp::default() };
             let measurement = pipeline.block(stamp, &samples);
             let paired = pairing.push(&stamp, &pipeline.lines(&measurement, 4));
             targets.extend(paired.iter().flatten().map(Answer::from));
         }
-        Row { row, time_s, cars: truths(&cars, time_s, &scales), targets }
+        Row { row, time_s, cars: truths(&cars, time_s, &equations), targets }
     });
     Ok(rows.collect())
 }

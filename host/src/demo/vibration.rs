@@ -8,6 +8,7 @@ use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::vibration::{self as plate, CYCLES, SWING_HZ, SWING_M};
 use crate::simulate::generator;
 use picket::estimate::tone::Verdict;
+use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Unwrapper};
 use picket::{Pipeline, Real, Segment, Stamp};
 use serde::Serialize;
@@ -69,7 +70,8 @@ impl Summary {
 /// Measures every ramp.
 pub fn measured(options: &Options) -> Result<Vec<Row>, DemoError> {
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(plate::config().plan().map_err(said)?));
-    let unwrapper = Unwrapper::new(0.5 * plate::wavelength_m(), Between::Turns(MOST_TURNS));
+    let unwrapper =
+        Unwrapper::new(0.5 * plate::wavelength_m(), Mixing::TxConjRx, Between::Turns(MOST_TURNS));
     let mut unwrapper = unwrapper.ok_or_else(|| said("no scale"))?;
     let origin = plate::swing_m(plate::middle_s(0));
     let rows = (0..CYCLES).map(|cycle| {

@@ -6,7 +6,6 @@ use crate::demo::seeds::{Spread, on_host};
 use crate::scenario::{LIDAR_BARS, table3};
 use picket::config::SPEED_OF_LIGHT;
 use picket::estimate::method::Method;
-use picket::solve::chirp;
 
 /// Sweeps that [`targets`] runs.
 pub const TARGETS: u64 = 4;
@@ -98,7 +97,7 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
 fn by_magnitudes(range_m: f64, velocity_mps: f64) -> (f64, f64) {
     let range_scale = 250e6 * SPEED_OF_LIGHT * 10e-6 / (2.0 * 1e9);
     let velocity_scale = 250e6 * 1550e-9 / 2.0;
-    let [up, _, down] =
-        chirp::beats(range_m, velocity_mps, range_scale, velocity_scale).map(f64::abs);
+    let (range, doppler) = (range_m / range_scale, velocity_mps / velocity_scale);
+    let [up, down] = [range - doppler, range + doppler].map(f64::abs);
     ((up + down) / 2.0 * range_scale, (down - up) / 2.0 * velocity_scale)
 }

@@ -1,8 +1,10 @@
 //! Thirty seconds before a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
+use super::beats;
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
-use picket::solve::chirp::{self, Scales, Shape};
+use picket::solve::chirp::Shape;
+use picket::solve::equations::{Chirp, Equations};
 use std::f64::consts::TAU;
 
 /// From one chirp to the next.
@@ -19,12 +21,13 @@ const OTHER_DB: f64 = 4.0;
 /// A 77 GHz radar with 300 MHz in 1 ms at 1.024 MS/s, that follows two tones in each segment.
 pub fn config() -> Config {
     Config {
-        scene: Waveform::Chirp {
+        scene: Waveform::Chirp(Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: SPEED_OF_LIGHT / 77e9,
             bandwidth_hz: 300e6,
             duration_s: 1e-3,
-        },
+            ..Chirp::default()
+        }),
         // A car's braking moves its beat by some hundredths of a bin from one chirp's rate to the next.
         following: Following {
             acceleration_bins: 0.03,
@@ -76,16 +79,15 @@ impl Scene {
     }
 
     /// The beats of each segment in signed cycles per sample, with their signal-to-noise ratio.
-    pub fn beats(&self, scales: &Scales) -> [Vec<(f64, f64)>; 3] {
+    pub fn beats(&self, equations: &Equations) -> [Vec<(f64, f64)>; 3] {
         let mut segments = [const { Vec::new() }; 3];
         let Some(snr_db) = self.snr_db else {
             return segments;
         };
-        let (range, velocity) = (scales.range.fixed.to_num(), scales.velocity.fixed.to_num());
         let car = (self.range_m, self.velocity_mps, snr_db);
         let other = self.other.map(|(range_m, speed)| (range_m, speed, snr_db - OTHER_DB));
         for (range_m, speed, snr_db) in std::iter::once(car).chain(other) {
-            let beats = chirp::beats(range_m, speed, range, velocity);
+            let beats = beats(range_m, speed, equations);
             for (segment, beat) in segments.iter_mut().zip(beats) {
                 segment.push((beat, snr_db));
             }

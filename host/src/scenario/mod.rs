@@ -7,8 +7,9 @@ pub mod vibration;
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Segment;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{self, Scales, Shape};
+use picket::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket::solve::chirp::{Mixing, Scale, Shape};
+use picket::solve::equations::{Chirp, Equations};
 use std::f64::consts::TAU;
 
 /// A truth to be measured.
@@ -57,12 +58,13 @@ pub const TURNTABLE_BARS: Bars = Bars { range_m: 0.0, velocity_mps: 2e-3 };
 /// The lidar's waveform: 1550 nm, 1 GHz in 10 us, 250 MS/s, a trapezoid.
 pub fn lidar() -> Config {
     Config {
-        scene: Scene::Chirp {
+        scene: Scene::Chirp(Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
             duration_s: 10e-6,
-        },
+            ..Chirp::default()
+        }),
         ..Config::new(250e6, Codes::signed::<12>())
     }
 }
@@ -70,7 +72,7 @@ pub fn lidar() -> Config {
 /// The velocimeter: 1550 nm along the rim's motion, a sample each 0.1 us.
 pub fn turntable() -> Config {
     Config {
-        scene: Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0 },
+        scene: Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0, mixing: Mixing::RxConjTx },
         ..Config::new(10e6, Codes::signed::<12>())
     }
 }
@@ -97,8 +99,19 @@ pub fn turntable_rows() -> Vec<Row> {
 }
 
 /// The segments of a lidar row and the beat of each, in signed cycles per sample.
-pub fn lidar_beats(row: &Row, scales: &Scales) -> [(Segment, f64); 3] {
-    let (range, velocity) = (scales.range.fixed.to_num(), scales.velocity.fixed.to_num());
-    let [up, flat, down] = chirp::beats(row.range_m, row.velocity_mps, range, velocity);
+pub fn lidar_beats(row: &Row, equations: &Equations) -> [(Segment, f64); 3] {
+    let [up, flat, down] = beats(row.range_m, row.velocity_mps, equations);
     [(Segment::Up, up), (Segment::Flat, flat), (Segment::Down, down)]
+}
+
+/// The beats of the rising ramp, of the flat segment and of the falling ramp, in signed cycles per sample: what the equations solve.
+pub fn beats(range_m: f64, velocity_mps: f64, equations: &Equations) -> [f64; 3] {
+    let scales = |pair: [Scale; 2]| pair.map(|scale| scale.fixed.to_num::<f64>());
+    let ([a, b], [c, d]) = (scales(equations.range), scales(equations.velocity));
+    let range_m = range_m * (1.0 + 2.0 * velocity_mps / SPEED_OF_LIGHT);
+    let determinant = a * d - b * c;
+    let up = (d * range_m - b * velocity_mps) / determinant;
+    let down = (a * velocity_mps - c * range_m) / determinant;
+    let [flat, weight] = scales(equations.condition);
+    [up, -(up + weight * down) / flat, down]
 }

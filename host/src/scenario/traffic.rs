@@ -1,6 +1,7 @@
 //! Thirty seconds before the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
 
-use picket::solve::chirp::{self, Scales};
+use super::beats;
+use picket::solve::equations::Equations;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -41,10 +42,9 @@ impl Car {
     }
 
     /// Its beats [up, flat, down] in bins of a record of N samples, as real samples show them.
-    pub fn beats<const N: usize>(&self, t: f64, scales: &Scales) -> [f64; 3] {
+    pub fn beats<const N: usize>(&self, t: f64, equations: &Equations) -> [f64; 3] {
         let [range, velocity] = self.at(t);
-        let (per_m, per_mps) = (scales.range.fixed.to_num(), scales.velocity.fixed.to_num());
-        chirp::beats(range, velocity, per_m, per_mps).map(|cycles| cycles.abs() * N as f64)
+        beats(range, velocity, equations).map(|cycles| cycles.abs() * N as f64)
     }
 
     /// The amplitude of its echo in codes: as one over the range.
@@ -64,12 +64,12 @@ pub fn samples<const N: usize>(
     t: f64,
     segment: usize,
     snr_db: f64,
-    scales: &Scales,
+    equations: &Equations,
     rng: &mut ChaCha8Rng,
 ) -> [i16; N] {
     let noise = noise(snr_db);
     let lines = cars.map(|car| {
-        let turns = car.beats::<N>(t, scales)[segment] / N as f64;
+        let turns = car.beats::<N>(t, equations)[segment] / N as f64;
         (turns, car.amplitude(t), rng.random_range(0.0..TAU))
     });
     std::array::from_fn(|n| {

@@ -3,6 +3,7 @@
 use picket::acquire::codes::Codes;
 use picket::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -37,12 +38,13 @@ pub const fn wavelength_m() -> f64 {
 /// A 122 GHz radar with 6 GHz in a ramp of 1.024 ms, at 1 MS/s.
 pub fn config() -> Config {
     Config {
-        scene: Scene::Chirp {
+        scene: Scene::Chirp(Chirp {
             shape: Shape::Sawtooth,
-            wavelength_m: wavelength_m(),
+            wavelength_m: SPEED_OF_LIGHT / (CARRIER_HZ - 0.5 * BANDWIDTH_HZ),
             bandwidth_hz: BANDWIDTH_HZ,
             duration_s: DURATION_S,
-        },
+            ..Chirp::default()
+        }),
         ..Config::new(RATE_HZ, Codes::signed::<12>())
     }
 }

@@ -51,7 +51,11 @@ fn read(bytes: &[u8]) -> Vec<Frame> {
 fn frame(rng: &mut impl Rng) -> Vec<u8> {
     match rng.random_range(0..4) {
         0 => {
-            let scene = Scene::Doppler { wavelength_m: rng.random(), angle_rad: rng.random() };
+            let scene = Scene::Doppler {
+                wavelength_m: rng.random(),
+                angle_rad: rng.random(),
+                mixing: picket::Mixing::RxConjTx,
+            };
             let config = Config { rate_hz: rng.random(), scene, ..Settings::default().config };
             let settings = Settings { config, guard: rng.random(), ..Settings::default() };
             let command = Command::SetSettings(settings, 1 << rng.random_range(6..13));

@@ -6,7 +6,8 @@ use picket::config::{Config, Following, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::method::Method;
 use picket::estimate::several::MOST;
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
+use picket::solve::equations::Chirp;
 use picket_wire::settings::{Calibration, Drive, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -110,10 +111,10 @@ impl Fields {
             reach: config.reach.bins() as u8,
             false_alarm: config.false_alarm,
             scene: match config.scene {
-                Scene::Doppler { wavelength_m, angle_rad } => {
+                Scene::Doppler { wavelength_m, angle_rad, .. } => {
                     Scenes::Doppler { wavelength_m, angle_rad }
                 }
-                Scene::Chirp { shape, wavelength_m, bandwidth_hz, .. } => {
+                Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, .. }) => {
                     let shape = match shape {
                         Shape::Trapezoid => Shapes::Trapezoid,
                         Shape::Triangle => Shapes::Triangle,
@@ -166,7 +167,7 @@ impl Fields {
         let scene = match self.scene {
             Scenes::Tone => Scene::Tone,
             Scenes::Doppler { wavelength_m, angle_rad } => {
-                Scene::Doppler { wavelength_m, angle_rad }
+                Scene::Doppler { wavelength_m, angle_rad, mixing: Mixing::RxConjTx }
             }
             Scenes::Chirp { shape, wavelength_m, bandwidth_hz } => {
                 let shape = match shape {
@@ -175,7 +176,13 @@ impl Fields {
                     Shapes::Sawtooth => Shape::Sawtooth,
                 };
                 // The device's own: that of block and guard.
-                Scene::Chirp { shape, wavelength_m, bandwidth_hz, duration_s: 0.0 }
+                Scene::Chirp(Chirp {
+                    shape,
+                    wavelength_m,
+                    bandwidth_hz,
+                    duration_s: 0.0,
+                    ..Chirp::default()
+                })
             }
         };
         let drive = match self.drive {
@@ -244,12 +251,13 @@ mod tests {
 
     #[test]
     fn settings_come_back_from_json() {
-        let scene = Scene::Chirp {
+        let scene = Scene::Chirp(Chirp {
             shape: Shape::Triangle,
             wavelength_m: 0.0125,
             bandwidth_hz: 2e8,
             duration_s: 0.0,
-        };
+            ..Chirp::default()
+        });
         let following = Following { most: 1, refresh: 16, ..Following::default() };
         let config = Config { scene, following, ..Settings::default().config };
         let drive = Drive::Adf4159 { reference_hz: 8e7, start_hz: 24e9, divider: 2 };

@@ -8,6 +8,7 @@ use crate::stream::{Found, stream};
 use crate::tone;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
+use picket::solve::equations::Chirp;
 use picket_firmware::board::Board;
 use picket_firmware::instrument::legacy::{WORDS, words};
 use picket_firmware::instrument::storage;
@@ -167,12 +168,13 @@ fn counted(line: Line, found: &Found) -> Line {
 
 fn chirp(bench: &mut Bench) -> Outcome {
     const GUARD: u16 = 32;
-    let scene = Scene::Chirp {
+    let scene = Scene::Chirp(Chirp {
         shape: Shape::Trapezoid,
         wavelength_m: 0.0125,
         bandwidth_hz: 200e6,
         duration_s: 0.0,
-    };
+        ..Chirp::default()
+    });
     let settings = tone_at(500e3, 180);
     let settings = Settings {
         config: Config { scene, ..settings.config },

@@ -19,6 +19,7 @@ use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
 use picket::config::Scene;
+use picket::solve::equations::Chirp;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling};
@@ -80,7 +81,9 @@ impl Words {
         }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);
         let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
-        if let Scene::Chirp { shape, bandwidth_hz, duration_s, .. } = plan.settings.config.scene {
+        if let Scene::Chirp(Chirp { shape, bandwidth_hz, duration_s, .. }) =
+            plan.settings.config.scene
+        {
             match settings.drive {
                 Drive::Off => {}
                 Drive::Dac { low, high } => {
@@ -124,8 +127,13 @@ mod tests {
     }
 
     fn chirp(shape: Shape, drive: Drive) -> Settings {
-        let scene =
-            Scene::Chirp { shape, wavelength_m: 0.0125, bandwidth_hz: 200e6, duration_s: 1.0 };
+        let scene = Scene::Chirp(Chirp {
+            shape,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 200e6,
+            duration_s: 1.0,
+            ..Chirp::default()
+        });
         let config = Config { rate_hz: 500e3, scene, ..Settings::default().config };
         Settings { config, guard: 64, drive, ..Settings::default() }
     }
@@ -140,7 +148,7 @@ mod tests {
         assert_eq!(instrument.timing.segments.len(), 3);
         let wave = words.waveform.unwrap();
         assert_eq!(u32::from(wave.hold) * u32::from(wave.steps), 1088);
-        let Scene::Chirp { duration_s, .. } = instrument.settings.config.scene else {
+        let Scene::Chirp(Chirp { duration_s, .. }) = instrument.settings.config.scene else {
             panic!("the scene is a chirp");
         };
         let samples = duration_s * instrument.settings.config.rate_hz;

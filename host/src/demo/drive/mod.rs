@@ -19,7 +19,7 @@ use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
 use picket::plan::{Plan, Solver};
-use picket::solve::chirp::Scales;
+use picket::solve::equations::Equations;
 use picket::tracker::Tracker;
 use picket_wire::capture::Header;
 use picket_wire::follow::Follow;
@@ -75,8 +75,8 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
 }
 
 /// The samples of a chirp's segment.
-fn samples(seed: u64, cycle: usize, segment: usize, scales: &Scales) -> Vec<i16> {
-    let beats = Scene::at(cycle as f64 * CYCLE_S).beats(scales);
+fn samples(seed: u64, cycle: usize, segment: usize, equations: &Equations) -> Vec<i16> {
+    let beats = Scene::at(cycle as f64 * CYCLE_S).beats(equations);
     let lines = beats.into_iter().nth(segment).unwrap_or_default();
     let lines = lines.into_iter().map(|(cycles, snr_db)| Line {
         // A real tone is the same at minus its frequency.
@@ -94,20 +94,22 @@ fn samples(seed: u64, cycle: usize, segment: usize, scales: &Scales) -> Vec<i16>
     signal.codes::<Real>(N, &mut generator(seed, (3 * cycle + segment) as u64))
 }
 
-fn scales() -> Result<(Plan<Real, N>, Scales), DemoError> {
+fn equations() -> Result<(Plan<Real, N>, Equations), DemoError> {
     let plan = drive::config().plan::<Real, N>().map_err(said)?;
-    let Solver::Chirp(_, scales) = plan.solver else { return Err(said("no chirp")) };
-    Ok((plan, scales))
+    let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
+    Ok((plan, equations))
 }
 
 /// The whole drive through the firmware.
 pub fn driven(options: &Options) -> Result<(Vec<Telemetry>, Vec<Follow>), DemoError> {
-    let (_, scales) = scales()?;
+    let (_, equations) = equations()?;
     let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for cycle in 0..CYCLES {
         for segment in 0..3 {
-            capture.push::<Real>(&samples(options.seed, cycle, segment, &scales)).map_err(said)?;
+            capture
+                .push::<Real>(&samples(options.seed, cycle, segment, &equations))
+                .map_err(said)?;
         }
     }
     let bar = progress::bar(3 * CYCLES as u64, "blocks");
@@ -135,14 +137,14 @@ fn as_sent(follow: &Follow) -> Result<Follow, DemoError> {
 
 /// What the core's tracker follows on this machine.
 pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
-    let (plan, scales) = scales()?;
+    let (plan, equations) = equations()?;
     let mut tracker = Box::new(Tracker::<Real, N>::new(plan));
     let mut follows = Vec::new();
     for cycle in 0..CYCLES {
         for (number, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
         {
             let mut block = [0; N];
-            block.copy_from_slice(&samples(seed, cycle, number, &scales));
+            block.copy_from_slice(&samples(seed, cycle, number, &equations));
             let sequence = (3 * cycle + number) as u32;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
             tracker.block(stamp, &block);
