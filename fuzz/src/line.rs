@@ -93,7 +93,6 @@ pub fn command(bytes: &[u8]) {
 
 /// Settings. What a board answers to them does not change when it is set again.
 pub fn settings(bytes: &[u8]) {
-    let Ok(bytes) = bytes.try_into() else { return };
     let Ok((settings, n)) = Settings::of_bytes(bytes) else { return };
     assert_eq!(Settings::of_bytes(&settings.to_bytes(n)).map(|(_, n)| n), Ok(n));
     let speed = Speed::of_mhz(settings.core_mhz).unwrap_or_default();

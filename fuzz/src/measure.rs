@@ -26,7 +26,10 @@ pub fn pipeline(bytes: &[u8]) {
     let mut real = Pipeline::<Real, N>::new(picket::Plan::IDLE);
     let mut iq = Pipeline::<Iq, N>::new(picket::Plan::IDLE);
     for sequence in 0..2 {
-        let Ok((settings, _)) = Settings::of_bytes(&input.take()) else { return };
+        let short = input.take::<{ Settings::SHORT }>();
+        // Only settings of version 3 are longer.
+        let rest = if short[0] == 3 { input.take::<8>() } else { [0; 8] };
+        let Ok((settings, _)) = Settings::of_bytes(&[&short[..], &rest].concat()) else { return };
         let Ok(plan) = Plan::<N>::new(&settings, settings.config.rate_hz) else { return };
         let calibration = settings.calibration;
         for sequence in 2 * sequence..2 * sequence + 2 {

@@ -170,7 +170,7 @@ fn assert_ten_records(board: &mut Console, rate_hz: f64, step: u32) {
 
 fn settings_of(board: &mut Console, order: Order) -> Settings {
     let body = board.request(order).unwrap().unwrap();
-    let (settings, n) = Settings::of_bytes(body[..].try_into().unwrap()).unwrap();
+    let (settings, n) = Settings::of_bytes(&body).unwrap();
     assert_eq!(n, 256);
     settings
 }

@@ -41,7 +41,7 @@ fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2
             mean * t - swing_bins * period / TAU * ((TAU * t / period + begin).cos() - begin.cos())
         };
         let mut pipeline = Pipeline::<Iq, N>::new(plan);
-        let mut unwrapper = Unwrapper::new(1.0, Mixing::TxConjRx, Between::Frequency).unwrap();
+        let mut unwrapper = Unwrapper::new(2.0, Mixing::TxConjRx, Between::Frequency).unwrap();
         let (mut moved, mut truth) = (Vec::new(), Vec::new());
         for block in 0..BLOCKS {
             let samples = std::array::from_fn(|n| {
@@ -93,7 +93,7 @@ fn a_step_that_is_too_large_is_refused() {
     for sigma in [0.001, 0.03, 0.1] {
         let seen = trials(32, 2000, |rng| {
             let mut unwrapper =
-                Unwrapper::new(1.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
+                Unwrapper::new(2.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
             let (mut turns, mut truth, mut moved) = (0.0, Vec::new(), Vec::new());
             for sequence in 0..20 {
                 let error = sigma * rng.sample::<f64, _>(StandardNormal);
@@ -120,7 +120,7 @@ fn a_step_that_is_too_large_is_refused() {
 /// After a gap, and after a block that is not good, displacement starts anew.
 #[test]
 fn a_gap_starts_anew() {
-    let mut unwrapper = Unwrapper::new(0.5, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
+    let mut unwrapper = Unwrapper::new(1.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
     let mut push = |phase: f32, verdict, gap| {
         let phasor = Phasor { tone: Tone { verdict, ..Tone::default() }, phase, sigma_phase: 0.01 };
         let moved = unwrapper.push(&Stamp { gap, ..Stamp::default() }, &phasor);

@@ -412,12 +412,12 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     assert_eq!(Boot::of_bytes(&same), Some(first));
     // What can is answered as it will be used, and used after a restart.
     let body = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-    let (used, n) = Settings::of_bytes(body[..].try_into().unwrap()).unwrap();
+    let (used, n) = Settings::of_bytes(&body).unwrap();
     assert_eq!((used, n), (planned(&settings).0.settings, N));
     let second = boot(&mut board);
     assert!(second.measuring && second.settings != first.settings);
     let body = board.request(Command::GetSettings).unwrap().unwrap();
-    assert_eq!(Settings::of_bytes(body[..].try_into().unwrap()), Ok((used, N)));
+    assert_eq!(Settings::of_bytes(&body), Ok((used, N)));
     let mut here = Here::<Iq>::new(&settings);
     let mut targets = 0;
     for number in 0..60 {
@@ -528,7 +528,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
         false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier_hz: None,
+        carrier: None,
         style: Style::Json,
     };
     let mut replayed = Vec::new();

@@ -85,7 +85,7 @@ impl Board {
 
     /// Settings, if that is what a body holds.
     fn answered(&mut self, body: &[u8], settings: &mut Settings) {
-        let Some((device, n)) = body.try_into().ok().and_then(|b| Device::of_bytes(b).ok()) else {
+        let Some((device, n)) = Device::of_bytes(body).ok() else {
             return;
         };
         let config = &device.config;

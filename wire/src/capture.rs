@@ -3,6 +3,15 @@
 //!
 //! The file is a header of [`Header::BYTES`] bytes and then the blocks, without gaps. Each sample
 //! is an `i16` (I/Q: two). All numbers are little-endian.
+//!
+//! | offset | field |
+//! |---|---|
+//! | 0 | magic number: 4 u8 |
+//! | 4 | version of this layout: u8, 4; three zeros |
+//! | 8 | blocks, stride, period: 3 u32 |
+//! | 20 | the measurement's configuration |
+//! | 104 | a chirp's guard, s, and its sweep's curvature: 2 f64; 0 for other scenes |
+//! | 120 | CRC-32 of all before |
 
 use crate::bytes::{Reader, Writer};
 use crate::config;
@@ -10,7 +19,8 @@ pub use crate::config::EncodingError;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use picket::acquire::frontend::Timing;
 use picket::acquire::sample::Record;
-use picket::config::Config;
+use picket::config::{Config, Scene};
+use picket::solve::equations::Chirp;
 
 /// The header, which precedes the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +42,12 @@ pub struct Header {
 }
 
 const MAGIC: [u8; 4] = *b"PKCP";
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 impl Header {
     /// Length of a header, bytes.
-    pub const BYTES: usize = 20 + config::BYTES + 4;
+    pub const BYTES: usize = 20 + config::BYTES + 16 + 4;
 
     /// The header for this configuration: records of kind `R`, blocks of `n` samples that follow
     /// each other without a pause.
@@ -65,6 +75,10 @@ impl Header {
             writer.u32(word);
         }
         config::put(&mut writer, self.iq, self.n, &self.config);
+        if let Scene::Chirp(Chirp { guard_s, sweep_curvature, .. }) = self.config.scene {
+            writer.f64(guard_s);
+            writer.f64(sweep_curvature);
+        }
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -92,7 +106,11 @@ impl Header {
         }
         let mut word = || reader.u32().ok_or(EncodingError::Field);
         let (blocks, stride, period_us) = (word()?, word()?, word()?);
-        let (iq, n, config) = config::take(&mut reader)?;
+        let (iq, n, mut config) = config::take(&mut reader)?;
+        if let Scene::Chirp(chirp) = &mut config.scene {
+            let mut long = || reader.f64().ok_or(EncodingError::Field);
+            (chirp.guard_s, chirp.sweep_curvature) = (long()?, long()?);
+        }
         Ok(Header { iq, n, blocks, stride, period_us, config })
     }
 }
@@ -117,9 +135,7 @@ mod tests {
     use super::*;
     use picket::acquire::codes::Codes;
     use picket::acquire::sample::{Iq, Real};
-    use picket::config::Scene;
     use picket::solve::chirp::{Mixing, Shape};
-    use picket::solve::equations::Chirp;
 
     fn headers() -> [Header; 3] {
         let config = Config::new(48e3, Codes::signed::<16>());
@@ -128,10 +144,12 @@ mod tests {
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
             duration_s: 1e-5,
-            ..Chirp::default()
+            guard_s: 1e-6,
+            mixing: Mixing::RxConjTx,
+            sweep_curvature: -0.01,
         });
         let velocimeter =
-            Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3, mixing: Mixing::RxConjTx };
+            Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3, mixing: Mixing::TxConjRx };
         [
             Header::of::<Real>(config, 64, 7),
             Header {

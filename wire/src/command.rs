@@ -163,8 +163,10 @@ impl Request {
             (3, []) => Command::Stop,
             (4, []) => Command::GetSettings,
             (5, body) => {
-                let Ok(bytes) = body.try_into() else { return unknown };
-                let (settings, n) = Settings::of_bytes(bytes)
+                if !matches!(body.len(), Settings::SHORT | Settings::BYTES) {
+                    return unknown;
+                }
+                let (settings, n) = Settings::of_bytes(body)
                     .map_err(|error| (answer, Refusal::Settings(error.code())))?;
                 Command::SetSettings(settings, n)
             }

@@ -2,7 +2,7 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | flags: u8, bit 0 I/Q records, bit 1 a band |
+//! | 0 | flags: u8, bit 0 I/Q records, bit 1 a band, bit 2 the less usual mixing |
 //! | 1 | method: u8 |
 //! | 2 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
 //! | 3 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
@@ -16,6 +16,9 @@
 //! | 40 | wavelength, angle or bandwidth, duration: 3 f64 |
 //! | 64 | probability of a false alarm: f64 |
 //! | 72 | agility, acceleration, rate of following: 3 f32 |
+//!
+//! The usual mixing is tx-conj-rx before a chirp, and rx-conj-tx before a Doppler scene. Bit 2 is clear in what layouts without it
+//! have written, and these mean the usual one.
 
 use crate::bytes::{Reader, Writer};
 use picket::acquire::codes::Codes;
@@ -85,7 +88,7 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     };
     let (lowest, highest) = config.codes.rails();
     let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
-    let flags = u8::from(iq) | u8::from(band) << 1;
+    let flags = u8::from(iq) | u8::from(band) << 1 | u8::from(unusual(config)) << 2;
     writer.put([flags, config.method.id(), scene, shape]);
     writer.put([config.reach.bins() as u8, config.arithmetic as u8, most, refresh]);
     writer.i16(lowest);
@@ -98,6 +101,15 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     writer.f64(config.false_alarm);
     for number in [agility, acceleration_bins, rate_bins] {
         writer.f32(number);
+    }
+}
+
+/// Whether a scene has the less usual mixing.
+pub(crate) fn unusual(config: &Config) -> bool {
+    match config.scene {
+        Scene::Doppler { mixing, .. } => mixing != Mixing::RxConjTx,
+        Scene::Chirp(Chirp { mixing, .. }) => mixing != Mixing::TxConjRx,
+        _ => false,
     }
 }
 
@@ -118,6 +130,7 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
     let (wavelength_m, second, third) = (reader.f64()?, reader.f64()?, reader.f64()?);
     let false_alarm = reader.f64()?;
     let (agility, acceleration_bins, rate_bins) = (reader.f32()?, reader.f32()?, reader.f32()?);
+    let unusual = flags & 4 != 0;
     let shape = match shape {
         0 => Shape::Trapezoid,
         1 => Shape::Triangle,
@@ -143,12 +156,17 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
         false_alarm,
         scene: match scene {
             0 => Scene::Tone,
-            1 => Scene::Doppler { wavelength_m, angle_rad: second, mixing: Mixing::RxConjTx },
+            1 => Scene::Doppler {
+                wavelength_m,
+                angle_rad: second,
+                mixing: if unusual { Mixing::TxConjRx } else { Mixing::RxConjTx },
+            },
             2 => Scene::Chirp(Chirp {
                 shape,
                 wavelength_m,
                 bandwidth_hz: second,
                 duration_s: third,
+                mixing: if unusual { Mixing::RxConjTx } else { Mixing::TxConjRx },
                 ..Chirp::default()
             }),
             _ => return None,

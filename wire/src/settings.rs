@@ -3,7 +3,7 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported |
+//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3 |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
 //! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected, bits 2 and 3 tones reported a block less one |
@@ -11,6 +11,11 @@
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
 //! | 44 | the measurement's configuration: as in a capture's header |
+//! | 128 | only in version 3: the curvature of a chirp's sweep: f64 |
+//!
+//! Version 3 is that of settings whose sweep is curved or whose mixing is the less usual one: readers without these would take a
+//! straight sweep and the usual mixing, so they refuse it. All other settings are, byte for byte, what earlier programs write.
+//! A chirp's [`Chirp::guard_s`] is not sent: it follows from guard and rate.
 //!
 //! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
 //! page that keeps it.
@@ -20,11 +25,13 @@ use crate::config;
 use crate::config::EncodingError;
 use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
+use heapless::Vec;
 use picket::acquire::codes::Codes;
-use picket::config::Config;
+use picket::config::{Config, Scene};
 #[cfg(doc)]
 use picket::estimate::several::MOST;
 use picket::pipeline::{Measurement, Outcome};
+use picket::solve::equations::Chirp;
 
 /// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;
@@ -172,12 +179,17 @@ const VERSION: u8 = 1;
 /// refuse it.
 const LINES: u8 = 2;
 
+/// The version of settings with the less usual mixing or a curved sweep.
+const WAVEFORM: u8 = 3;
+
 impl Settings {
-    /// Length of the settings, bytes.
-    pub const BYTES: usize = 44 + config::BYTES;
+    /// Length of the settings of versions 1 and 2, bytes.
+    pub const SHORT: usize = 44 + config::BYTES;
+    /// Length of the longest settings, bytes.
+    pub const BYTES: usize = Self::SHORT + 8;
 
     /// The settings as bytes, for blocks of `n` samples.
-    pub fn to_bytes(&self, n: usize) -> [u8; Self::BYTES] {
+    pub fn to_bytes(&self, n: usize) -> Vec<u8, { Self::BYTES }> {
         let (drive, codes, [reference_hz, start_hz], divider) = match self.drive {
             Drive::Off => (0, [0; 2], [0.0; 2], 0),
             Drive::Dac { low, high } => (1, [low, high], [0.0; 2], 0),
@@ -191,7 +203,15 @@ impl Settings {
         let mut writer = Writer::new(&mut bytes);
         let further = self.further();
         let order = self.order();
-        let version = if further > 0 || order > 0 { LINES } else { VERSION };
+        let curvature = match self.config.scene {
+            Scene::Chirp(Chirp { sweep_curvature, .. }) => sweep_curvature,
+            _ => 0.0,
+        };
+        let version = match (config::unusual(&self.config) || curvature != 0.0, further, order) {
+            (true, ..) => WAVEFORM,
+            (false, 0, 0) => VERSION,
+            _ => LINES,
+        };
         let switches = u8::from(self.start) | u8::from(self.uncorrected) << 1;
         let flags = switches | further << 2 | order << 4;
         writer.put([version, drive, divider, flags]);
@@ -204,20 +224,25 @@ impl Settings {
             writer.f32(number);
         }
         config::put(&mut writer, self.iq, n as u32, &self.config);
-        bytes
+        if version == WAVEFORM {
+            writer.f64(curvature);
+        }
+        // A buffer of this length holds what was written into it.
+        Vec::from_slice(writer.written()).unwrap_or_default()
     }
 
-    /// Reads settings and the length of a block from the bytes of [`Settings::to_bytes`]. The board
+    /// Reads settings and the length of a block from the bytes of [`Settings::to_bytes`], and skips what follows them. The board
     /// checks them further.
     ///
     /// # Errors
-    /// The bytes are of another version, or a field has an unknown value.
-    pub fn of_bytes(bytes: &[u8; Self::BYTES]) -> Result<(Self, usize), SettingsError> {
+    /// The bytes are too few or of another version, or a field has an unknown value.
+    pub fn of_bytes(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
         let mut reader = Reader(bytes);
         let field = SettingsError::Encoding(EncodingError::Field);
         let [version, drive, divider, flags] = reader.take().ok_or(field)?;
-        let lines = cfg!(feature = "lines") && version == LINES;
-        if version != VERSION && !lines {
+        let wants = version == LINES || (version == WAVEFORM && flags >> 2 != 0);
+        let lines = cfg!(feature = "lines") && wants;
+        if !matches!(version, VERSION | LINES | WAVEFORM) || (wants && !lines) {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
@@ -227,7 +252,12 @@ impl Settings {
         let [reference_hz, start_hz] = [long()?, long()?];
         let mut short = || reader.f32().ok_or(field);
         let [clock_ppm, range_offset_m, range_slope] = [short()?, short()?, short()?];
-        let (iq, n, config) = config::take(&mut reader).map_err(SettingsError::Encoding)?;
+        let (iq, n, mut config) = config::take(&mut reader).map_err(SettingsError::Encoding)?;
+        let curvature = if version == WAVEFORM { reader.f64().ok_or(field)? } else { 0.0 };
+        if let Scene::Chirp(chirp) = &mut config.scene {
+            chirp.sweep_curvature = curvature;
+            chirp.guard_s = f64::from(guard) / config.rate_hz;
+        }
         let settings = Settings {
             core_mhz,
             iq,
@@ -295,6 +325,7 @@ mod tests {
             wavelength_m: 0.0125,
             bandwidth_hz: 200e6,
             duration_s: 1.0,
+            guard_s: 64.0 / 500e3,
             ..Chirp::default()
         });
         let config = Config { rate_hz: 500e3, scene, ..Settings::default().config };

@@ -25,7 +25,7 @@ const LENGTH: usize = 1 + 4 + 1 + WORDS + 1;
 #[unsafe(link_section = ".uninit.retained")]
 static RETAINED: Retained<LENGTH> = Retained::new();
 
-/// Settings for blocks of `n` samples as words.
+/// Settings for blocks of `n` samples as words. Those beyond shorter settings are 0.
 pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
     let bytes = settings.to_bytes(n);
     let mut words = [0; WORDS];

@@ -72,13 +72,14 @@ impl<const N: usize> Plan<N> {
     }
 }
 
-/// The configuration with the board's rate, the converter's codes and the ramp's true duration.
+/// The configuration with the board's rate, the converter's codes and the ramp's true duration and guard.
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
     let rate_hz = settings.calibration.true_hz(rate_hz);
     let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
-    if let Scene::Chirp(Chirp { duration_s, .. }) = &mut config.scene {
-        // A board's rate is above 0. The last bit is rounded up, so that a record fits its ramp.
-        *duration_s = f64::from(length) / rate_hz * (1.0 + 2.0 * f64::EPSILON);
+    if let Scene::Chirp(Chirp { duration_s, guard_s, .. }) = &mut config.scene {
+        // A board's rate is above 0.
+        *duration_s = f64::from(length) / rate_hz;
+        *guard_s = f64::from(settings.guard) / rate_hz;
     }
     config
 }

@@ -6,6 +6,8 @@
 //!
 //! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC
 //! a page is invalid, and the other one counts. With it, the page with the higher sequence counts.
+//!
+//! A page with a shorter payload was saved by an earlier program: the words that it lacks are read as 0.
 
 use super::checksum::of_words;
 
@@ -121,26 +123,27 @@ const fn head(words: usize) -> u32 {
     MAGIC | words as u32
 }
 
-fn checksum<const WORDS: usize>(sequence: u32, payload: &[u32; WORDS]) -> u32 {
-    of_words([head(WORDS), sequence].iter().chain(payload).copied())
+fn checksum(sequence: u32, payload: &[u32]) -> u32 {
+    of_words([head(payload.len()), sequence].iter().chain(payload).copied())
 }
 
 /// The sequence and payload of a page; `None` unless the page is whole.
 fn read<const WORDS: usize, S: Storage>(storage: &S, page: Page) -> Option<(u32, [u32; WORDS])> {
-    if storage.read(page, 0) != head(WORDS) {
-        return None;
-    }
+    let length = (storage.read(page, 0) ^ MAGIC) as usize;
     let sequence = storage.read(page, 1);
     let mut payload = [0; WORDS];
-    for (index, word) in payload.iter_mut().enumerate() {
+    let saved = payload.get_mut(..length)?;
+    for (index, word) in saved.iter_mut().enumerate() {
         *word = storage.read(page, index + 2);
     }
-    (storage.read(page, WORDS + 2) == checksum(sequence, &payload)).then_some((sequence, payload))
+    let whole = storage.read(page, length + 2) == checksum(sequence, saved);
+    whole.then_some((sequence, payload))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use picket_wire::settings::Settings;
 
     const WORDS: usize = 5;
     const SIZE: usize = WORDS + 3;
@@ -282,6 +285,51 @@ mod tests {
         }
         save(&mut mock, &payload(7)).unwrap();
         assert_eq!(load(&mock), Some((Page::A, 1, payload(7))));
+    }
+
+    /// A page with 32 words of settings of version 1, as an earlier program saved it.
+    const EARLIER: [u32; 35] = [
+        0x50490020, 0x00000007, 0x01020201, 0x00400000, 0x00000003, 0x00000000, 0x00000000,
+        0x419312D0, 0xC0000000, 0x42165A0B, 0xC1480000, 0x3E99999A, 0x3F8020C5, 0x01021303,
+        0x00000010, 0x0FFF0000, 0x00000400, 0x00000000, 0x411E8480, 0x00000000, 0x409F4000,
+        0x00000000, 0x40FD4C00, 0x9999999A, 0x3F899999, 0x00000000, 0x41A7D784, 0x1AC14C66,
+        0x3F61D367, 0xA0B5ED8D, 0x3EB0C6F7, 0x3D4CCCCD, 0x00000000, 0x40000000, 0xBCEE272A,
+    ];
+
+    #[test]
+    fn settings_of_an_earlier_program_are_loaded_and_saved_anew() {
+        const LONG: usize = Settings::BYTES / 4;
+        struct Flash([[u32; LONG + 3]; 2]);
+        impl Storage for Flash {
+            type Error = Off;
+            fn read(&self, page: Page, index: usize) -> u32 {
+                self.0[page as usize][index]
+            }
+            fn erase(&mut self, page: Page) -> Result<(), Off> {
+                self.0[page as usize] = [u32::MAX; LONG + 3];
+                Ok(())
+            }
+            fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), Off> {
+                self.0[page as usize][index] = word;
+                Ok(())
+            }
+        }
+        let mut flash = Flash([[u32::MAX; LONG + 3]; 2]);
+        flash.0[1][..35].copy_from_slice(&EARLIER);
+        let (page, sequence, words) = load::<LONG, _>(&flash).unwrap();
+        assert_eq!((page, sequence), (Page::B, 7));
+        let bytes: std::vec::Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let (settings, n) = Settings::of_bytes(&bytes).unwrap();
+        assert_eq!((n, settings.guard, settings.report_every), (1024, 64, 3));
+        assert_eq!(bytes[..Settings::SHORT], settings.to_bytes(n)[..]);
+        // Saved again they are no other settings, and others go to the other page.
+        save(&mut flash, &words).unwrap();
+        assert_eq!(load(&flash), Some((Page::B, 7, words)));
+        save(&mut flash, &[5; LONG]).unwrap();
+        assert_eq!(load(&flash), Some((Page::A, 8, [5; LONG])));
+        // A payload of a later program is none of this one's.
+        flash.0[0][0] += 1;
+        assert_eq!(load(&flash), Some((Page::B, 7, words)));
     }
 
     #[test]

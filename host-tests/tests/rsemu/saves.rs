@@ -147,7 +147,7 @@ fn power_may_go_during_a_save() {
             board.run(at);
             let (mut board, boot) = board.power();
             let body = board.request(Command::GetSettings).unwrap();
-            let used = Settings::of_bytes(body.as_slice().try_into().unwrap()).unwrap().0;
+            let used = Settings::of_bytes(&body).unwrap().0;
             let is_new = (used.config.rate_hz - 250e3).abs() < 1.0;
             seen[usize::from(is_new)] += 1;
             let label = format!("{state}, {at} us, {}", if is_new { "new" } else { "old" });

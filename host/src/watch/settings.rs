@@ -43,8 +43,36 @@ struct Fields {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum Scenes {
     Tone,
-    Doppler { wavelength_m: f64, angle_rad: f64 },
-    Chirp { shape: Shapes, wavelength_m: f64, bandwidth_hz: f64 },
+    Doppler {
+        wavelength_m: f64,
+        angle_rad: f64,
+        #[serde(default = "usual_before_doppler")]
+        mixing: String,
+    },
+    Chirp {
+        shape: Shapes,
+        wavelength_m: f64,
+        bandwidth_hz: f64,
+        #[serde(default = "usual_before_chirp")]
+        mixing: String,
+        #[serde(default)]
+        sweep_curvature: f64,
+    },
+}
+
+fn usual_before_doppler() -> String {
+    Mixing::RxConjTx.name().into()
+}
+
+fn usual_before_chirp() -> String {
+    Mixing::default().name().into()
+}
+
+fn mixing_of(name: &str) -> Result<Mixing, String> {
+    Mixing::from_name(name).ok_or_else(|| {
+        let [one, other] = Mixing::ALL.map(Mixing::name);
+        format!("there is no mixing {name}: write {one} or {other}, docs/board.md says how to check which")
+    })
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -111,16 +139,20 @@ impl Fields {
             reach: config.reach.bins() as u8,
             false_alarm: config.false_alarm,
             scene: match config.scene {
-                Scene::Doppler { wavelength_m, angle_rad, .. } => {
-                    Scenes::Doppler { wavelength_m, angle_rad }
+                Scene::Doppler { wavelength_m, angle_rad, mixing } => {
+                    Scenes::Doppler { wavelength_m, angle_rad, mixing: mixing.name().into() }
                 }
-                Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, .. }) => {
+                Scene::Chirp(chirp) => {
+                    let Chirp {
+                        shape, wavelength_m, bandwidth_hz, mixing, sweep_curvature, ..
+                    } = chirp;
                     let shape = match shape {
                         Shape::Trapezoid => Shapes::Trapezoid,
                         Shape::Triangle => Shapes::Triangle,
                         Shape::Sawtooth => Shapes::Sawtooth,
                     };
-                    Scenes::Chirp { shape, wavelength_m, bandwidth_hz }
+                    let mixing = mixing.name().into();
+                    Scenes::Chirp { shape, wavelength_m, bandwidth_hz, mixing, sweep_curvature }
                 }
                 _ => Scenes::Tone,
             },
@@ -166,21 +198,30 @@ impl Fields {
         let method = *method.ok_or_else(|| format!("there is no method {}", self.method))?;
         let scene = match self.scene {
             Scenes::Tone => Scene::Tone,
-            Scenes::Doppler { wavelength_m, angle_rad } => {
-                Scene::Doppler { wavelength_m, angle_rad, mixing: Mixing::RxConjTx }
+            Scenes::Doppler { wavelength_m, angle_rad, ref mixing } => {
+                let mixing = mixing_of(mixing)?;
+                Scene::Doppler { wavelength_m, angle_rad, mixing }
             }
-            Scenes::Chirp { shape, wavelength_m, bandwidth_hz } => {
+            Scenes::Chirp { shape, wavelength_m, bandwidth_hz, ref mixing, sweep_curvature } => {
+                if sweep_curvature.is_nan() || sweep_curvature.abs() >= 0.25 {
+                    return Err(format!(
+                        "sweep_curvature is a share of the bandwidth above -0.25 and below 0.25, not {sweep_curvature}"
+                    ));
+                }
+                let mixing = mixing_of(mixing)?;
                 let shape = match shape {
                     Shapes::Trapezoid => Shape::Trapezoid,
                     Shapes::Triangle => Shape::Triangle,
                     Shapes::Sawtooth => Shape::Sawtooth,
                 };
-                // The device's own: that of block and guard.
+                // Duration and guard are the device's own: those of block and guard samples.
                 Scene::Chirp(Chirp {
                     shape,
                     wavelength_m,
                     bandwidth_hz,
                     duration_s: 0.0,
+                    mixing,
+                    sweep_curvature,
                     ..Chirp::default()
                 })
             }
@@ -242,7 +283,7 @@ pub fn to_json(settings: &Settings, n: usize) -> String {
 
 /// The settings in an answer's body, if it holds some.
 pub fn of_answer(body: &[u8]) -> Option<(Settings, usize)> {
-    Settings::of_bytes(body.try_into().ok()?).ok()
+    Settings::of_bytes(body).ok()
 }
 
 #[cfg(test)]
@@ -256,6 +297,8 @@ mod tests {
             wavelength_m: 0.0125,
             bandwidth_hz: 2e8,
             duration_s: 0.0,
+            mixing: Mixing::RxConjTx,
+            sweep_curvature: 0.01,
             ..Chirp::default()
         });
         let following = Following { most: 1, refresh: 16, ..Following::default() };
@@ -272,5 +315,28 @@ mod tests {
         assert!(serde_json::from_str::<Fields>(r#"{"rat_hz": 3}"#).is_err());
         let sparse: Fields = serde_json::from_str(r#"{"rate_hz": 1e5}"#).unwrap();
         assert_eq!(sparse.settings().unwrap().0.config.rate_hz, 1e5);
+        let scene = |text: &str| {
+            let fields: Fields = serde_json::from_str(&format!("{{\"scene\": {text}}}")).unwrap();
+            fields.settings().map(|(settings, _)| settings.config.scene)
+        };
+        // What was written before mixing had a name means the usual one.
+        let doppler = scene(r#"{"doppler": {"wavelength_m": 0.01, "angle_rad": 0.0}}"#);
+        let mixing = Mixing::RxConjTx;
+        assert_eq!(doppler, Ok(Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0, mixing }));
+        let chirp = r#""shape": "triangle", "wavelength_m": 0.0125, "bandwidth_hz": 2e8"#;
+        let Ok(Scene::Chirp(usual)) = scene(&format!(r#"{{"chirp": {{{chirp}}}}}"#)) else {
+            panic!("a chirp");
+        };
+        assert_eq!((usual.mixing, usual.sweep_curvature), (Mixing::TxConjRx, 0.0));
+        for (field, cure) in [
+            (r#""mixing": "up""#, "there is no mixing up: write tx-conj-rx or rx-conj-tx"),
+            (
+                r#""sweep_curvature": 0.25"#,
+                "sweep_curvature is a share of the bandwidth above -0.25",
+            ),
+        ] {
+            let told = scene(&format!(r#"{{"chirp": {{{chirp}, {field}}}}}"#)).unwrap_err();
+            assert!(told.starts_with(cure) && !told.contains('\n'), "{told}");
+        }
     }
 }
