@@ -224,7 +224,7 @@ fn every_estimator_by_the_analyser() {
             codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
             false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-            carrier_hz: None,
+            carrier: None,
             style: Style::Json,
         };
         let mut answers = Vec::new();

@@ -528,7 +528,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
         false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier_hz: None,
+        carrier: None,
         style: Style::Json,
     };
     let mut replayed = Vec::new();

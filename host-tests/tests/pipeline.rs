@@ -6,7 +6,6 @@ use picket::config::Config;
 use picket::estimate::method::Method;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::plan::Solver;
 use picket_host::scenario::{self, LIDAR_BARS, Row};
 use picket_host::simulate::{Signal, generator};
 use rayon::prelude::*;
@@ -28,13 +27,13 @@ fn block(signal: &Signal, seed: u64, trial: u64) -> [i16; N] {
 /// One chirp of the lidar in front of a target.
 fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measurement {
     let config = Config { method, ..scenario::lidar() };
-    let Solver::Chirp(equations) = config.plan::<Real, N>().unwrap().solver else { panic!() };
+    let sensor = scenario::sensor::<Real>(&config, N, 0.0);
     let mut pipeline = pipeline(config);
     let mut last = Measurement::default();
-    for ((segment, beat), sequence) in scenario::lidar_beats(row, &equations).into_iter().zip(0..) {
-        let signal = Signal::tone(beat.abs() * N as f64, 350.0, snr_db);
-        let samples = block(&signal, seed, 3 * trial + u64::from(sequence));
-        last = pipeline.block(stamp(sequence, segment), &samples);
+    for (number, &segment) in config.scene.segments().iter().enumerate() {
+        let rng = &mut generator(seed, 3 * trial + number as u64);
+        let samples = row.codes::<Real>(&sensor, number, (350.0, snr_db), rng);
+        last = pipeline.block(stamp(number as u32, segment), samples.as_array().unwrap());
     }
     last
 }

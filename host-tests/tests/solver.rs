@@ -1,13 +1,13 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
-use picket::acquire::sample::Real;
-use picket::config::Config;
+use picket::acquire::sample::{Iq, Real};
+use picket::config::{Config, Scene};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::tone::{Tone, Verdict};
-use picket::plan::Solver;
 use picket::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
-use picket::solve::equations::Equations;
+use picket::solve::equations::{Chirp, Equations};
 use picket_host::scenario::{self, Row};
+use picket_simulator::Sensor;
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -15,11 +15,18 @@ use rand_distr::{Distribution, StandardNormal};
 
 const N: usize = 1024;
 
+/// The lidar as it is simulated, real or with either mixing, and its equations.
+fn lidar(mixing: Option<Mixing>) -> (Sensor, Equations) {
+    let Scene::Chirp(chirp) = scenario::lidar().scene else { panic!("the lidar has a chirp") };
+    let chirp = Chirp { mixing: mixing.unwrap_or_default(), ..chirp };
+    let config = Config { scene: Scene::Chirp(chirp), ..scenario::lidar() };
+    let signed = mixing.is_some();
+    let equations = chirp.equations(config.rate_hz, N, signed).unwrap();
+    (scenario::sensor::<Iq>(&config, N, 0.0), equations)
+}
+
 fn equations() -> Equations {
-    let Solver::Chirp(equations) = scenario::lidar().plan::<Real, N>().unwrap().solver else {
-        panic!("the lidar has a chirp");
-    };
-    equations
+    lidar(None).1
 }
 
 fn tone(cycles: f64, sigma: f32) -> Tone {
@@ -31,14 +38,18 @@ fn tone(cycles: f64, sigma: f32) -> Tone {
     }
 }
 
-/// The three tones of a row: magnitudes where the samples are real.
-fn tones(row: &Row, signed: bool, sigmas: [f32; 3]) -> [Tone; 3] {
-    let beats = scenario::lidar_beats(row, &equations());
+/// The three tones of a row, from the phases of its simulated records: magnitudes where the samples are real.
+fn tones(row: &Row, mixing: Option<Mixing>, sigmas: [f32; 3]) -> [Tone; 3] {
+    let (sensor, _) = lidar(mixing);
+    let target = row.target(&sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
     std::array::from_fn(|i| {
-        let beat = beats[i].1;
-        tone(if signed { beat } else { beat.abs() }, sigmas[i])
+        let beat = sensor.beat(&target, (0, i));
+        tone(if mixing.is_some() { beat } else { beat.abs() }, sigmas[i])
     })
 }
+
+/// Real samples, and I/Q samples of both mixings.
+const RECEIVERS: [Option<Mixing>; 3] = [None, Some(Mixing::TxConjRx), Some(Mixing::RxConjTx)];
 
 fn close(got: fixed::types::I32F32, truth: f64) -> bool {
     (got.to_num::<f64>() - truth).abs() <= 1e-6 * truth.abs()
@@ -49,8 +60,10 @@ fn every_row_of_both_signs_is_exact_without_noise() {
     let rows = scenario::table3();
     assert_eq!(rows.len(), 28);
     for row in rows {
-        for signed in [false, true] {
-            let target = chirp::trapezoid(&tones(&row, signed, [1e-6; 3]), signed, &equations());
+        for mixing in RECEIVERS {
+            let (_, equations) = lidar(mixing);
+            let tones = tones(&row, mixing, [1e-6; 3]);
+            let target = chirp::trapezoid(&tones, mixing.is_some(), &equations);
             assert!(close(target.range, row.range_m), "{row:?}: {target:?}");
             assert!(close(target.velocity, row.velocity_mps), "{row:?}: {target:?}");
             assert_eq!(target.verdict, Verdict::Good);
@@ -61,18 +74,55 @@ fn every_row_of_both_signs_is_exact_without_noise() {
 #[test]
 fn a_triangle_reports_the_exchange() {
     for row in scenario::table3() {
-        let [up, _, down] = tones(&row, false, [1e-6; 3]);
-        let target = chirp::triangle(&[up, down], false, &equations());
-        let Ambiguity::Exchange { range, velocity } = target.ambiguity else {
-            panic!("real beats of a triangle are ambiguous");
+        for mixing in RECEIVERS {
+            // The ramps of a trapezoid are a triangle whose equations know of the time between them.
+            let (_, equations) = lidar(mixing);
+            let [up, _, down] = tones(&row, mixing, [1e-6; 3]);
+            let target = chirp::triangle(&[up, down], mixing.is_some(), &equations);
+            let first =
+                close(target.range, row.range_m) && close(target.velocity, row.velocity_mps);
+            match target.ambiguity {
+                Ambiguity::Exchange { range, velocity } => {
+                    let second = close(range, row.range_m) && close(velocity, row.velocity_mps);
+                    assert!(mixing.is_none() && (first || second), "{row:?}: {target:?}");
+                }
+                ambiguity => {
+                    assert!(mixing.is_some() && first, "{row:?}: {target:?}");
+                    assert_eq!(ambiguity, Ambiguity::None);
+                }
+            }
+        }
+    }
+}
+
+/// The chirp of physics alone: 24 GHz, 30 m, 3 m/s. The wrong mixing puts the target behind the receiver.
+#[test]
+fn a_wrong_mixing_is_never_good() {
+    for (shape, mixing) in [Shape::Triangle, Shape::Trapezoid]
+        .into_iter()
+        .flat_map(|shape| Mixing::ALL.map(|mixing| (shape, mixing)))
+    {
+        let solved = |set: Mixing| {
+            let chirp =
+                Chirp { shape, mixing, duration_s: 1.1e-3, guard_s: 0.04e-3, ..Chirp::default() };
+            let config =
+                Config { scene: Scene::Chirp(chirp), ..Config::new(1e6, scenario::lidar().codes) };
+            let sensor = scenario::sensor::<Iq>(&config, N, 0.0);
+            let equations = Chirp { mixing: set, ..chirp }.equations(1e6, N, true).unwrap();
+            let row = Row { range_m: 30.0, velocity_mps: 3.0 };
+            let target = row.target(&sensor, 1.0, &mut ChaCha8Rng::seed_from_u64(1));
+            let tone = |segment| tone(sensor.beat(&target, (0, segment)), 1e-6);
+            if shape == Shape::Triangle {
+                chirp::triangle(&[tone(0), tone(1)], true, &equations)
+            } else {
+                chirp::trapezoid(&[tone(0), tone(1), tone(2)], true, &equations)
+            }
         };
-        let first = close(target.range, row.range_m) && close(target.velocity, row.velocity_mps);
-        let second = close(range, row.range_m) && close(velocity, row.velocity_mps);
-        assert!(first || second, "{row:?}: {target:?}");
-        let [up, _, down] = tones(&row, true, [1e-6; 3]);
-        let target = chirp::triangle(&[up, down], true, &equations());
-        assert_eq!(target.ambiguity, Ambiguity::None);
-        assert!(close(target.range, row.range_m) && close(target.velocity, row.velocity_mps));
+        let other = Mixing::ALL.into_iter().find(|other| *other != mixing).unwrap();
+        let (right, wrong) = (solved(mixing), solved(other));
+        assert!(close(right.range, 30.0) && close(right.velocity, 3.0), "{right:?}");
+        assert_eq!((right.verdict, right.ambiguity), (Verdict::Good, Ambiguity::None));
+        assert!(wrong.range < 0 && wrong.verdict == Verdict::Unresolved, "{wrong:?}");
     }
 }
 
@@ -87,7 +137,7 @@ fn a_sawtooth_reports_the_coupling() {
 #[test]
 fn beats_of_two_targets_are_unresolved() {
     let row = Row { range_m: 50.0, velocity_mps: 10.0 };
-    let mut beats = tones(&row, false, [1e-5; 3]);
+    let mut beats = tones(&row, None, [1e-5; 3]);
     beats[1] = tone(0.33, 1e-5);
     assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Unresolved);
     beats[1].verdict = Verdict::Weak;
@@ -158,7 +208,7 @@ fn sigmas_explain_the_errors() {
         let trials = 20_000;
         let (mut range, mut velocity) = (0.0, 0.0);
         for _ in 0..trials {
-            let mut beats = tones(&row, false, sigmas);
+            let mut beats = tones(&row, None, sigmas);
             for (beat, sigma) in beats.iter_mut().zip(sigmas) {
                 let noise: f64 = StandardNormal.sample(&mut rng);
                 *beat = tone(beat.frequency.cycles() + noise * f64::from(sigma), sigma);
@@ -179,7 +229,7 @@ fn sigmas_explain_the_errors() {
 
 #[test]
 fn configuration_errors_are_found() {
-    use picket::config::{ConfigError, Scene};
+    use picket::config::ConfigError;
     let good = scenario::lidar();
     let check = |config: Config| config.plan::<Real, N>().err();
     assert_eq!(check(good), None);

@@ -1,6 +1,7 @@
 //! The core's tracker on a recording, as the firmware would run it.
 
 use crate::analyze::Style;
+use crate::analyze::carrier::{self, Carrier, Speed};
 use crate::analyze::cut::Cut;
 use crate::cli::print_line;
 use crate::recording::Recording;
@@ -24,6 +25,8 @@ pub struct Pursuit {
     pub cut: Cut,
     /// How tones are followed.
     pub following: Following,
+    /// The Doppler radar that they are shifts of, if they are.
+    pub carrier: Option<Carrier>,
 }
 
 /// A track in a block. The keys are those of the JSON lines.
@@ -47,6 +50,9 @@ pub struct Sighting {
     pub age: u32,
     /// Blocks since its last one.
     pub misses: u8,
+    /// The speed before a radar, where its carrier is known.
+    #[serde(flatten)]
+    pub speed: Option<Speed>,
     /// Whether this block's frequency may be used.
     pub verdict: &'static str,
 }
@@ -118,7 +124,7 @@ fn blocks<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Sighting),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Pursuit { cut, following } = pursuit;
+    let &Pursuit { cut, following, carrier } = pursuit;
     let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config {
@@ -139,7 +145,11 @@ fn blocks<R: Kind, const N: usize>(
         let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
         for track in tracker.tracks(Segment::Continuous) {
             if track.state == State::Held {
-                sink(&sighting(track, block.into(), time_s, rate_hz, hop));
+                let mut sighting = sighting(track, block.into(), time_s, rate_hz, hop);
+                let Sighting { frequency_hz, sigma_hz, .. } = sighting;
+                let speed = |carrier: Carrier| carrier.speed(frequency_hz, Some(sigma_hz), R::IQ);
+                sighting.speed = carrier.map(speed);
+                sink(&sighting);
             }
         }
         block = block.wrapping_add(1);
@@ -165,6 +175,7 @@ fn sighting(track: &Track, block: u64, time_s: f64, rate_hz: f64, hop: usize) ->
         rate_hz_per_s: f64::from(track.rate()) * rate_hz * rate_hz / hop as f64,
         age: track.age,
         misses: track.misses,
+        speed: None,
         verdict: track.tone.verdict.name(),
     }
 }
@@ -174,15 +185,24 @@ fn text(error: impl std::fmt::Display) -> String {
 }
 
 /// Prints what stands above the sightings.
-pub fn print_heading(style: Style) {
+pub fn print_heading(style: Style, speeds: bool) {
+    let beyond = |columns| if speeds { columns } else { "" };
     match style {
         Style::Json => {}
-        Style::Csv => print_line(
-            "block,time_s,track,state,frequency_hz,sigma_hz,rate_hz_per_s,age,misses,verdict",
-        ),
+        Style::Csv => print_line(&format!(
+            "block,time_s,track,state,frequency_hz,sigma_hz,rate_hz_per_s,age,misses,verdict{}",
+            beyond(carrier::CSV)
+        )),
         Style::Text => print_line(&format!(
-            "{:>8} {:>11} {:>6} {:>16} {:>12} {:>12} {:>7}  verdict",
-            "block", "time s", "track", "frequency Hz", "sigma Hz", "rate Hz/s", "misses"
+            "{:>8} {:>11} {:>6} {:>16} {:>12} {:>12} {:>7}{}  verdict",
+            "block",
+            "time s",
+            "track",
+            "frequency Hz",
+            "sigma Hz",
+            "rate Hz/s",
+            "misses",
+            beyond(carrier::TEXT)
         )),
     }
 }
@@ -190,14 +210,16 @@ pub fn print_heading(style: Style) {
 /// Prints a sighting.
 pub fn print(sighting: &Sighting, style: Style) {
     let Sighting { block, time_s, track, frequency_hz, sigma_hz, rate_hz_per_s, .. } = sighting;
-    let Sighting { state, age, misses, verdict, .. } = sighting;
+    let Sighting { state, age, misses, speed, verdict, .. } = sighting;
     match style {
         Style::Json => print_line(&serde_json::to_string(sighting).unwrap_or_default()),
         Style::Csv => print_line(&format!(
-            "{block},{time_s},{track},{state},{frequency_hz},{sigma_hz},{rate_hz_per_s},{age},{misses},{verdict}"
+            "{block},{time_s},{track},{state},{frequency_hz},{sigma_hz},{rate_hz_per_s},{age},{misses},{verdict}{}",
+            Speed::csv(*speed)
         )),
         Style::Text => print_line(&format!(
-            "{block:>8} {time_s:>11.4} {track:>6} {frequency_hz:>16.4} {sigma_hz:>12.4} {rate_hz_per_s:>12.3} {misses:>7}  {verdict}"
+            "{block:>8} {time_s:>11.4} {track:>6} {frequency_hz:>16.4} {sigma_hz:>12.4} {rate_hz_per_s:>12.3} {misses:>7}{}  {verdict}",
+            Speed::text(*speed)
         )),
     }
 }

@@ -98,6 +98,42 @@ fn as_many_tones_as_there_are() {
     }
 }
 
+/// A tracked tone is a speed with its sigma; which way it goes, the mixing tells for I/Q.
+#[test]
+fn a_tracked_tone_is_a_speed() {
+    for iq in [false, true] {
+        let path = recording(&format!("tones-speed-{iq}.wav"), &tones(1, iq), iq, NOISE);
+        for (mixing, sign) in [("rx-conj-tx", 1.0), ("tx-conj-rx", if iq { -1.0 } else { 1.0 })] {
+            let track = ["--track", "--carrier-hz", "24e9", "--mixing", mixing];
+            let rows =
+                lines(ANALYZE, &arguments(&path, iq, "1", &[&track[..], &["--json"]].concat()));
+            let (seen, trails): (Vec<_>, Vec<_>) =
+                rows.iter().partition(|row| row["summary"] != true);
+            assert!(seen.len() > BLOCKS / 2 && trails.len() == 1, "{rows:?}");
+            let per_hertz = 299_792_458.0 / 24e9 / 2.0;
+            for row in seen {
+                let speed = sign * number(row, "frequency_hz") * per_hertz;
+                assert!((number(row, "speed_mps") - speed).abs() < 1e-9, "{row}");
+                let sigma = number(row, "sigma_hz") * per_hertz;
+                assert!((number(row, "sigma_speed_mps") - sigma).abs() < 1e-12, "{row}");
+                let off = (speed - sign * TONES[0].0 * per_hertz).abs();
+                assert!(off < 5.0 * sigma, "{off} m/s: {row}");
+            }
+            let text = run(ANALYZE, &arguments(&path, iq, "1", &track)).stdout;
+            let text = columns(&String::from_utf8(text).unwrap());
+            assert_eq!(
+                text[0].join(" "),
+                "block time s track frequency Hz sigma Hz rate Hz/s misses speed m/s sigma verdict"
+            );
+            let csv = run(ANALYZE, &arguments(&path, iq, "1", &[&track[..], &["--csv"]].concat()));
+            let csv = String::from_utf8(csv.stdout).unwrap();
+            let mut table = csv::Reader::from_reader(csv.as_bytes());
+            assert_eq!(table.headers().unwrap().iter().last(), Some("sigma_speed_mps"));
+            assert!(table.records().all(|record| record.unwrap().len() == 12));
+        }
+    }
+}
+
 /// The heading's columns and the rows, without the verdict.
 fn columns(text: &str) -> Vec<Vec<String>> {
     text.lines().map(|line| line.split_whitespace().map(str::to_owned).collect()).collect()
@@ -131,7 +167,8 @@ fn people_and_spreadsheets_read_the_same() {
             assert_eq!(rows.len(), 3 * BLOCKS);
             let table = output(&["--csv"]);
             let mut table = csv::Reader::from_reader(table.as_bytes());
-            let speeds: &[&str] = if carrier.is_empty() { &[] } else { &["speed_mps"] };
+            let speeds: &[&str] =
+                if carrier.is_empty() { &[] } else { &["speed_mps", "sigma_speed_mps"] };
             let heads = [&KEYS[..], &["verdict"], speeds].concat();
             assert_eq!(table.headers().unwrap(), &csv::StringRecord::from(heads.clone()));
             let records: Vec<csv::StringRecord> =

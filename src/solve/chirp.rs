@@ -149,6 +149,17 @@ pub struct Target {
     pub verdict: Verdict,
 }
 
+impl Target {
+    /// What a negative range says, in words of one line; `None` for other ranges.
+    pub const fn caution(&self) -> Option<&'static str> {
+        if self.range.to_bits() < 0 {
+            Some("negative range: I and Q are exchanged, or mixing is the other one")
+        } else {
+            None
+        }
+    }
+}
+
 /// A beat: signed steps of 2^-32 cycles per sample, and the variance in cycles squared.
 #[derive(Clone, Copy)]
 struct Beat {

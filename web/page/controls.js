@@ -9,19 +9,19 @@ const unit = (name, places = 0) => (value) => `${signed(value.toFixed(places))} 
 export const SCENES = [
   {
     id: "chirp", name: "FMCW radar", kind: 2,
-    settings: { rate_hz: 250e3, iq: 1, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    settings: { rate_hz: 250e3, iq: 1, mixing: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
     sliders: { range_m: 120, velocity_mps: 25, motion: 0.5, snr_db: -5, level_db: -20, second_db: OFF, second_off: 60 },
     second: { label: "Further off by", words: unit("m", 1), min: -100, max: 200, step: 1 },
   },
   {
     id: "doppler", name: "Doppler radar", kind: 1,
-    settings: { rate_hz: 48e3, iq: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    settings: { rate_hz: 48e3, iq: 0, mixing: 1, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
     sliders: { velocity_mps: 12, motion: 0.5, snr_db: 0, level_db: -16, second_db: OFF, second_off: 8 },
     second: { label: "Faster by", words: unit("m/s", 1), min: -30, max: 60, step: 0.5 },
   },
   {
     id: "tone", name: "A tone", kind: 0,
-    settings: { rate_hz: 48e3, iq: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    settings: { rate_hz: 48e3, iq: 0, mixing: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
     sliders: { tone_hz: 1000.3, motion: 0, snr_db: 20, second_db: OFF, second_off: 400 },
     second: { label: "Higher by", words: unit("Hz"), min: -1000, max: 8000, step: 1 },
   },
@@ -78,6 +78,9 @@ export function sceneForm(form, scene, changed, chosen) {
 const LENGTHS = [1024, 2048, 4096];
 const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14 bits, signed"], ["16", "16 bits, signed"]];
 
+const MIXINGS = [["0", "tx-conj-rx"], ["1", "rx-conj-tx"]];
+const MIXING = "Which signal an I/Q receiver conjugates. To check it, move a hand towards the antenna: the velocity must be positive, else choose the other one.";
+
 const TONES = [["1", "the strongest"], ["2", "up to two, with phase"], ["4", "up to four, with phase"]];
 
 /** The form of the instrument: `values` are its settings by the library's names. */
@@ -101,6 +104,8 @@ export function instrumentForm(form, source, values, changed) {
     field("n", "Block", select("n", LENGTHS.map((n) => [String(n), `${n} samples`]))),
     source === "microphone" ? "" : field("bits", "Codes", select("bits", CODES)),
     source === "microphone" ? "" : field("iq", "I/Q", tick),
+    source === "scene" ? make("div", { className: "field", title: MIXING }, make("label", { htmlFor: "mixing", textContent: "Mixing" }), select("mixing", MIXINGS)) : "",
+    source === "scene" ? make("p", { className: "quiet", id: "mixing-hint", textContent: MIXING }) : "",
     field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
       number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),

@@ -17,7 +17,7 @@ const page = {
   core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
   counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
-    scene: { n: 1024, bits: 12, iq: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
+    scene: { n: 1024, bits: 12, iq: 1, mixing: 0, tones: 1, band_low_hz: 0, band_high_hz: 0 },
     file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
     microphone: { n: 4096, bits: 16, iq: 0, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
@@ -54,7 +54,7 @@ function forget() {
 /** Has the library measure by the settings of the source in use, from the start. */
 function restart() {
   setAll({ ...page.values[page.name], kind: 0, scale: 1, file_rate_hz: 0 });
-  if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, kind: page.scene.kind });
+  if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: page.scene.kind });
   if (page.name === "file") setAll(page.values.file);
   if (page.name === "microphone" && page.rate) page.core.set("rate_hz", page.rate);
   forget();
@@ -88,9 +88,10 @@ async function choose(name) {
 
 function simulate(scene) {
   page.scene = scene;
-  page.values.scene.iq = scene.settings.iq;
+  [page.values.scene.iq, page.values.scene.mixing] = [scene.settings.iq, scene.settings.mixing];
   const tick = $("iq");
   if (tick) tick.checked = Boolean(scene.settings.iq);
+  if ($("mixing")) $("mixing").value = String(scene.settings.mixing);
   sceneForm($("scene-form"), scene, (name, value) => page.core.set(name, value), simulate);
   if (restart()) page.source = new Simulated(page.core);
 }
@@ -222,6 +223,7 @@ function show(row) {
       figures.push(figureOf("Speed towards you", speed, SOUND_MPS * row.sigma_hz / row.frequency_hz, "m/s", true));
     }
   }
+  $("caution").hidden = !(target && target.range_m < 0);
   $("figures").replaceChildren(...figures);
   $("truth").hidden = !truths.length;
   $("truth").textContent = truths.length ? `Truth ${truths.join(", ")}` : "";

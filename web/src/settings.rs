@@ -36,6 +36,8 @@ pub struct Settings {
     pub wavelength_m: f64,
     /// Bandwidth of a ramp, Hz.
     pub bandwidth_hz: f64,
+    /// Which signal an I/Q receiver conjugates; the scene's usual one where nothing is said.
+    pub mixing: Option<Mixing>,
     /// The most tones followed.
     pub most: u8,
     /// Codes per unit of a file.
@@ -55,6 +57,7 @@ impl Default for Settings {
             kind: Kind::Tone,
             wavelength_m: 0.0125,
             bandwidth_hz: 200e6,
+            mixing: None,
             most: 4,
             scale: 1.0,
             file_rate_hz: 0.0,
@@ -74,6 +77,11 @@ impl Settings {
             "band_high_hz" => self.band_hz.1 = value,
             "wavelength_m" => self.wavelength_m = value,
             "bandwidth_hz" => self.bandwidth_hz = value,
+            "mixing" => {
+                let mixing =
+                    Mixing::ALL.into_iter().find(|&mixing| f64::from(mixing as u8) == value);
+                self.mixing = mixing;
+            }
             "most" => self.most = value as u8,
             "scale" => self.scale = value,
             "file_rate_hz" => self.file_rate_hz = value,
@@ -101,13 +109,14 @@ impl Settings {
             Kind::Doppler => Scene::Doppler {
                 wavelength_m: self.wavelength_m,
                 angle_rad: 0.0,
-                mixing: Mixing::RxConjTx,
+                mixing: self.mixing.unwrap_or(Mixing::RxConjTx),
             },
             Kind::Chirp => Scene::Chirp(Chirp {
                 shape: Shape::Trapezoid,
                 wavelength_m: self.wavelength_m,
                 bandwidth_hz: self.bandwidth_hz,
                 duration_s: self.n as f64 / self.rate_hz,
+                mixing: self.mixing.unwrap_or_default(),
                 ..Chirp::default()
             }),
         };

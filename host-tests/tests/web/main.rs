@@ -46,7 +46,7 @@ fn analyzed(file: &Path) -> Vec<Value> {
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier_hz: None,
+        carrier: None,
         style: Style::Json,
     };
     let mut lines = Vec::new();

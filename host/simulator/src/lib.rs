@@ -8,9 +8,11 @@
 //! The same seed gives the same records on every machine: the elementary functions are those of the crate `libm`.
 
 mod receiver;
+mod sensor;
 mod target;
 mod waveform;
 
 pub use receiver::Receiver;
+pub use sensor::Sensor;
 pub use target::Target;
 pub use waveform::{Segment, Waveform};

@@ -23,6 +23,12 @@ impl<'a> Target<'a> {
         Self::new(amplitude, move |t| range_m - velocity_mps * t)
     }
 
+    /// The same target, whose reflection adds so many cycles to the phase.
+    #[must_use]
+    pub fn turned(self, cycles: f64) -> Self {
+        Target { cycles, ..self }
+    }
+
     /// Its range at a time, m and s.
     pub fn range_m(&self, time_s: f64) -> f64 {
         (self.range_m)(time_s)

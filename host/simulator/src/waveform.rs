@@ -22,12 +22,12 @@ impl Segment {
         Segment { start_hz, slope: 0.0, bend: 0.0, duration_s }
     }
 
-    /// The carrier's cycles between two moments, in seconds since the start of the segment.
-    fn cycles(&self, from: f64, to: f64) -> f64 {
+    /// The carrier's cycles in the `span` seconds before `to`, in seconds since the start of the segment.
+    fn cycles(&self, to: f64, span: f64) -> f64 {
         let mean = self.start_hz
-            + self.slope * (from + to) / 2.0
-            + self.bend * (from * from + from * to + to * to) / 3.0;
-        mean * (to - from)
+            + self.slope * (to - span / 2.0)
+            + self.bend * (to * to - to * span + span * span / 3.0);
+        mean * span
     }
 }
 
@@ -87,26 +87,22 @@ impl Waveform {
     /// The carrier's cycles in the last `delay_s` seconds before a moment, which is in seconds since the start of a repetition.
     /// The delay must be less than a repetition.
     pub fn cycles(&self, moment_s: f64, delay_s: f64) -> f64 {
-        let mut ends = moment_s;
-        let mut left = delay_s;
-        let mut cycles = 0.0;
+        let (mut ends, mut left, mut cycles) = (moment_s, delay_s, 0.0);
         // The segments of this repetition up to the moment, then those of the repetition before.
-        for lap in [0.0, self.period_s] {
-            let starts = self.segments.iter().scan(0.0, |start, segment| {
-                let here = *start;
-                *start += segment.duration_s;
-                Some((here, segment))
-            });
-            let passed: Vec<_> = starts.filter(|(start, _)| start - lap < ends).collect();
-            for (start, segment) in passed.into_iter().rev() {
-                let to = ends - (start - lap);
-                let from = (to - left).max(0.0);
-                cycles += segment.cycles(from, to);
-                left -= to - from;
-                if left <= 0.0 || lap.is_infinite() {
+        for begin in [0.0, -self.period_s] {
+            for (index, segment) in self.segments.iter().enumerate().rev() {
+                let start = if index == 0 { begin } else { begin + self.start_s(index) };
+                if start >= ends {
+                    continue;
+                }
+                // Where the rest of the delay lies in one segment, its length has all of its digits.
+                let span = left.min(ends - start);
+                cycles += segment.cycles(ends - start, span);
+                left -= span;
+                if left <= 0.0 {
                     return cycles;
                 }
-                ends = start - lap;
+                ends = start;
             }
         }
         cycles

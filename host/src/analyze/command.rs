@@ -1,5 +1,6 @@
 //! `picket analyze`: methods on a recording.
 
+use super::carrier::Carrier;
 use super::cut::Cut;
 use super::fundamental;
 use super::several::{self, Finding, Search, Sought};
@@ -9,9 +10,11 @@ use crate::follow::{self, Pursuit, Sighting};
 use crate::recording::{self, Format};
 use crate::survey::Survey;
 use crate::{band, cli, estimator, progress, spectrogram};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following};
+use picket::solve::chirp::Mixing;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -70,8 +73,12 @@ pub struct Options {
     #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
     false_alarm: f64,
     /// Carrier of a Doppler radar, Hz: gives speeds
-    #[arg(long, value_name = "F", value_parser = cli::positive, allow_negative_numbers = true, conflicts_with = "track")]
+    #[arg(long, value_name = "F", value_parser = cli::positive, allow_negative_numbers = true)]
     carrier_hz: Option<f64>,
+    /// Which signal an I/Q receiver conjugates before it multiplies: rx-conj-tx if an approaching target's shift is positive,
+    /// tx-conj-rx if it is negative, or if I and Q are exchanged
+    #[arg(long, value_name = "MIXING", value_parser = mixing(), default_value = Mixing::RxConjTx.name(), requires = "carrier_hz")]
+    mixing: Mixing,
     /// Follow tones from block to block, as the firmware does
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
@@ -95,6 +102,12 @@ pub struct Options {
     /// Comma-separated values
     #[arg(long)]
     csv: bool,
+}
+
+/// The names of the two ways to mix.
+fn mixing() -> impl TypedValueParser<Value = Mixing> {
+    let names = PossibleValuesParser::new(Mixing::ALL.map(Mixing::name));
+    names.map(|name| Mixing::from_name(&name).unwrap_or_default())
 }
 
 /// One channel, or two for I and Q.
@@ -168,7 +181,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         codes,
         arithmetic: options.arith,
         false_alarm: options.false_alarm,
-        carrier_hz: options.carrier_hz,
+        carrier: options.carrier(),
         style,
     };
     let bar = progress::count("samples");
@@ -190,6 +203,11 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
 }
 
 impl Options {
+    /// The Doppler radar, if there is one.
+    fn carrier(&self) -> Option<Carrier> {
+        self.carrier_hz.map(|hz| Carrier { hz, mixing: self.mixing })
+    }
+
     /// True where nothing says how to measure: a first look is wanted.
     fn looks(&self) -> bool {
         let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
@@ -239,11 +257,11 @@ fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String>
 
 /// All the tones of each block, or its fundamental.
 fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<ExitCode, String> {
-    let &Options { false_alarm, carrier_hz, .. } = options;
-    let search = Search { cut, false_alarm, carrier_hz, sought };
+    let carrier = options.carrier();
+    let search = Search { cut, false_alarm: options.false_alarm, carrier, sought };
     let bar = progress::count("samples");
     let heading = || match sought {
-        Sought::Tones(_) => several::print_heading(style, carrier_hz.is_some()),
+        Sought::Tones(_) => several::print_heading(style, carrier.is_some()),
         Sought::Harmonics(_) => fundamental::print_heading(style),
     };
     let (mut blocks, mut none) = (0, true);
@@ -279,12 +297,13 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
         most: options.most.unwrap_or(1),
         ..Following::default()
     };
-    let pursuit = Pursuit { cut, following };
+    let carrier = options.carrier();
+    let pursuit = Pursuit { cut, following, carrier };
     let bar = progress::count("samples");
     let (mut blocks, mut sightings) = (0, Vec::new());
     let mut sink = |sighting: &Sighting| {
         if sightings.is_empty() {
-            follow::print_heading(style);
+            follow::print_heading(style, carrier.is_some());
         }
         sightings.push(*sighting);
         bar.suspend(|| follow::print(sighting, style));
@@ -296,7 +315,7 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
     bar.finish_and_clear();
     let trails = trails?;
     if sightings.is_empty() {
-        follow::print_heading(style);
+        follow::print_heading(style, carrier.is_some());
         eprintln!("no tone was held in {blocks} blocks");
     }
     follow::print_trails(&trails, style);

@@ -1,10 +1,12 @@
 //! Methods on a recording, block by block, in constant memory.
 
+pub mod carrier;
 pub mod command;
 pub mod cut;
 pub mod fundamental;
 pub mod several;
 
+use self::carrier::{Carrier, Speed};
 use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
 use crate::band;
 use crate::cli::print_line;
@@ -12,7 +14,7 @@ use crate::estimator::Estimator;
 use crate::recording::{self, Format, Recording, Records, Sample};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
-use picket::config::{Config, SPEED_OF_LIGHT};
+use picket::config::Config;
 use picket::estimate::least_squares::Reach;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
@@ -54,7 +56,7 @@ pub struct Analysis {
     /// The probability of a false alarm in a block of noise, above 0 and at most 0.5.
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
-    pub carrier_hz: Option<f64>,
+    pub carrier: Option<Carrier>,
     /// How answers are printed.
     pub style: Style,
 }
@@ -85,9 +87,9 @@ pub struct Answer {
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
     pub snr_db: Option<f64>,
-    /// The speed before a radar of this carrier, positive when approaching.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_mps: Option<f64>,
+    /// The speed before a radar of this carrier.
+    #[serde(flatten)]
+    pub speed: Option<Speed>,
     /// Whether it may be used.
     pub verdict: &'static str,
 }
@@ -259,9 +261,10 @@ impl Analyst<'_> {
                 sigma_hz: hertz(sigma_bins),
                 sigma_bins: number(sigma_bins),
                 snr_db: number(snr_db),
-                speed_mps: self.analysis.carrier_hz.and_then(|carrier_hz| {
-                    Some(hertz(signed)? * SPEED_OF_LIGHT / carrier_hz / 2.0)
-                }),
+                speed: self
+                    .analysis
+                    .carrier
+                    .and_then(|carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq))),
                 verdict: verdict.name(),
             });
         }
@@ -331,7 +334,7 @@ pub fn print(answer: &Answer, style: Style) {
         Style::Json => print_line(&serde_json::to_string(answer).unwrap_or_default()),
         Style::Csv => {
             let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
-            let speed = answer.speed_mps.map_or(String::new(), |speed| format!(",{speed}"));
+            let speed = Speed::csv(answer.speed);
             print_line(&format!(
                 "{},{},{},{},{},{},{},{},{}{speed}",
                 answer.id.as_ref().map_or(String::new(), plain),
@@ -350,7 +353,7 @@ pub fn print(answer: &Answer, style: Style) {
                 x.map_or("-".to_owned(), |x| format!("{x:.digits$}"))
             };
             let place = answer.id.as_ref().map_or(answer.block.to_string(), plain);
-            let speed = answer.speed_mps.map_or(String::new(), |speed| format!(" {speed:>11.4}"));
+            let speed = Speed::text(answer.speed);
             print_line(&format!(
                 "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{speed}  {:<10} {}",
                 number(answer.time_s, 4),
@@ -370,7 +373,7 @@ pub fn print_heading(style: Style, speeds: bool) {
     match style {
         Style::Json => {}
         Style::Csv => {
-            let speed = if speeds { ",speed_mps" } else { "" };
+            let speed = if speeds { carrier::CSV } else { "" };
             print_line(&format!(
                 "id,block,time_s,method,bins,frequency_hz,sigma_hz,snr_db,verdict{speed}"
             ));
@@ -383,7 +386,7 @@ pub fn print_heading(style: Style, speeds: bool) {
             "frequency Hz",
             "sigma Hz",
             "SNR dB",
-            if speeds { "   speed m/s" } else { "" },
+            if speeds { carrier::TEXT } else { "" },
             "verdict",
             "method"
         )),

@@ -1,6 +1,7 @@
 //! All the tones of each block of a recording, or the fundamental of its harmonics, as the core on a
 //! board would find them.
 
+use super::carrier::{self, Carrier, Speed};
 use super::cut::Cut;
 use super::fundamental::Fundamental;
 use super::{Style, fits};
@@ -10,7 +11,7 @@ use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_kind;
 use picket::acquire::sample::Stamp;
-use picket::config::{Config, SPEED_OF_LIGHT};
+use picket::config::Config;
 use picket::estimate::phasor::Phasor;
 use picket::pipeline::Pipeline;
 use picket::spectrum::fft::twiddle::supported;
@@ -26,7 +27,7 @@ pub struct Search {
     /// The probability of a false alarm in a block of noise.
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
-    pub carrier_hz: Option<f64>,
+    pub carrier: Option<Carrier>,
     /// What is sought in a block.
     pub sought: Sought,
 }
@@ -70,21 +71,15 @@ pub struct Found {
     pub phase_rad: f64,
     /// One standard deviation of it.
     pub sigma_phase_rad: f64,
-    /// The speed before a radar of this carrier, positive when approaching.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub speed_mps: Option<f64>,
+    /// The speed before a radar of this carrier.
+    #[serde(flatten)]
+    pub speed: Option<Speed>,
     /// Whether it may be used.
     pub verdict: &'static str,
 }
 
 impl Found {
-    fn of(
-        block: u64,
-        time_s: f64,
-        number: usize,
-        phasor: &Phasor,
-        carrier_hz: Option<f64>,
-    ) -> Self {
+    fn of(block: u64, time_s: f64, number: usize, phasor: &Phasor, speed: Option<Speed>) -> Self {
         let Phasor { tone, phase, sigma_phase } = phasor;
         Self {
             block,
@@ -96,7 +91,7 @@ impl Found {
             amplitude: tone.amplitude.into(),
             phase_rad: (*phase).into(),
             sigma_phase_rad: (*sigma_phase).into(),
-            speed_mps: carrier_hz.map(|carrier| tone.hertz() * SPEED_OF_LIGHT / carrier / 2.0),
+            speed,
             verdict: tone.verdict.name(),
         }
     }
@@ -132,7 +127,7 @@ fn blocks<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Search { cut, false_alarm, carrier_hz, sought } = search;
+    let &Search { cut, false_alarm, carrier, sought } = search;
     let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
@@ -149,7 +144,9 @@ fn blocks<R: Kind, const N: usize>(
         match sought {
             Sought::Tones(most) => {
                 for (tone, phasor) in (1..).zip(&pipeline.lines(&measurement, most)) {
-                    let found = Found::of(number, time_s, tone, phasor, carrier_hz);
+                    let (shift, sigma) = (phasor.tone.hertz(), phasor.tone.sigma_hertz());
+                    let speed = carrier.map(|carrier| carrier.speed(shift, Some(sigma), R::IQ));
+                    let found = Found::of(number, time_s, tone, phasor, speed);
                     sink(&Finding::Tone(found));
                 }
             }
@@ -172,7 +169,7 @@ pub fn print_heading(style: Style, speeds: bool) {
         Style::Json => {}
         Style::Csv => print_line(&format!(
             "block,time_s,tone,frequency_hz,sigma_hz,snr_db,amplitude,phase_rad,sigma_phase_rad,verdict{}",
-            if speeds { ",speed_mps" } else { "" }
+            if speeds { carrier::CSV } else { "" }
         )),
         Style::Text => print_line(&format!(
             "{:>8} {:>11} {:>5} {:>16} {:>12} {:>7} {:>10} {:>9} {:>7}{}  verdict",
@@ -185,7 +182,7 @@ pub fn print_heading(style: Style, speeds: bool) {
             "amplitude",
             "phase rad",
             "sigma",
-            if speeds { "   speed m/s" } else { "" },
+            if speeds { carrier::TEXT } else { "" },
         )),
     }
 }
@@ -193,17 +190,17 @@ pub fn print_heading(style: Style, speeds: bool) {
 /// Prints a tone.
 pub fn print(found: &Found, style: Style) {
     let Found { block, time_s, tone, frequency_hz, sigma_hz, snr_db, amplitude, .. } = found;
-    let Found { phase_rad, sigma_phase_rad, speed_mps, verdict, .. } = found;
+    let Found { phase_rad, sigma_phase_rad, speed, verdict, .. } = found;
     match style {
         Style::Json => print_line(&serde_json::to_string(found).unwrap_or_default()),
         Style::Csv => {
-            let speed = speed_mps.map_or(String::new(), |speed| format!(",{speed}"));
+            let speed = Speed::csv(*speed);
             print_line(&format!(
                 "{block},{time_s},{tone},{frequency_hz},{sigma_hz},{snr_db},{amplitude},{phase_rad},{sigma_phase_rad},{verdict}{speed}"
             ));
         }
         Style::Text => {
-            let speed = speed_mps.map_or(String::new(), |speed| format!(" {speed:>11.4}"));
+            let speed = Speed::text(*speed);
             print_line(&format!(
                 "{block:>8} {time_s:>11.4} {tone:>5} {frequency_hz:>16.6} {sigma_hz:>12.6} {snr_db:>7.1} {amplitude:>10.2} {phase_rad:>9.4} \
                  {sigma_phase_rad:>7.4}{speed}  {verdict}"

@@ -116,8 +116,10 @@ pub const ENGINES: [Engine; 3] = [
 pub const FLOAT: Engine = Engine { name: "picket-f32", bin: "bench_f32" };
 
 /// Stages of a measurement by an engine of ours, as the image names them: the transform, the search for the peak and the noise floor,
-/// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it.
-pub const STAGES: [&str; 6] = ["fft", "peak", "fft_peak", "estimator", "clipped", "measurement"];
+/// both, what an estimate with sigma and verdict takes beyond them, the search for clipped samples, and all of it; and range
+/// and velocity of a trapezoid's three tones, once a chirp.
+pub const STAGES: [&str; 7] =
+    ["fft", "peak", "fft_peak", "estimator", "clipped", "measurement", "chirp"];
 
 /// The crates that are measured in the same run; their only stage is the transform of a real record.
 pub const RIVALS: [&str; 4] = ["microfft", "fixed-fft", "fixed-dsp-q15", "fixed-dsp-q31"];

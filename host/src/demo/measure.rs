@@ -6,14 +6,14 @@ use super::{DemoError, pico, said};
 use crate::device::{Listener, Said};
 use crate::emulator::{self, Capture, Machine, RunError};
 use crate::progress;
-use crate::scenario::{self, Bars};
+use crate::scenario::{self, radar};
 use crate::simulate::{Kind, Signal, generator};
 use crate::toolchain::{Firmware, Profile};
-use picket::acquire::sample::{Iq, Real};
+use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
 use picket::estimate::method::Method;
 use picket::pipeline::{Measurement, Outcome};
-use picket::plan::Solver;
+use picket_simulator::Sensor;
 use picket_wire::capture::Header;
 use picket_wire::telemetry::Telemetry;
 use std::time::Duration;
@@ -29,9 +29,10 @@ fn amplitude(snr_db: f64) -> f64 {
 /// The lidar's rows, once for each seed.
 pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(options.method)?;
+    let Lidar { config, ref rows, ref sensor, .. } = lidar;
     let records = match options.board {
-        Board::Mps2 => measured::<Real>(lidar.config, &lidar.beats, options)?,
-        Board::Pico => pico::lidar(lidar.config, &lidar.beats, options)?,
+        Board::Mps2 => measured::<Real>(config, sensor, rows, options)?,
+        Board::Pico => pico::lidar(config, sensor, rows, options)?,
     };
     Ok(lidar.summary(records.iter().map(|record| &record.measurement), options.seeds))
 }
@@ -40,20 +41,16 @@ pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
 pub(super) struct Lidar {
     pub config: Config,
     method: Method,
-    rows: Vec<scenario::Row>,
-    /// Three for each row, in signed cycles per sample.
-    pub beats: Vec<f64>,
+    pub rows: Vec<scenario::Row>,
+    pub sensor: Sensor,
 }
 
 impl Lidar {
     pub fn new(method: Option<Method>) -> Result<Self, DemoError> {
         let config = configured(scenario::lidar(), method);
         let plan = config.plan::<Real, N>().map_err(said)?;
-        let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
-        let rows = scenario::table3();
-        let beats = rows.iter().flat_map(|row| scenario::lidar_beats(row, &equations));
-        let beats = beats.map(|(_, cycles)| cycles).collect();
-        Ok(Lidar { config, method: plan.options.method, rows, beats })
+        let sensor = scenario::sensor::<Real>(&config, N, 0.0);
+        Ok(Lidar { config, method: plan.options.method, rows: scenario::table3(), sensor })
     }
 
     /// Truth beside measurement, for so many seeds one after the other.
@@ -62,33 +59,51 @@ impl Lidar {
         measurements: impl Iterator<Item = &'a Measurement>,
         seeds: u64,
     ) -> Summary {
-        let answers = measurements.filter_map(|measurement| match measurement.result {
-            Outcome::Target(target) => Some((
-                measurement.stamp.sequence as usize / 3,
-                Answer {
-                    range_m: target.range.to_num(),
-                    velocity_mps: target.velocity.to_num(),
-                    sigma_range_m: target.sigma_range.into(),
-                    sigma_velocity_mps: target.sigma_velocity.into(),
-                    verdict: target.verdict,
-                },
-            )),
-            _ => None,
-        });
-        let rows = (0..seeds).flat_map(|_| self.rows.iter().copied()).collect();
-        summary(rows, answers, scenario::LIDAR_BARS, self.method)
+        let answers = measurements.filter_map(|measurement| answer(measurement, 3));
+        let rows: Vec<_> = (0..seeds).flat_map(|_| self.rows.iter().copied()).collect();
+        let results = results(&rows, answers);
+        let method = self.method.name().into();
+        Summary { results, bars: scenario::LIDAR_BARS, method, mixing: None }
     }
+}
+
+/// Targets before the 24 GHz radar, by both shapes.
+pub fn radar(options: &Options) -> Result<Summary, DemoError> {
+    let (rows, mut results, mut method) = (radar::rows(), Vec::new(), Method::default());
+    for shape in radar::SHAPES {
+        let config = configured(radar::config(shape, options.mixing()), options.method);
+        method = config.plan::<Iq, N>().map_err(said)?.options.method;
+        let sensor = scenario::sensor::<Iq>(&config, N, 0.0);
+        let records = measured::<Iq>(config, &sensor, &rows, options)?;
+        let measurements = records.iter().map(|record| &record.measurement);
+        let answers = measurements.filter_map(|record| answer(record, sensor.segments()));
+        let of_shape = self::results(&rows, answers);
+        results.extend(of_shape.into_iter().map(|row| Row { shape: Some(shape), ..row }));
+    }
+    let mixing = Some(options.mixing());
+    Ok(Summary { results, bars: radar::BARS, method: method.name().into(), mixing })
+}
+
+/// The row that a target is of, and its answer.
+fn answer(measurement: &Measurement, segments: usize) -> Option<(usize, Answer)> {
+    let Outcome::Target(target) = measurement.result else { return None };
+    let answer = Answer {
+        range_m: target.range.to_num(),
+        velocity_mps: target.velocity.to_num(),
+        sigma_range_m: target.sigma_range.into(),
+        sigma_velocity_mps: target.sigma_velocity.into(),
+        verdict: target.verdict,
+    };
+    Some((measurement.stamp.sequence as usize / segments, answer))
 }
 
 /// The turntable's speeds.
 pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
     let config = configured(scenario::turntable(), options.method);
     let plan = config.plan::<Iq, N>().map_err(said)?;
-    let Solver::Doppler(scale) = plan.solver else { return Err(said("no velocity")) };
     let rows = scenario::turntable_rows();
-    let per_cycle: f64 = scale.fixed.to_num();
-    let tones: Vec<f64> = rows.iter().map(|row| row.velocity_mps / per_cycle).collect();
-    let records = measured::<Iq>(config, &tones, options)?;
+    let sensor = scenario::sensor::<Iq>(&config, N, 0.0);
+    let records = measured::<Iq>(config, &sensor, &rows, options)?;
     let answers = records.iter().filter_map(|record| match record.measurement.result {
         Outcome::Velocity(velocity) => Some((
             record.measurement.stamp.sequence as usize,
@@ -102,32 +117,41 @@ pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
         )),
         _ => None,
     });
-    Ok(summary(rows, answers, scenario::TURNTABLE_BARS, plan.options.method))
+    let results = results(&rows, answers);
+    let method = plan.options.method.name().into();
+    Ok(Summary { results, bars: scenario::TURNTABLE_BARS, method, mixing: None })
 }
 
 fn configured(config: Config, method: Option<Method>) -> Config {
     Config { method: method.unwrap_or(config.method), ..config }
 }
 
-/// The samples of a tone of so many cycles per sample; `trial` numbers the noise of a seed.
-pub(super) fn block<R: Kind>(cycles: f64, snr_db: f64, seed: u64, trial: u64) -> Vec<R::Sample> {
-    // A real tone is the same at minus its frequency.
-    let bins = if R::IQ { cycles } else { cycles.abs() } * N as f64;
-    Signal::tone(bins, amplitude(snr_db), snr_db).codes::<R>(N, &mut generator(seed, trial))
+/// The records of rows, one for each segment, in order, with the noise of a seed.
+pub(super) fn blocks<R: Record>(
+    sensor: &Sensor,
+    rows: &[scenario::Row],
+    snr_db: f64,
+    seed: u64,
+) -> impl Iterator<Item = Vec<R::Sample>> {
+    let segments = rows.iter().flat_map(|row| (0..sensor.segments()).map(move |s| (row, s)));
+    segments.zip(0..).map(move |((row, segment), trial)| {
+        let rng = &mut generator(seed, trial);
+        row.codes::<R>(sensor, segment, (amplitude(snr_db), snr_db), rng)
+    })
 }
 
-/// One block of noisy samples for each tone (cycles per sample) and seed, through the firmware.
+/// The records of the rows for each seed, through the firmware.
 fn measured<R: Kind>(
     config: Config,
-    tones: &[f64],
+    sensor: &Sensor,
+    rows: &[scenario::Row],
     options: &Options,
 ) -> Result<Vec<Telemetry>, DemoError> {
-    let blocks = tones.len() as u64 * options.seeds;
+    let blocks = (rows.len() * sensor.segments()) as u64 * options.seeds;
     let header = Header::of::<R>(config, N as u32, blocks as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        for (trial, &cycles) in (0..).zip(tones) {
-            let samples = block::<R>(cycles, options.snr_db(), seed, trial);
+        for samples in self::blocks::<R>(sensor, rows, options.snr_db(), seed) {
             capture.push::<R>(&samples).map_err(said)?;
         }
     }
@@ -184,18 +208,14 @@ const BOARD: Machine = Machine::An505;
 /// No run takes longer.
 const LIMIT: Duration = Duration::from_secs(3600);
 
-fn summary(
-    truths: Vec<scenario::Row>,
-    answers: impl Iterator<Item = (usize, Answer)>,
-    bars: Bars,
-    method: Method,
-) -> Summary {
+/// Rows with their answers, where one arrived.
+fn results(truths: &[scenario::Row], answers: impl Iterator<Item = (usize, Answer)>) -> Vec<Row> {
     let mut results: Vec<Row> =
-        truths.into_iter().map(|truth| Row { truth, answer: None }).collect();
+        truths.iter().map(|&truth| Row { truth, shape: None, answer: None }).collect();
     for (row, answer) in answers {
         if let Some(result) = results.get_mut(row) {
             result.answer = Some(answer);
         }
     }
-    Summary { results, bars, method: method.name().into() }
+    results
 }

@@ -45,6 +45,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     }
     let summary = match options.scenario {
         Scenario::Table3 => measure::lidar(options)?,
+        Scenario::Radar => measure::radar(options)?,
         Scenario::Turntable => measure::turntable(options)?,
         Scenario::Drive => return drive::run(options),
         Scenario::Traffic => return traffic::run(options),
@@ -59,6 +60,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
             "{}",
             match options.scenario {
                 Scenario::Table3 => summary.lidar_text(),
+                Scenario::Radar => summary.radar_text(),
                 _ => summary.turntable_text(),
             }
         );
@@ -84,11 +86,14 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     let replay = options.replay.is_some();
     if pico && !replay && options.scenario != Scenario::Table3 {
         return Err(said(
-            "the Pico measures the lidar's beats or a recording: use --scenario table3 or --replay",
+            "the Pico measures the lidar's records or a recording: use --scenario table3 or --replay",
         ));
     }
     if pico && (options.iq || options.log || (replay && options.n != measure::N)) {
         return Err(said("the Pico has real blocks of 1024 samples, and no log"));
+    }
+    if options.mixing.is_some() && options.scenario != Scenario::Radar {
+        return Err(said("--mixing is of the radar's receiver: add --scenario radar"));
     }
     let core = options.scenario.is_by_the_core();
     if options.plot.is_some() && !drive && !core {
@@ -115,12 +120,17 @@ fn heading(options: &Options) -> String {
     let (snr, seed) = (options.snr_db(), options.seed);
     match options.scenario {
         Scenario::Table3 if options.board == Board::Pico => format!(
-            "The beats of Ye et al. 2022 at a Pico's 500 kS/s, ramps of {:.3} ms solved by the host, N = {}, {snr} dB, seed {seed}",
+            "The lidar of Ye et al. 2022 at a Pico's 500 kS/s, ramps of {:.3} ms solved by the host, N = {}, {snr} dB, seed {seed}",
             1e3 * measure::N as f64 / pico::RATE_HZ,
             measure::N
         ),
         Scenario::Table3 => format!(
             "Lidar of Ye et al. 2022: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {} per ramp, {snr} dB, seed {seed}",
+            measure::N
+        ),
+        Scenario::Radar => format!(
+            "Radar: 24 GHz, 200 MHz in 4.224 ms, I/Q ({}), 12 bits at 250 kS/s, N = {} per ramp, {snr} dB, seed {seed}",
+            options.mixing().name(),
             measure::N
         ),
         _ => format!(

@@ -2,6 +2,7 @@
 
 use crate::{band, cli};
 use clap::{Parser, ValueEnum};
+use picket::Mixing;
 use picket::estimate::method::Method;
 use std::path::PathBuf;
 
@@ -68,6 +69,10 @@ pub struct Options {
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
+    /// Which signal the radar's receiver conjugates [default: tx-conj-rx]
+    #[arg(long, value_parser = mixing, conflicts_with = "replay")]
+    pub mixing: Option<Mixing>,
+
     /// Keep the board's session in this file
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub record: Option<PathBuf>,
@@ -95,6 +100,8 @@ pub enum Board {
 pub enum Scenario {
     /// Fourteen targets over the span of the lidar paper's Table 3, approaching and receding
     Table3,
+    /// Targets from a walker to a train before a 24 GHz radar with I/Q records, by a triangle and by a trapezoid
+    Radar,
     /// The Doppler paper's turntable, in both directions
     Turntable,
     /// A car that comes, brakes, stands and leaves, another that passes it, two dropouts: followed by the tracker
@@ -120,6 +127,11 @@ impl Options {
         let usual = if self.scenario.is_by_the_core() { CORE_SNR_DB } else { SNR_DB };
         self.snr_db.unwrap_or(usual)
     }
+
+    /// The radar's mixing.
+    pub fn mixing(&self) -> Mixing {
+        self.mixing.unwrap_or_default()
+    }
 }
 
 impl Scenario {
@@ -134,6 +146,13 @@ fn decibels(text: &str) -> Result<f64, String> {
     let snr_db = cli::number(text)?;
     let inside = (-200.0..=200.0).contains(&snr_db);
     inside.then_some(snr_db).ok_or_else(|| "give a number from -200 to 200".into())
+}
+
+fn mixing(text: &str) -> Result<Mixing, String> {
+    Mixing::from_name(text).ok_or_else(|| {
+        let names: Vec<_> = Mixing::ALL.iter().map(|m| m.name()).collect();
+        format!("choose one of {}", names.join(", "))
+    })
 }
 
 fn method(text: &str) -> Result<Method, String> {

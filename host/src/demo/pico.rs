@@ -8,6 +8,7 @@ use crate::pico::bench::Pico;
 use crate::pico::converter::Converter;
 use crate::pico::{binary, image};
 use crate::progress;
+use crate::scenario::Row;
 use picket::config::{Config, Scene};
 use picket::estimate::tone::Tone;
 use picket::pipeline::Outcome;
@@ -15,6 +16,7 @@ use picket::plan::Solver;
 use picket::solve::chirp;
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
+use picket_simulator::Sensor;
 use picket_wire::command::Command;
 use picket_wire::settings::{Calibration, Settings};
 use picket_wire::telemetry::Telemetry;
@@ -22,20 +24,19 @@ use picket_wire::telemetry::Telemetry;
 /// The board's rate for scenes whose own it does not reach, Hz.
 pub const RATE_HZ: f64 = 500e3;
 
-/// The records of the lidar's beats, slowed down to the board's rate: a bin stays a bin. Each third has its chirp's target.
+/// The lidar's records, slowed down to the board's rate: a bin stays a bin. Each third has its chirp's target.
 pub fn lidar(
     config: Config,
-    beats: &[f64],
+    sensor: &Sensor,
+    rows: &[Row],
     options: &Options,
 ) -> Result<Vec<Telemetry>, DemoError> {
     let plan = config.plan::<picket::Real, N>().map_err(said)?;
     let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut voltages = Vec::new();
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        for (trial, &cycles) in (0..).zip(beats) {
-            let codes = measure::block::<picket::Real>(cycles, options.snr_db(), seed, trial);
-            voltages.extend(codes.into_iter().map(f64::from));
-        }
+        let blocks = measure::blocks::<picket::Real>(sensor, rows, options.snr_db(), seed);
+        voltages.extend(blocks.flatten().map(f64::from));
     }
     let slowed = Config { rate_hz: RATE_HZ, scene: Scene::Tone, ..config };
     let mut records = records(slowed, &voltages)?;

@@ -1,6 +1,6 @@
 //! The lidar's rows with many seeds: how large errors are, and whether the gross ones are known for what they are.
 
-use super::measure::{self, Lidar, N, block};
+use super::measure::{self, Lidar, N, blocks};
 use super::options::Options;
 use super::table::{Summary, table};
 use super::{DemoError, heading, said};
@@ -97,17 +97,18 @@ fn gross_bars() -> (f64, f64) {
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(Some(method))?;
     let plan = lidar.config.plan::<Real, N>().map_err(said)?;
-    let per_seed = lidar.beats.len() as u32;
+    let per_seed = (lidar.rows.len() * lidar.sensor.segments()) as u32;
     let of_seed = |index: u64| {
         let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
-        let mut trials = (0u32..).zip(&lidar.beats).map(|(trial, &cycles)| {
-            let samples = block::<Real>(cycles, snr_db, seed.wrapping_add(index), trial.into());
+        let seed = seed.wrapping_add(index);
+        let blocks = blocks::<Real>(&lidar.sensor, &lidar.rows, snr_db, seed);
+        let measured = (0u32..).zip(blocks).map(|(trial, samples)| {
             let segment = [Segment::Up, Segment::Flat, Segment::Down][trial as usize % 3];
             let sequence = index as u32 * per_seed + trial;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
             samples.as_array().map(|samples| pipeline.block(stamp, samples))
         });
-        trials.by_ref().flatten().collect::<Vec<_>>()
+        measured.flatten().collect::<Vec<_>>()
     };
     let measurements: Vec<_> = (0..seeds).into_par_iter().flat_map_iter(of_seed).collect();
     Ok(lidar.summary(measurements.iter(), seeds))

@@ -3,6 +3,7 @@
 use crate::scenario::{Bars, Row};
 use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
 use picket::estimate::tone::Verdict;
+use picket::{Mixing, Shape};
 use serde::Serialize;
 use std::io::IsTerminal;
 
@@ -26,6 +27,8 @@ pub struct Answer {
 pub struct Result {
     /// The truth.
     pub truth: Row,
+    /// The chirp's shape, where the table has several.
+    pub shape: Option<Shape>,
     /// The measurement.
     pub answer: Option<Answer>,
 }
@@ -54,6 +57,8 @@ pub struct Summary {
     pub bars: Bars,
     /// The method's name.
     pub method: String,
+    /// Which signal the receiver conjugates, where there is a choice.
+    pub mixing: Option<Mixing>,
 }
 
 #[derive(Serialize)]
@@ -68,6 +73,10 @@ struct JsonRow<'a> {
     verdict: &'static str,
     inside: bool,
     method: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mixing: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -82,6 +91,8 @@ struct JsonSummary<'a> {
     bar_range_m: f64,
     bar_velocity_mps: f64,
     method: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mixing: Option<&'static str>,
 }
 
 impl Summary {
@@ -114,6 +125,8 @@ impl Summary {
                 verdict: answer.map_or(Verdict::NoSignal, |a| a.verdict).name(),
                 inside: result.inside(&self.bars),
                 method: &self.method,
+                shape: result.shape.map(name),
+                mixing: self.mixing.map(Mixing::name),
             };
             lines += &serde_json::to_string(&row)?;
             lines.push('\n');
@@ -131,6 +144,7 @@ impl Summary {
             bar_range_m: self.bars.range_m,
             bar_velocity_mps: self.bars.velocity_mps,
             method: &self.method,
+            mixing: self.mixing.map(Mixing::name),
         })?;
         lines.push('\n');
         Ok(lines)
@@ -174,6 +188,54 @@ impl Summary {
         )
     }
 
+    /// For people: a table of ranges in metres and velocities in m/s, by shape.
+    pub fn radar_text(&self) -> String {
+        let head = [
+            "row",
+            "shape",
+            "true L m",
+            "true V m/s",
+            "L m",
+            "V m/s",
+            "dL cm",
+            "dV m/s",
+            "verdict",
+        ];
+        let mut table = table(&head);
+        for (index, result) in self.results.iter().enumerate() {
+            let mut cells = vec![
+                (index + 1).to_string(),
+                result.shape.map(name).unwrap_or_default().to_string(),
+                format!("{:.0}", result.truth.range_m),
+                format!("{:+.0}", result.truth.velocity_mps),
+            ];
+            match (result.answer, result.errors()) {
+                (Some(a), Some((range, velocity))) => cells.extend([
+                    format!("{:.3} ± {:.3}", a.range_m, a.sigma_range_m),
+                    format!("{:+.3} ± {:.3}", a.velocity_mps, a.sigma_velocity_mps),
+                    format!("{:+.2}", range * 100.0),
+                    format!("{velocity:+.3}"),
+                    a.verdict.name().to_string(),
+                ]),
+                _ => cells.push("no record".to_string()),
+            }
+            self.add(&mut table, cells, result);
+        }
+        let (rms_range, worst_range) = self.spread(|e| e.0);
+        let (rms_velocity, worst_velocity) = self.spread(|e| e.1);
+        format!(
+            "{table}\n\n{}\n  range     rms {:.2} cm, worst {:.2} cm       (the bar, a tenth of the resolution: {:.1} cm)\n  \
+             velocity  rms {:.3} m/s, worst {:.3} m/s   (the bar, a tenth of the resolution: {:.3} m/s)\n",
+            self.verdict_line(),
+            rms_range * 100.0,
+            worst_range * 100.0,
+            self.bars.range_m * 100.0,
+            rms_velocity,
+            worst_velocity,
+            self.bars.velocity_mps,
+        )
+    }
+
     /// For people: a table of speeds in mm/s.
     pub fn turntable_text(&self) -> String {
         let mut table = table(&["row", "true V mm/s", "V mm/s", "dV mm/s", "verdict"]);
@@ -210,6 +272,15 @@ impl Summary {
             let cell = Cell::new(text).set_alignment(CellAlignment::Right);
             if outside { cell.fg(Color::Red) } else { cell }
         }));
+    }
+}
+
+/// The name of a shape.
+fn name(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Trapezoid => "trapezoid",
+        Shape::Triangle => "triangle",
+        Shape::Sawtooth => "sawtooth",
     }
 }
 

@@ -10,9 +10,9 @@ use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
 use crate::simulate::generator;
 use picket::plan::Solver;
-use picket::solve::equations::Equations;
 use picket::solve::pairing::{Habits, Pairing};
 use picket::{Pipeline, Real, Segment, Stamp, Verdict};
+use picket_simulator::Sensor;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -120,9 +120,9 @@ impl Summary {
     }
 }
 
-/// The cars at a time, and which of them can be told from the others.
-fn truths(cars: &[Car; 4], t: f64, equations: &Equations) -> Vec<Truth> {
-    let beats = cars.map(|car| car.beats::<N>(t, equations));
+/// The cars at the moment to which a chirp's ranges refer, and which of them can be told from the others.
+fn truths(cars: &[Car; 4], lidar: &Sensor, cycle: usize) -> Vec<Truth> {
+    let beats = cars.each_ref().map(|car| car.bins(lidar, cycle));
     let truth = |(index, car): (usize, &Car)| {
         let others = || beats.iter().enumerate().filter(move |(other, _)| *other != index);
         let clear = |segment: usize| {
@@ -131,7 +131,7 @@ fn truths(cars: &[Car; 4], t: f64, equations: &Equations) -> Vec<Truth> {
                 && bins < (N / 2) as f64 - EDGE_BINS
                 && others().all(|(_, other)| (other[segment] - bins).abs() >= APART_BINS)
         };
-        let [range_m, velocity_mps] = car.at(t);
+        let [range_m, velocity_mps] = car.at(scene::moment_s(lidar, cycle));
         Truth { range_m, velocity_mps, apart: (0..3).all(clear) }
     };
     cars.iter().enumerate().map(truth).collect()
@@ -145,19 +145,20 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
     let habits = Habits { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
     let mut pairing = Pairing::new(equations, false, habits);
     let rng = &mut generator(seed, 0);
-    let cars = scene::cars(rng);
+    let (cars, lidar) = (scene::cars(rng), scene::lidar(N, snr_db));
     let rows = (0..CYCLES).map(|row| {
-        let time_s = row as f64 * CYCLE_S;
+        let time_s = scene::moment_s(&lidar, row);
         let mut targets = Vec::new();
         for (index, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
         {
-            let samples = scene::samples::<N>(&cars, time_s, index, snr_db, &equations, rng);
+            let mut samples = [0; N];
+            samples.copy_from_slice(&scene::samples(&lidar, &cars, row, index, rng));
             let stamp = Stamp { sequence: (3 * row + index) as u32, segment, ..Stamp::default() };
             let measurement = pipeline.block(stamp, &samples);
             let paired = pairing.push(&stamp, &pipeline.lines(&measurement, 4));
             targets.extend(paired.iter().flatten().map(Answer::from));
         }
-        Row { row, time_s, cars: truths(&cars, time_s, &equations), targets }
+        Row { row, time_s, cars: truths(&cars, &lidar, row), targets }
     });
     Ok(rows.collect())
 }

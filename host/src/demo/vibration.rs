@@ -73,16 +73,18 @@ pub fn measured(options: &Options) -> Result<Vec<Row>, DemoError> {
     let unwrapper =
         Unwrapper::new(plate::wavelength_m(), Mixing::TxConjRx, Between::Turns(MOST_TURNS));
     let mut unwrapper = unwrapper.ok_or_else(|| said("no scale"))?;
-    let origin = plate::swing_m(plate::middle_s(0));
+    let radar = plate::radar(N, options.snr_db());
+    let origin = plate::swing_m(plate::middle_s(&radar, 0));
     let rows = (0..CYCLES).map(|cycle| {
         let rng = &mut generator(options.seed, cycle as u64);
-        let samples = plate::samples::<N>(cycle, options.snr_db(), rng);
+        let mut samples = [0; N];
+        samples.copy_from_slice(&plate::samples(&radar, cycle, rng));
         let stamp = Stamp { sequence: cycle as u32, segment: Segment::Up, ..Stamp::default() };
         let measurement = pipeline.block(stamp, &samples);
         let phasors = pipeline.lines(&measurement, 1);
         let moved =
             phasors.first().map(|phasor| unwrapper.push(&stamp, phasor)).unwrap_or_default();
-        let time_s = plate::middle_s(cycle);
+        let time_s = plate::middle_s(&radar, cycle);
         Row {
             time_s,
             truth_um: 1e6 * (plate::swing_m(time_s) - origin),
@@ -114,7 +116,7 @@ pub fn summed(rows: &[Row], snr_db: f64) -> Summary {
         amplitude_um: sine.hypot(cosine),
         sigma_amplitude_um: noise_um * (2.0 / count).sqrt(),
         noise_um,
-        bound_um: 1e6 * plate::bound_m::<N>(snr_db),
+        bound_um: 1e6 * plate::bound_m(&plate::radar(N, snr_db)),
     }
 }
 

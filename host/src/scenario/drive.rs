@@ -1,10 +1,13 @@
 //! Thirty seconds before a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
-use super::beats;
+use super::{codes, sensor};
 use picket::acquire::codes::Codes;
+use picket::acquire::sample::Real;
 use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
-use picket::solve::chirp::Shape;
-use picket::solve::equations::{Chirp, Equations};
+use picket::{Chirp, Shape};
+use picket_simulator::{Receiver, Sensor, Target};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// From one chirp to the next.
@@ -18,14 +21,19 @@ pub const DROPOUTS: [(f64, f64); 2] = [(15.0, 15.2), (22.0, 22.5)];
 /// How much weaker the other car is, dB.
 const OTHER_DB: f64 = 4.0;
 
-/// A 77 GHz radar with 300 MHz in 1 ms at 1.024 MS/s, that follows two tones in each segment.
+/// The noise of a sample, in codes.
+const NOISE: f64 = 60.0;
+
+/// A 77 GHz radar with 303 MHz in 1.01 ms at 1.024 MS/s, that follows two tones in each segment. A record of 1 ms begins when the
+/// echoes of the ramp before have passed.
 pub fn config() -> Config {
     Config {
         scene: Waveform::Chirp(Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: SPEED_OF_LIGHT / 77e9,
-            bandwidth_hz: 300e6,
-            duration_s: 1e-3,
+            bandwidth_hz: 303e6,
+            duration_s: 1.01e-3,
+            guard_s: 10e-6,
             ..Chirp::default()
         }),
         // A car's braking moves its beat by some hundredths of a bin from one chirp's rate to the next.
@@ -69,7 +77,7 @@ impl Scene {
             from = until;
         }
         let cut = DROPOUTS.iter().any(|(from, to)| (*from..*to).contains(&t));
-        let other = (2.0..12.0).contains(&t).then(|| (20.0 + 8.0 * (t - 2.0), -8.0));
+        let other = (2.0..12.0).contains(&t).then(|| (other_m(t), -8.0));
         Scene {
             range_m,
             velocity_mps: -speed,
@@ -78,22 +86,40 @@ impl Scene {
         }
     }
 
-    /// The beats of each segment in signed cycles per sample, with their signal-to-noise ratio.
-    pub fn beats(&self, equations: &Equations) -> [Vec<(f64, f64)>; 3] {
-        let mut segments = [const { Vec::new() }; 3];
+    /// The echoes of both cars.
+    fn targets(&self, rng: &mut ChaCha8Rng) -> Vec<Target<'static>> {
         let Some(snr_db) = self.snr_db else {
-            return segments;
+            return Vec::new();
         };
-        let car = (self.range_m, self.velocity_mps, snr_db);
-        let other = self.other.map(|(range_m, speed)| (range_m, speed, snr_db - OTHER_DB));
-        for (range_m, speed, snr_db) in std::iter::once(car).chain(other) {
-            let beats = beats(range_m, speed, equations);
-            for (segment, beat) in segments.iter_mut().zip(beats) {
-                segment.push((beat, snr_db));
-            }
-        }
-        segments
+        let amplitude = |snr_db: f64| NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt();
+        let car = Target::new(amplitude(snr_db), |t| Scene::at(t).range_m);
+        let other = self.other.map(|_| Target::new(amplitude(snr_db - OTHER_DB), other_m));
+        let cars = std::iter::once(car).chain(other);
+        cars.map(|target| target.turned(rng.random())).collect()
     }
+}
+
+/// The range of the other car, m, at a time, s.
+fn other_m(t: f64) -> f64 {
+    20.0 + 8.0 * (t - 2.0)
+}
+
+/// The radar as it is simulated, for records of `n` samples.
+pub fn radar(n: usize) -> Sensor {
+    let sensor = sensor::<Real>(&config(), n, CYCLE_S);
+    let receiver = Receiver { noise: NOISE, ..sensor.receiver };
+    sensor.received_by(receiver)
+}
+
+/// The moment to which a chirp's ranges refer, s.
+pub fn moment_s(radar: &Sensor, cycle: usize) -> f64 {
+    cycle as f64 * CYCLE_S + radar.middle_s()
+}
+
+/// The converter's codes of a chirp's segment.
+pub fn samples(radar: &Sensor, cycle: usize, segment: usize, rng: &mut ChaCha8Rng) -> Vec<i16> {
+    let targets = Scene::at(moment_s(radar, cycle)).targets(rng);
+    codes::<Real>(radar, &targets, (cycle as u64, segment), rng)
 }
 
 #[cfg(test)]

@@ -2,14 +2,18 @@
 //! velocimeter.
 
 pub mod drive;
+pub mod radar;
 pub mod traffic;
 pub mod vibration;
 
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::Segment;
+use picket::acquire::sample::Record;
 use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::solve::chirp::{Mixing, Scale, Shape};
-use picket::solve::equations::{Chirp, Equations};
+use picket::{Chirp, Mixing, Shape};
+use picket_simulator::{Receiver, Sensor, Target};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
 /// A truth to be measured.
@@ -55,17 +59,21 @@ pub const LIDAR_BARS: Bars = Bars { range_m: 0.05, velocity_mps: 0.16 / 3.6 };
 /// The velocimeter's by its paper: 2 mm/s.
 pub const TURNTABLE_BARS: Bars = Bars { range_m: 0.0, velocity_mps: 2e-3 };
 
-/// The lidar's waveform: 1550 nm, 1 GHz in 10 us, 250 MS/s, a trapezoid.
+/// The lidar's waveform: 1550 nm, 1 GHz in 10 us, 250 MS/s, a trapezoid. Its records of 1024 samples lie in the middle of the
+/// ramps, where the echo of 112 m, 187 samples late, is from the same ramp.
 pub fn lidar() -> Config {
+    const RATE_HZ: f64 = 250e6;
+    const DURATION_S: f64 = 10e-6;
     Config {
         scene: Scene::Chirp(Chirp {
             shape: Shape::Trapezoid,
             wavelength_m: 1550e-9,
             bandwidth_hz: 1e9,
-            duration_s: 10e-6,
+            duration_s: DURATION_S,
+            guard_s: (DURATION_S - 1024.0 / RATE_HZ) / 2.0,
             ..Chirp::default()
         }),
-        ..Config::new(250e6, Codes::signed::<12>())
+        ..Config::new(RATE_HZ, Codes::signed::<12>())
     }
 }
 
@@ -98,20 +106,50 @@ pub fn turntable_rows() -> Vec<Row> {
         .collect()
 }
 
-/// The segments of a lidar row and the beat of each, in signed cycles per sample.
-pub fn lidar_beats(row: &Row, equations: &Equations) -> [(Segment, f64); 3] {
-    let [up, flat, down] = beats(row.range_m, row.velocity_mps, equations);
-    [(Segment::Up, up), (Segment::Flat, flat), (Segment::Down, down)]
+/// What takes the records of a configuration, `n` samples each: its wave, and a receiver without noise. Chirps begin `period_s`
+/// seconds apart, or follow one another where that is less.
+pub fn sensor<R: Record>(config: &Config, n: usize, period_s: f64) -> Sensor {
+    let receiver =
+        |mixing| Receiver { codes: config.codes, ..Receiver::ideal(config.rate_hz, R::IQ, mixing) };
+    match config.scene {
+        Scene::Chirp(chirp) => Sensor::chirp(&chirp, receiver(chirp.mixing), n, period_s),
+        Scene::Doppler { wavelength_m, mixing, .. } => {
+            Sensor::continuous(SPEED_OF_LIGHT / wavelength_m, receiver(mixing), n)
+        }
+        // A tone has no wave: its echo stands still.
+        _ => Sensor::continuous(0.0, receiver(Mixing::default()), n),
+    }
 }
 
-/// The beats of the rising ramp, of the flat segment and of the falling ramp, in signed cycles per sample: what the equations solve.
-pub fn beats(range_m: f64, velocity_mps: f64, equations: &Equations) -> [f64; 3] {
-    let scales = |pair: [Scale; 2]| pair.map(|scale| scale.fixed.to_num::<f64>());
-    let ([a, b], [c, d]) = (scales(equations.range), scales(equations.velocity));
-    let range_m = range_m * (1.0 + 2.0 * velocity_mps / SPEED_OF_LIGHT);
-    let determinant = a * d - b * c;
-    let up = (d * range_m - b * velocity_mps) / determinant;
-    let down = (a * velocity_mps - c * range_m) / determinant;
-    let [flat, weight] = scales(equations.condition);
-    [up, -(up + weight * down) / flat, down]
+/// The converter's codes of what a sensor receives from targets in a segment of a lap.
+pub fn codes<R: Record>(
+    sensor: &Sensor,
+    targets: &[Target],
+    at: (u64, usize),
+    rng: &mut ChaCha8Rng,
+) -> Vec<R::Sample> {
+    let record = sensor.record(targets, at, || rng.sample(StandardNormal));
+    record.into_iter().map(R::of_parts).collect()
+}
+
+impl Row {
+    /// Its target: where the row says at the moment to which the sensor's range refers, with any phase.
+    pub fn target(&self, sensor: &Sensor, amplitude: f64, rng: &mut ChaCha8Rng) -> Target<'static> {
+        let Row { range_m, velocity_mps } = *self;
+        let begin_m = range_m + velocity_mps * sensor.middle_s();
+        Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())
+    }
+
+    /// The codes of a segment's record of its target alone.
+    pub fn codes<R: Record>(
+        &self,
+        sensor: &Sensor,
+        segment: usize,
+        (amplitude, snr_db): (f64, f64),
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<R::Sample> {
+        let target = self.target(sensor, amplitude, rng);
+        let receiver = sensor.receiver.with_snr(amplitude, snr_db);
+        codes::<R>(&sensor.clone().received_by(receiver), &[target], (0, segment), rng)
+    }
 }

@@ -1,10 +1,10 @@
 //! Thirty seconds before the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
 
-use super::beats;
-use picket::solve::equations::Equations;
+use super::{codes, lidar as config, sensor};
+use picket::acquire::sample::Real;
+use picket_simulator::{Sensor, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
 /// From one chirp to the next.
@@ -41,10 +41,16 @@ impl Car {
         [self.middle_m + self.reach_m * sin, -self.reach_m * TAU / self.period_s * cos]
     }
 
-    /// Its beats [up, flat, down] in bins of a record of N samples, as real samples show them.
-    pub fn beats<const N: usize>(&self, t: f64, equations: &Equations) -> [f64; 3] {
-        let [range, velocity] = self.at(t);
-        beats(range, velocity, equations).map(|cycles| cycles.abs() * N as f64)
+    /// Its echo at about `t` seconds.
+    fn target(&self, t: f64) -> Target<'_> {
+        Target::new(self.amplitude(t), |t| self.at(t)[0])
+    }
+
+    /// Its beats [up, flat, down] in bins of a record of the chirp `cycle`, as real samples show them.
+    pub fn bins(&self, lidar: &Sensor, cycle: usize) -> [f64; 3] {
+        let target = self.target(moment_s(lidar, cycle));
+        let beat = |segment| lidar.beat(&target, (cycle as u64, segment)).abs();
+        [0, 1, 2].map(|segment| beat(segment) * lidar.n as f64)
     }
 
     /// The amplitude of its echo in codes: as one over the range.
@@ -53,28 +59,27 @@ impl Car {
     }
 }
 
-/// The standard deviation of the noise in codes; a car at 20 m is `snr_db` above it.
-pub fn noise(snr_db: f64) -> f64 {
-    400.0 * (0.5 / 10f64.powf(snr_db / 10.0)).sqrt()
+/// The lidar as it is simulated, for records of `n` samples; a car at 20 m is `snr_db` above its noise.
+pub fn lidar(n: usize, snr_db: f64) -> Sensor {
+    let sensor = sensor::<Real>(&config(), n, CYCLE_S);
+    let receiver = sensor.receiver.with_snr(400.0, snr_db);
+    sensor.received_by(receiver)
 }
 
-/// The converter's codes of one segment (0 up, 1 flat, 2 down) of the chirp at `t` seconds.
-pub fn samples<const N: usize>(
+/// The moment to which a chirp's ranges refer, s.
+pub fn moment_s(lidar: &Sensor, cycle: usize) -> f64 {
+    cycle as f64 * CYCLE_S + lidar.middle_s()
+}
+
+/// The converter's codes of a segment (0 up, 1 flat, 2 down) of the chirp `cycle`.
+pub fn samples(
+    lidar: &Sensor,
     cars: &[Car; 4],
-    t: f64,
+    cycle: usize,
     segment: usize,
-    snr_db: f64,
-    equations: &Equations,
     rng: &mut ChaCha8Rng,
-) -> [i16; N] {
-    let noise = noise(snr_db);
-    let lines = cars.map(|car| {
-        let turns = car.beats::<N>(t, equations)[segment] / N as f64;
-        (turns, car.amplitude(t), rng.random_range(0.0..TAU))
-    });
-    std::array::from_fn(|n| {
-        let echo: f64 =
-            lines.iter().map(|(f, a, phase)| a * (TAU * f * n as f64 + phase).cos()).sum();
-        (echo + noise * rng.sample::<f64, _>(StandardNormal)).round().clamp(-2048.0, 2047.0) as i16
-    })
+) -> Vec<i16> {
+    let t = moment_s(lidar, cycle);
+    let targets = cars.each_ref().map(|car| car.target(t).turned(rng.random()));
+    codes::<Real>(lidar, &targets, (cycle as u64, segment), rng)
 }

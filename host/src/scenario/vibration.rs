@@ -1,12 +1,12 @@
 //! Two seconds before a radar: a plate at 30 cm that swings by 10 um, five times a second.
 
+use super::{codes, sensor};
 use picket::acquire::codes::Codes;
+use picket::acquire::sample::Real;
 use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::solve::chirp::Shape;
-use picket::solve::equations::Chirp;
-use rand::RngExt;
+use picket::{Chirp, Shape};
+use picket_simulator::{Sensor, Target};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 
 /// The carrier in the middle of a ramp.
@@ -54,31 +54,27 @@ pub fn swing_m(t: f64) -> f64 {
     SWING_M * (TAU * SWING_HZ * t).sin()
 }
 
-/// The time in the middle of a ramp, s.
-pub fn middle_s(cycle: usize) -> f64 {
-    cycle as f64 * CYCLE_S + 0.5 * DURATION_S
+/// The radar as it is simulated, for records of `n` samples, with the plate `snr_db` above the noise.
+pub fn radar(n: usize, snr_db: f64) -> Sensor {
+    let sensor = sensor::<Real>(&config(), n, CYCLE_S);
+    let receiver = sensor.receiver.with_snr(AMPLITUDE, snr_db);
+    sensor.received_by(receiver)
 }
 
-/// The standard deviation of the noise, codes.
-pub fn noise(snr_db: f64) -> f64 {
-    AMPLITUDE * (0.5 / 10f64.powf(snr_db / 10.0)).sqrt()
+/// The time in the middle of a ramp's record, s.
+pub fn middle_s(radar: &Sensor, cycle: usize) -> f64 {
+    cycle as f64 * CYCLE_S + radar.middle_s()
 }
 
-/// The bound of the plate's place in one ramp of N samples, m: `lambda / (4 pi sqrt(N SNR))`, with the rounding of the converter
+/// The bound of the plate's place in one ramp of the radar, m: `lambda / (4 pi sqrt(N SNR))`, with the rounding of the converter
 /// in the noise.
-pub fn bound_m<const N: usize>(snr_db: f64) -> f64 {
-    let noise = noise(snr_db).hypot((1.0f64 / 12.0).sqrt());
-    wavelength_m() / (2.0 * TAU) * noise / AMPLITUDE * (2.0 / N as f64).sqrt()
+pub fn bound_m(radar: &Sensor) -> f64 {
+    let noise = radar.receiver.noise.hypot((1.0f64 / 12.0).sqrt());
+    wavelength_m() / (2.0 * TAU) * noise / AMPLITUDE * (2.0 / radar.n as f64).sqrt()
 }
 
-/// The converter's codes of a ramp: the echo's phase is the path times the frequency that the ramp has at that moment.
-pub fn samples<const N: usize>(cycle: usize, snr_db: f64, rng: &mut ChaCha8Rng) -> [i16; N] {
-    let noise = noise(snr_db);
-    std::array::from_fn(|n| {
-        let from_middle = (n as f64 - 0.5 * N as f64) / RATE_HZ;
-        let path = 2.0 * (RANGE_M + swing_m(middle_s(cycle) + from_middle));
-        let frequency = CARRIER_HZ + BANDWIDTH_HZ / DURATION_S * from_middle;
-        let echo = AMPLITUDE * (TAU * frequency * path / SPEED_OF_LIGHT).cos();
-        (echo + noise * rng.sample::<f64, _>(StandardNormal)).round().clamp(-2048.0, 2047.0) as i16
-    })
+/// The converter's codes of a ramp.
+pub fn samples(radar: &Sensor, cycle: usize, rng: &mut ChaCha8Rng) -> Vec<i16> {
+    let plate = Target::new(AMPLITUDE, |t| RANGE_M + swing_m(t));
+    codes::<Real>(radar, &[plate], (cycle as u64, 0), rng)
 }

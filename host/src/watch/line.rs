@@ -98,6 +98,8 @@ pub struct Row {
     sigma_velocity_mps: Option<f32>,
     outcome_verdict: Option<&'static str>,
     ambiguity: Option<&'static str>,
+    /// What a negative range says.
+    caution: Option<&'static str>,
     lost: u32,
     faults: u32,
     missing: u64,
@@ -139,6 +141,7 @@ impl Row {
             sigma_velocity_mps: None,
             outcome_verdict: None,
             ambiguity: None,
+            caution: None,
             lost: record.health.lost,
             faults: record.health.faults,
             missing: listener.missing,
@@ -157,6 +160,7 @@ impl Row {
                 row.velocity_mps = Some(t.velocity.to_num());
                 row.sigma_velocity_mps = Some(t.sigma_velocity);
                 row.outcome_verdict = Some(t.verdict.name());
+                row.caution = t.caution();
                 row.ambiguity = Some(match t.ambiguity {
                     Ambiguity::None => "none",
                     Ambiguity::Exchange { .. } => "exchange",
@@ -216,8 +220,9 @@ impl Row {
             Some(value) => format!("{value:.digits$}"),
             None => "-".into(),
         };
+        let caution = self.caution.map_or(String::new(), |words| format!("  {words}"));
         format!(
-            "{:9}  {:7} {:>16} {:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}",
+            "{:9}  {:7} {:>16} {:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}",
             self.sequence,
             self.segment,
             number(self.reading.frequency_hz.or(Some(self.reading.frequency_cycles_per_sample)), 4),
@@ -381,6 +386,7 @@ pub fn follow(follow: &Follow, scale: &Scale) -> Vec<String> {
             "range_m": target.range.to_num::<f64>(), "sigma_range_m": target.sigma_range,
             "velocity_mps": target.velocity.to_num::<f64>(),
             "sigma_velocity_mps": target.sigma_velocity, "verdict": target.verdict.name(),
+            "caution": target.caution(),
         })
     });
     tracks.chain(targets).map(|line| line.to_string()).collect()

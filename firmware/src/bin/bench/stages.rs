@@ -3,10 +3,15 @@
 use crate::equality::Equality;
 use core::hint::black_box;
 use core::marker::PhantomData;
+use fixed::types::I0F32;
 use picket::acquire::kind::ForRecord;
 use picket::acquire::sample::{Record, Statistics};
+use picket::estimate::frequency::Frequency;
 use picket::estimate::measure::measure;
+use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
+use picket::solve::chirp;
+use picket::solve::equations::Chirp;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::Engine;
 use picket::spectrum::fft::twiddle::MAX_LENGTH;
@@ -15,6 +20,16 @@ use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::playback::{Playback, Results};
 use picket_firmware::mps2::{Timer, Uart, figure};
 use picket_wire::capture::decode;
+
+/// The beats of a trapezoid whose range beats at half the frequency of a tone, and whose Doppler shift is an eighth of it.
+fn beats<R: Record>(tone: &Tone) -> [Tone; 3] {
+    let steps = tone.frequency.0.to_bits();
+    let (range, shift) = (steps / 2, steps / 8);
+    // Real records show no signs.
+    let sign = if R::IQ { -1 } else { 1 };
+    [range - shift, sign * shift, sign * (range + shift)]
+        .map(|steps| Tone { frequency: Frequency(I0F32::from_bits(steps)), ..*tone })
+}
 
 /// The first so many blocks give the host their spectra, ours and the rivals'.
 const SPECTRA: u32 = 8;
@@ -52,6 +67,9 @@ impl<E: Engine> ForRecord for Stages<E> {
         let mut bytes = [0; 4 * MAX_LENGTH];
         let mut samples = [R::Sample::default(); N];
         let mut results = Results::open();
+        let waveform = Chirp::default();
+        let equations = waveform.equations(N as f64 / waveform.duration_s, N, R::IQ).ok();
+        let equations = black_box(equations);
         for sequence in 0..header.blocks {
             if let Some(bytes) = bytes.get_mut(..header.block_bytes()) {
                 playback.read(bytes);
@@ -72,7 +90,11 @@ impl<E: Engine> ForRecord for Stages<E> {
                     measure(&spectrum, samples, &peak, plan.codes, clipped, &stamp, &plan.options)
                 })
             });
-            count("measurement", || pipeline.block(stamp, samples));
+            let measurement = count("measurement", || pipeline.block(stamp, samples));
+            let beats = black_box(beats::<R>(&measurement.tone));
+            count("chirp", || {
+                equations.map(|equations| chirp::trapezoid(&beats, R::IQ, &equations))
+            });
             if sequence < SPECTRA {
                 for k in 0..N as i32 / 2 {
                     let x = spectrum.bin(k);

@@ -13,23 +13,19 @@ use super::{DemoError, said};
 use crate::device::Said;
 use crate::emulator::Capture;
 use crate::progress;
-use crate::scenario::drive::{self, CYCLE_S, CYCLES, Scene};
-use crate::simulate::{Line, Signal, generator};
+use crate::scenario::drive::{self, CYCLES, Scene};
+use crate::simulate::generator;
 use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
-use picket::plan::{Plan, Solver};
-use picket::solve::equations::Equations;
 use picket::tracker::Tracker;
+use picket_simulator::Sensor;
 use picket_wire::capture::Header;
 use picket_wire::follow::Follow;
 use picket_wire::frame::Reader;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 use std::process::ExitCode;
-
-/// The noise of a sample, in codes.
-const NOISE: f64 = 60.0;
 
 /// Nearer than this to the truth an answer is of the target, in metres and in metres per second.
 const NEAR_M: f64 = 2.0;
@@ -40,7 +36,7 @@ const NEAR_MPS: f64 = 1.0;
 pub struct Row {
     /// The chirp's number.
     pub row: usize,
-    /// When.
+    /// The moment to which the chirp's ranges refer.
     pub time_s: f64,
     /// Signal-to-noise ratio per sample; `None` while the signal is cut off.
     pub snr_db: Option<f64>,
@@ -75,41 +71,20 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
 }
 
 /// The samples of a chirp's segment.
-fn samples(seed: u64, cycle: usize, segment: usize, equations: &Equations) -> Vec<i16> {
-    let beats = Scene::at(cycle as f64 * CYCLE_S).beats(equations);
-    let lines = beats.into_iter().nth(segment).unwrap_or_default();
-    let lines = lines.into_iter().map(|(cycles, snr_db)| Line {
-        // A real tone is the same at minus its frequency.
-        bins: cycles.abs() * N as f64,
-        amplitude: NOISE * (2.0 * 10f64.powf(snr_db / 10.0)).sqrt(),
-        phase: None,
-    });
-    // The first line sets the noise: one of no amplitude to speak of.
-    let mark = Line { bins: 0.0, amplitude: 1e-6, phase: Some(0.0) };
-    let signal = Signal {
-        lines: std::iter::once(mark).chain(lines).collect(),
-        snr_db: 20.0 * (1e-6 / NOISE).log10() - 10.0 * 2f64.log10(),
-        ..Signal::tone(0.0, 0.0, 0.0)
-    };
-    signal.codes::<Real>(N, &mut generator(seed, (3 * cycle + segment) as u64))
-}
-
-fn equations() -> Result<(Plan<Real, N>, Equations), DemoError> {
-    let plan = drive::config().plan::<Real, N>().map_err(said)?;
-    let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
-    Ok((plan, equations))
+fn samples(radar: &Sensor, seed: u64, cycle: usize, segment: usize) -> Vec<i16> {
+    let rng = &mut generator(seed, (3 * cycle + segment) as u64);
+    drive::samples(radar, cycle, segment, rng)
 }
 
 /// The whole drive through the firmware.
 pub fn driven(options: &Options) -> Result<(Vec<Telemetry>, Vec<Follow>), DemoError> {
-    let (_, equations) = equations()?;
+    let radar = drive::radar(N);
     let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for cycle in 0..CYCLES {
         for segment in 0..3 {
-            capture
-                .push::<Real>(&samples(options.seed, cycle, segment, &equations))
-                .map_err(said)?;
+            let samples = samples(&radar, options.seed, cycle, segment);
+            capture.push::<Real>(&samples).map_err(said)?;
         }
     }
     let bar = progress::bar(3 * CYCLES as u64, "blocks");
@@ -137,14 +112,14 @@ fn as_sent(follow: &Follow) -> Result<Follow, DemoError> {
 
 /// What the core's tracker follows on this machine.
 pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
-    let (plan, equations) = equations()?;
+    let (plan, radar) = (drive::config().plan().map_err(said)?, drive::radar(N));
     let mut tracker = Box::new(Tracker::<Real, N>::new(plan));
     let mut follows = Vec::new();
     for cycle in 0..CYCLES {
         for (number, segment) in [Segment::Up, Segment::Flat, Segment::Down].into_iter().enumerate()
         {
             let mut block = [0; N];
-            block.copy_from_slice(&samples(seed, cycle, number, &equations));
+            block.copy_from_slice(&samples(&radar, seed, cycle, number));
             let sequence = (3 * cycle + number) as u32;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
             tracker.block(stamp, &block);
@@ -157,8 +132,9 @@ pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
 fn rows(records: &[Telemetry], follows: &[Follow]) -> Vec<Row> {
     let mut number = None;
     let mut rows = Vec::new();
+    let radar = drive::radar(N);
     for row in 0..CYCLES {
-        let time_s = row as f64 * CYCLE_S;
+        let time_s = drive::moment_s(&radar, row);
         let scene = Scene::at(time_s);
         let last = 3 * row as u32 + 2;
         let single = records.iter().find(|r| r.measurement.stamp.sequence == last);

@@ -34,7 +34,7 @@ pub(super) fn text(summary: &Summary) -> String {
 
 pub(super) fn print(rows: &[Row], summary: &Summary, options: &Options) {
     outln!(
-        "A drive before a 77 GHz radar: 300 MHz in 1 ms, 12 bits at 1.024 MS/s, N = {N} per ramp, 20 chirps a second, seed {}\n",
+        "A drive before a 77 GHz radar: 303 MHz in 1.01 ms, 12 bits at 1.024 MS/s, N = {N} per ramp, 20 chirps a second, seed {}\n",
         options.seed
     );
     let mut table = table(&[

@@ -47,6 +47,8 @@ struct Target {
     range: Option<Value>,
     velocity: Value,
     verdict: Verdict,
+    /// What a negative range says.
+    caution: Option<&'static str>,
 }
 
 /// What is shown.
@@ -186,13 +188,15 @@ impl Live {
             Outcome::None => {}
             Outcome::Velocity(v) => {
                 let velocity = (v.velocity.to_num(), v.sigma.into());
-                self.target = Some(Target { range: None, velocity, verdict: v.verdict });
+                let (range, verdict, caution) = (None, v.verdict, None);
+                self.target = Some(Target { range, velocity, verdict, caution });
                 points.push((Quantity::Velocity, velocity, usable(v.verdict)));
             }
             Outcome::Target(t) => {
                 let range = (t.range.to_num(), t.sigma_range.into());
                 let velocity = (t.velocity.to_num(), t.sigma_velocity.into());
-                self.target = Some(Target { range: Some(range), velocity, verdict: t.verdict });
+                let (verdict, caution) = (t.verdict, t.caution());
+                self.target = Some(Target { range: Some(range), velocity, verdict, caution });
                 points.push((Quantity::Range, range, usable(t.verdict)));
                 points.push((Quantity::Velocity, velocity, usable(t.verdict)));
             }

@@ -92,11 +92,13 @@ impl Live {
         );
         let said = self.target.map_or(tone.verdict, |target| target.verdict);
         let style = colour(said).add_modifier(Modifier::BOLD);
-        let words = vec![
+        let mut words = vec![
             Line::from(Span::styled(format!("{} {}", sign(said), said.name()), style)),
             Line::from(""),
             Line::from(said.reason()),
         ];
+        let caution = self.target.and_then(|target| target.caution);
+        words.extend(caution.map(Line::from));
         let words = Paragraph::new(words).wrap(Wrap { trim: true });
         frame.render_widget(words.block(Block::bordered().title(" verdict ")), verdict);
     }
