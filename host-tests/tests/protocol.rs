@@ -16,23 +16,24 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 fn settings(rng: &mut impl RngExt) -> Settings {
+    let (guard, rate_hz) = (rng.random::<u16>(), rng.random::<f64>());
+    let mixing = Mixing::ALL[rng.random_range(0..2)];
     let scene = match rng.random_range(0..3) {
         0 => Scene::Tone,
-        1 => Scene::Doppler {
-            wavelength_m: rng.random(),
-            angle_rad: rng.random(),
-            mixing: Mixing::RxConjTx,
-        },
+        1 => Scene::Doppler { wavelength_m: rng.random(), angle_rad: rng.random(), mixing },
         _ => Scene::Chirp(Chirp {
             shape: Shape::Triangle,
             wavelength_m: rng.random(),
             bandwidth_hz: rng.random(),
             duration_s: rng.random(),
-            ..Chirp::default()
+            // It follows from the guard's samples.
+            guard_s: f64::from(guard) / rate_hz,
+            mixing,
+            sweep_curvature: if rng.random() { rng.random() } else { 0.0 },
         }),
     };
     let config = Config {
-        rate_hz: rng.random(),
+        rate_hz,
         codes: Codes::unsigned::<12>(),
         scene,
         ..Config::new(1.0, Codes::signed::<12>())
@@ -48,7 +49,7 @@ fn settings(rng: &mut impl RngExt) -> Settings {
         _ => Drive::External,
     };
     let calibration = Calibration { clock_ppm: rng.random(), ..Calibration::default() };
-    let (guard, report_every, slots) = (rng.random(), rng.random(), rng.random());
+    let (report_every, slots) = (rng.random(), rng.random());
     Settings {
         config,
         iq: rng.random(),

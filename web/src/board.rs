@@ -8,7 +8,7 @@ use crate::station::{self, Station};
 use picket::acquire::sample::Stamp;
 use picket::config::Scene;
 use picket::estimate::tone::Tone;
-use picket::solve::chirp::Shape;
+use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Request};
@@ -155,18 +155,20 @@ impl Board {
             let kind = if device.iq { "I/Q" } else { "real" };
             say("records", format!("{n} samples, {kind}, at {} kHz", config.rate_hz / 1e3));
             let scene = match config.scene {
-                Scene::Doppler { wavelength_m, .. } => {
-                    format!("Doppler shift, wavelength {} mm", wavelength_m * 1e3)
+                Scene::Doppler { wavelength_m, mixing, .. } => {
+                    let mixing = mixed(device.iq, mixing);
+                    format!("Doppler shift, wavelength {} mm{mixing}", wavelength_m * 1e3)
                 }
-                Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, .. }) => format!(
-                    "{} of {} MHz, wavelength {} mm",
+                Scene::Chirp(Chirp { shape, wavelength_m, bandwidth_hz, mixing, .. }) => format!(
+                    "{} of {} MHz, wavelength {} mm{}",
                     match shape {
                         Shape::Trapezoid => "trapezoid",
                         Shape::Triangle => "triangle",
                         Shape::Sawtooth => "sawtooth",
                     },
                     bandwidth_hz / 1e6,
-                    wavelength_m * 1e3
+                    wavelength_m * 1e3,
+                    mixed(device.iq, mixing)
                 ),
                 _ => "a tone".into(),
             };
@@ -195,4 +197,9 @@ impl Board {
         }
         text
     }
+}
+
+/// The mixing of I/Q records; real ones are the same for both.
+fn mixed(iq: bool, mixing: Mixing) -> String {
+    if iq { format!(", {}", mixing.name()) } else { String::new() }
 }

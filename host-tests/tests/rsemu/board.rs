@@ -110,6 +110,18 @@ impl Sectors {
         Some(Settings::of_bytes(&bytes).unwrap().0)
     }
 
+    /// Saves settings as programs before version 3 did: no further words.
+    pub fn save_earlier(&mut self, settings: &Settings) {
+        const EARLIER: usize = Settings::SHORT / 4;
+        let bytes = settings.to_bytes(N);
+        assert_eq!(bytes.len(), Settings::SHORT);
+        let mut words = [0; EARLIER];
+        for (place, field) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+            *place = u32::from_le_bytes(field.try_into().unwrap());
+        }
+        storage::save(self, &words).unwrap();
+    }
+
     /// Saves settings as the board does.
     pub fn save(&mut self, settings: &Settings) {
         let bytes = settings.to_bytes(N);

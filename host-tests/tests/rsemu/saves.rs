@@ -4,7 +4,8 @@ use crate::board::{Emulated, Sectors};
 use crate::settings::{DAC, chirp, tone};
 use host_tests::sized;
 use picket::acquire::sample::Segment;
-use picket::solve::chirp::Shape;
+use picket::config::Scene;
+use picket::solve::chirp::{Mixing, Shape};
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::command::{Command, Request};
 use picket_wire::settings::{Drive, Settings};
@@ -103,6 +104,35 @@ fn after_a_save_the_segments_are_right_and_the_loss_is_exact() {
         assert_eq!(after.counters.faults(), 0, "{after:?}");
         assert!(begun < at);
     }
+}
+
+/// What an earlier program has saved is what the board starts with, and what it saves itself is used, too.
+#[test]
+fn settings_of_an_earlier_program_are_used() {
+    let Some(mut board) = Emulated::plug() else { return };
+    let earlier = chirp(500e3, Shape::Trapezoid, 32, DAC);
+    let mut sectors = Sectors::new();
+    sectors.save_earlier(&earlier);
+    board.load(&sectors);
+    let (mut board, boot) = board.power();
+    assert_eq!((boot.stored, boot.unfit, boot.measuring), (true, false, true));
+    let used = |board: &mut Emulated| {
+        let body = board.request(Command::GetSettings).unwrap();
+        let settings = Settings::of_bytes(&body).unwrap().0;
+        let Scene::Chirp(chirp) = settings.config.scene else { panic!("a chirp") };
+        (settings.guard, chirp.mixing, (chirp.guard_s * settings.config.rate_hz).round())
+    };
+    assert_eq!(used(&mut board), (32, Mixing::TxConjRx, 32.0));
+    let mut other = earlier;
+    if let Scene::Chirp(chirp) = &mut other.config.scene {
+        chirp.mixing = Mixing::RxConjTx;
+    }
+    board.request(Command::SetSettings(other, N)).unwrap();
+    board.boot();
+    board.request(Command::Save).unwrap();
+    let (mut board, boot) = board.power();
+    assert!(boot.stored);
+    assert_eq!(used(&mut board), (32, Mixing::RxConjTx, 32.0));
 }
 
 /// A state in which settings are saved, the old settings and the new ones.
