@@ -5,7 +5,7 @@ use super::evidence::stands_out;
 use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, from_end, judge};
-use super::least_squares::fixed::{self, quantised};
+use super::least_squares::fixed;
 use super::least_squares::leaked::{Leakage, Nearest};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
@@ -22,7 +22,6 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
-use ::fixed::types::I2F30;
 use core::mem::MaybeUninit;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
@@ -92,15 +91,9 @@ pub fn measure<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
-    let arithmetic =
-        if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
+    let arithmetic = options.arithmetic;
     let mut places = MaybeUninit::uninit();
-    // The smallest programs read the bins of the fit and of its ring by one function.
-    let around = if cfg!(feature = "methods") {
-        ring::around(spectrum, peak.bin, &mut places)
-    } else {
-        None
-    };
+    let around = ring::around(spectrum, peak.bin, &mut places);
     let exponent = spectrum.exponent();
     let fitted = |reach: Reach, course| {
         let middle = around.and_then(|around| {
@@ -119,13 +112,14 @@ pub fn measure<R: Record, const N: usize>(
         }
     };
     let method = options.method;
-    let own = method.is_least_squares() || !cfg!(feature = "methods");
+    let own = method.is_least_squares();
     let mut fit = if own {
         fitted(options.reach, Course::Usual)
     } else {
-        // A checked plan has no method that its records cannot use. An unchecked one gives no
-        // offset.
-        let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
+        // A checked plan has no method that its records or the program cannot use.
+        let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
+            return Tone::default();
+        };
         fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
     // In place, because a fit would be copied.
@@ -135,13 +129,10 @@ pub fn measure<R: Record, const N: usize>(
     let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
-    let few = cfg!(feature = "methods")
-        && own
-        && clipped <= CLIPPED
-        && matches!(arithmetic, Arithmetic::Float);
+    let few = own && clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::of(spectrum, around.map(|around| around.as_slice()), peak.bin);
     let mut leakage = Leakage::default();
-    if cfg!(feature = "methods") && own && beside.has_edge() {
+    if own && beside.has_edge() {
         leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
@@ -149,8 +140,7 @@ pub fn measure<R: Record, const N: usize>(
     let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
-    if cfg!(feature = "methods")
-        && judgement.line != Line::Steady
+    if judgement.line != Line::Steady
         && clipped <= CLIPPED
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, further(R::IQ)))
     {
@@ -173,8 +163,7 @@ pub fn measure<R: Record, const N: usize>(
     let Judgement { line, widening } = judgement;
     let mut near = noise * widening;
     let mut free = None;
-    // The smallest programs leave this out: their sigma has the coarse allowance.
-    if cfg!(feature = "methods") && clipped > CLIPPED {
+    if clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
@@ -190,9 +179,7 @@ pub fn measure<R: Record, const N: usize>(
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     beside.loud = beside.loud.max(leakage.loud);
     let standing = stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic);
-    let image = cfg!(feature = "methods")
-        && R::IQ
-        && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
+    let image = R::IQ && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
     let mut sigma = sigma;
     if few && line == Line::Unresolved {
         sigma = leakage.refined(&nearest(), noise, fit, sigma);
@@ -225,10 +212,9 @@ pub fn rise<R: Record, const N: usize>(
 
 /// What a line is, and the factor by which its variance exceeds what the noise causes.
 ///
-/// The smallest programs ask only whether the residual is too large. So do clipped records, whose
-/// harmonics are no movement.
+/// Of a clipped record, whose harmonics are no movement, only whether the residual is too large.
 fn judged(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, clipped: f32) -> Judgement {
-    if cfg!(feature = "methods") && clipped <= CLIPPED {
+    if clipped <= CLIPPED {
         return judge(fit, n, from_end, beside);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
@@ -342,7 +328,7 @@ impl Seen {
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         Some(Tone {
-            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, n),
+            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
             sigma: self.sigma / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
@@ -350,11 +336,6 @@ impl Seen {
             ..Tone::ZERO
         })
     }
-}
-
-/// An offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
-fn in_fixed_point(offset: f32) -> Option<I2F30> {
-    (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 
 /// Within 1.5 bins of DC or Nyquist a fit cannot separate the mirror image from the tone.

@@ -250,9 +250,6 @@ impl<T: Scalar> Sides<T> for Floats<T> {
         let far = |sides: &[Side<T>], sum| {
             sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr() / side.m)
         };
-        if !cfg!(feature = "methods") {
-            return (far(&self.0, T::zero()), Rest::none());
-        }
         let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
         let mut within = [centre.norm_sqr(); 3];
         for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {

@@ -128,7 +128,7 @@ impl<T: Scalar> Fit<T> {
             information: self.information * power,
             peak: self.peak * unit,
             residual: self.residual * power,
-            rest: if cfg!(feature = "methods") { rest } else { self.rest },
+            rest,
             ..self
         }
     }
@@ -146,6 +146,12 @@ impl<T: Scalar> Fit<T> {
 }
 
 impl Fit<f32> {
+    /// The offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
+    pub(crate) fn offset_in_fixed_point(&self) -> Option<::fixed::types::I2F30> {
+        let bits = || fixed::quantised(self.offset, 30);
+        (self.offset.abs() < 2.0).then(|| ::fixed::types::I2F30::from_bits(bits()))
+    }
+
     /// The line in ADC codes, and how far on the tone's phase is at the first sample, in turns of 2^32: half
     /// the offset back, as in [`Fit::tone`].
     pub(crate) fn line_of(&self, iq: bool, n: usize) -> (Complex<f32>, i32) {

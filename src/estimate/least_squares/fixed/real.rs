@@ -4,7 +4,6 @@ use super::equations::{Place, Step, Sums};
 use super::near::Near;
 use super::scaled::Scaled;
 use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
-use crate::estimate::least_squares::rest::Rest;
 use crate::estimate::least_squares::{
     Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
 };
@@ -267,7 +266,6 @@ impl Peak {
         let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
         let line = [(a - bent).bits(0), bent.bits(0), b.bits(0)];
         let (left, near) = self.residual(at, onward, line, sides);
-        let rest = if cfg!(feature = "methods") { near.rest(at.d, unit) } else { Rest::none() };
         Fit {
             offset: Scaled::new(at.d, -30).float(0),
             line: float(turned),
@@ -276,7 +274,7 @@ impl Peak {
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
-            rest,
+            rest: near.rest(at.d, unit),
         }
     }
 

@@ -257,9 +257,6 @@ impl<T: Scalar> Problem<T> {
     /// The power that the model leaves and its places; the peak's own bin leaves `centre`.
     fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let (ep, own) = (self.e * p, centre.norm_sqr());
-        if !cfg!(feature = "methods") {
-            return (Self::far(&self.sides, ep, line, own), Rest::none());
-        }
         let mut sums = rest::Sums::new(d, centre);
         let (mut from, mut sum, mut within) = (0, own, [own; 3]);
         for (reach, within) in SCALES.into_iter().zip(&mut within) {
