@@ -14,7 +14,7 @@ use super::noise::whole::{self, NOISE_BINS};
 use super::noise::{Noise, ratio};
 use super::part::Part;
 use super::tone::{Rise, Tone, Verdict};
-use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
+use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record, Stamp};
@@ -67,10 +67,8 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
-/// Further steps of a fit to a line that is no steady tone. That of a real one is nearer to its end.
-const fn further(iq: bool) -> u32 {
-    if iq { 2 } else { 1 }
-}
+/// The most further steps of a fit to a line that is no steady tone.
+const FURTHER: u32 = 8;
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
@@ -142,7 +140,7 @@ pub fn measure<R: Record, const N: usize>(
     // lessens.
     if judgement.line != Line::Steady
         && clipped <= CLIPPED
-        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, further(R::IQ)))
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         *fit = more;
         judgement = judged(fit);
@@ -192,6 +190,7 @@ pub fn measure<R: Record, const N: usize>(
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma: sigma * standing.unwrap_or(1.0),
+        engine: spectrum.error(),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or_default()
 }
@@ -296,8 +295,10 @@ pub(super) struct Seen {
     pub gap: bool,
     /// The peak is below the detection threshold.
     pub weak: bool,
-    /// Sigma in bins.
+    /// Sigma in bins, without the engine's error.
     pub sigma: f32,
+    /// The engine's error in bins.
+    pub engine: f32,
 }
 
 impl Seen {
@@ -329,7 +330,7 @@ impl Seen {
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         Some(Tone {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
-            sigma: self.sigma / n as f32,
+            sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),

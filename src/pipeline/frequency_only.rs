@@ -6,7 +6,7 @@ use crate::estimate::frequency::Frequency;
 use crate::estimate::least_squares::{self, Course, Reach, fixed};
 use crate::estimate::measure::Arithmetic;
 use crate::estimate::noise::ring;
-use crate::estimate::uncertainty::sigma_bins;
+use crate::estimate::uncertainty::{sigma_bins, with_rounding};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::peak::{self, Band};
@@ -78,9 +78,10 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
             Arithmetic::Fixed => fixed::fit(&self.spectrum, peak, reach, Course::Usual)?,
         };
         let noise = ring::beside(&self.spectrum, peak, &fit, arithmetic).noise.power;
+        let sigma = with_rounding(sigma_bins(&fit, N, noise), self.spectrum.error(), N);
         Some(Unjudged {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, N),
-            sigma: sigma_bins(&fit, N, noise) / N as f32,
+            sigma: sigma / N as f32,
         })
     }
 }
