@@ -146,7 +146,8 @@ pub fn measure<R: Record, const N: usize>(
         judgement = judged(fit);
         // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
-            && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
+            && let Some(other) =
+                least_squares::fit_beside_slow(spectrum, peak.bin, options.reach, fit, noise)
         {
             let beside_slow = judged(&other);
             if beside_slow.line < judgement.line {
@@ -356,7 +357,7 @@ pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 
 /// The residual that noise of power 1 per sample leaves in a fit's bins: half the fit's freedom
 /// times the power of a bin, `n`.
-fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 

@@ -306,15 +306,27 @@ fn bins<'a>(
 }
 
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
-/// the slow terms do not matter or cannot be told from the tone.
+/// the slow terms do not matter or cannot be told from the tone. `fit` is the fit without them, in this noise power per sample: none
+/// is tried where bins 1 and 2 hold too little to explain what it leaves.
 ///
 /// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     reach: Reach,
+    fit: &Fit<f32>,
+    noise: f32,
 ) -> Option<Fit<f32>> {
     if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+        return None;
+    }
+    let model = Model::new(fit, peak, N as i32);
+    let unit = f32::two_to(spectrum.exponent());
+    let slow = [1, 2].map(|k| {
+        let Complex { re, im } = spectrum.bin(k);
+        (Complex::new(re as f32, im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+    });
+    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
         return None;
     }
     let mut place = MaybeUninit::<[Point; 2 * REACH + 1]>::uninit();
