@@ -128,7 +128,8 @@ impl Engine for I32 {
     fn error(n: usize, iq: bool) -> f32 {
         match (n, iq) {
             // Their transforms of 2,048 points and more have factors of 32 bits.
-            (4096, _) | (2048, true) => 1.1e-7,
+            (4096, true) => 7.7e-8,
+            (4096, false) | (2048, true) => 1.2e-7,
             (2048, false) => 1.85e-6,
             (_, false) => 1.7e-6,
             (_, true) => ROUNDED_FACTORS,
