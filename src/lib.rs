@@ -37,6 +37,7 @@
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
 //!   after that can fail.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
+//! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
 //! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
 //! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy.
@@ -45,7 +46,7 @@
 //! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
 //!   velocity, with [`Scene::Chirp`] a [`Target`].
-//! - [`Method`] names the estimators: least squares, the default, and nineteen others.
+//! - [`Method`] names the estimators: least squares, the default, and nineteen others by the feature `methods`.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
 #![no_std]
@@ -95,7 +96,9 @@ pub use estimate::phasor::Phasor;
 #[doc(inline)]
 pub use estimate::tone::{Tone, Verdict};
 #[doc(inline)]
-pub use pipeline::{Alternating, LengthError, Measurement, Outcome, Pipeline};
+pub use pipeline::{
+    Alternating, FrequencyOnly, LengthError, Measurement, Outcome, Pipeline, Unjudged,
+};
 #[doc(inline)]
 pub use plan::Plan;
 #[doc(inline)]

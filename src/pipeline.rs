@@ -2,8 +2,10 @@
 //! and nothing else.
 
 mod alternating;
+mod frequency_only;
 
 pub use alternating::Alternating;
+pub use frequency_only::{FrequencyOnly, Unjudged};
 
 use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
@@ -102,8 +104,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             }
             None => Tone::default(),
         };
-        // The smallest programs do without: to them such a record is clipped.
-        if cfg!(feature = "methods") && clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
+        if clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
             tone.verdict = Verdict::WrongCodes;
         }
         tone.rate_hz = rate_hz;

@@ -8,6 +8,7 @@ mod cmsis;
 mod cycles;
 mod displacement;
 mod emulated;
+mod engine_error;
 mod estimators;
 mod f32;
 mod fft;

@@ -5,6 +5,8 @@
 #[path = "../../dependents/same_bits.rs"]
 mod same_bits;
 
+mod features;
+
 use host_tests::figures::Document;
 use host_tests::had;
 use object::{Object, ObjectSection, ObjectSymbol};

@@ -124,8 +124,8 @@ fn the_documents_state_the_budget() {
         &[figure("/helium_q15/1024/measurement/0")],
     );
     page.assert_states(
-        "1,024 samples takes # KB of program memory, where it takes # on the M4F",
-        &["helium_smallest_image", "smallest_image/M4F"]
+        "one tone of 1,024 samples takes # KB of program memory, where it takes # on the M4F",
+        &["helium_images/0", "single_images/M4F/0"]
             .map(|path| figure(&format!("/{path}")) / 1000.0),
     );
     page.assert_states(
@@ -142,6 +142,10 @@ fn the_documents_state_the_budget() {
     );
     page.assert_states(
         "calls `Pipeline::tone`: # KB of program memory",
-        &[figure("/smallest_image/M4F") / 1000.0],
+        &[figure("/single_images/M4F/0") / 1000.0],
+    );
+    page.assert_states(
+        "by `FrequencyOnly`, it takes # KB",
+        &[figure("/single_images/M4F/1") / 1000.0],
     );
 }

@@ -30,17 +30,11 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     if let Some(decided) = evidence.decided(beside) {
         return decided.then_some(1.0);
     }
-    // The smallest programs use only the ring that they have.
-    let wide = if cfg!(feature = "methods") {
-        ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside)
-    } else {
-        *beside
-    };
+    let wide = ring::loud(spectrum, peak.bin, fit, beside, arithmetic).unwrap_or(*beside);
     let floor = peak.floor as f32 * f32::two_to(2 * exponent) / peak.floor_bins.max(1) as f32;
     let tested = evidence.tested(&wide, Threshold::has_floor(peak).then_some(floor));
     let exceeds = evidence.exceeds(beside, &wide, tested)
-        && (!cfg!(feature = "methods")
-            || !const { N < HUMPED && ring::has_room(N, R::IQ) }
+        && (!const { N < HUMPED && ring::has_room(N, R::IQ) }
             || !beside.has_sides()
             || evidence
                 .exceeds_half(louder_half(spectrum, peak.bin, fit), tested.then_some(floor)));
@@ -115,8 +109,7 @@ impl Evidence {
         exponent: i32,
         threshold: Threshold,
     ) -> Option<Self> {
-        let far_above = cfg!(feature = "methods") && threshold.is_far_above_floor(peak);
-        let (power, threshold) = if far_above {
+        let (power, threshold) = if threshold.is_far_above_floor(peak) {
             (peak.power[1] as f32, threshold)
         } else {
             let line = fit.line.norm_sqr() * f32::two_to(-2 * exponent);
@@ -127,8 +120,7 @@ impl Evidence {
             (power, threshold)
         };
         let unit = f32::two_to(2 * exponent);
-        let spread =
-            if cfg!(feature = "methods") { Spread::of(fit, peak.bin, n, iq) } else { Spread::NONE };
+        let spread = Spread::of(fit, peak.bin, n, iq);
         Some(Self { n, short: n < HUMPED, threshold, power: power * unit, spread })
     }
 
@@ -139,7 +131,7 @@ impl Evidence {
         let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
         let ring = beside.loud * self.n as f32;
         let (_, mut most) = ordered(least, ring);
-        if cfg!(feature = "methods") && self.short {
+        if self.short {
             if middle > HUMP * ring {
                 // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
                 let detects = |rest: f32, freedom| self.detects(rest, freedom, Less::NOTHING);
@@ -155,7 +147,7 @@ impl Evidence {
     #[inline(never)]
     fn tested(&self, wide: &Beside, floor: Option<f32>) -> bool {
         let (mean, freedom) = self.spread.mean();
-        let residual = cfg!(feature = "methods") && freedom > 0.0 && wide.has_sides();
+        let residual = freedom > 0.0 && wide.has_sides();
         floor.is_some_and(|floor| {
             let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
             wide.loud * self.n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
@@ -168,9 +160,7 @@ impl Evidence {
         let Self { n, ref spread, .. } = *self;
         let (least, (mean, freedom)) = (spread.least, spread.mean());
         // A short record without a ring has nothing else beside its tone.
-        let residual = cfg!(feature = "methods")
-            && beside.has_sides()
-            && freedom > if self.short { 0.0 } else { WHOLE };
+        let residual = beside.has_sides() && freedom > if self.short { 0.0 } else { WHOLE };
         // In a short record the wide ring is most of the spectrum, and the floor once more.
         let less = match (tested, self.short) {
             (true, true) => Less::MOST,
@@ -251,8 +241,6 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    const NONE: Self = Self { least: 0.0, middle: 0.0, sums: [0.0; 2], bins: [0.0; 3] };
-
     /// Of the fit at a peak of a record of `n` samples.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]

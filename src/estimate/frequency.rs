@@ -28,6 +28,9 @@ impl core::fmt::Display for Frequency {
 }
 
 impl Frequency {
+    /// The standard deviation of a step's rounding, in cycles per sample: a step over the root of 12.
+    pub(crate) const ROUNDING: f32 = 0.288_675_13 / STEPS;
+
     /// Bin `peak` of an `n`-point record plus `offset` bins; `None` where `offset` is not finite.
     /// The peak's share is exact, the offset's is rounded to the nearest step.
     // Inlined where the length is known, so that its quotients are constants.

@@ -5,7 +5,7 @@ use super::evidence::stands_out;
 use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, from_end, judge};
-use super::least_squares::fixed::{self, quantised};
+use super::least_squares::fixed;
 use super::least_squares::leaked::{Leakage, Nearest};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
@@ -14,7 +14,7 @@ use super::noise::whole::{self, NOISE_BINS};
 use super::noise::{Noise, ratio};
 use super::part::Part;
 use super::tone::{Rise, Tone, Verdict};
-use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins};
+use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record, Stamp};
@@ -22,7 +22,6 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
-use ::fixed::types::I2F30;
 use core::mem::MaybeUninit;
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
@@ -68,10 +67,8 @@ pub struct Options {
     pub threshold: Threshold,
 }
 
-/// Further steps of a fit to a line that is no steady tone. That of a real one is nearer to its end.
-const fn further(iq: bool) -> u32 {
-    if iq { 2 } else { 1 }
-}
+/// The most further steps of a fit to a line that is no steady tone.
+const FURTHER: u32 = 8;
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
@@ -92,15 +89,9 @@ pub fn measure<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
-    let arithmetic =
-        if cfg!(feature = "methods") { options.arithmetic } else { Arithmetic::of_core() };
+    let arithmetic = options.arithmetic;
     let mut places = MaybeUninit::uninit();
-    // The smallest programs read the bins of the fit and of its ring by one function.
-    let around = if cfg!(feature = "methods") {
-        ring::around(spectrum, peak.bin, &mut places)
-    } else {
-        None
-    };
+    let around = ring::around(spectrum, peak.bin, &mut places);
     let exponent = spectrum.exponent();
     let fitted = |reach: Reach, course| {
         let middle = around.and_then(|around| {
@@ -119,13 +110,14 @@ pub fn measure<R: Record, const N: usize>(
         }
     };
     let method = options.method;
-    let own = method.is_least_squares() || !cfg!(feature = "methods");
+    let own = method.is_least_squares();
     let mut fit = if own {
         fitted(options.reach, Course::Usual)
     } else {
-        // A checked plan has no method that its records cannot use. An unchecked one gives no
-        // offset.
-        let offset = method.offset_target(spectrum, samples, peak.bin).unwrap_or_default();
+        // A checked plan has no method that its records or the program cannot use.
+        let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
+            return Tone::default();
+        };
         fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
     // In place, because a fit would be copied.
@@ -135,13 +127,10 @@ pub fn measure<R: Record, const N: usize>(
     let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
-    let few = cfg!(feature = "methods")
-        && own
-        && clipped <= CLIPPED
-        && matches!(arithmetic, Arithmetic::Float);
+    let few = own && clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::of(spectrum, around.map(|around| around.as_slice()), peak.bin);
     let mut leakage = Leakage::default();
-    if cfg!(feature = "methods") && own && beside.has_edge() {
+    if own && beside.has_edge() {
         leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
@@ -150,16 +139,16 @@ pub fn measure<R: Record, const N: usize>(
     let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
-    if cfg!(feature = "methods")
-        && judgement.line != Line::Steady
+    if judgement.line != Line::Steady
         && clipped <= CLIPPED
-        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, further(R::IQ)))
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         *fit = more;
         judgement = judged(fit);
         // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
-            && let Some(other) = least_squares::fit_beside_slow(spectrum, peak.bin, options.reach)
+            && let Some(other) =
+                least_squares::fit_beside_slow(spectrum, peak.bin, options.reach, fit, noise)
         {
             let beside_slow = judged(&other);
             if beside_slow.line < judgement.line {
@@ -174,8 +163,7 @@ pub fn measure<R: Record, const N: usize>(
     let Judgement { line, widening } = judgement;
     let mut near = noise * widening;
     let mut free = None;
-    // The smallest programs leave this out: their sigma has the coarse allowance.
-    if cfg!(feature = "methods") && clipped > CLIPPED {
+    if clipped > CLIPPED {
         free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
@@ -191,9 +179,7 @@ pub fn measure<R: Record, const N: usize>(
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     beside.loud = beside.loud.max(leakage.loud);
     let standing = stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic);
-    let image = cfg!(feature = "methods")
-        && R::IQ
-        && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
+    let image = R::IQ && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
     let mut sigma = sigma;
     if few && line == Line::Unresolved {
         sigma = leakage.refined(&nearest(), noise, fit, sigma);
@@ -206,6 +192,7 @@ pub fn measure<R: Record, const N: usize>(
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma: sigma * standing.unwrap_or(1.0),
+        engine: spectrum.error(),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or_default()
 }
@@ -226,8 +213,7 @@ pub fn rise<R: Record, const N: usize>(
 
 /// What a line is, and the factor by which its variance exceeds what the noise causes.
 ///
-/// The smallest programs ask only whether the residual is too large. So do clipped records, whose
-/// harmonics are no movement.
+/// Of a clipped record, whose harmonics are no movement, only whether the residual is too large.
 fn judged(
     fit: &Fit<f32>,
     n: usize,
@@ -236,7 +222,7 @@ fn judged(
     clipped: f32,
     bends: bool,
 ) -> Judgement {
-    if cfg!(feature = "methods") && clipped <= CLIPPED {
+    if clipped <= CLIPPED {
         return judge(fit, n, from_end, beside, bends);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
@@ -318,8 +304,10 @@ pub(super) struct Seen {
     pub gap: bool,
     /// The peak is below the detection threshold.
     pub weak: bool,
-    /// Sigma in bins.
+    /// Sigma in bins, without the engine's error.
     pub sigma: f32,
+    /// The engine's error in bins.
+    pub engine: f32,
 }
 
 impl Seen {
@@ -350,19 +338,14 @@ impl Seen {
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         Some(Tone {
-            frequency: Frequency::of_fixed(peak, in_fixed_point(fit.offset)?, n),
-            sigma: self.sigma / n as f32,
+            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
+            sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
             verdict: verdict.unwrap_or(Verdict::Good),
             ..Tone::ZERO
         })
     }
-}
-
-/// An offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
-fn in_fixed_point(offset: f32) -> Option<I2F30> {
-    (offset.abs() < 2.0).then(|| I2F30::from_bits(quantised(offset, 30)))
 }
 
 /// Within 1.5 bins of DC or Nyquist a fit cannot separate the mirror image from the tone.
@@ -382,7 +365,7 @@ pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 
 /// The residual that noise of power 1 per sample leaves in a fit's bins: half the fit's freedom
 /// times the power of a bin, `n`.
-fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 

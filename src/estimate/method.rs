@@ -338,7 +338,7 @@ impl Method {
     }
 
     /// Whether it is right for records of kind `R`, and in the program. Without the feature
-    /// `methods` a program has only least squares.
+    /// `methods` a program has least squares alone, and no plan with another method.
     pub const fn fits<R: Record>(self) -> bool {
         self.records().include::<R>() && (cfg!(feature = "methods") || self.is_least_squares())
     }
@@ -350,12 +350,18 @@ impl Method {
 
     /// The offset as the target computes it: Rife's and Z-Rife's in integers throughout, the others' in `f32`
     /// on the bins of the integer FFT.
+    ///
+    /// # Errors
+    /// The method does not work on this kind of record, or the program is without the feature `methods`.
     pub fn offset_target<R: Record, const N: usize>(
         self,
         spectrum: &Spectrum<R, N, impl Engine>,
         samples: &[R::Sample],
         peak: i32,
     ) -> Result<I2F30, Unfit> {
+        if !cfg!(feature = "methods") {
+            return Err(Unfit);
+        }
         let three = [-1, 0, 1].map(|offset| spectrum.bin(peak.wrapping_add(offset)));
         match self {
             Method::Rife => Ok(rife::rife_integer(three)),

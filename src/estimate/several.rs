@@ -224,6 +224,7 @@ impl<R: Record, const N: usize, E: Engine, const ROOM: usize> Rest<'_, R, N, E, 
                 gap: stamp.gap,
                 weak: !detected,
                 sigma: widened(sigma_bins(&found.fit, N, noise * excess), clipped),
+                engine: self.spectrum.error(),
             };
             seen.tone::<R, N>(found.peak, &found.fit)
         };

@@ -1,5 +1,6 @@
 //! How far a frequency may be off.
 
+use super::frequency::Frequency;
 use super::least_squares::Fit;
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -22,6 +23,13 @@ pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
 /// within 0.88..1.15 from 2 dB above the threshold to 60 dB.
 pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
     (T::of_i32(n as i32 / 2) * noise / fit.information).root()
+}
+
+/// A standard deviation in bins, of a record of `n` samples, with two errors that no noise tells of: the engine's in bins, see
+/// [`Engine::error`](crate::spectrum::engine::Engine::error), and the rounding of a [`Frequency`]'s last step.
+pub(crate) fn with_rounding(sigma: f32, engine: f32, n: usize) -> f32 {
+    let step = n as f32 * Frequency::ROUNDING;
+    (sigma * sigma + (engine * engine + step * step)).root()
 }
 
 /// From this share of clipped samples on a tone is [`super::tone::Verdict::Clipped`].

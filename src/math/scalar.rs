@@ -150,13 +150,9 @@ pub fn sinc<T: Scalar>(z: T) -> T {
     )
 }
 
-/// One over each of four numbers, by one division: it takes as long as fourteen products. The smallest programs divide
-/// four times.
+/// One over each of four numbers, by one division: it takes as long as fourteen products.
 #[inline(always)]
 pub(crate) fn inverses<T: Scalar>([a, b, c, d]: [T; 4]) -> [T; 4] {
-    if !cfg!(feature = "methods") {
-        return [T::one() / a, T::one() / b, T::one() / c, T::one() / d];
-    }
     let (ab, cd) = (a * b, c * d);
     let all = T::one() / (ab * cd);
     let (one_ab, one_cd) = (cd * all, ab * all);

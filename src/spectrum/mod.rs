@@ -56,6 +56,11 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         Self { cells: Aligned(R::Cells::<E::Part, N>::ZERO), exponent: 0 }
     }
 
+    /// The error in bins that the engine adds to a frequency: [`Engine::error`].
+    pub(crate) fn error(&self) -> f32 {
+        E::error(N, R::IQ)
+    }
+
     /// Transforms `samples` by the engine. Cost: `host-tests/budget.json` has the instructions.
     pub fn transform(&mut self, samples: &[R::Sample; N], codes: Codes) {
         let points = self.cells.0.points_mut();

@@ -1,4 +1,4 @@
-//! The smallest measurement: real records of 1,024 samples and one default plan, with nothing to
+//! The smallest measurement with a verdict: real records of 1,024 samples and one default plan, with nothing to
 //! choose at run time. The size of this image is what its user pays; `cargo picket bench` states it.
 #![no_std]
 #![no_main]

@@ -47,14 +47,10 @@ pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
     Ok(functions.filter(|symbol| symbol.name().is_ok_and(wanted)).map(|symbol| symbol.size()).sum())
 }
 
-/// Bytes of program memory, code and tables, of the image that measures real records of 1,024 samples by the default method
-/// and does nothing else, built for size: its start-up and its vector table are counted, too.
-pub fn smallest(core: &Core) -> Result<u64, RunError> {
-    let image = Firmware {
-        bin: "single",
-        target: core.target,
-        features: &["mps2"],
-        profile: Profile::Size,
-    };
+/// Bytes of program memory, code and tables, of an image that measures real records of 1,024 samples by the default method and
+/// does nothing else, built for size: its start-up and its vector table are counted, too. The image `frequency_only` answers
+/// without a verdict, `single` with one.
+pub fn program_memory(core: &Core, bin: &'static str) -> Result<u64, RunError> {
+    let image = Firmware { bin, target: core.target, features: &["mps2"], profile: Profile::Size };
     Ok(Footprint::of(&image.build()?)?.flash)
 }

@@ -66,7 +66,7 @@ impl Firmware<'_> {
             command.args(["--config", &set]);
         }
         command.args(["--features", &self.features.join(",")]);
-        if ["single", "self_test_nucleo"].contains(&self.bin) {
+        if ["frequency_only", "single", "self_test_nucleo"].contains(&self.bin) {
             // What a user who has nothing to choose builds.
             command.arg("--no-default-features");
         }
@@ -109,9 +109,9 @@ pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
     let _lock = locked(&directory.join("build.lock"))?;
     // By way of an image, since what only an image takes is compiled for its linker alone: the smallest.
     let mut command = build(&directory, &targets)?;
-    command.args(["--bin", "single", "--features", &features.join(",")]);
+    command.args(["--bin", "frequency_only", "--features", &features.join(",")]);
     let (ok, output) = capture(command, Show::Steps("building what images share"))?;
-    if ok { Ok(()) } else { Err(ToolError::Build { bin: "single".into(), output }) }
+    if ok { Ok(()) } else { Err(ToolError::Build { bin: "frequency_only".into(), output }) }
 }
 
 /// Cargo's command that builds the firmware for these cores, which are reached by one way, in a directory.

@@ -17,7 +17,8 @@
 
 use super::rest::{self, NEAR, Rest, SCALES};
 use super::{
-    Course, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two, limit,
+    Course, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two,
+    limit,
 };
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -99,9 +100,11 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         let problem = self;
         let (start, steps, settled) = match course {
             Course::Usual => (problem.start(), 2, T::of(SETTLED)),
-            Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
+            Course::From(start, steps) => (start, steps, T::zero()),
+            Course::Further(start, steps) => (start, steps, T::of(ENDED)),
         };
         let further = matches!(course, Course::Further(..));
+        let mut pace = Pace::new(&course);
         let mut d = limit(start, START_LIMIT);
         let (mut p, mut speed) = problem.tangent(d);
         let mut step = problem.step(p, further);
@@ -111,8 +114,9 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
                 step = problem.step(p, further);
             }
             let forward = limit(step.forward / speed, STEP_LIMIT);
-            let next = limit(d + forward, OFFSET_LIMIT);
+            let next = limit(d + pace.step(forward), OFFSET_LIMIT);
             let moved = next - d;
+            pace.took(forward, moved);
             information = step.information * speed * speed;
             d = next;
             let before = p;
@@ -122,7 +126,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
                 break;
             }
         }
-        problem.finish(d, p, c, information)
+        problem.finish(d, p, c, information * pace.sharpness())
     }
 
     /// Sine and cosine of `e d`.
@@ -250,9 +254,6 @@ impl<T: Scalar> Sides<T> for Floats<T> {
         let far = |sides: &[Side<T>], sum| {
             sides.iter().fold(sum, |sum, side| sum + left(side).norm_sqr() / side.m)
         };
-        if !cfg!(feature = "methods") {
-            return (far(&self.0, T::zero()), Rest::none());
-        }
         let (mut sum, mut sums, mut count) = (T::zero(), rest::Sums::new(d, centre), 0);
         let mut within = [centre.norm_sqr(); 3];
         for side in self.0.iter().take_while(|side| side.i.unsigned_abs() as usize <= NEAR) {

@@ -46,6 +46,13 @@ const EDGE_LIMIT: f64 = 0.3;
 /// squares the error to less than the bound.
 const SETTLED: f64 = 0.02;
 
+/// A fit to a line that is no steady tone nears its end by a share of the way at each step. It is there when a step moves no
+/// more than this, in bins: less than the bound of a tone of 60 dB.
+const ENDED: f64 = 1e-5;
+
+/// The least curvature of a line over a steady tone's: that of a tone which is on for a tenth of a record.
+const FLATTEST: f64 = 0.01;
+
 /// Where a fit begins, and how many steps it may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Course<T> {
@@ -55,10 +62,49 @@ pub enum Course<T> {
     /// From a given offset, with this many steps. Without a step: amplitude and information at
     /// that offset.
     From(T, u32),
-    /// The same, but with steps that end at least squares even if the residual is more than noise,
+    /// From a given offset, until a step hardly moves it, with this many steps at most. They end at least squares even if the residual is more than noise,
     /// as of a tone whose amplitude changes. The usual steps to I/Q tones end a little beside it
     /// then. I/Q fits leave out bin 0, which holds a constant offset.
     Further(T, u32),
+}
+
+/// The steps of a [`Course`]. A step of Gauss and Newton takes the line for that of a steady tone. A tone that is on for a share p
+/// of the record has a wider one, of `p^2` of its curvature, and each step goes `p^2` of the way that is left. Two steps tell the
+/// curvature, and so the way, by a secant.
+struct Pace<T> {
+    further: bool,
+    /// The last step as Gauss and Newton have it, and as it was taken.
+    last: Option<[T; 2]>,
+    /// The line's curvature over a steady tone's.
+    curvature: T,
+}
+
+impl<T: Scalar> Pace<T> {
+    fn new(course: &Course<T>) -> Self {
+        Self { further: matches!(course, Course::Further(..)), last: None, curvature: T::one() }
+    }
+
+    /// The step to take for one of Gauss and Newton.
+    fn step(&mut self, own: T) -> T {
+        let Some([before, moved]) = self.last.filter(|_| self.further) else { return own };
+        let curvature = (before - own) / moved;
+        if curvature < T::of(FLATTEST) {
+            return own;
+        }
+        self.curvature = curvature;
+        limit(own / curvature, STEP_LIMIT)
+    }
+
+    fn took(&mut self, own: T, moved: T) {
+        self.last = Some([own, moved]);
+    }
+
+    /// The information about the line's place over a steady tone's. Noise moves the gradient by as much, and a gradient is a
+    /// longer way where the curvature is less.
+    fn sharpness(&self) -> T {
+        let curvature = self.curvature.min(T::one());
+        curvature * curvature
+    }
 }
 
 /// The result of a fit.
@@ -128,7 +174,7 @@ impl<T: Scalar> Fit<T> {
             information: self.information * power,
             peak: self.peak * unit,
             residual: self.residual * power,
-            rest: if cfg!(feature = "methods") { rest } else { self.rest },
+            rest,
             ..self
         }
     }
@@ -146,6 +192,12 @@ impl<T: Scalar> Fit<T> {
 }
 
 impl Fit<f32> {
+    /// The offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
+    pub(crate) fn offset_in_fixed_point(&self) -> Option<::fixed::types::I2F30> {
+        let bits = || fixed::quantised(self.offset, 30);
+        (self.offset.abs() < 2.0).then(|| ::fixed::types::I2F30::from_bits(bits()))
+    }
+
     /// The line in ADC codes, and how far on the tone's phase is at the first sample, in turns of 2^32: half
     /// the offset back, as in [`Fit::tone`].
     pub(crate) fn line_of(&self, iq: bool, n: usize) -> (Complex<f32>, i32) {
@@ -254,15 +306,27 @@ fn bins<'a>(
 }
 
 /// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
-/// the slow terms do not matter or cannot be told from the tone.
+/// the slow terms do not matter or cannot be told from the tone. `fit` is the fit without them, in this noise power per sample: none
+/// is tried where bins 1 and 2 hold too little to explain what it leaves.
 ///
 /// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     reach: Reach,
+    fit: &Fit<f32>,
+    noise: f32,
 ) -> Option<Fit<f32>> {
     if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+        return None;
+    }
+    let model = Model::new(fit, peak, N as i32);
+    let unit = f32::two_to(spectrum.exponent());
+    let slow = [1, 2].map(|k| {
+        let Complex { re, im } = spectrum.bin(k);
+        (Complex::new(re as f32, im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+    });
+    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
         return None;
     }
     let mut place = MaybeUninit::<[Point; 2 * REACH + 1]>::uninit();

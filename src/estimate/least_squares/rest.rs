@@ -92,8 +92,9 @@ impl<T: Scalar> Sums<T> {
     }
 }
 
+#[cfg(test)]
 impl<T: Scalar> Rest<T> {
-    /// No residual, or none is wanted.
+    /// No residual.
     pub(crate) fn none() -> Self {
         let zero = T::zero();
         let along = [Complex::new(zero, zero); 3];

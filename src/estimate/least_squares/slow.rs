@@ -20,6 +20,16 @@ pub const LOWEST: i32 = 3;
 /// Bins below this one may hold a hum's own line.
 pub(super) const FIRST: i32 = 4;
 
+/// A share of what a fit leaves. Slow terms with less of it in bins 1 and 2 change no answer: those bins hold 1.25 parts or more of
+/// at most 1.64 in all bins, since a straight line's fall as `1/k` and all others faster. Beside a movement of the tone a drift
+/// matters that is much less than what both leave.
+const SHARE: f32 = 1.0 / 30.0;
+
+/// Whether slow terms with these powers in bins 1 and 2 may explain a part of the power that a fit leaves.
+pub(super) fn may_explain([one, two]: [f32; 2], left: f32) -> bool {
+    one + two > SHARE * left
+}
+
 /// The terms' values in a bin.
 pub(super) type Values<T> = [Complex<T>; TERMS];
 

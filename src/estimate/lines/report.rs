@@ -143,6 +143,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             gap: stamp.gap,
             weak: index == 0 && !self.stands_out(&found, &beside),
             sigma: widened(sigma, self.clipped),
+            engine: self.rest.spectrum.error(),
         };
         let tone = seen.tone::<R, N>(found.peak, &found.fit)?;
         let [phase, sigma_phase] =

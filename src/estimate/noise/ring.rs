@@ -139,7 +139,7 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
             Arithmetic::Float => whole::power::<f32, R, N, NOISE_BINS>(spectrum, peak, fit),
             Arithmetic::Fixed => whole_fixed::power::<R, N, NOISE_BINS>(spectrum, peak, fit),
         };
-        return of_power(power, whole::freedom::<R, N, NOISE_BINS>() as f32);
+        return of_power(power.max(least(spectrum)), whole::freedom::<R, N, NOISE_BINS>() as f32);
     }
     let own = Own::new::<R>(peak, N, fit, spectrum.exponent());
     let sides = match around {
@@ -160,7 +160,7 @@ pub(crate) fn beside_within<R: Record, const N: usize>(
             ]
         }
     };
-    of_sides(sides, unit(spectrum), rounding::<R>())
+    of_sides(sides, unit(spectrum), least(spectrum))
 }
 
 /// The same for one tone of several, in a record that has room for a ring. `less_others(k, stretch)` takes what
@@ -178,7 +178,7 @@ pub(crate) fn beside_others<R: Record, const N: usize>(
         let (bins, first) = own.window(spectrum, outward, 0..count, &mut window);
         powers(bins, first, |bins, k| own.power(bins, k, &less_others))
     });
-    of_sides(sides, unit(spectrum), rounding::<R>())
+    of_sides(sides, unit(spectrum), least(spectrum))
 }
 
 /// The same from a power per sample that an average of `freedom` real numbers gave.
@@ -229,7 +229,7 @@ pub fn loud<R: Record, const N: usize>(
     };
     let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
     let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
-    let power = (louder.0 * unit(spectrum)).max(rounding::<R>());
+    let power = (louder.0 * unit(spectrum)).max(least(spectrum));
     let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
     // A side that is quieter by more than chance is of another noise, and makes the louder one no more accurate.
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
@@ -260,6 +260,17 @@ pub(crate) const fn has_room(n: usize, iq: bool) -> bool {
 /// units. A stretch sums the halves of four differences; a bin's power is N times a sample's.
 fn unit<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>) -> f32 {
     f32::two_to(2 * spectrum.exponent() - N.trailing_zeros() as i32) / 6.0
+}
+
+/// The least noise power of a sample: the converter's rounding, or the engine's. A tone just on its bin leaves nothing in the
+/// others that a rounding would show in.
+#[inline(always)]
+fn least<R: Record, const N: usize, E: Engine>(spectrum: &Spectrum<R, N, E>) -> f32 {
+    if E::ROUNDING == 0.0 {
+        return rounding::<R>();
+    }
+    let bin = E::ROUNDING * f32::two_to(2 * spectrum.exponent());
+    rounding::<R>().max(bin * const { 1.0 / N as f32 })
 }
 
 /// If one side is this many times as loud as the other, the noise has an edge between them: a

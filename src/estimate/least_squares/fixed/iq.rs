@@ -176,8 +176,7 @@ impl iq::Sides<f32> for Sides {
                 sum = sum.saturating_add(product(part, share));
             }
         }
-        let rest = if cfg!(feature = "methods") { near.rest(d, self.unit) } else { Rest::none() };
-        (sum as f32 * self.scale * self.scale, rest)
+        (sum as f32 * self.scale * self.scale, near.rest(d, self.unit))
     }
 
     fn count(&self) -> usize {

@@ -3,10 +3,11 @@
 use super::equations::{Place, Step, Sums};
 use super::near::Near;
 use super::scaled::Scaled;
-use super::{ONE, ROOM, add, around, nearest, product, root, shape, shifted, square, times};
-use crate::estimate::least_squares::rest::Rest;
+use super::{
+    ONE, ROOM, add, around, nearest, product, quantised, root, shape, shifted, square, times,
+};
 use crate::estimate::least_squares::{
-    Course, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, STEP_LIMIT,
+    Course, EDGE_LIMIT, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
 };
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
@@ -168,9 +169,8 @@ impl Peak {
         let (start, steps, settled) = match course {
             Course::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
             Course::Usual => (self.start(sides), 2, SETTLED),
-            Course::From(start, steps) | Course::Further(start, steps) => {
-                (Scaled::of_float(start, 0).bits(30), steps, 0.0)
-            }
+            Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
+            Course::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
         };
         // The tone stays between DC and Nyquist.
         let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
@@ -184,6 +184,8 @@ impl Peak {
         };
         let mut step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
         let (mut taken, mut onward) = (0, 0);
+        let mut pace = Pace::new(&course);
+        let float = |bits: i32| Scaled::new(bits, -30).float(0);
         let (mut line, mut speed) = (step.line, Scaled::new(at.speed, -30));
         while taken < steps {
             if taken > 0 {
@@ -191,9 +193,13 @@ impl Peak {
             }
             taken += 1;
             speed = Scaled::new(at.speed, -30);
-            let forward = limit((step.forward / speed).bits(30), STEP_LIMIT);
+            let own = limit((step.forward / speed).bits(30), STEP_LIMIT);
+            let forward = if pace.further { quantised(pace.step(float(own)), 30) } else { own };
             let next = self.at((at.d + forward).max(low).min(high));
             let moved = next.d - at.d;
+            if pace.further {
+                pace.took(float(own), float(moved));
+            }
             onward = next.p - at.p;
             let far = Scaled::new(onward, -30);
             line = Complex::new(
@@ -205,13 +211,11 @@ impl Peak {
                 break;
             }
         }
-        self.finish(
-            &at,
-            &Step { line, information: step.information * speed * speed, ..step },
-            onward,
-            sides,
-            unit,
-        )
+        let mut information = step.information * speed * speed;
+        if pace.further {
+            information = information * Scaled::of_float(pace.sharpness(), 0);
+        }
+        self.finish(&at, &Step { line, information, ..step }, onward, sides, unit)
     }
 
     /// p of an offset d.
@@ -267,7 +271,6 @@ impl Peak {
         let float = |z: Complex<Scaled>| Complex::new(z.re.float(unit), z.im.float(unit));
         let line = [(a - bent).bits(0), bent.bits(0), b.bits(0)];
         let (left, near) = self.residual(at, onward, line, sides);
-        let rest = if cfg!(feature = "methods") { near.rest(at.d, unit) } else { Rest::none() };
         Fit {
             offset: Scaled::new(at.d, -30).float(0),
             line: float(turned),
@@ -276,7 +279,7 @@ impl Peak {
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
-            rest,
+            rest: near.rest(at.d, unit),
         }
     }
 

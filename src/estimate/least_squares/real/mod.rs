@@ -33,7 +33,9 @@ mod side;
 pub(super) use beside_slow::fit_beside_slow;
 
 use super::rest::{self, Rest, SCALES};
-use super::{Course, Distance, EDGE_LIMIT, Fit, OFFSET_LIMIT, SETTLED, START_LIMIT, limit};
+use super::{
+    Course, Distance, EDGE_LIMIT, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, limit,
+};
 use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
@@ -109,9 +111,11 @@ impl<T: Scalar> Problem<T> {
         let edge = peak < 3 || peak > last - 2;
         let (start, steps, settled) = match course {
             Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
-            Course::From(start, steps) | Course::Further(start, steps) => (start, steps, T::zero()),
+            Course::From(start, steps) => (start, steps, T::zero()),
+            Course::Further(start, steps) => (start, steps, T::of(ENDED)),
         };
         let (low, high) = problem.limits();
+        let mut pace = Pace::new(&course);
         let mut d = limit(start, START_LIMIT).max(low).min(high);
         let (mut p, mut speed) = problem.cosine_offset(d);
         let mut step = problem.step(p);
@@ -119,8 +123,10 @@ impl<T: Scalar> Problem<T> {
             if taken > 0 {
                 step = problem.step(p);
             }
-            let next = (d + step.forward(speed)).max(low).min(high);
+            let forward = step.forward(speed);
+            let next = (d + pace.step(forward)).max(low).min(high);
             let moved = next - d;
+            pace.took(forward, moved);
             d = next;
             let information = step.information * speed * speed;
             let before = p;
@@ -134,6 +140,7 @@ impl<T: Scalar> Problem<T> {
         if steps == 0 {
             step.information = step.information * speed * speed;
         }
+        step.information = step.information * pace.sharpness();
         problem.finish(d, p, &step)
     }
 
@@ -257,9 +264,6 @@ impl<T: Scalar> Problem<T> {
     /// The power that the model leaves and its places; the peak's own bin leaves `centre`.
     fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let (ep, own) = (self.e * p, centre.norm_sqr());
-        if !cfg!(feature = "methods") {
-            return (Self::far(&self.sides, ep, line, own), Rest::none());
-        }
         let mut sums = rest::Sums::new(d, centre);
         let (mut from, mut sum, mut within) = (0, own, [own; 3]);
         for (reach, within) in SCALES.into_iter().zip(&mut within) {

@@ -35,9 +35,7 @@ impl<T: Scalar> Side<T> {
 /// Each side with one over its distance from e p.
 #[inline(always)]
 pub(super) fn each<T: Scalar>(sides: &[Side<T>], ep: T, mut take: impl FnMut(&Side<T>, T)) {
-    // The smallest programs take one after the other.
-    let (groups, rest) =
-        if cfg!(feature = "methods") { sides.as_chunks::<GROUP>() } else { (&[][..], sides) };
+    let (groups, rest) = sides.as_chunks::<GROUP>();
     for group in groups {
         let inverses = inverses(group.each_ref().map(|side| ep - side.w));
         group.iter().zip(inverses).for_each(|(side, r)| take(side, r));

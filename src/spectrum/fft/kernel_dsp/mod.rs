@@ -33,10 +33,8 @@ use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours};
 use passes::{even, fine, long, near, short, short_finely};
-#[cfg(all(not(mve), feature = "methods"))]
-use rails::first_strong;
 #[cfg(not(mve))]
-use rails::{all_outside, first_outside};
+use rails::{all_outside, first_outside, first_strong};
 
 /// As [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
@@ -252,7 +250,7 @@ pub fn window_finely<'a>(
 /// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     // Codes of which the square is less are inside.
-    #[cfg(all(not(mve), feature = "methods"))]
+    #[cfg(not(mve))]
     let pairs = beyond_weak(pairs, i32::from(high.min(low.saturating_neg())));
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;
     let (low, high) = (both(low.saturating_add(1)), both(high.saturating_sub(1)));
@@ -271,9 +269,8 @@ pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
     }
 }
 
-/// The pairs from the first group of 32 on that holds a pair whose squares add up to `least^2` or more. The
-/// smallest programs leave this out.
-#[cfg(all(not(mve), feature = "methods"))]
+/// The pairs from the first group of 32 on that holds a pair whose squares add up to `least^2` or more.
+#[cfg(not(mve))]
 fn beyond_weak(pairs: &[Pair], least: i32) -> &[Pair] {
     let groups = pairs.as_chunks::<32>().0;
     if least < 1 || groups.is_empty() {

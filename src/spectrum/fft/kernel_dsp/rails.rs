@@ -7,7 +7,7 @@ use crate::spectrum::fft::assembly::kernel;
 ///
 /// # Safety
 /// `from..to` must be groups of 32 words, at least one. `room` must not be below 0.
-#[cfg(feature = "methods")]
+#[cfg(not(mve))]
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn first_strong(
     from: *const u32,

@@ -1,0 +1,27 @@
+//! The smallest image of all: the frequency of real records of 1,024 samples, without a verdict. `single` is the smallest
+//! that says whether its answers may be used; `cargo picket bench` states the sizes of both.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use cortex_m_rt::entry;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Real;
+use picket::pipeline::FrequencyOnly;
+use picket_firmware::mps2::halt::{Exit, exit};
+use picket_firmware::mps2::handlers;
+use static_cell::ConstStaticCell;
+
+picket_firmware::vectors!(handlers(&[]));
+
+#[entry]
+fn main() -> ! {
+    // It is all zeros before the program runs, so the program does not hold it.
+    static ONLY: ConstStaticCell<FrequencyOnly<Real, 1024>> =
+        ConstStaticCell::new(FrequencyOnly::new());
+    static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);
+    if let Some((only, samples)) = ONLY.try_take().zip(SAMPLES.try_take()) {
+        black_box(only.block(black_box(samples), Codes::signed::<12>()));
+    }
+    exit(Exit::Done)
+}

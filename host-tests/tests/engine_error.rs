@@ -1,0 +1,135 @@
+//! What an engine adds to a frequency, measured by an exact transform beside it, and sigma, which has it: tones of 16 bits and 60 to
+//! 98 dB.
+
+use picket::estimate::least_squares::{self, Course};
+use picket::spectrum::Spectrum;
+use picket::spectrum::bins::Bins;
+use picket::spectrum::engine::Engine;
+use picket::spectrum::peak::{self, Band};
+use picket::{Codes, Config, F32, I32, Iq, Pipeline, Q15, Reach, Real, Stamp, Verdict};
+use picket_host::simulate::{Kind, Signal, Width, codes, generator};
+use picket_transform::Transform;
+use picket_transform::num_complex::Complex;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+const CODES: Codes = Codes::signed::<16>();
+const SEED: u64 = 4;
+
+/// The records of a cell.
+fn records() -> u64 {
+    if std::env::var_os("PICKET_LONG").is_some() { 2000 } else { 250 }
+}
+
+/// A record of a strong tone anywhere, eight bins or more from the ends, and its place in bins.
+fn record<R: Kind>(n: usize, snr_db: f64, rng: &mut ChaCha8Rng) -> (f64, Vec<Complex<f64>>) {
+    let end = if R::IQ { n as f64 } else { n as f64 / 2.0 };
+    let bins = rng.random_range(8.0..end - 8.0);
+    let amplitude = rng.random_range(0.7..0.98) * 32_767.0;
+    // The codes' rounding is a part of the noise.
+    let noise = amplitude * amplitude / 2.0 / 10f64.powf(snr_db / 10.0);
+    let added = (noise - 1.0 / 12.0).max(1e-6);
+    let snr_db = 10.0 * (amplitude * amplitude / 2.0 / added).log10();
+    let signal = Signal { width: Width::Codes(CODES), ..Signal::tone(bins, amplitude, snr_db) };
+    (bins, signal.record::<R>(n, rng))
+}
+
+/// The engine's error over what [`Engine::error`] says, rms over records.
+fn error_over_stated<R: Kind, E: Engine, const N: usize>() -> f64 {
+    let transform = f64::forward(N);
+    let mut spectrum = Box::new(Spectrum::<R, N, E>::new());
+    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+    let squares = (0..records()).map(|trial| {
+        let (bins, mut exact) = record::<R>(N, 98.0, &mut generator(SEED, trial));
+        let samples: [R::Sample; N] = codes::<R>(&exact).try_into().unwrap();
+        spectrum.transform(&samples, CODES);
+        let peak = peak::find(&spectrum, band).unwrap().bin;
+        let ours =
+            least_squares::fit_at(&spectrum, peak, Reach::Sixteen, Course::Usual).unwrap().offset;
+        transform.process(&mut exact);
+        let course = Course::From(bins - f64::from(peak), 6);
+        let around = Bins::<f64, R, _>::gather(N, peak, |k| exact[k]);
+        let fit = least_squares::fit(&around, Reach::Sixteen, course).unwrap();
+        (f64::from(ours) - fit.offset).powi(2)
+    });
+    let rms = (squares.sum::<f64>() / records() as f64).sqrt();
+    let ratio = rms / f64::from(E::error(N, R::IQ));
+    println!("{}, N = {N}: {rms:.2e} bin, {ratio:.2} of what is stated", R::NAME);
+    ratio
+}
+
+/// Of a cell of good records: how many, the sum of (error / sigma)^2, and how many are off by more than five sigma.
+fn cell<R: Kind, E: Engine, const N: usize>(snr_db: f64) -> (u64, f64, u64) {
+    let mut pipeline = Box::new(Pipeline::<R, N, E>::new(Config::new(1.0, CODES).plan().unwrap()));
+    let (mut good, mut sum, mut beyond) = (0, 0.0, 0);
+    for trial in 0..records() {
+        let (bins, record) = record::<R>(N, snr_db, &mut generator(SEED + 1, trial));
+        let samples: [R::Sample; N] = codes::<R>(&record).try_into().unwrap();
+        let tone = pipeline.block(Stamp::default(), &samples).tone;
+        if tone.verdict != Verdict::Good {
+            continue;
+        }
+        let off = tone.frequency.cycles() - bins / N as f64;
+        let sigmas = (off - off.round()) / f64::from(tone.sigma);
+        good += 1;
+        sum += sigmas * sigmas;
+        beyond += u64::from(sigmas.abs() > 5.0);
+    }
+    (good, sum, beyond)
+}
+
+fn assert_sigma<R: Kind, E: Engine, const N: usize>(name: &str) {
+    for snr_db in [60.0, 70.0, 80.0, 90.0, 98.0] {
+        let (good, sum, beyond) = cell::<R, E, N>(snr_db);
+        let rms = (sum / good as f64).sqrt();
+        println!("{name}, {}, N = {N}, {snr_db} dB: {rms:.3}, {good} good", R::NAME);
+        // An rms of 250 has a standard deviation of .045 by itself.
+        let by_chance = 2.0 / (2.0 * records() as f64).sqrt();
+        let tolerated = 0.85 - by_chance..1.15 + by_chance;
+        assert!(tolerated.contains(&rms), "{name}, {}, N = {N}, {snr_db} dB: {rms}", R::NAME);
+        assert!(good * 500 >= records() * 499 && beyond == 0, "{good} good, {beyond} beyond");
+    }
+}
+
+macro_rules! engines {
+    ($($engine:ident $what:ident $name:ident: $($n:literal)*;)*) => {$(
+        #[test]
+        fn $what() {
+            $(
+                for ratio in [
+                    error_over_stated::<Real, $engine, $n>(),
+                    error_over_stated::<Iq, $engine, $n>(),
+                ] {
+                    assert!((0.8..1.2).contains(&ratio), "N = {}: {ratio}", $n);
+                }
+            )*
+        }
+
+        #[test]
+        fn $name() {
+            $(
+                assert_sigma::<Real, $engine, $n>(stringify!($engine));
+                assert_sigma::<Iq, $engine, $n>(stringify!($engine));
+            )*
+        }
+    )*};
+}
+
+engines! {
+    I32 the_integer_engine_errs_as_stated sigma_has_the_integer_engines_error: 256 512 1024 2048 4096;
+    F32 the_float_engine_errs_as_stated sigma_has_the_float_engines_error: 256 512 1024 2048 4096;
+}
+
+/// Its rounding is noise, and larger than its factors' error.
+#[test]
+fn sigma_has_the_16_bit_engines_error() {
+    fn both<const N: usize>() {
+        assert_sigma::<Real, Q15, N>("Q15");
+        assert_sigma::<Iq, Q15, N>("Q15");
+    }
+    both::<256>();
+    both::<512>();
+    both::<1024>();
+    both::<2048>();
+    both::<4096>();
+}

@@ -1,0 +1,93 @@
+//! A frequency without a verdict, for a program that has no room for more.
+
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::Record;
+use crate::estimate::frequency::Frequency;
+use crate::estimate::least_squares::{self, Course, Reach, fixed};
+use crate::estimate::measure::Arithmetic;
+use crate::estimate::noise::ring;
+use crate::estimate::uncertainty::{sigma_bins, with_rounding};
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::{Engine, I32};
+use crate::spectrum::peak::{self, Band};
+
+/// The frequency of the strongest line of a record, and nothing that says whether it may be used.
+///
+/// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone or one that moves: each gets a frequency and a
+/// sigma here, and both are wrong. Of a record of one steady tone in noise both are right. A [`Pipeline`](super::Pipeline) knows
+/// which of these a record is, and takes some three times the program memory. The frequency is a pipeline's to the bit where the
+/// record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
+///
+/// It is all zeros at first, so that one in static memory takes no place in the program. It owns `4 N` bytes for real records, `8 N`
+/// for I/Q, half of it by the engine [`Q15`](crate::spectrum::engine::Q15).
+///
+/// ```
+/// use picket::{Codes, FrequencyOnly, Real};
+///
+/// # let samples: [i16; 1024] =
+/// #     core::array::from_fn(|n| (900.0 * (0.131 * n as f64).sin() + 4.0 * (7.1 * n as f64).sin()) as i16);
+/// let mut only = FrequencyOnly::<Real, 1024>::new();
+/// if let Some(line) = only.block(&samples, Codes::signed::<12>()) {
+///     println!("{} Hz ± {} Hz", line.hertz(48e3), line.sigma_hertz(48e3));
+/// #     assert!((line.hertz(48e3) - 0.131 / std::f64::consts::TAU * 48e3).abs() < 0.1);
+/// }
+/// ```
+#[derive(Clone, Debug)]
+pub struct FrequencyOnly<R: Record, const N: usize, E: Engine = I32> {
+    spectrum: Spectrum<R, N, E>,
+}
+
+/// A frequency, and how far noise may have moved it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Unjudged {
+    /// The frequency.
+    pub frequency: Frequency,
+    /// One standard deviation, in cycles per sample, if the record is one steady tone in noise.
+    pub sigma: f32,
+}
+
+impl Unjudged {
+    /// The frequency in hertz, at a sample rate of `rate_hz`.
+    pub fn hertz(&self, rate_hz: f64) -> f64 {
+        self.frequency.hertz(rate_hz)
+    }
+
+    /// Its sigma in hertz, at a sample rate of `rate_hz`.
+    pub fn sigma_hertz(&self, rate_hz: f64) -> f64 {
+        f64::from(self.sigma) * rate_hz
+    }
+}
+
+impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
+    /// Before its first record.
+    pub const fn new() -> Self {
+        Self { spectrum: Spectrum::new() }
+    }
+
+    /// The strongest line of one record; `None` if there is none to fit, as in a record of one value.
+    ///
+    /// Least squares over 17 bins, in the core's own arithmetic. Cost: one transform, one search, one fit.
+    pub fn block(&mut self, samples: &[R::Sample; N], codes: Codes) -> Option<Unjudged> {
+        self.spectrum.transform(samples, codes);
+        let band = const { if R::IQ { Band::iq(N) } else { Band::real(N) } };
+        let peak = peak::find(&self.spectrum, band)?.bin;
+        let (reach, arithmetic) = (Reach::Eight, Arithmetic::of_core());
+        let fit = match arithmetic {
+            Arithmetic::Float => least_squares::fit_at(&self.spectrum, peak, reach, Course::Usual)?,
+            Arithmetic::Fixed => fixed::fit(&self.spectrum, peak, reach, Course::Usual)?,
+        };
+        let noise = ring::beside(&self.spectrum, peak, &fit, arithmetic).noise.power;
+        let sigma = with_rounding(sigma_bins(&fit, N, noise), self.spectrum.error(), N);
+        Some(Unjudged {
+            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, N),
+            sigma: sigma / N as f32,
+        })
+    }
+}
+
+impl<R: Record, const N: usize, E: Engine> Default for FrequencyOnly<R, N, E> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
