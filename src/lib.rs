@@ -93,7 +93,9 @@ pub use estimate::method::{Method, UnknownMethod};
 #[doc(inline)]
 pub use estimate::phasor::Phasor;
 #[doc(inline)]
-pub use estimate::tone::{Tone, Verdict};
+pub use estimate::tone::Tone;
+#[doc(inline)]
+pub use estimate::verdict::{Usable, Verdict, Verdicts};
 #[doc(inline)]
 pub use pipeline::{Alternating, LengthError, Measurement, Outcome, Pipeline};
 #[doc(inline)]

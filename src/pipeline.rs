@@ -102,9 +102,10 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             }
             None => Tone::default(),
         };
+        tone.keep_to::<N>(band);
         // The smallest programs do without: to them such a record is clipped.
         if cfg!(feature = "methods") && clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
-            tone.verdict = Verdict::WrongCodes;
+            tone.add(Verdict::WrongCodes);
         }
         tone.rate_hz = rate_hz;
         (clipped, tone)
@@ -155,8 +156,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        let tone =
+        let mut tone =
             measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options);
+        tone.keep_to::<N>(self.plan.band);
         Tone { rate_hz: self.plan.rate_hz, ..tone }
     }
 
@@ -172,7 +174,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         for phasor in &mut phasors {
             phasor.tone.rate_hz = rate_hz;
             if tone.verdict == Verdict::WrongCodes {
-                phasor.tone.verdict = Verdict::WrongCodes;
+                phasor.tone.add(Verdict::WrongCodes);
             }
         }
         phasors
@@ -187,7 +189,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let mut harmonic = harmonic(&self.spectrum, tone, band, clipped, stamp, options, order)?;
         harmonic.tone.rate_hz = rate_hz;
         if tone.verdict == Verdict::WrongCodes {
-            harmonic.tone.verdict = Verdict::WrongCodes;
+            harmonic.tone.add(Verdict::WrongCodes);
         }
         Some(harmonic)
     }
