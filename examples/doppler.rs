@@ -2,7 +2,7 @@
 //! `cargo run --example doppler -- FILE`.
 
 use picket::config::SPEED_OF_LIGHT;
-use picket::{Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Verdict};
+use picket::{Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Usable};
 use std::error::Error;
 
 const CARRIER_HZ: f64 = 24e9;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assembler.push(&samples, |stamp, samples| {
         let measurement = pipeline.block(*stamp, samples);
         if let Outcome::Velocity(speed) = measurement.result
-            && speed.verdict < Verdict::Weak
+            && speed.verdict.usable() <= Usable::WithinSigma
         {
             let seconds = stamp.clock as f64 / config.rate_hz;
             let (metres, sigma) = (speed.velocity.to_num::<f64>(), speed.sigma);

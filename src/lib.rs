@@ -94,7 +94,9 @@ pub use estimate::method::{Method, UnknownMethod};
 #[doc(inline)]
 pub use estimate::phasor::Phasor;
 #[doc(inline)]
-pub use estimate::tone::{Tone, Verdict};
+pub use estimate::tone::Tone;
+#[doc(inline)]
+pub use estimate::verdict::{Usable, Verdict, Verdicts};
 #[doc(inline)]
 pub use pipeline::{
     Alternating, FrequencyOnly, LengthError, Measurement, Outcome, Pipeline, Unjudged,

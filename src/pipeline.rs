@@ -104,8 +104,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             }
             None => Tone::default(),
         };
+        tone.keep_to::<N>(band);
         if clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
-            tone.verdict = Verdict::WrongCodes;
+            tone.add(Verdict::WrongCodes);
         }
         tone.rate_hz = rate_hz;
         (clipped, tone)
@@ -156,8 +157,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        let tone =
+        let mut tone =
             measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options);
+        tone.keep_to::<N>(self.plan.band);
         Tone { rate_hz: self.plan.rate_hz, ..tone }
     }
 
@@ -173,7 +175,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         for phasor in &mut phasors {
             phasor.tone.rate_hz = rate_hz;
             if tone.verdict == Verdict::WrongCodes {
-                phasor.tone.verdict = Verdict::WrongCodes;
+                phasor.tone.add(Verdict::WrongCodes);
             }
         }
         phasors
@@ -188,7 +190,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let mut harmonic = harmonic(&self.spectrum, tone, band, clipped, stamp, options, order)?;
         harmonic.tone.rate_hz = rate_hz;
         if tone.verdict == Verdict::WrongCodes {
-            harmonic.tone.verdict = Verdict::WrongCodes;
+            harmonic.tone.add(Verdict::WrongCodes);
         }
         Some(harmonic)
     }

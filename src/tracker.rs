@@ -5,7 +5,7 @@ use crate::estimate::detection::{HOLD, Threshold};
 use crate::estimate::frequency::Frequency;
 use crate::estimate::lock::Lock;
 use crate::estimate::several::{MOST, first, remove};
-use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::tone::{Tone, Usable};
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
@@ -116,7 +116,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             let peak = peak::within(pipeline.spectrum(), plan.band, gate)?;
             let threshold = Threshold::new(gate.width(), HOLD);
             Some(pipeline.measure(&stamp, samples, measurement.clipped, &peak, threshold))
-                .filter(|tone| tone.verdict < Verdict::Weak)
+                .filter(|tone| tone.verdict.usable() < Usable::No)
         };
         let every = plan.segments();
         let sight = Sight { stamp: &stamp, every, bin: 1.0 / N as f32, tones: &tones, find };

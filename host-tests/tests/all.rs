@@ -32,6 +32,7 @@ mod recordings;
 mod registers;
 mod sequence;
 mod signal;
+mod slips;
 mod solver;
 mod sweep;
 mod telemetry;

@@ -284,6 +284,7 @@ fn the_solver_on_every_vector() {
             amplitude: 1.0,
             verdict: Verdict::Good,
             rate_hz: rate,
+            ..Tone::default()
         });
         let target = chirp::trapezoid(&tones, false, &equations);
         let (range, velocity) = (target.range.to_num::<f64>(), target.velocity.to_num::<f64>());

@@ -4,7 +4,7 @@ use fixed::types::{I0F32, I32F32};
 use picket::acquire::sample::{Segment, Stamp};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::{Tone, Verdict, Verdicts};
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
@@ -65,6 +65,7 @@ fn record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
                 snr: float(rng),
                 amplitude: float(rng),
                 verdict: verdict(rng),
+                also: Verdicts::of_bits(rng.random()),
                 rate_hz: rng.random(),
             },
             result,

@@ -41,6 +41,7 @@ fn record(sequence: u32) -> Vec<u8> {
         amplitude: 900.0,
         verdict: Verdict::Good,
         rate_hz: 1.0,
+        ..Tone::default()
     };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
     let health = Health { lost: 3, faults: 1 };

@@ -54,7 +54,7 @@ fn the_tones_of_a_block_are_shown() {
             snr: 100.0,
             amplitude,
             verdict: Verdict::Good,
-            rate_hz: 0.0,
+            ..Tone::default()
         };
         let phasors =
             [(100.25, 900.0, 1.5), (200.5, 300.0, -0.25)].map(|(bin, amplitude, phase)| Phasor {

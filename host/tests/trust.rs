@@ -21,6 +21,23 @@ fn every_verdict_has_its_section_and_picture() {
     }
 }
 
+/// The page's table says of every verdict what the library says it may be used for, from the best to the worst.
+#[test]
+fn the_table_says_what_a_verdict_may_be_used_for() {
+    let rows = PAGE.lines().filter_map(|line| line.strip_prefix("| [")?.strip_suffix(" |"));
+    let rows: Vec<(&str, &str)> = rows
+        .map(|row| (row.split(']').next().unwrap_or(""), row.rsplit("| ").next().unwrap_or("")))
+        .collect();
+    assert_eq!(rows.len(), Verdict::ALL.len());
+    for (verdict, (name, usable)) in Verdict::ALL.into_iter().zip(rows) {
+        assert_eq!(name, verdict.name());
+        let ours = verdict.usable().name();
+        let rest = usable.strip_prefix(ours);
+        let ends = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+        assert!(rest.is_some_and(ends), "{name}: \"{usable}\", not \"{ours}\"");
+    }
+}
+
 /// `PICKET_WRITE_PICTURES=1 cargo test -p picket-host trust` writes them anew.
 #[test]
 fn pictures_are_those_of_the_page() {

@@ -24,7 +24,7 @@ const LEFT_OUT: [(&str, &str); 9] = [
     ("cargo picket flash", "it would write to a board"),
     ("cargo picket web", "it serves for ever; host-tests/tests/web.rs opens the page in a browser"),
     ("qemu-system-arm", "its image is the reader's; host-tests/tests/dependents.rs runs ours"),
-    ("cargo add", "it belongs to a project of the reader's, and to a registry"),
+    ("cargo add", "it belongs to a project of the reader's"),
     ("cargo test", "it is what runs this"),
     (
         "cargo picket demo --board pico --replay car.bin",

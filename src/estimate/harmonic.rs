@@ -15,7 +15,7 @@ use super::frequency::Frequency;
 use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::Phasor;
-use super::tone::{Tone, Verdict};
+use super::tone::{Tone, Verdict, Verdicts};
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -86,7 +86,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let mut harmonic = best.harmonic(&lines, N)?;
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
-        harmonic.tone.verdict = harmonic.tone.verdict.max(Verdict::Unresolved);
+        harmonic.tone.add(Verdict::Unresolved);
     }
     Some(harmonic)
 }
@@ -152,7 +152,7 @@ impl Series {
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
-        harmonic.tone.verdict = Verdict::Good;
+        (harmonic.tone.verdict, harmonic.tone.also) = (Verdict::Good, Verdicts::NONE);
         for (Phasor { tone, .. }, (order, rest)) in placed() {
             // A movement widens every line's sigma, but they all move together: noise alone weighs.
             let k = order as f32;
@@ -164,7 +164,7 @@ impl Series {
             variance += (share * sigma) * (share * sigma);
             harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
             harmonic.tone.snr += tone.snr;
-            harmonic.tone.verdict = harmonic.tone.verdict.max(tone.verdict);
+            tone.reasons().for_each(|verdict| harmonic.tone.add(verdict));
             if order == 1 {
                 harmonic.tone.amplitude = tone.amplitude;
             }
@@ -174,7 +174,7 @@ impl Series {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
         if contradicts {
-            harmonic.tone.verdict = harmonic.tone.verdict.max(Verdict::Unresolved);
+            harmonic.tone.add(Verdict::Unresolved);
         }
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);

@@ -324,6 +324,8 @@ impl Seen {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<Tone> {
+        // A sigma as wide as the spectrum, or none, tells nothing.
+        let known = self.sigma < n as f32;
         let verdicts = [
             (!iq && near_edge(n, peak, fit.offset), Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
@@ -331,20 +333,22 @@ impl Seen {
             (self.line == Line::Unresolved, Verdict::Unresolved),
             (self.image, Verdict::Image),
             (self.gap, Verdict::Gap),
-            (self.weak, Verdict::Weak),
+            (self.weak || !known, Verdict::Weak),
         ];
-        let verdict = verdicts.iter().filter(|v| v.0).map(|v| v.1).max();
         let power =
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
-        Some(Tone {
+        let mut tone = Tone {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
             sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
-            verdict: verdict.unwrap_or(Verdict::Good),
             ..Tone::ZERO
-        })
+        };
+        for (_, verdict) in verdicts.into_iter().filter(|(applies, _)| *applies) {
+            tone.add(verdict);
+        }
+        Some(tone)
     }
 }
 

@@ -30,6 +30,7 @@ pub mod tone;
 mod turn;
 pub mod uncertainty;
 pub mod unclipped;
+pub mod verdict;
 pub mod zoomed;
 
 /// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.

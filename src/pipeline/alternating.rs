@@ -120,14 +120,12 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         if tone.verdict == Verdict::NoSignal {
             return (clipped, tone);
         }
-        let verdict = if self.mirrored(&tone) { Verdict::Image } else { Verdict::Good };
-        let tone = Tone {
-            frequency: lowered(tone.frequency),
-            sigma: 2.0 * tone.sigma,
-            verdict: tone.verdict.max(verdict),
-            ..tone
-        };
-        (clipped, tone)
+        let mut pairs =
+            Tone { frequency: lowered(tone.frequency), sigma: 2.0 * tone.sigma, ..tone };
+        if self.mirrored(&tone) {
+            pairs.add(Verdict::Image);
+        }
+        (clipped, pairs)
     }
 
     /// Whether there is a line at minus the tone's frequency of -20 dB or more.

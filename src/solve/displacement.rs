@@ -8,7 +8,7 @@
 use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
 use crate::estimate::phasor::Phasor;
-use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::tone::{Tone, Usable, Verdict};
 use core::f32::consts::TAU;
 use fixed::types::I32F32;
 
@@ -83,7 +83,7 @@ impl Unwrapper {
     /// Cost: about sixty operations.
     pub fn push(&mut self, stamp: &Stamp, phasor: &Phasor) -> Displacement {
         let Phasor { tone, phase, sigma_phase } = *phasor;
-        let usable = matches!(tone.verdict, Verdict::Good | Verdict::Moving);
+        let usable = tone.verdict.usable() <= Usable::WithinSigma;
         let step = self.last.as_ref().and_then(|last| self.step(last, stamp, phasor));
         let (turns, verdict) = match step {
             _ if !usable => (I32F32::ZERO, tone.verdict),

@@ -12,7 +12,7 @@ use super::segments::{Segments, TRAPEZOID};
 use crate::acquire::sample::Stamp;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::several::{MOST, first, remove};
-use crate::estimate::tone::Verdict;
+use crate::estimate::tone::{Usable, Verdict};
 use heapless::Vec;
 
 /// Chirps after which a target that is not seen is forgotten; half as many while it is not sure.
@@ -90,7 +90,7 @@ impl Pairing {
     pub fn push(&mut self, stamp: &Stamp, phasors: &[Phasor]) -> Option<Vec<Target, MOST>> {
         let index = self.segments.push(stamp)?;
         let usable = phasors.iter().copied();
-        let usable = usable.filter(|phasor| phasor.tone.verdict < Verdict::Weak);
+        let usable = usable.filter(|phasor| phasor.tone.verdict.usable() < Usable::No);
         if let Some(beats) = self.beats.get_mut(index) {
             *beats = first(usable);
         }

@@ -13,7 +13,7 @@
 //! | 0.1 | 0.360 | 0.080 | 0.36 | 8 |
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
-use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::tone::{Tone, Verdict, Verdicts};
 use crate::math::scalar::Scalar;
 
 /// How tones are followed, in the units of the filter.
@@ -291,12 +291,17 @@ impl Track {
         if given_up {
             self.state = State::Lost;
         }
-        self.tone.verdict = if given_up { Verdict::NoSignal } else { Verdict::Weak };
+        self.said(if given_up { Verdict::NoSignal } else { Verdict::Weak });
     }
 
     /// Notes that another tone is too near to tell the two apart. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
-        self.tone.verdict = Verdict::Unresolved;
+        self.said(Verdict::Unresolved);
+    }
+
+    /// Sets the verdict, and forgets what applied in the block before.
+    fn said(&mut self, verdict: Verdict) {
+        (self.tone.verdict, self.tone.also) = (verdict, Verdicts::NONE);
     }
 
     fn shift(&mut self, cycles: f32) {
@@ -326,7 +331,7 @@ mod tests {
 
     fn tone(cycles: f64, sigma: f32) -> Tone {
         let frequency = Frequency::of_bins(0, cycles, 1).unwrap();
-        Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, verdict: Verdict::Good, rate_hz: 1.0 }
+        Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, rate_hz: 1.0, ..Tone::ZERO }
     }
 
     /// The gains and the variance of the table above.

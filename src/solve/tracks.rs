@@ -3,7 +3,7 @@
 use super::track::{State, Track, Tracking, tells};
 use crate::acquire::sample::Stamp;
 use crate::estimate::several::{MOST, first, remove};
-use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::tone::{Tone, Usable};
 use heapless::Vec;
 
 /// The largest number of tracks: the held ones, and as many tentative ones.
@@ -68,7 +68,7 @@ impl Tracks {
         let [track] = self.tracks.as_slice() else {
             return None;
         };
-        let well = track.state == State::Held && track.tone.verdict == Verdict::Good;
+        let well = track.state == State::Held && track.tone.verdict.usable() == Usable::Yes;
         well.then_some(track)
     }
 
@@ -123,7 +123,7 @@ impl Tracks {
         self.tracks.retain(|track| track.state != State::Lost);
         self.tracks.iter_mut().for_each(|track| track.predict(blocks, stamp.gap, tracking));
         let seen_well =
-            tones.iter().filter(|tone| tone.verdict < Verdict::Weak && tells(tone)).copied();
+            tones.iter().filter(|tone| tone.verdict.usable() < Usable::No && tells(tone)).copied();
         let mut tones: Vec<Tone, MOST> = first(seen_well);
         let mut seen = [false; SLOTS];
         self.merge(&mut tones, &mut seen, bin);

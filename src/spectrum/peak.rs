@@ -8,6 +8,7 @@ use super::engine::Engine;
 use super::fft::integer::Point;
 use super::scan::{Scan, Skirt};
 use crate::acquire::sample::Record;
+use crate::estimate::frequency::Frequency;
 use crate::math::products::power;
 use core::mem::MaybeUninit;
 
@@ -41,6 +42,15 @@ impl Band {
     /// The number of bins.
     pub const fn width(&self) -> u32 {
         if self.high < self.low { 0 } else { (self.high - self.low) as u32 + 1 }
+    }
+
+    /// Whether a frequency is at most half a bin outside, round the circle, in a record of `n` samples.
+    pub fn holds(&self, frequency: Frequency, n: usize) -> bool {
+        let half = (1i64 << 31) / n.max(1) as i64;
+        let first = half.wrapping_mul(2 * i64::from(self.low) - 1);
+        // The low 32 bits are the way round the circle.
+        let past = i64::from(frequency.0.to_bits()).wrapping_sub(first) as u32;
+        i64::from(past) <= half.wrapping_mul(2 * i64::from(self.width()))
     }
 }
 

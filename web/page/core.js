@@ -38,8 +38,8 @@ export class Core {
     const [names, ...verdicts] = this.text().split("\n");
     this.names = names.split(",");
     this.verdicts = verdicts.map((line) => {
-      const [name, reason] = line.split("\t");
-      return { name, reason };
+      const [name, usable, reason] = line.split("\t");
+      return { name, usable, reason };
     });
   }
 

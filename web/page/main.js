@@ -167,11 +167,11 @@ function listTones(tones) {
 
 /** The verdict's word, sign, colour and reason. */
 function verdict(number) {
-  const { name, reason } = page.core.verdicts[number] ?? { name: "none", reason: "No block has been measured yet." };
-  $("verdict").className = rank(name);
-  $("sign").textContent = SIGNS[name] ?? "";
-  $("word").textContent = name === "none" ? "no answer yet" : name;
-  $("reason").textContent = reason;
+  const said = page.core.verdicts[number];
+  $("verdict").className = said ? rank(said) : "none";
+  $("sign").textContent = said ? SIGNS[said.name] : "";
+  $("word").textContent = said?.name ?? "no answer yet";
+  $("reason").textContent = said?.reason ?? "No block has been measured yet.";
 }
 
 function figureOf(name, value, sigma, unit, small) {
@@ -264,7 +264,7 @@ function take(rows) {
     count(row);
     if (row.segment <= 1) page.ramp = row;
     if (Number.isFinite(row.outcome_verdict)) page.target = row;
-    const usable = (verdict, value) => (rank(page.core.verdicts[verdict]?.name) === "bad" ? NaN : value);
+    const usable = (verdict, value) => (page.core.verdicts[verdict]?.usable === "no" ? NaN : value);
     const point = (chart, value, sigma, truth, verdict) => chart.add(row.time_s, usable(verdict, value), sigma, truth, HISTORY);
     if (Number.isFinite(row.range_m)) {
       point(charts.first, row.range_m, row.sigma_range_m, row.truth_m, row.outcome_verdict);

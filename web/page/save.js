@@ -8,11 +8,18 @@ function offer(name, contents, type) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+/** What applies beside a verdict: a bit each, the most severe first. */
+const BESIDES = ["weak", "gap", "image", "unresolved", "clipped", "near-edge", "moving"];
+const besides = (bits) => BESIDES.filter((_, place) => (bits >> (BESIDES.length - 1 - place)) & 1);
+
 const finite = (value) => (Number.isFinite(value) ? value : null);
 
 export function table(core, rows) {
   const { names, verdicts } = core;
-  const said = (name, value) => (name.endsWith("verdict") ? verdicts[value]?.name ?? "" : finite(value) ?? "");
+  const said = (name, value) => {
+    if (name === "also") return besides(value).join(" ");
+    return name.endsWith("verdict") ? verdicts[value]?.name ?? "" : finite(value) ?? "";
+  };
   const lines = rows.map((row) => names.map((name) => said(name, row[name])).join(","));
   offer("picket.csv", [names.join(","), ...lines, ""].join("\n"), "text/csv");
 }
@@ -29,6 +36,7 @@ export function jsonLines(core, rows) {
     sigma_bins: finite(row.sigma_bins),
     snr_db: finite(row.snr_db),
     verdict: core.verdicts[row.verdict].name,
+    ...(row.also ? { also: besides(row.also) } : {}),
   }));
   lines.push(JSON.stringify({ summary: true, blocks: rows.length }));
   offer("picket.jsonl", `${lines.join("\n")}\n`, "application/x-ndjson");

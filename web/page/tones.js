@@ -25,13 +25,14 @@ export class Tones {
 
 /** A row of the table of tones: `full` is the amplitude of a sine from rail to rail. */
 export function row(tone, full, verdicts) {
-  const { name, reason } = verdicts[tone.verdict];
+  const verdict = verdicts[tone.verdict];
+  const { name, reason } = verdict;
   const level = 20 * Math.log10(tone.amplitude / full);
   const words = [
     ["frequency", figure(tone.hertz, tone.sigma).join(" \u00b1 ")],
     ["level", `${signed(level.toFixed(1))} dB`],
     ["phase", figure(tone.phase, tone.sigma_phase).join(" \u00b1 ")],
-    [`said ${rank(name)}`, `${SIGNS[name]} ${name}`],
+    [`said ${rank(verdict)}`, `${SIGNS[name]} ${name}`],
   ];
   const made = document.createElement("tr");
   made.title = reason;

@@ -32,9 +32,8 @@ export const SIGNS = {
 };
 
 /** How far a number may be trusted: use it, use it with care, do not. */
-export function rank(name) {
-  if (["good", "none"].includes(name)) return name;
-  return ["moving", "near-edge", "clipped", "unresolved", "image", "gap"].includes(name) ? "care" : "bad";
+export function rank(verdict) {
+  return { yes: "good", no: "bad" }[verdict.usable] ?? "care";
 }
 
 /** The digits behind the point that steps such as 25, 2.5 or 0.05 need. */

@@ -54,6 +54,8 @@ answer! {
     clipped,
     /// The verdict's number.
     verdict,
+    /// What applies besides, a bit each, see [`picket::Verdicts::bits`].
+    also,
     /// The range.
     range_m,
     /// One standard deviation of it.
@@ -103,6 +105,7 @@ impl Answer {
             amplitude_codes: tone.amplitude.into(),
             clipped: (*clipped).into(),
             verdict: f64::from(tone.verdict as u8),
+            also: f64::from(tone.also.bits()),
             ..Answer::NONE
         };
         match result {

@@ -77,7 +77,7 @@ impl Page {
         let mut verdicts = Verdict::ALL;
         verdicts.sort_by_key(|verdict| *verdict as u8);
         for verdict in verdicts {
-            text += &format!("\n{}\t{}", verdict.name(), verdict.reason());
+            text += &format!("\n{verdict}\t{}\t{}", verdict.usable(), verdict.reason());
         }
         self.text = text.into_bytes();
     }

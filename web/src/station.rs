@@ -164,7 +164,8 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
         terms.extend([N as f64, R::IQ.into(), bits, rate_hz, band.low.into(), band.high.into()]);
         terms.extend([f64::from(*clipped), stamp.gap.into()]);
         terms.extend([tone.frequency.cycles(), tone.sigma.into(), tone.snr.into()]);
-        terms.extend([f64::from(tone.amplitude), f64::from(tone.verdict as u8)]);
+        terms.extend([tone.amplitude.into(), f64::from(tone.verdict as u8)]);
+        terms.push(tone.also.bits().into());
     }
 
     fn terms(&self) -> &Terms {

@@ -21,7 +21,7 @@ use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::harmonic::Harmonic;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;
@@ -52,7 +52,7 @@ impl Fundamental {
         let Harmonic { tone, orders } = &self.harmonic;
         let mut payload = [0; Self::BYTES];
         let mut writer = Writer::new(&mut payload);
-        writer.put([VERSION, self.segment as u8, tone.verdict as u8, 0]);
+        writer.put([VERSION, self.segment as u8, tone.verdict as u8, tone.also.bits()]);
         writer.u32(self.sequence);
         writer.u32(*orders);
         writer.i32(tone.frequency.0.to_bits());
@@ -69,12 +69,12 @@ impl Fundamental {
             return None;
         }
         let mut reader = Reader(&frame.payload);
-        let [VERSION, segment, verdict, _] = reader.take()? else { return None };
+        let [VERSION, segment, verdict, also] = reader.take()? else { return None };
         let (sequence, orders) = (reader.u32()?, reader.u32()?);
         let frequency = Frequency(I0F32::from_bits(reader.i32()?));
         let [sigma, snr, amplitude] = [reader.f32()?, reader.f32()?, reader.f32()?];
-        let verdict = Verdict::from_u8(verdict)?;
-        let tone = Tone { frequency, sigma, snr, amplitude, verdict, ..Tone::default() };
+        let (verdict, also) = (Verdict::from_u8(verdict)?, Verdicts::of_bits(also));
+        let tone = Tone { frequency, sigma, snr, amplitude, verdict, also, ..Tone::default() };
         let harmonic = Harmonic { tone, orders };
         Some(Self { sequence, segment: Segment::from_u8(segment)?, harmonic })
     }

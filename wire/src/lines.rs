@@ -22,7 +22,7 @@ use picket::acquire::sample::{Segment, Stamp};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::phasor::Phasor;
 use picket::estimate::several::MOST;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;
@@ -85,7 +85,7 @@ impl Lines {
             for number in [tone.sigma, tone.snr, tone.amplitude, *phase, *sigma_phase] {
                 writer.f32(number);
             }
-            writer.put([tone.verdict as u8, 0, 0, 0]);
+            writer.put([tone.verdict as u8, tone.also.bits(), 0, 0]);
         }
         frame::encode(Kind::Lines, writer.written()).unwrap_or_default()
     }
@@ -120,7 +120,9 @@ impl Lines {
             for field in [sigma, snr, amplitude, phase, sigma_phase] {
                 *field = reader.f32()?;
             }
-            phasor.tone.verdict = Verdict::from_u8(reader.take::<4>()?[0])?;
+            let [verdict, also, _, _] = reader.take()?;
+            phasor.tone.verdict = Verdict::from_u8(verdict)?;
+            phasor.tone.also = Verdicts::of_bits(also);
             lines.tones.push(phasor).ok()?;
         }
         Some(lines)

@@ -36,7 +36,7 @@ use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::{Tone, Verdict, Verdicts};
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
@@ -181,7 +181,8 @@ impl Telemetry {
         let flat = Flat::of(result);
         let mut bytes = [0; LENGTH];
         let mut writer = Writer::new(&mut bytes);
-        writer.put([VERSION, stamp.segment as u8, u8::from(stamp.gap), tone.verdict as u8]);
+        let flags = u8::from(stamp.gap) | tone.also.bits() << 1;
+        writer.put([VERSION, stamp.segment as u8, flags, tone.verdict as u8]);
         writer.u32(stamp.sequence);
         writer.u64(stamp.clock);
         writer.u32(*clipped);
@@ -246,6 +247,7 @@ impl Telemetry {
         let clipped = reader.u32()?;
         let mut tone = Tone {
             verdict: Verdict::from_u8(verdict)?,
+            also: Verdicts::of_bits(flags >> 1),
             frequency: Frequency(I0F32::from_bits(reader.i32()?)),
             sigma: reader.f32()?,
             snr: reader.f32()?,

@@ -16,6 +16,7 @@ use crate::with_kind;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
+use picket::estimate::tone::{Verdict, Verdicts};
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -92,6 +93,9 @@ pub struct Answer {
     pub speed: Option<Speed>,
     /// Whether it may be used.
     pub verdict: &'static str,
+    /// What applies besides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<&'static str>,
 }
 
 /// The engine for one kind and length of record, and the methods that suit it.
@@ -247,7 +251,7 @@ impl Analyst<'_> {
         let named: Vec<_> =
             station.estimators.iter().map(|estimator| estimator.name()).zip(answers).collect();
         for (method, estimate) in named {
-            let Estimate { bins, sigma_bins, snr_db, verdict } = estimate;
+            let Estimate { bins, sigma_bins, snr_db, verdict, also } = estimate;
             let number = |x: f64| x.is_finite().then_some(x);
             let hertz = |bins: f64| rate.and_then(|rate| number(bins * rate / n as f64));
             let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
@@ -266,6 +270,7 @@ impl Analyst<'_> {
                     .carrier
                     .and_then(|carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq))),
                 verdict: verdict.name(),
+                also: names(also),
             });
         }
         Ok(())
@@ -322,6 +327,11 @@ fn fits(samples: &[Sample], codes: Codes) -> Result<(), String> {
         return Err("samples are too small for integers: add --scale CODES".into());
     }
     Ok(())
+}
+
+/// The names of verdicts, the most severe first.
+pub(crate) fn names(verdicts: Verdicts) -> Vec<&'static str> {
+    verdicts.iter().map(Verdict::name).collect()
 }
 
 fn text(error: impl std::fmt::Display) -> String {

@@ -12,7 +12,7 @@ use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::measure::{excess_over, residual};
 use picket::estimate::noise;
 use picket::estimate::noise::ring::{self, Beside};
-use picket::estimate::tone::Verdict;
+use picket::estimate::tone::{Verdict, Verdicts};
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket::estimate::unclipped::Unclipped;
 use picket::math::scalar::Scalar;
@@ -239,24 +239,24 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
                 .fit
                 .filter(|_| estimator.least_squares())
                 .unwrap_or((f64::from(estimator.about().efficiency) * bound, Line::Steady));
+            let sigma_bins = seen.sigma(bins, self.n, sigma);
+            let known = sigma_bins < self.n as f64;
             let verdicts = [
                 (!R::IQ && !(1.5..=nyquist - 1.5).contains(&bins), Verdict::NearEdge),
                 (seen.clipped > CLIPPED, Verdict::Clipped),
                 (line == Line::Moving, Verdict::Moving),
                 (line == Line::Unresolved, Verdict::Unresolved),
                 (gap, Verdict::Gap),
-                (weak, Verdict::Weak),
+                (weak || !known, Verdict::Weak),
             ];
+            let apply = || verdicts.iter().filter(|v| v.0).map(|v| v.1);
+            let verdict = apply().max().unwrap_or(Verdict::Good);
             Estimate {
                 bins,
-                sigma_bins: seen.sigma(bins, self.n, sigma),
+                sigma_bins,
                 snr_db: 10.0 * seen.snr.log10(),
-                verdict: verdicts
-                    .iter()
-                    .filter(|v| v.0)
-                    .map(|v| v.1)
-                    .max()
-                    .unwrap_or(Verdict::Good),
+                verdict,
+                also: apply().fold(Verdicts::NONE, Verdicts::with).without(verdict),
             }
         };
         estimators.iter().zip(found).map(estimate).collect()

@@ -12,7 +12,7 @@ use picket::acquire::sample::Record;
 use picket::config::Config;
 use picket::estimate::measure;
 use picket::estimate::method::Method;
-use picket::estimate::tone::Verdict;
+use picket::estimate::tone::{Verdict, Verdicts};
 use picket::plan::Terms;
 use picket::spectrum::fft::twiddle::{MAX_LENGTH, supported};
 use picket_transform::num_complex::Complex;
@@ -106,6 +106,8 @@ pub struct Estimate {
     pub snr_db: f64,
     /// Whether it may be used.
     pub verdict: Verdict,
+    /// What applies besides.
+    pub also: Verdicts,
 }
 
 impl Estimate {
@@ -114,6 +116,7 @@ impl Estimate {
         sigma_bins: f64::NAN,
         snr_db: f64::NAN,
         verdict: Verdict::NoSignal,
+        also: Verdicts::NONE,
     };
 }
 

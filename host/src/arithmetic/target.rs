@@ -85,6 +85,7 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
                 sigma_bins: f64::from(tone.sigma) * N as f64,
                 snr_db: f64::from(tone.snr_db()),
                 verdict: tone.verdict,
+                also: tone.also,
             }
         };
         estimators.iter().map(measure).collect()

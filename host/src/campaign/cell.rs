@@ -2,13 +2,11 @@
 
 use super::LIE_SIGMAS;
 use crate::sweep::OUTLIER_BINS;
+use picket::estimate::tone::{Usable, Verdict};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
-
-/// Verdicts that say: use it within sigma.
-const USABLE: [&str; 1] = ["good"];
 
 /// Sums over records.
 #[derive(Clone, Debug, Default)]
@@ -72,10 +70,11 @@ impl AddAssign<&Tally> for Tally {
 }
 
 impl Tally {
-    pub(super) fn push(&mut self, verdict: &'static str, error: f64, sigma: f64, bound: f64) {
-        *self.verdicts.entry(verdict).or_default() += 1;
+    pub(super) fn push(&mut self, verdict: Verdict, error: f64, sigma: f64, bound: f64) {
+        let usable = verdict.usable() <= Usable::WithinSigma;
+        *self.verdicts.entry(verdict.name()).or_default() += 1;
         let within = error.abs() <= LIE_SIGMAS * sigma;
-        match (USABLE.contains(&verdict), within) {
+        match (usable, within) {
             (true, true) => self.right += 1,
             (true, false) => self.lie += 1,
             (false, within) => {
@@ -83,12 +82,12 @@ impl Tally {
                 self.wolf += u64::from(within);
             }
         }
-        if verdict == "good" {
+        if verdict == Verdict::Good {
             self.good.push(error, sigma, bound);
         }
         if error.abs() <= OUTLIER_BINS {
             self.near.push(error, sigma, bound);
-            if !USABLE.contains(&verdict) {
+            if !usable {
                 self.flagged_near.push(error, sigma, bound);
             }
         }
@@ -143,11 +142,11 @@ pub struct Cell {
     pub arith: &'static str,
     /// Records.
     pub trials: usize,
-    /// Answers that say they may be used (`good`) and are within 5 sigma.
+    /// Answers that say they may be used within sigma ([`Usable::WithinSigma`] or better) and are within 5 sigma.
     pub right: u64,
     /// Answers that say they may not.
     pub flagged: u64,
-    /// Answers that say they may be used and are off by more than 5 sigma.
+    /// Answers that say they may be used within sigma and are off by more than 5.
     pub lie: u64,
     /// Of those flagged: within 5 sigma.
     pub wolf: u64,

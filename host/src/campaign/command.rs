@@ -15,9 +15,9 @@ pub const TRIALS: usize = 300;
 
 /// What stands below the table.
 const LEGEND: &str = "\
-right    % good, and within 5 sigma of the truth
+right    % said to be usable within sigma (good, moving, clipped, gap), and within 5 sigma of the truth
 flagged  % any other verdict; wolf: of them those within 5 sigma
-lie      % good, and off by more than 5 sigma
+lie      % said to be usable within sigma, and off by more than 5
 RMSE and error/sigma leave out answers off by more than 1.5 bins; z2 is the mean of (error/sigma)^2 of all good ones.
 The bound is that of a pure tone in white noise as dense as the noise is at the tone.";
 

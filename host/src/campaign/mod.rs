@@ -18,7 +18,7 @@ use clap::ValueEnum;
 use indicatif::ProgressBar;
 use picket::estimate::uncertainty::bound_bins;
 
-/// An answer that says it may be used and is off by more than so many of its sigma is a lie.
+/// An answer that says it may be used within sigma and is off by more than so many of its sigma is a lie.
 pub const LIE_SIGMAS: f64 = 5.0;
 
 /// What is true of a tone that changes within the block.
@@ -131,7 +131,7 @@ impl Campaign {
                 true => (answer.bins - truth + n / 2.0).rem_euclid(n) - n / 2.0,
                 false => answer.bins - truth,
             };
-            tally.push(answer.verdict.name(), error, answer.sigma_bins, bound);
+            tally.push(answer.verdict, error, answer.sigma_bins, bound);
         }
     }
 }

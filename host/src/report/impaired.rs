@@ -85,8 +85,8 @@ pub fn impaired(lab: &Lab) -> Result<Section, String> {
             format!(
                 "Each row is one thing that front ends and signals do (`cargo picket sweep --impair list` explains them), at all its usual \
                  severities alike: {} records of 1024 samples of 12 bits at each signal-to-noise ratio, the firmware's arithmetic. \
-                 Right: called good or moving, and within 5 sigma of the truth, which is the mean frequency over the block. Flagged: \
-                 called anything else. Lie: called good or moving, and off by more.",
+                 Right: said to be usable within sigma (good, moving, clipped, gap), and within 5 sigma of the truth, which is the mean frequency over the block. Flagged: \
+                 called anything else. Lie: said to be usable within sigma, and off by more.",
                 lab.trials(600, 24)
             ),
             format!(

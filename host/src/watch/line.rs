@@ -1,6 +1,7 @@
 //! A measurement as a line, for people and for programs.
 
 use super::Style;
+use crate::analyze::names;
 use crate::device::Listener;
 use picket::acquire::sample::Segment;
 use picket::estimate::phasor::Phasor;
@@ -91,6 +92,8 @@ pub struct Row {
     reading: Reading,
     clipped: u32,
     verdict: &'static str,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    also: Vec<&'static str>,
     method: &'static str,
     range_m: Option<f64>,
     sigma_range_m: Option<f32>,
@@ -134,6 +137,7 @@ impl Row {
             reading: Reading::of(tone, scale),
             clipped: measurement.clipped,
             verdict: tone.verdict.name(),
+            also: names(tone.also),
             method: record.method.name(),
             range_m: None,
             sigma_range_m: None,

@@ -122,6 +122,7 @@ pub fn lines<R: Record, const N: usize>(
         return alone();
     }
     let mut phasors = hunt.phasors(stamp);
+    phasors.iter_mut().for_each(|phasor| phasor.tone.keep_to::<N>(band));
     // The only tone is known better by what measured it.
     if let [phasor] = phasors.as_mut_slice()
         && phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0

@@ -14,18 +14,18 @@ use picket::estimate::least_squares::Reach;
 use picket::estimate::lines::lines;
 use picket::estimate::measure::{Arithmetic, Options};
 use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::estimate::tone::{Tone, Verdict, Verdicts};
 use picket::spectrum::Spectrum;
 use picket::spectrum::peak::Band;
 use std::cell::RefCell;
 
 /// What the page says of a block, as numbers.
-pub type Terms = [f64; 13];
+pub type Terms = [f64; 14];
 
 /// The tones of a block, at most `most`, the strongest first: a [`row`](row::row) each. `terms` are the samples' number, 1 for
 /// I/Q, the bits of a code (those from 0 as a negative number), the rate in Hz, the band's first and last bin, the count
 /// of clipped samples, 1 behind a gap, then the block's tone: frequency and sigma in cycles per sample, signal-to-noise ratio,
-/// amplitude, the verdict's number. None where they cannot work.
+/// amplitude, the verdict's number, the bits of what applies besides. None where they cannot work.
 pub fn tones(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Vec<f64> {
     // A cast saturates.
     match (terms[0] as usize, terms[1] != 0.0) {
@@ -45,8 +45,22 @@ fn of<R: Record, const N: usize>(
     samples: &[[i16; 2]],
     most: usize,
 ) -> Option<Vec<f64>> {
-    let &[_, _, bits, rate_hz, low, high, clipped, gap, frequency, sigma, snr, amplitude, verdict] =
-        terms;
+    let &[
+        _,
+        _,
+        bits,
+        rate_hz,
+        low,
+        high,
+        clipped,
+        gap,
+        frequency,
+        sigma,
+        snr,
+        amplitude,
+        verdict,
+        also,
+    ] = terms;
     let codes = Codes::of_bits(bits > 0.0, bits.abs() as u32)?;
     let band = Band { low: low as i32, high: high as i32 };
     // As a plan has them. A whole configuration would bring its solvers along, and their size.
@@ -62,6 +76,7 @@ fn of<R: Record, const N: usize>(
         snr: snr as f32,
         amplitude: amplitude as f32,
         verdict: Verdict::from_u8(verdict as u8)?,
+        also: Verdicts::of_bits(also as u8),
         ..Tone::default()
     };
     let mut parts = samples.iter().copied();

@@ -9,7 +9,7 @@ use super::settings::of_answer;
 use super::{Kept, Options, WatchError, io};
 use crate::device::{Listener, Said};
 use crate::end;
-use picket::estimate::tone::Verdict;
+use picket::estimate::tone::{Usable, Verdict};
 use picket::pipeline::Outcome;
 use picket_wire::follow::Follow;
 use picket_wire::status::Status;
@@ -182,7 +182,7 @@ impl Live {
         let told = Some(tone.rate_hz).filter(|&rate| rate > 0.0);
         let rate = self.scale.rate_hz.or(told).unwrap_or(1.0);
         let time = record.measurement.stamp.clock as f64 / rate;
-        let usable = |verdict: Verdict| verdict < Verdict::Weak;
+        let usable = |verdict: Verdict| verdict.usable() < Usable::No;
         let mut points = Vec::new();
         match &record.measurement.result {
             Outcome::None => {}

@@ -2,7 +2,7 @@
 
 use super::{Live, Quantity, Target, Value};
 use crate::device::Listener;
-use picket::estimate::tone::Verdict;
+use picket::estimate::tone::{Usable, Verdict};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -183,17 +183,17 @@ fn figure(name: &str, (value, sigma): Value, unit: &str) -> Line<'static> {
 
 /// Told apart without colour, too.
 const fn sign(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Good => "√",
-        Verdict::NearEdge | Verdict::Clipped | Verdict::Unresolved | Verdict::Gap => "!",
-        _ => "x",
+    match verdict.usable() {
+        Usable::Yes => "√",
+        Usable::WithinSigma | Usable::WithoutSign | Usable::Rough => "!",
+        Usable::No => "x",
     }
 }
 
 fn colour(verdict: Verdict) -> Style {
-    Style::new().fg(match verdict {
-        Verdict::Good => Color::Green,
-        Verdict::NearEdge | Verdict::Clipped | Verdict::Unresolved | Verdict::Gap => Color::Yellow,
-        _ => Color::Red,
+    Style::new().fg(match verdict.usable() {
+        Usable::Yes => Color::Green,
+        Usable::WithinSigma | Usable::WithoutSign | Usable::Rough => Color::Yellow,
+        Usable::No => Color::Red,
     })
 }

@@ -1,0 +1,289 @@
+//! What is known against a number, and what the number may be used for.
+
+/// What is known against a number. Every number comes with a verdict, and [`Verdict::usable`] says what the number may
+/// be used for. If several apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A
+/// telemetry record holds a verdict as its number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Verdict {
+    /// Use it: sigma is its error.
+    Good = 0,
+    /// One tone whose frequency or level changes within the record. Use it within sigma, as the
+    /// mean over the record. Two lines less than one and a half bins apart look the same.
+    Moving = 8,
+    /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate, or it is more than half a bin
+    /// outside of the band in which it was sought.
+    NearEdge = 1,
+    /// More than 1 % of the samples touch a rail. Use it within sigma, which includes how far the
+    /// harmonics of clipping move this tone. At most frequencies they hardly do; near a simple
+    /// fraction of the rate they move it hundreds of times as far as noise.
+    Clipped = 2,
+    /// Two tones too close to be separated, or beats that do not belong to one target.
+    Unresolved = 3,
+    /// The two parts of an I/Q record do not match, for example because one is dead or late. The
+    /// tone may be at minus its frequency.
+    Image = 9,
+    /// Samples were lost just before this block, or within this chirp.
+    Gap = 4,
+    /// The peak is below the detection threshold: it may be noise.
+    Weak = 5,
+    /// There is nothing in the band; the numbers mean nothing.
+    #[default]
+    NoSignal = 6,
+    /// Samples lie beyond the rails of the stated codes. The converter's codes are others, so
+    /// noise, sigma and clipping mean nothing.
+    WrongCodes = 7,
+}
+
+impl Verdict {
+    /// Every verdict, from best to worst.
+    pub const ALL: [Verdict; 10] = [
+        Verdict::Good,
+        Verdict::Moving,
+        Verdict::NearEdge,
+        Verdict::Clipped,
+        Verdict::Unresolved,
+        Verdict::Image,
+        Verdict::Gap,
+        Verdict::Weak,
+        Verdict::NoSignal,
+        Verdict::WrongCodes,
+    ];
+
+    /// The verdict with this number, as stored in a telemetry record.
+    pub fn from_u8(code: u8) -> Option<Self> {
+        Self::ALL.iter().copied().find(|&verdict| verdict as u8 == code)
+    }
+
+    /// The name that tables and JSON show.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Verdict::Good => "good",
+            Verdict::Moving => "moving",
+            Verdict::NearEdge => "near-edge",
+            Verdict::Clipped => "clipped",
+            Verdict::Unresolved => "unresolved",
+            Verdict::Image => "image",
+            Verdict::Gap => "gap",
+            Verdict::Weak => "weak",
+            Verdict::NoSignal => "no-signal",
+            Verdict::WrongCodes => "wrong-codes",
+        }
+    }
+
+    /// What it means, in a sentence.
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Verdict::Good => "One steady tone: the error is as sigma says.",
+            Verdict::Moving => {
+                "The tone's frequency or level changes within the block: the frequency is the mean over it."
+            }
+            Verdict::NearEdge => {
+                "The tone is so near DC or Nyquist that its mirror image disturbs it, or it lies outside of the band."
+            }
+            Verdict::Clipped => "Samples touch the converter's rails: lower the gain.",
+            Verdict::Unresolved => {
+                "There is more than one tone in the line: sigma covers what is seen of it."
+            }
+            Verdict::Image => {
+                "The two channels do not belong together: the frequency may have the wrong sign."
+            }
+            Verdict::Gap => "Samples were lost just before this block.",
+            Verdict::Weak => "The line is too weak to be told from noise.",
+            Verdict::NoSignal => "There is nothing in the band.",
+            Verdict::WrongCodes => {
+                "Samples lie beyond the rails that were stated: the converter's codes are others."
+            }
+        }
+    }
+
+    /// What a number of this verdict may be used for.
+    pub const fn usable(self) -> Usable {
+        match self {
+            Verdict::Good => Usable::Yes,
+            Verdict::Moving | Verdict::Clipped | Verdict::Gap => Usable::WithinSigma,
+            Verdict::Image => Usable::WithoutSign,
+            Verdict::NearEdge | Verdict::Unresolved => Usable::Rough,
+            Verdict::Weak | Verdict::NoSignal | Verdict::WrongCodes => Usable::No,
+        }
+    }
+
+    /// Its place in the order of severity.
+    const fn severity(self) -> u8 {
+        match self {
+            Verdict::Good => 0,
+            Verdict::Moving => 1,
+            Verdict::NearEdge => 2,
+            Verdict::Clipped => 3,
+            Verdict::Unresolved => 4,
+            Verdict::Image => 5,
+            Verdict::Gap => 6,
+            Verdict::Weak => 7,
+            Verdict::NoSignal => 8,
+            Verdict::WrongCodes => 9,
+        }
+    }
+}
+
+impl Ord for Verdict {
+    fn cmp(&self, other: &Self) -> core::cmp::Ordering {
+        self.severity().cmp(&other.severity())
+    }
+}
+
+impl PartialOrd for Verdict {
+    fn partial_cmp(&self, other: &Self) -> Option<core::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl core::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// What a number may be used for, from best to worst, and `<` orders it so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Usable {
+    /// For everything: sigma is its error.
+    Yes,
+    /// Within sigma, which covers what is wrong, but not for more than the verdict says.
+    WithinSigma,
+    /// For its size, but not for its sign.
+    WithoutSign,
+    /// As a rough value, if nothing better can be had: the error may be larger than sigma says.
+    Rough,
+    /// For nothing.
+    No,
+}
+
+impl Usable {
+    /// The words that tables show.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Usable::Yes => "yes",
+            Usable::WithinSigma => "within sigma",
+            Usable::WithoutSign => "without its sign",
+            Usable::Rough => "as a rough value",
+            Usable::No => "no",
+        }
+    }
+}
+
+impl core::fmt::Display for Usable {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A set of verdicts that apply beside a more severe one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Verdicts(u8);
+
+impl Verdicts {
+    /// None.
+    pub const NONE: Self = Self(0);
+
+    /// Those that can apply beside another, the most severe first. Where there is nothing, and where the codes are
+    /// wrong, nothing is worse.
+    const ALL: [Verdict; 7] = [
+        Verdict::Weak,
+        Verdict::Gap,
+        Verdict::Image,
+        Verdict::Unresolved,
+        Verdict::Clipped,
+        Verdict::NearEdge,
+        Verdict::Moving,
+    ];
+
+    /// The bit of a verdict: one for each of [`Verdicts::ALL`], none for others.
+    const fn bit(verdict: Verdict) -> u8 {
+        match verdict {
+            Verdict::Moving => 1,
+            Verdict::NearEdge => 2,
+            Verdict::Clipped => 4,
+            Verdict::Unresolved => 8,
+            Verdict::Image => 16,
+            Verdict::Gap => 32,
+            Verdict::Weak => 64,
+            Verdict::Good | Verdict::NoSignal | Verdict::WrongCodes => 0,
+        }
+    }
+
+    /// With one more.
+    #[must_use]
+    pub const fn with(self, verdict: Verdict) -> Self {
+        Self(self.0 | Self::bit(verdict))
+    }
+
+    /// Without one.
+    #[must_use]
+    pub const fn without(self, verdict: Verdict) -> Self {
+        Self(self.0 & !Self::bit(verdict))
+    }
+
+    /// Whether one is among them.
+    pub const fn has(self, verdict: Verdict) -> bool {
+        self.0 & Self::bit(verdict) != 0
+    }
+
+    /// All of them, the most severe first.
+    pub fn iter(self) -> impl Iterator<Item = Verdict> + use<> {
+        Self::ALL.into_iter().filter(move |&verdict| self.has(verdict))
+    }
+
+    /// The set as seven bits, as telemetry holds it: from the lowest on moving, near-edge, clipped, unresolved, image,
+    /// gap, weak.
+    pub const fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The set of these seven bits.
+    pub const fn of_bits(bits: u8) -> Self {
+        Self(bits & 0x7F)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::tone::Tone;
+    use std::vec::Vec;
+
+    #[test]
+    fn a_tone_says_all_that_applies_and_the_worst_first() {
+        let mut tone = Tone::ZERO;
+        for verdict in
+            [Verdict::Moving, Verdict::Good, Verdict::Clipped, Verdict::Clipped, Verdict::Moving]
+        {
+            tone.add(verdict);
+        }
+        let reasons: Vec<Verdict> = tone.reasons().collect();
+        assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
+        assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
+        tone.add(Verdict::WrongCodes);
+        let reasons: Vec<Verdict> = tone.reasons().collect();
+        assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
+        assert_eq!(Verdicts::of_bits(tone.also.bits()), tone.also);
+    }
+
+    /// Each can be told, and is told in the order of severity.
+    #[test]
+    fn sets_keep_the_order_of_severity() {
+        let mut order: Vec<Verdict> = Verdicts::of_bits(0x7F).iter().collect();
+        assert_eq!(order.len(), 7);
+        order.reverse();
+        assert!(order.is_sorted());
+        for verdict in Verdict::ALL {
+            assert_eq!(
+                Verdicts::NONE.with(verdict).iter().next(),
+                order.iter().copied().find(|v| *v == verdict)
+            );
+        }
+    }
+}
