@@ -91,5 +91,7 @@ fn records() -> (Vec<u8>, usize) {
 
 fn setup(n: usize, bits: u8, snr_db: f64) -> Setup {
     let codes = if bits == 12 { Codes::signed::<12>() } else { Codes::signed::<16>() };
-    Setup { width: Width::Codes(codes), ..Setup::new(n, snr_db) }
+    let mut setup = Setup::new(n, snr_db);
+    setup.width = Width::Codes(codes);
+    setup
 }

@@ -124,11 +124,6 @@ fn the_documents_state_the_budget() {
         &[figure("/helium_q15/1024/measurement/0")],
     );
     page.assert_states(
-        "one tone of 1,024 samples takes # KB of program memory, where it takes # on the M4F",
-        &["helium_images/0", "single_images/M4F/0"]
-            .map(|path| figure(&format!("/{path}")) / 1000.0),
-    );
-    page.assert_states(
         "take between # cycles, if every two neighbours overlap, and #, if none do",
         &[1.1, 2.1].map(|cycles| cycles * figure("/helium/1024/fft_peak/0")),
     );
