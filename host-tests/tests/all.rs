@@ -37,4 +37,5 @@ mod track;
 mod trust;
 mod two_tones;
 mod vectors;
+mod waveform;
 mod widths;
