@@ -40,4 +40,5 @@ mod track;
 mod trust;
 mod two_tones;
 mod vectors;
+mod waveform;
 mod widths;

@@ -9,6 +9,8 @@ use picket::config::{Config, Scene};
 use picket::solve::chirp::{Ambiguity, Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
+use picket_host::scenario;
+use picket_simulator::Target;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -243,52 +245,78 @@ fn noise_is_no_tone() {
     assert!(seen.iter().all(|verdict| *verdict >= Verdict::Weak));
 }
 
+/// What one converter takes by turns of an echo, Q half a pair after I, and what two take at once.
+fn echoes<const N: usize>(
+    scene: Scene,
+    target: &Target,
+    segment: usize,
+    rng: &mut ChaCha8Rng,
+) -> [[[i16; 2]; N]; 2] {
+    let config = Config { scene, ..Config::new(2e3, CODES) };
+    let twice = scenario::sensor::<Iq>(&config, 2 * N, 0.0);
+    let twice = twice.clone().received_by(twice.receiver.with_snr(target.amplitude, 30.0));
+    let targets = core::slice::from_ref(target);
+    let record = twice.record(targets, (0, segment), || rng.sample(StandardNormal));
+    let pairs = record.as_chunks::<2>().0;
+    let by_turns = std::array::from_fn(|n| [pairs[n][0][0], pairs[n][1][1]]);
+    [by_turns, std::array::from_fn(|n| pairs[n][0])]
+}
+
 /// A velocity has its sign, and beats of a chirp theirs.
 #[test]
 fn the_sign_reaches_the_solver() {
-    for bins in [-60.5, 60.5] {
-        let line = Line { bins, amplitude: 900.0, phase: 0.0 };
-        let mut pairs = pairs::<512>(&mut rng(913, 0), line, 2.0, IDEAL);
-        let scene = Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0, mixing: Mixing::RxConjTx };
-        let config = Config { scene, rate_hz: 1e3, band_hz: None, ..sideband(512, true, 3.0) };
-        let Outcome::Velocity(velocity) = measure::<512, 1024>(&config, &mut pairs).result else {
-            panic!("no velocity");
+    for mixing in Mixing::ALL {
+        let scene = Scene::Doppler { wavelength_m: 0.01, angle_rad: 0.0, mixing };
+        for wanted in [-0.59, 0.59] {
+            let target = Target::moving(900.0, 5.0, wanted);
+            let [mut pairs, _] = echoes::<512>(scene, &target, 0, &mut rng(913, 0));
+            let upper = (wanted > 0.0) == (mixing == Mixing::RxConjTx);
+            let config = Config { scene, rate_hz: 1e3, ..sideband(512, upper, 3.0) };
+            let config = Config { band_hz: None, ..config };
+            let Outcome::Velocity(velocity) = measure::<512, 1024>(&config, &mut pairs).result
+            else {
+                panic!("no velocity");
+            };
+            let error = velocity.velocity.to_num::<f64>() - wanted;
+            assert!(error.abs() < 6.0 * f64::from(velocity.sigma), "{velocity:?}");
+        }
+        // The beats of a triangle, all of one sign, which real samples would take for another target's.
+        let chirp = Chirp {
+            shape: Shape::Triangle,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 50e6,
+            duration_s: 0.52,
+            guard_s: 0.004,
+            mixing,
+            ..Chirp::default()
         };
-        let wanted = bins / 512.0 * 1e3 * 0.01 / 2.0;
-        let error = velocity.velocity.to_num::<f64>() - wanted;
-        assert!(error.abs() < 6.0 * f64::from(velocity.sigma), "{velocity:?}");
+        let scene = Scene::Chirp(chirp);
+        let config = Config { scene, ..Config::new(1e3, CODES) };
+        let mut turns = Alternating::<512, 1024>::new(config.plan().unwrap());
+        let mut at_once = Pipeline::<Iq, 512>::new(config.plan().unwrap());
+        let timing = Timing { period: 520, segments: chirp.shape.segments() };
+        let target = Target::moving(900.0, 24.0, 0.25);
+        let mut targets = Vec::new();
+        for number in 0..2 {
+            let stamp = timing.stamp(number, false);
+            let rng = &mut rng(914, number);
+            let [mut pairs, both] = echoes::<512>(scene, &target, number as usize, rng);
+            let first = turns.block(stamp, &mut pairs);
+            targets.push([first.result, at_once.block(stamp, &both).result]);
+        }
+        let [Outcome::Target(turns), Outcome::Target(at_once)] = targets[1] else {
+            panic!("no target")
+        };
+        println!("{turns:?}");
+        let middle_s = scenario::sensor::<Iq>(&config, 512, 0.0).middle_s();
+        for seen in [turns, at_once] {
+            assert_eq!((seen.ambiguity, seen.verdict), (Ambiguity::None, Verdict::Good));
+            let off =
+                |a: I32F32, b: f64, sigma: f32| (a.to_num::<f64>() - b).abs() / f64::from(sigma);
+            assert!(off(seen.range, target.range_m(middle_s), seen.sigma_range) < 6.0, "{seen:?}");
+            assert!(off(seen.velocity, 0.25, seen.sigma_velocity) < 6.0, "{seen:?}");
+        }
     }
-    // The beats of a triangle on both sides of 0 Hz, which real samples could not tell apart.
-    let (shape, duration_s) = (Shape::Triangle, 0.512);
-    let scene = Scene::Chirp(Chirp {
-        shape,
-        wavelength_m: 0.0125,
-        bandwidth_hz: 200e6,
-        duration_s,
-        ..Chirp::default()
-    });
-    let config = Config { scene, rate_hz: 1e3, ..Config::new(1e3, CODES) };
-    let mut turns = Alternating::<512, 1024>::new(config.plan().unwrap());
-    let mut at_once = Pipeline::<Iq, 512>::new(config.plan().unwrap());
-    let timing = Timing { period: 512, segments: shape.segments() };
-    let mut targets = Vec::new();
-    for (number, bins) in [(0, 20.3), (1, -70.6)] {
-        let line = Line { bins, amplitude: 900.0, phase: 0.5 };
-        let stamp = timing.stamp(number, false);
-        let first = turns.block(stamp, &mut pairs::<512>(&mut rng(914, number), line, 2.0, IDEAL));
-        let both = Iq::record::<512>(&mut rng(915, number), &[line], 2.0);
-        targets.push([first.result, at_once.block(stamp, &both).result]);
-    }
-    let [Outcome::Target(turns), Outcome::Target(at_once)] = targets[1] else {
-        panic!("no target")
-    };
-    println!("{turns:?}");
-    assert_eq!((turns.ambiguity, turns.verdict), (Ambiguity::None, Verdict::Good));
-    let apart = |a: I32F32, b: I32F32, sigma: f32| {
-        (a - b).to_num::<f64>().abs() > 6.0 * 2f64.sqrt() * f64::from(sigma)
-    };
-    assert!(!apart(turns.range, at_once.range, at_once.sigma_range), "{at_once:?}");
-    assert!(!apart(turns.velocity, at_once.velocity, at_once.sigma_velocity), "{at_once:?}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Displacement from phases: never a wrong turn in an answer that is called good.
 
 use crate::signal::*;
+use picket::config::SPEED_OF_LIGHT;
 use picket::estimate::phasor::Phasor;
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Displacement, Unwrapper};
-use picket::{Codes, Config, Iq, Pipeline, Record, Stamp, Tone, Verdict};
+use picket::{Codes, Config, Iq, Pipeline, Stamp, Tone, Verdict};
+use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
@@ -32,26 +34,28 @@ fn judged(moved: &[Displacement], truth: &[f64]) -> [usize; 2] {
 /// A target before a continuous-wave radar: its frequency in bins follows a function of the time in blocks.
 fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2] {
     let amplitude = amplitude(snr_db).min(1500.0);
-    let noise = sigma(amplitude, snr_db);
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<Iq, N>().unwrap();
+    // A wave of 2 m turns once a metre.
+    let wave = Waveform::continuous(SPEED_OF_LIGHT / 2.0);
     let seen = trials(seed, 50, |rng| {
         let (mean, begin) = (rng.random_range(-40.0..40.0f64), rng.random_range(0.0..TAU));
-        // Turns at a time in blocks.
+        // Turns at a time in blocks, of a target that goes away.
         let turns = |t: f64| {
             mean * t - swing_bins * period / TAU * ((TAU * t / period + begin).cos() - begin.cos())
         };
+        let mixing = Mixing::ALL[usize::from(rng.random::<bool>())];
+        let receiver = Receiver::ideal(1.0, true, mixing).with_snr(amplitude, snr_db);
+        let target = Target::new(amplitude, |t| turns(t / N as f64));
         let mut pipeline = Pipeline::<Iq, N>::new(plan);
-        let mut unwrapper = Unwrapper::new(2.0, Mixing::TxConjRx, Between::Frequency).unwrap();
+        let mut unwrapper = Unwrapper::new(2.0, mixing, Between::Frequency).unwrap();
         let (mut moved, mut truth) = (Vec::new(), Vec::new());
         for block in 0..BLOCKS {
-            let samples = std::array::from_fn(|n| {
-                let (sin, cos) = (TAU * turns(block as f64 + n as f64 / N as f64)).sin_cos();
-                let noise = [0; 2].map(|_| noise * rng.sample::<f64, _>(StandardNormal));
-                Iq::of_parts([amplitude * cos + noise[0], amplitude * sin + noise[1]].map(quantise))
-            });
             let clock = block * N as u64;
+            let targets = core::slice::from_ref(&target);
+            let normal = || rng.sample(StandardNormal);
+            let record = receiver.record(&wave, targets, (0, clock as f64), N, normal);
             let stamp = Stamp { sequence: block as u32, clock, ..Stamp::default() };
-            let measurement = pipeline.block(stamp, &samples);
+            let measurement = pipeline.block(stamp, record.as_array().unwrap());
             for phasor in &pipeline.lines(&measurement, 1) {
                 moved.push(unwrapper.push(&stamp, phasor));
                 truth.push(turns(block as f64 + 0.5));

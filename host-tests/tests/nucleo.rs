@@ -22,7 +22,8 @@ use picket_host::arithmetic::Arithmetic;
 use picket_host::board::{Beside, Board, image};
 use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
-use picket_host::{flash, recording};
+use picket_host::{flash, recording, scenario};
+use picket_simulator::Target;
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::follow::Follow;
@@ -419,18 +420,15 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let body = board.request(Command::GetSettings).unwrap().unwrap();
     assert_eq!(Settings::of_bytes(&body), Ok((used, N)));
     let mut here = Here::<Iq>::new(&settings);
+    let radar = scenario::sensor::<Iq>(&used.config, N, 0.0);
+    let radar = radar.clone().received_by(radar.receiver.with_snr(900.0, 30.0));
     let mut targets = 0;
-    for number in 0..60 {
-        // A target that comes nearer: what its range and its speed do to the beat, in bins.
-        let (range, doppler) = (120.0, 45.5);
-        let bin = [range - doppler, doppler, range + doppler][number as usize % 3];
-        let phase: f64 = rng.random();
-        let samples: [[i16; 2]; N] = std::array::from_fn(|n| {
-            let angle = std::f64::consts::TAU * (bin * n as f64 / N as f64 + phase);
-            let mut part =
-                |x: f64| (2048.0 + 900.0 * x + 30.0 * rng.random_range(-1.0..1.0)) as i16;
-            [part(angle.cos()), part(angle.sin())]
-        });
+    for number in 0..60u64 {
+        // A target that comes nearer.
+        let target = Target::moving(900.0, 90.0, 25.0).turned(rng.random());
+        let at = (number / 3, number as usize % 3);
+        let samples = scenario::codes::<Iq>(&radar, &[target], at, &mut rng);
+        let samples: [[i16; 2]; N] = samples.try_into().unwrap();
         assert!(board.block(&bytes(samples.as_flattened())).unwrap());
         let expected = here.record(here.stamp(number, false), &samples, Health::default());
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");

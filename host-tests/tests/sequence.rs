@@ -2,43 +2,26 @@
 
 use crate::signal::*;
 use picket::config::SPEED_OF_LIGHT;
-use picket::solve::chirp::Shape;
-use picket::solve::equations::{Chirp, Equations};
 use picket::solve::sequence::{LISTED, Sequence};
-use picket::{Codes, Config, Pipeline, Real, Stamp, Verdict};
+use picket::{Chirp, Codes, Config, Mixing, Pipeline, Real, Shape, Stamp, Verdict};
+use picket_simulator::{Receiver, Sensor, Target};
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use std::f64::consts::{PI, TAU};
 
 const N: usize = 1024;
 const RATE_HZ: f64 = 500e3;
-/// Samples from chirp to chirp, m, Hz, s.
+/// Samples from chirp to chirp.
 const PERIOD: u32 = 1100;
-const WAVELENGTH_M: f64 = 0.0125;
-const BANDWIDTH_HZ: f64 = 200e6;
-const RAMP_S: f64 = N as f64 / RATE_HZ;
-/// The wavelength is that of the ramp's middle.
-const BOTTOM_HZ: f64 = SPEED_OF_LIGHT / WAVELENGTH_M - 0.5 * BANDWIDTH_HZ;
 
-fn equations() -> Equations {
-    let chirp = Chirp {
+/// 24 GHz in the middle of the ramp.
+fn chirp() -> Chirp {
+    let (bandwidth_hz, duration_s) = (200e6, N as f64 / RATE_HZ);
+    Chirp {
         shape: Shape::Sawtooth,
-        wavelength_m: SPEED_OF_LIGHT / BOTTOM_HZ,
-        bandwidth_hz: BANDWIDTH_HZ,
-        duration_s: RAMP_S,
+        wavelength_m: SPEED_OF_LIGHT / (24e9 - 0.5 * bandwidth_hz),
+        bandwidth_hz,
+        duration_s,
         ..Chirp::default()
-    };
-    chirp.equations(RATE_HZ, N, false).unwrap()
-}
-
-/// The beat of a chirp that begins at this sample, of a target that was `range_m` away at sample 0, in radians by sample.
-fn beat(range_m: f64, velocity: f64, clock: u64) -> impl Fn(usize) -> f64 {
-    let slope = BANDWIDTH_HZ / RAMP_S;
-    move |n| {
-        let away = range_m - velocity * (clock as f64 + n as f64) / RATE_HZ;
-        let delay = 2.0 * away / SPEED_OF_LIGHT;
-        let within = n as f64 / RATE_HZ;
-        TAU * (BOTTOM_HZ * delay + slope * delay * within - 0.5 * slope * delay * delay)
     }
 }
 
@@ -55,26 +38,26 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
         let (range_m, velocity) = (rng.random_range(15.0..80.0), rng.random_range(-4.0..4.0));
         let config = Config::new(RATE_HZ, Codes::signed::<12>());
         let mut pipeline = Pipeline::<Real, N>::new(config.plan().unwrap());
-        let mut sequence = Sequence::new(&equations(), PERIOD).unwrap();
+        let equations = chirp().equations(RATE_HZ, N, false).unwrap();
+        let mut sequence = Sequence::new(&equations, PERIOD).unwrap();
         let amplitude = amplitude(snr_db);
-        let noise = sigma(amplitude, snr_db);
+        let receiver =
+            Receiver::ideal(RATE_HZ, false, Mixing::TxConjRx).with_snr(amplitude, snr_db);
+        let radar = Sensor::chirp(&chirp(), receiver, N, f64::from(PERIOD) / RATE_HZ);
+        let target = Target::moving(amplitude, range_m, velocity).turned(1.0 / 6.0);
         let mut targets = heapless::Vec::new();
         let mut middle = 0.0;
-        for chirp in 0..chirps {
-            let clock = chirp * u64::from(PERIOD);
-            let angle = beat(range_m, velocity, clock);
-            let samples = std::array::from_fn(|n| {
-                quantise(
-                    amplitude * (angle(n) + PI / 3.0).cos()
-                        + noise * rng.sample::<f64, _>(StandardNormal),
-                )
-            });
-            let stamp = Stamp { clock, sequence: chirp as u32, ..Stamp::default() };
+        for lap in 0..chirps {
+            let record = radar
+                .record(core::slice::from_ref(&target), (lap, 0), || rng.sample(StandardNormal));
+            let samples = std::array::from_fn(|n| record[n][0]);
+            let clock = lap * u64::from(PERIOD);
+            let stamp = Stamp { clock, sequence: lap as u32, ..Stamp::default() };
             let measurement = pipeline.block(stamp, &samples);
             let lines = pipeline.lines(&measurement, 1);
             let [phasor] = lines.as_slice() else { panic!("{} lines", lines.len()) };
             targets = sequence.push(&stamp, phasor);
-            middle = (clock as f64 + 0.5 * N as f64) / RATE_HZ;
+            middle = clock as f64 / RATE_HZ + radar.middle_s();
         }
         let square = |error: f64, sigma: f32| (error / f64::from(sigma)).powi(2);
         let right =

@@ -59,6 +59,34 @@ fn the_turntable_is_inside_two_millimetres_a_second() {
     }
 }
 
+/// Both shapes and both ways round: every target inside the bars, good, and within five of its sigmas.
+#[test]
+fn every_target_before_the_radar_is_inside_the_bars() {
+    for mixing in ["tx-conj-rx", "rx-conj-tx"] {
+        let lines = lines(&["--scenario", "radar", "--mixing", mixing, "--json"]);
+        let (summary, rows) = lines.split_last().unwrap();
+        println!("{summary}");
+        assert_eq!((rows.len(), number(summary, "inside")), (28, 28.0));
+        for (index, row) in rows.iter().enumerate() {
+            assert_eq!(row["shape"], ["triangle", "trapezoid"][index / 14]);
+            assert_eq!(
+                (&row["mixing"], &row["verdict"]),
+                (&mixing.into(), &"good".into()),
+                "{row}"
+            );
+            for (value, truth, sigma) in [
+                ("range_m", "truth_range_m", "sigma_range_m"),
+                ("velocity_mps", "truth_velocity_mps", "sigma_velocity_mps"),
+            ] {
+                let error = number(row, value) - number(row, truth);
+                assert!(error.abs() < 5.0 * number(row, sigma), "{row}");
+            }
+        }
+    }
+    let output = demo(&["--scenario", "radar", "--snr-db", "-25"]);
+    assert_eq!(output.status.code(), Some(1));
+}
+
 #[test]
 fn least_squares_beats_z_rife_in_the_same_noise() {
     let total = |method: &str| -> f64 {
@@ -187,6 +215,8 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         (&["--snr-db", "loud"], "number"),
         (&["--method", "guess"], "z-rife"),
         (&["--method", "fesa"], "kind of record"),
+        (&["--mixing", "rx-conj-tx"], "--scenario radar"),
+        (&["--scenario", "radar", "--mixing", "both"], "rx-conj-tx"),
         (&["--rate", "48000"], "--replay"),
         (&["--replay", "no-such-file.bin", "--rate", "48000"], "no such file"),
         (&["--replay", even], "--rate"),

@@ -1,11 +1,12 @@
 //! A simulated scene: a tone, a moving reflector or two before a radar, with what goes wrong in practice.
 //!
-//! A target stands still during a block, a radar's during a chirp, but for its Doppler shift: what the block is of is then known
-//! exactly.
+//! A target moves evenly during a block, a radar's during a chirp: what the block is of is then known exactly.
 
 use crate::settings::{Kind, Settings};
+use picket::Mixing;
 use picket::acquire::sample::{Segment, Stamp};
-use picket::config::SPEED_OF_LIGHT;
+use picket::config::{SPEED_OF_LIGHT, Scene as Wave};
+use picket_simulator::{Receiver, Sensor, Target};
 use std::f64::consts::TAU;
 
 /// The time of one swing at full motion, s.
@@ -69,8 +70,12 @@ pub struct Scene {
     sliders: Sliders,
     /// Blocks so far.
     blocks: u32,
-    /// Angles of the first and the second line and of the hum, in turns.
+    /// Angles of the first and the second tone and of the hum, in turns.
     turns: [f64; 3],
+    /// Where the targets of a Doppler radar are, m.
+    places_m: [f64; 2],
+    /// What the reflections of a chirp add to the phases, turns.
+    reflected: [f64; 2],
     /// The swing, radians.
     swing: f64,
     random: Random,
@@ -83,6 +88,8 @@ impl Scene {
             sliders: Sliders::default(),
             blocks: 0,
             turns: [0.0; 3],
+            places_m: [10.0; 2],
+            reflected: [0.0; 2],
             swing: 0.0,
             random: Random::new(seed),
         }
@@ -115,21 +122,37 @@ impl Scene {
 
     /// The next block, its stamp and its truth.
     pub fn block(&mut self, settings: &Settings) -> (Stamp, Vec<[i16; 2]>, Truth) {
-        let chirp = settings.kind == Kind::Chirp;
-        let segment = match self.blocks % 3 {
-            _ if !chirp => Segment::Continuous,
-            0 => Segment::Up,
-            1 => Segment::Flat,
-            _ => Segment::Down,
-        };
+        let segments = settings.config().scene.segments();
+        let index = self.blocks as usize % segments.len().max(1);
+        let segment = segments.get(index).copied().unwrap_or(Segment::Continuous);
         let clock = u64::from(self.blocks) * settings.n as u64;
         let stamp = Stamp { sequence: self.blocks, clock, segment, gap: false };
-        if !chirp || segment == Segment::Up {
-            self.swing += self.turn(settings, if chirp { 3.0 } else { 1.0 });
+        if index == 0 {
+            self.swing += self.turn(settings, segments.len().max(1) as f64);
+            self.reflected = [0; 2].map(|_| self.random.share());
         }
         self.blocks = self.blocks.wrapping_add(1);
-        let (truth, beats) = self.beats(settings, segment);
-        (stamp, self.samples(settings, beats), truth)
+        let sensor = self.sensor(settings);
+        let levels = self.levels(settings);
+        let (truth, echoes) = self.echoes(settings, &sensor, levels);
+        let beat = echoes.first().map(|target| {
+            let hertz = settings.rate_hz * sensor.beat(target, (0, index));
+            if settings.iq { hertz } else { hertz.abs() }
+        });
+        let normal = || self.random.normal();
+        let mut voltages = sensor.voltages(&echoes, (0, index), normal);
+        let [first, second, hum] = levels;
+        let tones = if echoes.is_empty() { [first, second] } else { [0.0; 2] };
+        let lines = [
+            (truth.hertz, tones[0]),
+            (truth.hertz + self.sliders.second_off, tones[1]),
+            (50.0, hum),
+        ];
+        for (turn, (hertz, level)) in self.turns.iter_mut().zip(lines) {
+            turned(&mut voltages, turn, hertz / settings.rate_hz, level);
+        }
+        let samples = voltages.into_iter().map(|voltage| sensor.receiver.convert(voltage));
+        (stamp, samples.collect(), Truth { hertz: beat.unwrap_or(truth.hertz), ..truth })
     }
 
     /// The swing's angle in so many blocks.
@@ -137,21 +160,61 @@ impl Scene {
         TAU * self.sliders.motion / SWING_S * blocks * settings.n as f64 / settings.rate_hz
     }
 
-    /// The truth, and the beats of the first and the second target, Hz.
-    fn beats(&self, settings: &Settings, segment: Segment) -> (Truth, [f64; 2]) {
+    /// Amplitudes of the first and the second tone or target and of the hum, codes.
+    fn levels(&self, settings: &Settings) -> [f64; 3] {
+        let Sliders { level_db, hum_db, second_db, .. } = self.sliders;
+        let full = settings.full_scale();
+        let power = |db: f64| if db <= OFF_DB { 0.0 } else { libm::exp10(db / 20.0) };
+        let amplitude = full * libm::exp10(level_db / 20.0);
+        [amplitude, amplitude * power(second_db), full * power(hum_db)]
+    }
+
+    /// What takes the samples. A tone has no wave.
+    fn sensor(&self, settings: &Settings) -> Sensor {
+        let full = settings.full_scale();
+        let receiver = |mixing| {
+            let receiver = Receiver::ideal(settings.rate_hz, settings.iq, mixing);
+            let offset = [self.sliders.dc * full; 2];
+            let receiver = Receiver { offset, codes: settings.codes, ..receiver };
+            receiver.with_snr(self.levels(settings)[0], self.sliders.snr_db)
+        };
+        match settings.config().scene {
+            Wave::Chirp(chirp) => Sensor::chirp(&chirp, receiver(chirp.mixing), settings.n, 0.0),
+            Wave::Doppler { wavelength_m, mixing, .. } => {
+                let carrier_hz = SPEED_OF_LIGHT / wavelength_m;
+                Sensor::continuous(carrier_hz, receiver(mixing), settings.n)
+            }
+            _ => Sensor::continuous(0.0, receiver(Mixing::default()), settings.n),
+        }
+    }
+
+    /// The truth but for the frequency of an echo, and the targets, the first one first.
+    fn echoes(
+        &mut self,
+        settings: &Settings,
+        sensor: &Sensor,
+        [first, second, _]: [f64; 3],
+    ) -> (Truth, Vec<Target<'static>>) {
         let Sliders { tone_hz, velocity_mps, range_m, motion, second_off, .. } = self.sliders;
         let (sin, cos) = libm::sincos(self.swing);
-        let shift = |velocity: f64| 2.0 * velocity / settings.wavelength_m;
+        let both = |mut targets: Vec<Target<'static>>| {
+            targets.truncate(if second > 0.0 { 2 } else { 1 });
+            targets
+        };
         match settings.kind {
             Kind::Tone => {
                 let hertz = tone_hz * (1.0 + 0.1 * motion.min(1.0) * sin);
-                (Truth { hertz, ..Truth::default() }, [hertz, hertz + second_off])
+                (Truth { hertz, ..Truth::default() }, Vec::new())
             }
             Kind::Doppler => {
                 let velocity = velocity_mps * (1.0 + 0.3 * motion.min(1.0) * sin);
-                let hertz = shift(velocity);
-                let truth = Truth { hertz, velocity_mps: velocity, range_m: 0.0 };
-                (truth, [hertz, shift(velocity + second_off)])
+                let truth = Truth { velocity_mps: velocity, ..Truth::default() };
+                let ([a, b], other) = (self.places_m, velocity + second_off);
+                let targets =
+                    vec![Target::moving(first, a, velocity), Target::moving(second, b, other)];
+                let time_s = settings.n as f64 / settings.rate_hz;
+                self.places_m = [a - velocity * time_s, b - other * time_s];
+                (truth, both(targets))
             }
             Kind::Chirp => {
                 let rate = TAU * motion / SWING_S;
@@ -160,75 +223,67 @@ impl Scene {
                     true => (range_m - reach * sin, reach * rate * cos),
                     false => (range_m, velocity_mps),
                 };
-                let duration = settings.n as f64 / settings.rate_hz;
-                let slope = 2.0 * settings.bandwidth_hz / (SPEED_OF_LIGHT * duration);
-                let beat = |range: f64, velocity: f64| match segment {
-                    Segment::Up => slope * range - shift(velocity),
-                    Segment::Flat => -shift(velocity),
-                    _ => -slope * range - shift(velocity),
+                let truth = Truth { velocity_mps: velocity, range_m: range, ..Truth::default() };
+                let target = |level: f64, range: f64, velocity: f64, turns: f64| {
+                    let begin_m = range + velocity * sensor.middle_s();
+                    Target::moving(level, begin_m, velocity).turned(turns)
                 };
-                let hertz = beat(range, velocity);
-                let truth = Truth { hertz, velocity_mps: velocity, range_m: range };
-                (truth, [hertz, beat(range_m + second_off, -0.5 * velocity_mps)])
+                let [a, b] = self.reflected;
+                let other = target(second, range_m + second_off, -0.5 * velocity_mps, b);
+                (truth, both(vec![target(first, range, velocity, a), other]))
             }
         }
     }
+}
 
-    fn samples(&mut self, settings: &Settings, beats: [f64; 2]) -> Vec<[i16; 2]> {
-        let Sliders { snr_db, level_db, dc, hum_db, second_db, .. } = self.sliders;
-        let full = settings.full_scale();
-        let power = |db: f64| if db <= OFF_DB { 0.0 } else { libm::exp10(db / 20.0) };
-        let amplitude = full * libm::exp10(level_db / 20.0);
-        let levels = [amplitude, amplitude * power(second_db), full * power(hum_db)];
-        let noise = amplitude / libm::sqrt(2.0 * libm::exp10(snr_db / 10.0));
-        let (low, high) = settings.codes.rails();
-        let middle = (f64::from(low) + f64::from(high) + 1.0) / 2.0 + dc * full;
-        let code = |x: f64| (middle + x).round().clamp(low.into(), high.into()) as i16;
-        let steps = [beats[0], beats[1], 50.0].map(|hertz| hertz / settings.rate_hz);
-        let lines = (0..settings.n).map(|_| {
-            let [mut i, mut q] = self.random.normal().map(|x| noise * x);
-            for ((turn, step), level) in self.turns.iter_mut().zip(steps).zip(levels) {
-                if level > 0.0 {
-                    let (sin, cos) = libm::sincos(TAU * *turn);
-                    (i, q) = (i + level * cos, q + level * sin);
-                }
-                let next = *turn + step;
-                *turn = next - next.floor();
-            }
-            [code(i), if settings.iq { code(q) } else { 0 }]
-        });
-        lines.collect()
+/// Adds a line of so many turns a sample to voltages; `turn` is its angle.
+fn turned(voltages: &mut [[f64; 2]], turn: &mut f64, step: f64, level: f64) {
+    if level <= 0.0 {
+        return;
+    }
+    for [i, q] in voltages {
+        let (sin, cos) = libm::sincos(TAU * *turn);
+        (*i, *q) = (*i + level * cos, *q + level * sin);
+        let next = *turn + step;
+        *turn = next - libm::floor(next);
     }
 }
 
 /// Marsaglia's xorshift, 64 bits (2003), and his polar normals.
 #[derive(Clone, Debug)]
-struct Random(u64);
+struct Random {
+    state: u64,
+    /// A normal number that is left.
+    spare: Option<f64>,
+}
 
 impl Random {
     /// A generator; seeds near each other begin apart.
     pub fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+        Random { state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1, spare: None }
     }
 
-    /// 64 bits.
-    fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
+    /// A number from 0 to 1.
+    fn share(&mut self) -> f64 {
+        self.state ^= self.state << 13;
+        self.state ^= self.state >> 7;
+        self.state ^= self.state << 17;
+        (self.state >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Two normal numbers.
-    fn normal(&mut self) -> [f64; 2] {
+    /// A normal number.
+    fn normal(&mut self) -> f64 {
+        if let Some(spare) = self.spare.take() {
+            return spare;
+        }
         // The loop ends: each round has a chance of 0.785.
         loop {
-            let mut side = || (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0;
-            let (x, y) = (side(), side());
+            let [x, y] = [0; 2].map(|_| 2.0 * self.share() - 1.0);
             let square = x * x + y * y;
             if square > 0.0 && square < 1.0 {
                 let stretch = libm::sqrt(-2.0 * libm::log(square) / square);
-                return [x * stretch, y * stretch];
+                self.spare = Some(y * stretch);
+                return x * stretch;
             }
         }
     }

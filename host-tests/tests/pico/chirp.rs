@@ -2,6 +2,7 @@
 
 use super::scene::{adopt, expected, frames, measure, measured, plug, record, status};
 use host_tests::sized;
+use picket::acquire::sample::Real;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
 use picket::solve::equations::Chirp;
@@ -9,6 +10,8 @@ use picket_firmware::pico::N;
 use picket_firmware::pico::waveform::PLACES;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
+use picket_host::scenario;
+use picket_simulator::Target;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError, WaveformError};
@@ -178,15 +181,19 @@ fn every_record_of_a_chirp_is_the_hosts() {
     let blocks = sized(60, 3_000);
     let mut rng = ChaCha8Rng::seed_from_u64(84);
     let mut samples = Vec::new();
+    // The board takes the samples of the guards, too.
+    let Scene::Chirp(chirp) = plan.settings.config.scene else { panic!("no chirp") };
+    let scene = Scene::Chirp(Chirp { guard_s: 0.0, ..chirp });
+    let config = Config { scene, ..plan.settings.config };
+    let radar = scenario::sensor::<Real>(&config, plan.length as usize, 0.0);
+    let radar = radar.clone().received_by(radar.receiver.with_snr(900.0, 50.0));
     for _ in 0..blocks / 3 {
-        let (flat, up) = (rng.random_range(20.0..400.0), rng.random_range(-15.0..15.0));
-        for bin in [flat - up, flat, flat + up] {
-            let phase = rng.random_range(0.0..1.0);
-            samples.extend((0..plan.length).map(|n| {
-                let turn = f64::from(n) * bin / N as f64 + phase;
-                let noise: f64 = rng.random_range(-3.0..3.0);
-                (2048.0 + 900.0 * (std::f64::consts::TAU * turn).cos() + noise).round() as i16
-            }));
+        let (range_m, velocity_mps) =
+            (rng.random_range(15.0..250.0), rng.random_range(-40.0..40.0));
+        let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
+        let targets = core::slice::from_ref(&target);
+        for segment in 0..radar.segments() {
+            samples.extend(scenario::codes::<Real>(&radar, targets, (0, segment), &mut rng));
         }
     }
     let Some(mut pico) = plug() else { return };

@@ -85,8 +85,13 @@ impl Waveform {
     }
 
     /// The carrier's cycles in the last `delay_s` seconds before a moment, which is in seconds since the start of a repetition.
-    /// The delay must be less than a repetition.
+    /// The delay must be less than a repetition. A continuous wave has neither beginning nor end.
     pub fn cycles(&self, moment_s: f64, delay_s: f64) -> f64 {
+        if let [segment] = self.segments[..]
+            && segment.duration_s.is_infinite()
+        {
+            return segment.cycles(moment_s, delay_s);
+        }
         let (mut ends, mut left, mut cycles) = (moment_s, delay_s, 0.0);
         // The segments of this repetition up to the moment, then those of the repetition before.
         for begin in [0.0, -self.period_s] {

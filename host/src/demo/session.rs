@@ -29,10 +29,10 @@ const N: usize = 1024;
 const SEGMENTS: u64 = 30;
 /// The echo, codes, and how far it is above the noise, dB.
 const AMPLITUDE: f64 = 900.0;
-const SNR_DB: f64 = 30.0;
+const SNR_DB: f64 = 20.0;
 /// Where the target is when the session begins, m, and how fast it comes nearer, m/s.
 const RANGE_M: f64 = 90.0;
-const VELOCITY_MPS: f64 = 25.0;
+const VELOCITY_MPS: f64 = 14.0;
 
 /// Writes the session.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {

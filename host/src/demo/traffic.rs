@@ -178,6 +178,19 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
+/// Each car with the target that is of it, the good one before others, and then the targets of no car.
+fn pairs(row: &Row) -> Vec<(Option<&Truth>, Option<&Answer>)> {
+    let mut left: Vec<&Answer> = row.targets.iter().collect();
+    left.sort_by_key(|answer| !answer.is_good());
+    let mut pairs = Vec::new();
+    for car in &row.cars {
+        let place = left.iter().position(|answer| answer.is_of(car));
+        pairs.push((Some(car), place.map(|place| left.remove(place))));
+    }
+    pairs.extend(left.into_iter().map(|answer| (None, Some(answer))));
+    pairs
+}
+
 fn print(rows: &[Row], summary: &Summary, options: &Options) {
     outln!(
         "Four cars before a lidar: 1550 nm, 1 GHz in 10 us, 12 bits at 250 MS/s, N = {N} per ramp, 20 chirps a second, {} dB at \
@@ -185,19 +198,33 @@ fn print(rows: &[Row], summary: &Summary, options: &Options) {
         options.snr_db(),
         options.seed
     );
-    outln!("{:>7}  {:<44}  measured m, m/s", "time s", "true m, m/s");
+    outln!(
+        "{:>7} {:>9} {:>8} {:>11} {:>9} {:>8} {:>8}  verdict",
+        "time s",
+        "true m",
+        "m/s",
+        "measured m",
+        "m/s",
+        "off cm",
+        "cm/s"
+    );
     for row in rows.iter().step_by(40) {
-        let truth =
-            row.cars.iter().map(|car| format!("{:6.2} {:+6.2}", car.range_m, car.velocity_mps));
-        let found = row.targets.iter().map(|answer| {
-            let Answer { range_m, velocity_mps, verdict, .. } = answer;
-            format!("{range_m:.3} {velocity_mps:+.3} {verdict}")
-        });
-        let [truth, found] = [truth.collect::<Vec<_>>(), found.collect()];
-        for line in 0..truth.len().max(found.len()) {
-            let time = if line == 0 { format!("{:.1}", row.time_s) } else { String::new() };
-            let cell = |cells: &[String]| cells.get(line).cloned().unwrap_or_default();
-            outln!("{time:>7}  {:<44}  {}", cell(&truth), cell(&found));
+        let mut time = format!("{:.1}", row.time_s);
+        for (car, answer) in pairs(row) {
+            let time = std::mem::take(&mut time);
+            let truth = car.map_or(format!("{:>9} {:>8}", "-", "-"), |car| {
+                format!("{:>9.3} {:>+8.3}", car.range_m, car.velocity_mps)
+            });
+            let measured = answer.map_or(String::new(), |a| {
+                let off = car.map_or(format!("{:>8} {:>8}", "-", "-"), |car| {
+                    let (range, velocity) =
+                        (a.range_m - car.range_m, a.velocity_mps - car.velocity_mps);
+                    format!("{:>+8.2} {:>+8.2}", 100.0 * range, 100.0 * velocity)
+                });
+                let Answer { range_m, velocity_mps, verdict, .. } = a;
+                format!(" {range_m:>11.3} {velocity_mps:>+9.3} {off}  {verdict}")
+            });
+            outln!("{time:>7} {truth}{measured}");
         }
     }
     outln!(

@@ -3,9 +3,12 @@
 use super::lab::{Check, Lab, Section, Table, plus_minus, share};
 use super::lidar::N;
 use crate::demo::seeds::{Spread, on_host};
-use crate::scenario::{LIDAR_BARS, table3};
+use crate::scenario::{self, LIDAR_BARS, Row, sensor, table3};
+use crate::simulate::generator;
+use picket::acquire::sample::Real;
 use picket::config::SPEED_OF_LIGHT;
 use picket::estimate::method::Method;
+use picket_simulator::Sensor;
 
 /// Sweeps that [`targets`] runs.
 pub const TARGETS: u64 = 4;
@@ -60,8 +63,9 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
         "range by eqs 1 and 2, m",
         "speed by eqs 1 and 2, km/h",
     ]);
+    let sensor = sensor::<Real>(&scenario::lidar(), N, 0.0);
     for row in table3().iter().filter(|row| row.velocity_mps > 0.0) {
-        let (range, speed) = by_magnitudes(row.range_m, row.velocity_mps);
+        let (range, speed) = by_magnitudes(&sensor, row);
         if (range - row.range_m).abs() > LIDAR_BARS.range_m {
             let cells = [row.range_m, row.velocity_mps * 3.6, range, speed * 3.6];
             wrong.row(cells.map(|x| format!("{x:.2}")));
@@ -93,11 +97,9 @@ pub fn targets(lab: &Lab) -> Result<Section, String> {
     })
 }
 
-/// Range and velocity as eqs 1 and 2 have it, from beats without sign.
-fn by_magnitudes(range_m: f64, velocity_mps: f64) -> (f64, f64) {
-    let range_scale = 250e6 * SPEED_OF_LIGHT * 10e-6 / (2.0 * 1e9);
-    let velocity_scale = 250e6 * 1550e-9 / 2.0;
-    let (range, doppler) = (range_m / range_scale, velocity_mps / velocity_scale);
-    let [up, down] = [range - doppler, range + doppler].map(f64::abs);
-    ((up + down) / 2.0 * range_scale, (down - up) / 2.0 * velocity_scale)
+/// Range and velocity as eqs 1 and 2 have it, from the magnitudes of a target's beats on both ramps.
+fn by_magnitudes(sensor: &Sensor, row: &Row) -> (f64, f64) {
+    let target = row.target(sensor, 1.0, &mut generator(0, 0));
+    let [up, down] = [0, 2].map(|segment| 250e6 * sensor.beat(&target, (0, segment)).abs());
+    (SPEED_OF_LIGHT * 10e-6 * (up + down) / (4.0 * 1e9), 1550e-9 * (down - up) / 4.0)
 }
