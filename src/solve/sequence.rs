@@ -19,7 +19,6 @@ use crate::config::SPEED_OF_LIGHT;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
-use fixed::types::I32F32;
 use heapless::Vec;
 
 /// The most targets that are listed.
