@@ -239,7 +239,13 @@ fn place(ramps: [i64; 2], equations: &Equations) -> Target {
 pub(crate) fn stretched(range: I32F32, velocity: I32F32) -> I32F32 {
     const SHARE: f32 = (2.0 / SPEED_OF_LIGHT) as f32;
     let longer = range.to_num::<f32>() * velocity.to_num::<f32>() * SHARE;
-    range.saturating_sub(I32F32::saturating_from_num(longer))
+    range.saturating_sub(in_steps(longer))
+}
+
+/// A number in steps of 2^-32, rounded towards 0. The cast saturates and turns NaN into 0: it cannot panic as a conversion of the
+/// crate `fixed` may.
+pub(crate) fn in_steps(x: f32) -> I32F32 {
+    I32F32::from_bits((x * 4_294_967_296.0) as i64)
 }
 
 /// A target with a negative range is not good.

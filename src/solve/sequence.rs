@@ -12,14 +12,13 @@
 //! A real record's beat must be positive: it record shows a target whose Doppler shift exceeds its range beat
 //! with the wrong sign.
 
-use super::chirp::{Ambiguity, Scale, Shape, Target, metres, stretched};
+use super::chirp::{Ambiguity, Scale, Shape, Target, in_steps, metres, stretched};
 use super::equations::Equations;
 use crate::acquire::sample::Stamp;
 use crate::config::SPEED_OF_LIGHT;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
-use fixed::types::I32F32;
 use heapless::Vec;
 
 /// The most targets that are listed.
@@ -187,7 +186,7 @@ impl Sequence {
         // The echo's carrier is lower than the transmitter's by the range's beat.
         let lower = SHARE * velocity.float * (beat as f32 / 4_294_967_296.0);
         let approach = shift * velocity.float;
-        let approach = I32F32::saturating_from_num(approach + approach * lower);
+        let approach = in_steps(approach + approach * lower);
         let range_m = stretched(metres(beat, range.fixed), approach);
         let least = if range_m < 0 { Verdict::Unresolved } else { Verdict::Good };
         Target {

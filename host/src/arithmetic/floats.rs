@@ -147,7 +147,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
         } else {
             let from_end = from_end(peak.bin, self.n, R::IQ);
-            let Judgement { line, widening, .. } = judge(&fit.single(), self.n, from_end, &ring, false);
+            let Judgement { line, widening, .. } =
+                judge(&fit.single(), self.n, from_end, &ring, false);
             (line, widening)
         };
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
