@@ -24,7 +24,6 @@ pub mod noise;
 mod part;
 pub mod phasor;
 pub mod samples;
-pub mod several;
 pub mod snr;
 pub mod tone;
 mod turn;

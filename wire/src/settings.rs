@@ -23,7 +23,7 @@ use fixed::types::I32F32;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
 #[cfg(doc)]
-use picket::estimate::several::MOST;
+use picket::estimate::lines::MOST;
 use picket::pipeline::{Measurement, Outcome};
 
 /// The largest number of guard samples before a block.
