@@ -11,7 +11,7 @@ mod equations;
 mod evidence;
 pub mod frequency;
 pub mod harmonic;
-mod image;
+pub mod image;
 pub mod judge;
 pub mod lag;
 pub mod least_squares;

@@ -131,21 +131,20 @@ pub fn lines<R: Record, const N: usize>(
     phasors
 }
 
-/// Says of the measured tone what is known against it. The only tone is known better by what measured it. Of several, what
-/// the others did to it is gone, and nothing else.
+/// Says of the measured tone what is known against it. The only tone is known better by what measured it, and so is one of
+/// several whose line looks worse less the others. Else what the others did to it is gone, and nothing else.
 fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
     let is_measured = |phasor: &&mut Phasor| {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
-    if let [phasor] = phasors
-        && is_measured(&phasor)
-    {
-        phasor.tone = *tone;
-        return;
-    }
+    let only = phasors.len() == 1;
+    let of_line = |verdict: Verdict| matches!(verdict, Verdict::Moving | Verdict::Unresolved);
     for phasor in phasors.iter_mut().filter(is_measured) {
-        let stays = |verdict: &Verdict| !matches!(verdict, Verdict::Moving | Verdict::Unresolved);
-        tone.reasons().filter(stays).for_each(|verdict| phasor.tone.add(verdict));
+        let said = phasor.tone.verdict;
+        if only || of_line(said) && tone.verdict < said {
+            phasor.tone = *tone;
+        }
+        tone.reasons().filter(|said| !of_line(*said)).for_each(|said| phasor.tone.add(said));
     }
 }
 
