@@ -66,6 +66,7 @@ pub struct Readme;
 pub mod acquire;
 pub mod config;
 pub mod estimate;
+mod list;
 pub mod math;
 pub mod pipeline;
 pub mod plan;

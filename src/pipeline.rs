@@ -11,10 +11,9 @@ use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
 use crate::estimate::frequency::Frequency;
 use crate::estimate::harmonic::{Harmonic, harmonic};
-use crate::estimate::lines::lines;
+use crate::estimate::lines::{MOST, lines};
 use crate::estimate::measure::{Options, measure, rise};
 use crate::estimate::phasor::Phasor;
-use crate::estimate::several::{MOST, several};
 use crate::estimate::tone::{Rise, Tone, Verdict};
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
@@ -193,27 +192,6 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
             harmonic.tone.add(Verdict::WrongCodes);
         }
         Some(harmonic)
-    }
-
-    /// The strongest tones of the last block, at most `wanted`.
-    pub(crate) fn several(&self, measurement: &Measurement, wanted: usize) -> Vec<Tone, MOST> {
-        let Measurement { ref stamp, clipped, .. } = *measurement;
-        let Terms { band, ref options, .. } = *self.plan;
-        let mut tones = several(&self.spectrum, band, clipped, stamp, options, wanted);
-        for tone in &mut tones {
-            tone.rate_hz = self.plan.rate_hz;
-        }
-        // If the strongest tone has the wrong codes, so have all the others.
-        if measurement.tone.verdict == Verdict::WrongCodes {
-            tones.iter_mut().for_each(|tone| tone.verdict = Verdict::WrongCodes);
-        }
-        // The samples tell more about a clipped record's only tone than its bins do.
-        if let [tone] = tones.as_mut_slice()
-            && tone.verdict == Verdict::Clipped
-        {
-            *tone = measurement.tone;
-        }
-        tones
     }
 
     /// The velocity or target that a tone leads to.

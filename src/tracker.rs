@@ -3,9 +3,10 @@
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::estimate::detection::{HOLD, Threshold};
 use crate::estimate::frequency::Frequency;
+use crate::estimate::lines::MOST;
 use crate::estimate::lock::Lock;
-use crate::estimate::several::{MOST, first, remove};
 use crate::estimate::tone::{Tone, Usable};
+use crate::list::{first, remove};
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
@@ -106,7 +107,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let plan = pipeline.plan();
         let mut tones = Vec::<Tone, MOST>::new();
         if plan.tracking.most > 1 {
-            tones = pipeline.several(&measurement, plan.tracking.most);
+            let phasors = pipeline.lines(&measurement, plan.tracking.most);
+            tones = first(phasors.iter().map(|phasor| phasor.tone));
         } else {
             // The list is empty, so there is room for one.
             let _ = tones.push(measurement.tone);

@@ -2,12 +2,12 @@
 
 use crate::signal::*;
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Stamp, Statistics};
+use picket::acquire::sample::{Iq, Real, Stamp};
 use picket::config::Config;
 use picket::estimate::least_squares::Reach;
-use picket::estimate::several::several;
-use picket::estimate::tone::Verdict;
-use picket::spectrum::Spectrum;
+use picket::estimate::tone::{Tone, Verdict};
+use picket::pipeline::Pipeline;
+use picket::plan::Plan;
 use rand::RngExt;
 use std::f64::consts::TAU;
 
@@ -65,6 +65,13 @@ struct Pair {
     flagged: f64,
 }
 
+/// The tones of a record, the strongest first.
+fn tones(plan: Plan<Real, 1024>, samples: &[i16; 1024], most: usize) -> Vec<Tone> {
+    let mut pipeline = Pipeline::<Real, 1024>::new(plan);
+    let measurement = pipeline.block(Stamp::default(), samples);
+    pipeline.lines(&measurement, most).iter().map(|phasor| phasor.tone).collect()
+}
+
 /// trust.md 5: two real tones at a distance in bins, the second weaker by so many dB.
 fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
     let amplitude = 1000.0 / (1.0 + 2.0 * sigma(1.0, snr_db));
@@ -84,11 +91,7 @@ fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
         };
         let lines = [first, second];
         let samples = Real::record::<1024>(rng, &lines, noise);
-        let mut spectrum = Spectrum::<Real, 1024>::new();
-        spectrum.transform(&samples, CODES);
-        let clipped = Statistics::clipped::<Real>(&samples, CODES);
-        let stamp = Stamp::default();
-        let tones = several(&spectrum, plan.band, clipped, &stamp, &plan.options, 2);
+        let tones = tones(plan, &samples, 2);
         let bounds = bounds_real(1024, &lines, noise.hypot((1.0f64 / 12.0).sqrt()));
         let [a, b] = tones.as_slice() else {
             return None;
@@ -150,11 +153,7 @@ fn one_tone_is_one() {
         let seen = trials(16, 1000, |rng| {
             let line = anywhere::<Real, 1024>(rng, amplitude);
             let samples = Real::record::<1024>(rng, &[line], sigma(amplitude, snr_db));
-            let mut spectrum = Spectrum::<Real, 1024>::new();
-            spectrum.transform(&samples, CODES);
-            let clipped = Statistics::clipped::<Real>(&samples, CODES);
-            let stamp = Stamp::default();
-            let tones = several(&spectrum, plan.band, clipped, &stamp, &plan.options, 4);
+            let tones = tones(plan, &samples, 4);
             assert!(error::<Real, 1024>(&tones[0], line.bins).abs() < 1.0);
             tones.len()
         });

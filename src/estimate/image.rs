@@ -21,50 +21,97 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     fit: &Fit<f32>,
     noise: &Noise,
 ) -> bool {
-    /// Half-way between two bins a line loses 3.9 dB.
-    const SCALLOPED: f32 = 0.4;
-    const SHARE: f32 = 0.01;
-    /// Nearer to DC the two lines leak into each other.
-    const NEAREST: i32 = 2;
-    /// At this distance from DC leakage is a tenth of that share.
-    const FAR: i32 = 16;
-    // The noise of a short record has the image in it, the fit's own bins have it only where it is
-    // near.
-    let noise = if ring::has_room(N, true) {
-        *noise
-    } else {
-        Noise { power: noise.power.min(residual(fit, N)), freedom: fit.freedom as f32 }
+    let Some(least) = Least::of(N, peak, fit) else {
+        return false;
     };
-    let n = N as i32;
-    let half = n / 2;
-    let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n).unwrap_or(0) - half).abs();
-    let near = from_dc.min(half - from_dc);
-    if near <= NEAREST {
-        return false;
-    }
-    // Near half the rate the cotangent is nearly the angle that is left.
-    let angle = core::f32::consts::PI / N as f32 * (half - from_dc) as f32;
-    let late = 0.5 * angle * angle;
     let unit = f32::two_to(spectrum.exponent());
-    let places = [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak));
-    let line = fit.line.norm_sqr() * SHARE.min(late) * SCALLOPED;
-    let most = places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
-    if near > FAR && (most as f32) * (unit * unit) < 0.5 * line {
+    let most = least.places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
+    if least.near > FAR && (most as f32) * (unit * unit) < 0.5 * least.power {
         return false;
     }
-    let model = Model::new(fit, peak, n);
-    let power = |k: i32| {
+    let model = Model::new(fit, peak, N as i32);
+    least.is_exceeded(N, fit, noise, |k| {
         let x = spectrum.bin(k);
         (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
-    };
-    let other = places.into_iter().filter(|k| k % n != 0).map(power).fold(0.0, f32::max);
-    // Three bins of noise exceed this in a block of a million, or of a thousand where tones are
-    // rare.
-    let chance = if late < SHARE {
-        const { Threshold::new(3, 1e-3) }
-    } else {
-        const { Threshold::new(3, 1e-6) }
-    };
-    other > line
-        && chance.detects_beside(other / (noise.power * N as f32), noise.freedom, Less::NOTHING)
+    })
+}
+
+/// The same of any bins from which the tone is taken out: `rest(k)` is the power of bin `k` of a record of `n` samples.
+pub fn mirrored_in_rest(
+    n: usize,
+    peak: i32,
+    fit: &Fit<f32>,
+    noise: &Noise,
+    rest: impl Fn(i32) -> f32,
+) -> bool {
+    Least::of(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, rest))
+}
+
+/// Half-way between two bins a line loses 3.9 dB.
+const SCALLOPED: f32 = 0.4;
+const SHARE: f32 = 0.01;
+/// Nearer to DC the two lines leak into each other.
+const NEAREST: i32 = 2;
+/// At this distance from DC leakage is a tenth of that share.
+const FAR: i32 = 16;
+
+/// What an image has at least.
+struct Least {
+    /// Its bins.
+    places: [i32; 3],
+    /// The tone's distance from DC or half the rate, bins.
+    near: i32,
+    /// Whether a late Q makes less than [`SHARE`].
+    is_late: bool,
+    power: f32,
+}
+
+impl Least {
+    #[inline(always)] // the length is a constant
+    fn of(n: usize, peak: i32, fit: &Fit<f32>) -> Option<Self> {
+        let n = n as i32;
+        let half = n / 2;
+        let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n)? - half).abs();
+        let near = from_dc.min(half - from_dc);
+        if near <= NEAREST {
+            return None;
+        }
+        // Near half the rate the cotangent is nearly the angle that is left.
+        let angle = core::f32::consts::PI / n as f32 * (half - from_dc) as f32;
+        let late = 0.5 * angle * angle;
+        Some(Self {
+            places: [-1, 0, 1].map(|i: i32| i.wrapping_sub(peak)),
+            near,
+            is_late: late < SHARE,
+            power: fit.line.norm_sqr() * SHARE.min(late) * SCALLOPED,
+        })
+    }
+
+    #[inline(always)]
+    fn is_exceeded(
+        &self,
+        n: usize,
+        fit: &Fit<f32>,
+        noise: &Noise,
+        rest: impl Fn(i32) -> f32,
+    ) -> bool {
+        // The noise of a short record has the image in it, the fit's own bins have it only where it is
+        // near.
+        let noise = if ring::has_room(n, true) {
+            *noise
+        } else {
+            Noise { power: noise.power.min(residual(fit, n)), freedom: fit.freedom as f32 }
+        };
+        let places = self.places.into_iter().filter(|k| k.checked_rem(n as i32) != Some(0));
+        let other = places.map(rest).fold(0.0, f32::max);
+        // Three bins of noise exceed this in a block of a million, or of a thousand where tones are
+        // rare.
+        let chance = if self.is_late {
+            const { Threshold::new(3, 1e-3) }
+        } else {
+            const { Threshold::new(3, 1e-6) }
+        };
+        other > self.power
+            && chance.detects_beside(other / (noise.power * n as f32), noise.freedom, Less::NOTHING)
+    }
 }

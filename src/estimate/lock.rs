@@ -27,8 +27,8 @@ const STRENGTH: f32 = {
 const EXCESS: f32 = 3.3;
 
 /// A tone weaker than the block before by this factor may be the leakage of one that has jumped
-/// away.
-const FADED: f32 = 0.25;
+/// away. Where one channel of an I/Q record dies, a quarter of the power is left.
+const FADED: f32 = 0.5;
 
 /// A lock on a tone.
 #[derive(Clone, Debug)]

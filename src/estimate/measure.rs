@@ -10,7 +10,6 @@ use super::least_squares::leaked::{Leakage, Nearest};
 use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::ring::{self, Beside};
-use super::noise::whole::{self, NOISE_BINS};
 use super::noise::{Noise, ratio};
 use super::part::Part;
 use super::tone::{Rise, Tone, Verdict};
@@ -373,15 +372,9 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 
-/// The ratio of the residual to the noise power, if less than one record in 10^6 shows so much by
+/// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 shows so much by
 /// chance; otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency
 /// moves.
-pub(super) fn excess<R: Record, const N: usize>(fit: &Fit<f32>, power: f32) -> f32 {
-    let freedom = whole::freedom::<R, N, NOISE_BINS>() as f32;
-    excess_over(fit, N, Noise { power, freedom })
-}
-
-/// The same for a record of `n` samples and a noise power known from elsewhere.
 ///
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.

@@ -27,7 +27,7 @@ pub struct Tracking {
     pub acceleration: f32,
     /// Sigma of the rate of a target that was seen once, cycles per sample per block.
     pub rate: f32,
-    /// The most tones followed at once: 0 to [`crate::estimate::several::MOST`]; 0 follows none.
+    /// The most tones followed at once: 0 to [`crate::estimate::lines::MOST`]; 0 follows none.
     pub most: usize,
     /// While a track is held, one block in `refresh` is searched whole; 0 or 1 searches every
     /// block.

@@ -23,7 +23,7 @@ use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
 use picket::acquire::sample::{Record, Segment, Stamp};
 use picket::estimate::frequency::Frequency;
-use picket::estimate::several::MOST;
+use picket::estimate::lines::MOST;
 use picket::estimate::tone::Verdict;
 use picket::solve::chirp::Target;
 use picket::solve::track::{State, Track};

@@ -20,8 +20,8 @@ use fixed::types::I0F32;
 use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
 use picket::estimate::frequency::Frequency;
+use picket::estimate::lines::MOST;
 use picket::estimate::phasor::Phasor;
-use picket::estimate::several::MOST;
 use picket::estimate::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.

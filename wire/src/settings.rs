@@ -29,7 +29,7 @@ use heapless::Vec;
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Scene};
 #[cfg(doc)]
-use picket::estimate::several::MOST;
+use picket::estimate::lines::MOST;
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::equations::Chirp;
 

@@ -6,7 +6,7 @@
 
 use picket::acquire::sample::Record;
 use picket::estimate::harmonic::HIGHEST;
-use picket::estimate::several::MOST;
+use picket::estimate::lines::MOST;
 use picket::{
     Arithmetic, Codes, Config, FrequencyOnly, Iq, Measurement, Pipeline, Plan, Real, Stamp, Tone,
     Verdict,

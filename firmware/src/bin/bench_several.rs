@@ -7,7 +7,7 @@
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use picket::acquire::sample::Real;
-use picket::estimate::several::MOST;
+use picket::estimate::lines::MOST;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Unwrapper};

@@ -5,8 +5,8 @@ use heapless::Vec;
 use picket::acquire::frontend::Block;
 use picket::acquire::sample::{Iq, Real, Stamp};
 use picket::estimate::harmonic::Harmonic;
+use picket::estimate::lines::MOST;
 use picket::estimate::phasor::Phasor;
-use picket::estimate::several::MOST;
 #[cfg(not(feature = "tracking"))]
 pub use picket::pipeline::Pipeline as Meter;
 use picket::pipeline::{Alternating, Measurement};

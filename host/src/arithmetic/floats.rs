@@ -7,6 +7,7 @@ use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
 use picket::estimate::detection::{Less, Threshold};
 use picket::estimate::frequency::Frequency;
+use picket::estimate::image::mirrored_in_rest;
 use picket::estimate::judge::{Judgement, Line, from_end, judge};
 use picket::estimate::least_squares::{Course, Reach, fit};
 use picket::estimate::measure::{excess_over, residual};
@@ -127,7 +128,16 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
             let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise);
             let line = peak.power[1] as f32;
-            return Seen { snr, clipped, line, near: noise, fit: None, free: None, ring: None };
+            return Seen {
+                snr,
+                clipped,
+                line,
+                near: noise,
+                fit: None,
+                free: None,
+                ring: None,
+                image: false,
+            };
         };
         let tone = fit.tone::<R>(self.n);
         let tone = Complex::new(tone.re.wide(), tone.im.wide());
@@ -166,7 +176,19 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
         let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
         let power = (fit.line.norm_sqr().wide() / unit) as f32;
-        Seen { snr, clipped, line: power, near, fit: Some((sigma, line)), free, ring: Some(ring) }
+        let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
+        let rest = |k: i32| bin(k).norm_sqr().wide() as f32;
+        let image = R::IQ && mirrored_in_rest(self.n, peak.bin, &fit.single(), &ring.noise, rest);
+        Seen {
+            snr,
+            clipped,
+            line: power,
+            near,
+            fit: Some((sigma, line)),
+            free,
+            ring: Some(ring),
+            image,
+        }
     }
 }
 
@@ -184,6 +206,8 @@ struct Seen {
     fit: Option<(f64, Line)>,
     /// The noise beside the tone.
     ring: Option<Beside>,
+    /// Whether an I/Q record has as strong a line at minus the frequency.
+    image: bool,
     /// Of a record that clips: where its other samples see the tone, in bins, and how well.
     free: Option<(f64, Unclipped)>,
 }
@@ -247,6 +271,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
                 (seen.clipped > CLIPPED, Verdict::Clipped),
                 (line == Line::Moving, Verdict::Moving),
                 (line == Line::Unresolved, Verdict::Unresolved),
+                (seen.image, Verdict::Image),
                 (gap, Verdict::Gap),
                 (weak || !known, Verdict::Weak),
             ];

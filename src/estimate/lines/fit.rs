@@ -1,9 +1,10 @@
 //! The joint fit: each tone to its bins less the models of the others, until none moves.
 
 use super::super::least_squares::{Course, Fit, Model, Reach, fit_around, take_around};
-use super::super::several::{Found, SWEEPS, first as first_of};
+use super::rest::Found;
 use super::{Hunt, Mark, ROOM, apart};
 use crate::acquire::sample::Record;
+use crate::list::first as first_of;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
 use core::mem::MaybeUninit;
@@ -19,6 +20,9 @@ const OWN: f32 = 10.0;
 
 /// From this offset on, in bins, a tone is centred on another bin.
 const AWAY: f32 = 0.6;
+
+/// The most times that every tone is fitted anew when another is found.
+const SWEEPS: usize = 6;
 
 /// A tone nearer than this is itself among the nine bins of another.
 const WITHIN: i32 = 6;
@@ -79,7 +83,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
 
     /// Fits every tone anew until what the others leave in its bins does not change.
     pub(super) fn settle(&mut self) {
-        for _ in 0..2 * SWEEPS {
+        for _ in 0..SWEEPS {
             if self.rest.found.iter().zip(&self.marks).all(|(_, mark)| !mark.due) {
                 break;
             }

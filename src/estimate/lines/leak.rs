@@ -2,9 +2,10 @@
 
 use super::super::least_squares::Fit;
 use super::super::noise::ring::{EACH, Stretch};
-use super::super::several::{Found, first};
+use super::rest::Found;
 use super::{Hunt, ROOM};
 use crate::acquire::sample::Record;
+use crate::list::first;
 use crate::math::scalar::Scalar as _;
 use crate::math::series::line_shape;
 use crate::spectrum::engine::Engine;

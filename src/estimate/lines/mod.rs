@@ -23,15 +23,16 @@ mod floor;
 mod leak;
 mod refusal;
 mod report;
+mod rest;
 
 use super::judge::Judgement;
 use super::least_squares::Course;
 use super::measure::Options;
 use super::noise::ring::Beside;
 use super::phasor::Phasor;
-use super::several::{Found, MOST, Rest, first, remove};
 use super::tone::{Tone, Verdict};
 use crate::acquire::sample::{Record, Stamp};
+use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -41,6 +42,10 @@ use heapless::Vec;
 use leak::{LEAKS, Leak};
 pub use refusal::{HARMONIC, IMAGE, TRANSFORM};
 use report::{noise_power, phase_of, place};
+use rest::{Found, Rest};
+
+/// The most tones a record is searched for.
+pub const MOST: usize = 4;
 
 /// Room for the tones and for lines that a front end makes of them, which are subtracted, too.
 pub(super) const ROOM: usize = 2 * MOST;
@@ -79,7 +84,7 @@ struct Mark {
 
 /// The tones of a record while they are sought.
 struct Hunt<'a, R: Record, const N: usize, E: Engine> {
-    rest: Rest<'a, R, N, E, ROOM>,
+    rest: Rest<'a, R, N, E>,
     options: &'a Options,
     clipped: f32,
     /// Whether the record is of a ramp, on which a target's motion bends the phase.
@@ -122,15 +127,27 @@ pub fn lines<R: Record, const N: usize>(
         return alone();
     }
     let mut phasors = hunt.phasors(stamp);
+    as_measured::<N>(&mut phasors, tone);
     phasors.iter_mut().for_each(|phasor| phasor.tone.keep_to::<N>(band));
-    // The only tone is known better by what measured it.
-    if let [phasor] = phasors.as_mut_slice()
-        && phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
-    {
-        phasor.tone = *tone;
-    }
     strongest_first(&mut phasors);
     phasors
+}
+
+/// Says of the measured tone what is known against it. The only tone is known better by what measured it, and so is one of
+/// several whose line looks worse less the others. Else what the others did to it is gone, and nothing else.
+fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
+    let is_measured = |phasor: &&mut Phasor| {
+        phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
+    };
+    let only = phasors.len() == 1;
+    let of_line = |verdict: Verdict| matches!(verdict, Verdict::Moving | Verdict::Unresolved);
+    for phasor in phasors.iter_mut().filter(is_measured) {
+        let said = phasor.tone.verdict;
+        if only || of_line(said) && tone.verdict < said {
+            phasor.tone = *tone;
+        }
+        tone.reasons().filter(|said| !of_line(*said)).for_each(|said| phasor.tone.add(said));
+    }
 }
 
 /// Orders tones by their amplitude.
@@ -163,7 +180,9 @@ pub(super) fn every_line<R: Record, const N: usize>(
     }
     hunt.every = true;
     hunt.seek(ROOM);
-    hunt.phasors(stamp)
+    let mut phasors = hunt.phasors(stamp);
+    as_measured::<N>(&mut phasors, tone);
+    phasors
 }
 
 impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {

@@ -6,11 +6,11 @@ use super::super::measure::{Options, Seen};
 use super::super::noise::ring::{self, Beside};
 use super::super::noise::whole::{self, NOISE_BINS};
 use super::super::phasor::{Phasor, phase};
-use super::super::several::Found;
 use super::super::tone::Tone;
 use super::super::uncertainty::{sigma_bins, widened};
 use super::fit::Window;
-use super::{Hunt, apart};
+use super::rest::Found;
+use super::{Hunt, IMAGE, apart};
 use crate::acquire::sample::{Record, Stamp};
 use crate::estimate::measure::Arithmetic;
 use crate::spectrum::Spectrum;
@@ -151,10 +151,14 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         Some(Phasor { tone, phase, sigma_phase })
     }
 
-    /// Whether another tone is at minus this one's frequency.
+    /// Whether another tone is at minus this one's frequency, and stronger than a front end should make it.
     fn has_image(&self, index: usize) -> bool {
         let Some(found) = self.rest.found.get(index) else { return false };
-        let mirrored = |other: &Found| apart::<R, N>(found.peak.wrapping_neg(), other.peak) <= 1;
+        let least = IMAGE * found.fit.line.norm_sqr();
+        let mirrored = |other: &Found| {
+            apart::<R, N>(found.peak.wrapping_neg(), other.peak) <= 1
+                && other.fit.line.norm_sqr() > least
+        };
         let mut others = self.rest.found.iter().enumerate().filter(|(other, _)| *other != index);
         others.any(|(_, other)| mirrored(other))
     }

@@ -1,0 +1,23 @@
+//! Lists of fixed room, without the panics of their own methods.
+
+use heapless::Vec;
+
+/// Takes out the item at `index`, if there is one. The list's own `remove` panics otherwise.
+pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usize) {
+    let mut at = 0;
+    items.retain(|_| {
+        at += 1;
+        at != index + 1
+    });
+}
+
+/// Collects as many items as there is room for. `collect` panics at one more.
+pub(crate) fn first<T, const ROOM: usize>(items: impl Iterator<Item = T>) -> Vec<T, ROOM> {
+    let mut vec = Vec::new();
+    for item in items {
+        if vec.push(item).is_err() {
+            break;
+        }
+    }
+    vec
+}
