@@ -128,7 +128,7 @@ fn a_tracked_tone_is_a_speed() {
             let csv = run(ANALYZE, &arguments(&path, iq, "1", &[&track[..], &["--csv"]].concat()));
             let csv = String::from_utf8(csv.stdout).unwrap();
             let mut table = csv::Reader::from_reader(csv.as_bytes());
-            assert_eq!(table.headers().unwrap().iter().last(), Some("sigma_speed_mps"));
+            assert_eq!(table.headers().unwrap().iter().next_back(), Some("sigma_speed_mps"));
             assert!(table.records().all(|record| record.unwrap().len() == 12));
         }
     }
