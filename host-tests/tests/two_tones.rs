@@ -90,21 +90,31 @@ fn two_tones(reach: Reach, distance: f64, snr_db: f64, weaker_db: f64) -> Pair {
             phase: rng.random_range(0.0..TAU),
         };
         let lines = [first, second];
+        // A line 40 dB weaker at a multiple of the other's frequency, folded, is the front end's.
+        let apart = |order: f64| {
+            let turns = order * first.bins / 1024.0;
+            let folded = 1024.0 * (turns - turns.round()).abs();
+            (folded - second.bins).abs()
+        };
+        if weaker_db >= 40.0 && (2..=5).any(|order| apart(f64::from(order)) < 2.1) {
+            return None;
+        }
         let samples = Real::record::<1024>(rng, &lines, noise);
         let tones = tones(plan, &samples, 2);
         let bounds = bounds_real(1024, &lines, noise.hypot((1.0f64 / 12.0).sqrt()));
         let [a, b] = tones.as_slice() else {
-            return None;
+            return Some(None);
         };
         let order = if a.frequency < b.frequency { [a, b] } else { [b, a] };
         let one = |i: usize| {
             let error = error::<Real, 1024>(order[i], lines[i].bins);
             (error, bounds[i], f64::from(order[i].sigma) * 1024.0, order[i].verdict)
         };
-        Some([one(0), one(1)])
+        Some(Some([one(0), one(1)]))
     });
-    let both: Vec<_> = seen.iter().flatten().collect();
-    let found = both.len() as f64 / seen.len() as f64;
+    let both: Vec<_> = seen.iter().flatten().flatten().collect();
+    let sought = seen.iter().flatten().count();
+    let found = both.len() as f64 / sought as f64;
     let rms = [0, 1].map(|i| mean(both.iter().map(|t| (t[i].0 / t[i].1).powi(2))).sqrt());
     let trust = [0, 1].map(|i| mean(both.iter().map(|t| (t[i].0 / t[i].2).powi(2))));
     let flagged = mean(both.iter().map(|t| f64::from(t[0].3.max(t[1].3) == Verdict::Unresolved)));

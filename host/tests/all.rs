@@ -9,6 +9,7 @@ mod device;
 mod end;
 mod formats;
 mod impair;
+mod paths;
 mod readme;
 mod report;
 mod session;

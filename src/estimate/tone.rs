@@ -75,7 +75,7 @@ impl Tone {
 
     /// Says so if its frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
     pub(crate) fn keep_to<const N: usize>(&mut self, band: Band) {
-        if !band.holds(self.frequency, N) {
+        if self.verdict != Verdict::NoSignal && !band.holds(self.frequency, N) {
             self.add(Verdict::NearEdge);
         }
     }

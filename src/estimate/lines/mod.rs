@@ -140,7 +140,7 @@ fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
     let only = phasors.len() == 1;
-    let of_line = |verdict: Verdict| matches!(verdict, Verdict::Moving | Verdict::Unresolved);
+    let of_line = |said| matches!(said, Verdict::Moving | Verdict::Unresolved | Verdict::Weak);
     for phasor in phasors.iter_mut().filter(is_measured) {
         let said = phasor.tone.verdict;
         if only || of_line(said) && tone.verdict < said {
