@@ -40,5 +40,4 @@ mod track;
 mod trust;
 mod two_tones;
 mod vectors;
-mod waveform;
 mod widths;

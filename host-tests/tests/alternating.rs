@@ -254,7 +254,7 @@ fn echoes<const N: usize>(
 ) -> [[[i16; 2]; N]; 2] {
     let config = Config { scene, ..Config::new(2e3, CODES) };
     let twice = scenario::sensor::<Iq>(&config, 2 * N, 0.0);
-    let twice = twice.clone().received_by(twice.receiver.with_snr(target.amplitude, 30.0));
+    let twice = twice.clone().received_by(twice.receiver.with_snr(target.amplitude, 10.0));
     let targets = core::slice::from_ref(target);
     let record = twice.record(targets, (0, segment), || rng.sample(StandardNormal));
     let pairs = record.as_chunks::<2>().0;
