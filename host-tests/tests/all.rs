@@ -3,6 +3,7 @@
 
 mod alternating;
 mod budget;
+mod bursts;
 mod chirps;
 mod cmsis;
 mod cycles;

@@ -149,7 +149,7 @@ fn judge_closely(
     let free = fit.freedom.max(1) as f32;
     let [free2, free4, free8] = SCALES;
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
-        Changes::of(fit);
+        Changes::of(fit, bends);
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
     let explained = moved + fourth * unit;
@@ -208,7 +208,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judge
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let clean = Tail { deviations: CLEAN, noise: noise.freedom };
-    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit);
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
     let moved = rest(a1 + a2 + a3 + p2 + p3);
@@ -241,7 +241,7 @@ struct Changes {
 impl Rise {
     /// Of a fit to a record of `n` samples in this noise power per sample.
     pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
-        let Changes { bent, second, .. } = Changes::of(fit);
+        let Changes { bent, second, .. } = Changes::of(fit, false);
         // A rise of r bins is a phase of order 2 of pi/6 r.
         let cycles = 6.0 / core::f32::consts::PI / n as f32;
         Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
@@ -252,7 +252,7 @@ impl Changes {
     /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
     /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
     /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
-    fn of(fit: &Fit<f32>) -> Self {
+    fn of(fit: &Fit<f32>, bends: bool) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
         let [narrow, wide] = BEYOND;
@@ -268,16 +268,21 @@ impl Changes {
         let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
         // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times
         // the distance, so what the bins beyond lack has one shape, and Sherman and Morrison's formula inverts the
-        // functions' products.
-        let half = f32::unit(0.5 * fit.offset);
-        let tails = [-half.re, -half.im, half.re];
-        let common = (a3 * 7.0 - a1 * 3.0) * half.re - a2 * (5.0 * half.im);
-        let common = common * (beyond / (1.0 - beyond * (10.0 * cosine2 + 5.0 * sine2)));
-        let [w1, w2, w3] = [
-            (a1 + common * tails[0]) * 3.0,
-            (a2 + common * tails[1]) * 5.0,
-            (a3 + common * tails[2]) * 7.0,
-        ];
+        // functions' products. Where a bend is no evidence it is thousands of times as strong as what is, and only this tells them
+        // apart; the limits of the tests were measured with the functions taken one by one.
+        let [w1, w2, w3] = if bends {
+            let half = f32::unit(0.5 * fit.offset);
+            let tails = [-half.re, -half.im, half.re];
+            let common = (a3 * 7.0 - a1 * 3.0) * half.re - a2 * (5.0 * half.im);
+            let common = common * (beyond / (1.0 - beyond * (10.0 * cosine2 + 5.0 * sine2)));
+            [
+                (a1 + common * tails[0]) * 3.0,
+                (a2 + common * tails[1]) * 5.0,
+                (a3 + common * tails[2]) * 7.0,
+            ]
+        } else {
+            [a1 / n1, a2 / n2, a3 / n3]
+        };
         let bent = w2.im * w2.im;
         let level = bent * (1.0 / 7.0) - w2.re;
         let [s1, s2, s3] = [n1, n2, n3].map(|n| n * size);
