@@ -106,7 +106,7 @@ fn where_all_blocks_are_hard_the_losses_are_counted() {
         for ((sequence, frame), count) in records.iter().zip(0..) {
             let number = *sequence as usize % wanted.len();
             let (got, want) = (scene::measured(frame), scene::measured(&wanted[number]));
-            assert!(got == want, "{hard:?} {sequence}");
+            assert!(got == want, "{hard:?} {sequence}: {got:?}, not {want:?}");
             let told = scene::record(frame).unwrap().health;
             assert_eq!((told.lost, told.faults), (sequence - count, 0), "{hard:?} {sequence}");
         }

@@ -46,6 +46,18 @@ impl Arithmetic {
     }
 }
 
+impl Arithmetic {
+    /// The arithmetic that a program has for this choice. On a microcontroller without a floating-point unit a program without
+    /// the feature `methods` has [`Arithmetic::Fixed`] alone: its floats would take 30 KB, and thirty times the instructions.
+    pub const fn available(self) -> Self {
+        if cfg!(all(target_os = "none", not(target_abi = "eabihf"), not(feature = "methods"))) {
+            Arithmetic::Fixed
+        } else {
+            self
+        }
+    }
+}
+
 impl Default for Arithmetic {
     /// [`Arithmetic::of_core`].
     fn default() -> Self {
@@ -88,7 +100,7 @@ pub fn measure<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
-    let arithmetic = options.arithmetic;
+    let arithmetic = options.arithmetic.available();
     let mut places = MaybeUninit::uninit();
     let around = ring::around(spectrum, peak.bin, &mut places);
     let exponent = spectrum.exponent();

@@ -194,7 +194,9 @@ pub fn frames(sent: &[u8]) -> Vec<(u32, Vec<u8>)> {
 pub fn measured(frame: &[u8]) -> Option<Telemetry> {
     let mut record = record(frame)?;
     record.health = Health::default();
+    // A block after a gap has another verdict, and its own beside it.
     record.measurement.tone.verdict = Verdict::default();
+    record.measurement.tone.also = Default::default();
     let stamp = &mut record.measurement.stamp;
     (stamp.gap, stamp.sequence, stamp.clock) = (false, 0, 0);
     Some(record)
