@@ -254,11 +254,11 @@ impl Config {
             return Err(ConfigError::Band);
         }
         let bin = n as f64 / self.rate_hz;
-        let band = Band { low: libm::ceil(low * bin) as i32, high: libm::floor(high * bin) as i32 };
+        let band = Band::new(libm::ceil(low * bin) as i32, libm::floor(high * bin) as i32);
         let band = if R::IQ {
             band
         } else {
-            Band { low: band.low.max(whole.low), high: band.high.min(whole.high) }
+            Band::new(band.low.max(whole.low), band.high.min(whole.high))
         };
         if band.width() == 0 {
             return Err(ConfigError::Band);

@@ -138,7 +138,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             iq: false,
             rate_hz: 0.0,
             codes: Codes::IDLE,
-            band: Band { low: 0, high: 0 },
+            band: Band::new(0, 0),
             options: Options {
                 method: Method::Rife,
                 reach: Reach::Four,

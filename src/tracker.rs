@@ -271,5 +271,6 @@ fn bins<R: Record>(tone: &Tone, gate: f32, band: Band, n: usize) -> Band {
     Band {
         low: low.saturating_add(turn).max(band.low),
         high: high.saturating_add(turn).min(band.high),
+        ..band
     }
 }

@@ -25,6 +25,7 @@ mod lines;
 mod locked;
 mod monte_carlo;
 mod nucleo;
+mod offset;
 mod panic_free;
 mod pipeline;
 mod protocol;

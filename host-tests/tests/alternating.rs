@@ -185,7 +185,7 @@ fn ideal_channels_leave_no_image() {
 
 /// The channels' offsets are one line, at 0 Hz.
 #[test]
-fn offsets_lie_at_0_hz() {
+fn offsets_are_not_searched() {
     let channels = Channels { offset: [900.0, -700.0], ..IDEAL };
     let line = Line { bins: -77.3, amplitude: 300.0, phase: 2.0 };
     let mut pairs = pairs::<1024>(&mut rng(909, 0), line, 1.0, channels);
@@ -193,13 +193,12 @@ fn offsets_lie_at_0_hz() {
     for (codes, middle) in [(CODES, 0), (Codes::unsigned::<12>(), 2048)] {
         pairs.iter_mut().flatten().for_each(|part| *part += middle);
         let whole = Config::new(1.0, codes);
-        let tone = measure::<1024, 2048>(&whole, &mut pairs).tone;
-        assert!(tone.frequency.bins(1024).abs() < 0.01, "{tone:?}");
-        assert!((f64::from(tone.amplitude) - 900f64.hypot(700.0)).abs() < 2.0, "{tone:?}");
         let lower = Config { codes, ..sideband(1024, false, 3.0) };
-        let tone = measure::<1024, 2048>(&lower, &mut pairs).tone;
-        assert_eq!(tone.verdict, Verdict::Good);
-        assert!((tone.frequency.bins(1024) - line.bins).abs() < 0.001, "{tone:?}");
+        for config in [whole, lower] {
+            let tone = measure::<1024, 2048>(&config, &mut pairs).tone;
+            assert_eq!(tone.verdict, Verdict::Good);
+            assert!((tone.frequency.bins(1024) - line.bins).abs() < 0.001, "{tone:?}");
+        }
     }
 }
 

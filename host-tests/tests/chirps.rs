@@ -5,8 +5,8 @@ use crate::signal::*;
 use host_tests::sized;
 use picket::config::SPEED_OF_LIGHT;
 use picket::{
-    Chirp, Codes, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Shape, Stamp, Target,
-    Verdict,
+    Chirp, Codes, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Segment, Shape, Stamp,
+    Target, Verdict,
 };
 use picket_simulator::{Receiver, Target as Reflector, Waveform};
 use rand::RngExt;
@@ -74,7 +74,7 @@ impl Radar {
 struct Truth {
     range_m: f64,
     velocity_mps: f64,
-    /// Whether a beat is within three bins of 0 or of half the rate, where no tone can be measured or told from its image.
+    /// Whether a beat is within three bins of half the rate or a ramp's of 0, where no tone can be told from its image or from an offset.
     at_an_edge: bool,
 }
 
@@ -102,7 +102,8 @@ fn solved<R: Record, const N: usize>(
         let from_s = waveform.start_s(index) + sent.guard_s;
         let cycles = |t: f64| waveform.cycles(t, 2.0 * reflector.range_m(t) / SPEED_OF_LIGHT);
         let beat = cycles(from_s + last_s) - cycles(from_s);
-        at_an_edge |= (!R::IQ && beat.abs() < 3.0) || beat.abs() > N as f64 / 2.0 - 3.0;
+        let ramp = segment != Segment::Flat;
+        at_an_edge |= (ramp && beat.abs() < 3.0) || beat.abs() > N as f64 / 2.0 - 3.0;
         let normal = || rng.sample(StandardNormal);
         let record =
             receiver.record(&waveform, std::slice::from_ref(&reflector), (0, from_s), N, normal);

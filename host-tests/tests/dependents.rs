@@ -201,8 +201,8 @@ fn the_skeleton_board_measures_and_follows_commands() {
     assert!(second.measuring && second.settings != first.settings);
     assert_eq!(settings_of(&mut board, Order::GetSettings), answered);
     assert_ten_records(&mut board, rate_hz, 2);
-    // I/Q samples, whose band lies on one side of 0 Hz.
-    let config = Config { band_hz: Some((100.0, 1400.0)), ..wanted.config };
+    // I/Q samples.
+    let config = Config { band_hz: Some((-1400.0, 1400.0)), ..wanted.config };
     settings_of(&mut board, Order::SetSettings(Settings { iq: true, config, ..wanted }, 256));
     boot(&mut board);
     assert_ten_records(&mut board, rate_hz, 2);

@@ -5,7 +5,7 @@ use picket::config::SPEED_OF_LIGHT;
 use picket::estimate::phasor::Phasor;
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Displacement, Unwrapper};
-use picket::{Codes, Config, Iq, Pipeline, Stamp, Tone, Verdict};
+use picket::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -49,7 +49,12 @@ fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2
         let mut pipeline = Pipeline::<Iq, N>::new(plan);
         let mut unwrapper = Unwrapper::new(2.0, mixing, Between::Frequency).unwrap();
         let (mut moved, mut truth) = (Vec::new(), Vec::new());
+        // Blocks that an offset cannot disturb.
+        let mut measurable = 0;
         for block in 0..BLOCKS {
+            let middle = TAU * (block as f64 + 0.5) / period + begin;
+            let frequency = mean + swing_bins * middle.sin();
+            measurable += usize::from(frequency.abs() > 2.0);
             let clock = block * N as u64;
             let targets = core::slice::from_ref(&target);
             let normal = || rng.sample(StandardNormal);
@@ -57,15 +62,19 @@ fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2
             let stamp = Stamp { sequence: block as u32, clock, ..Stamp::default() };
             let measurement = pipeline.block(stamp, record.as_array().unwrap());
             for phasor in &pipeline.lines(&measurement, 1) {
-                moved.push(unwrapper.push(&stamp, phasor));
-                truth.push(turns(block as f64 + 0.5));
+                let now = unwrapper.push(&stamp, phasor);
+                // A displacement counts from a block whose tone can be used.
+                if phasor.tone.verdict.usable() <= Usable::WithinSigma {
+                    moved.push(now);
+                    truth.push(turns(block as f64 + 0.5));
+                }
             }
         }
-        judged(&moved, &truth)
+        let [good, wrong] = judged(&moved, &truth);
+        [good, wrong, measurable]
     });
-    let blocks = (seen.len() as u64 * BLOCKS) as f64;
-    let [good, wrong] =
-        [0, 1].map(|i| seen.iter().map(|seen| seen[i]).sum::<usize>() as f64 / blocks);
+    let sum = |i: usize| seen.iter().map(|seen| seen[i]).sum::<usize>() as f64;
+    let [good, wrong] = [sum(0) / sum(2), sum(1) / sum(0).max(1.0)];
     println!(
         "{snr_db} dB, {swing_bins} bins over {period} blocks, seed {seed}: good {good:.3}, wrong {wrong:.4}"
     );

@@ -270,6 +270,7 @@ fn the_solver_on_every_vector() {
     let scales = |weights: [f64; 2]| weights.map(|weight| Scale::new(weight).unwrap());
     // The vectors have one carrier, and a range that stands still: `fR - fD, -fD, -(fR + fD)`.
     let equations = Equations {
+        edge: 0.0,
         shape: Shape::Trapezoid,
         range: scales([0.5 * range, -0.5 * range]),
         velocity: scales([-0.5 * velocity; 2]),

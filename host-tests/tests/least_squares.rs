@@ -183,7 +183,7 @@ struct Outcome {
 fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f64) -> Outcome {
     let amplitude = amplitude(snr_db);
     let sigma = sigma(amplitude, snr_db);
-    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+    let peaks = if R::IQ { 2..N as i32 - 1 } else { 2..N as i32 / 2 - 1 };
     let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
     let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
     let samples = R::record::<N>(rng, &[line], sigma);
@@ -294,7 +294,7 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
     let seen = trials(17, 1000, |rng| {
         let amplitude = amplitude(snr_db);
         let sigma = sigma(amplitude, snr_db);
-        let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+        let peaks = if R::IQ { 2..N as i32 - 1 } else { 2..N as i32 / 2 - 1 };
         let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
         let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
         let samples = R::record::<N>(rng, &[line], sigma);

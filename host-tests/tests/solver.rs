@@ -140,7 +140,10 @@ fn beats_of_two_targets_are_unresolved() {
     let mut beats = tones(&row, None, [1e-5; 3]);
     beats[1] = tone(0.33, 1e-5);
     assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Unresolved);
+    // A flat beat that is not seen is beside 0 Hz, which this target's would not be.
     beats[1].verdict = Verdict::Weak;
+    assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Unresolved);
+    beats[2].verdict = Verdict::Weak;
     assert_eq!(chirp::trapezoid(&beats, false, &equations()).verdict, Verdict::Weak);
 }
 
@@ -168,6 +171,7 @@ fn normal_equations(magnitudes: [f64; 3], sigmas: [f32; 3]) -> (f64, f64) {
 fn one_carrier() -> Equations {
     let scales = |weights: [f64; 2]| weights.map(|weight| Scale::new(weight).unwrap());
     Equations {
+        edge: 0.0,
         shape: Shape::Trapezoid,
         range: scales([500.0, -500.0]),
         velocity: scales([-500.0; 2]),

@@ -1,17 +1,19 @@
 //! The tracker on noisy 12-bit records: how much it gains, whether it knows, when it acquires and when it loses.
 
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::config::{Config, Following};
+use picket::acquire::sample::{Iq, Real, Segment, Stamp};
+use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene};
 use picket::estimate::least_squares::Reach;
 use picket::estimate::tone::Verdict;
 use picket::pipeline::Measurement;
+use picket::solve::chirp::Mixing;
 use picket::solve::track::{State, Track};
 use picket::tracker::Tracker;
 use picket_host::analyze::cut::Cut;
 use picket_host::follow::{self, Pursuit, Sighting};
 use picket_host::recording::Options;
 use picket_host::simulate::{Line, Signal, generator};
+use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -414,4 +416,54 @@ fn smooth(points: &[(f64, f64, f64)]) -> Vec<f64> {
             .collect();
     }
     curve
+}
+
+/// A car that brakes before a 24 GHz Doppler radar with I/Q records: its speed from the wave's own phase, within its sigmas.
+#[test]
+fn a_car_that_brakes_is_followed_by_its_wave() {
+    const N: usize = 512;
+    const RATE_HZ: f64 = 20e3;
+    const CARRIER_HZ: f64 = 24e9;
+    let (mut squares, mut held, mut off) = (0.0, 0.0, 0);
+    for run in 0..20 {
+        let mut rng = generator(0x7AC4_0030, run);
+        let (begin, braking) = (rng.random_range(8.0..20.0), rng.random_range(0.5..6.0));
+        let mixing = Mixing::ALL[run as usize % 2];
+        let scene =
+            Scene::Doppler { wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ, angle_rad: 0.0, mixing };
+        let codes = Codes::signed::<12>();
+        let following = Following { agility: 0.1, most: 1, ..Following::default() };
+        let config = Config { scene, following, ..Config::new(RATE_HZ, codes) };
+        let mut tracker = Tracker::<Iq, N>::new(config.plan::<Iq, N>().unwrap());
+        let receiver = Receiver { codes, ..Receiver::ideal(RATE_HZ, true, mixing) };
+        let receiver = receiver.with_snr(800.0, 15.0);
+        let car = Target::new(800.0, move |t| 60.0 - begin * t + braking * t * t / 2.0);
+        let wave = Waveform::continuous(CARRIER_HZ);
+        for block in 0..60u32 {
+            let start_s = f64::from(block) * N as f64 / RATE_HZ;
+            let normal = || rng.sample(StandardNormal);
+            let cars = core::slice::from_ref(&car);
+            let record = receiver.record(&wave, cars, (0, start_s), N, normal);
+            let stamp = Stamp { sequence: block, ..Stamp::default() };
+            tracker.block(stamp, record.as_array().unwrap());
+            let tracks = tracker.tracks(Segment::Continuous);
+            let track = tracks.iter().find(|track| track.state == State::Held);
+            let Some(track) = track.filter(|_| block > 8) else { continue };
+            // At 0.1 m/s the beat is within 1.5 bins of 0 Hz.
+            let middle_s = start_s + 0.5 * (N as f64 - 1.0) / RATE_HZ;
+            let truth = begin - braking * middle_s;
+            let hertz = track.tone.frequency.cycles() * RATE_HZ;
+            let metres = SPEED_OF_LIGHT / CARRIER_HZ / 2.0;
+            // A receiver's sign: positive for approaching if the received signal is not conjugated.
+            let speed = -f64::from(mixing.sign()) * hertz * metres;
+            let sigma = f64::from(track.tone.sigma) * RATE_HZ * metres;
+            let error = (speed - truth) / sigma;
+            squares += error * error;
+            held += 1.0;
+            off += u32::from(error.abs() > 5.0);
+        }
+    }
+    let rms = f64::sqrt(squares / held);
+    println!("held {held} of {}, rms {rms:.2} sigmas, {off} beyond five", 20 * 51);
+    assert!(held > 0.95 * 20.0 * 51.0 && off == 0 && (0.6..1.3).contains(&rms));
 }

@@ -1,6 +1,6 @@
 //! Is a peak a tone, or the largest of many bins of noise?
 
-use crate::spectrum::peak::Peak;
+use crate::spectrum::peak::{Peak, SKIRT};
 use core::f32::consts::LN_2;
 
 /// The probability per block that noise alone passes for a tone.
@@ -10,8 +10,9 @@ pub const FALSE_ALARM: f64 = 1e-6;
 /// early.
 pub const HOLD: f64 = 1e-2;
 
-/// Fewer bins than these away from the peak are no floor: they hold the tone's own leakage.
-const FLOOR: u32 = 47;
+/// Fewer bins than these away from the peak are no floor: they hold the tone's own leakage. The shortest I/Q record has them: all but
+/// the peak with its skirt, and the offset.
+const FLOOR: u32 = 64 - (2 * SKIRT as u32 + 1) - 1;
 
 /// How far the required evidence is lowered, as a power of two. A test beside others needs less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -338,7 +338,7 @@ impl Seen {
         // A sigma as wide as the spectrum, or none, tells nothing.
         let known = self.sigma < n as f32;
         let verdicts = [
-            (!iq && near_edge(n, peak, fit.offset), Verdict::NearEdge),
+            (near_edge(iq, n, peak, fit.offset), Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
             (self.line == Line::Moving, Verdict::Moving),
             (self.line == Line::Unresolved, Verdict::Unresolved),
@@ -363,15 +363,23 @@ impl Seen {
     }
 }
 
-/// Within 1.5 bins of DC or Nyquist a fit cannot separate the mirror image from the tone.
+/// Within [`AMBIGUOUS`] bins of an end of a real spectrum a fit cannot separate the mirror image from the tone, nor
+/// a converter's offset within as many of 0 Hz.
 #[inline(always)]
-fn near_edge(n: usize, peak: i32, offset: f32) -> bool {
-    if (4..n as i32 / 2 - 4).contains(&peak) {
+fn near_edge(iq: bool, n: usize, peak: i32, offset: f32) -> bool {
+    let half = n as i32 / 2;
+    // An I/Q peak may count negative frequencies from 0 down or from N down.
+    let peak = if iq && peak > half { peak.wrapping_sub(n as i32) } else { peak };
+    if (4..half - 4).contains(&peak.abs()) {
         return false;
     }
-    let f = peak as f32 + offset;
-    f < 1.5 || f > (n / 2) as f32 - 1.5
+    let f = (peak as f32 + offset).abs();
+    f < AMBIGUOUS || !iq && f > half as f32 - AMBIGUOUS
 }
+
+/// Bins on each side of an offset, or of an end of a real spectrum, in which a tone is not told from it: the
+/// peak is the next bin then, and the fit needs the offset's.
+pub const AMBIGUOUS: f32 = 1.5;
 
 /// The noise power per sample that a fit leaves in its own bins.
 pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {

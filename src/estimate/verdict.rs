@@ -81,7 +81,7 @@ impl Verdict {
                 "The tone's frequency or level changes within the block: the frequency is the mean over it."
             }
             Verdict::NearEdge => {
-                "The tone is so near DC or Nyquist that its mirror image disturbs it, or it lies outside of the band."
+                "The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band."
             }
             Verdict::Clipped => "Samples touch the converter's rails: lower the gain.",
             Verdict::Unresolved => {

@@ -20,9 +20,9 @@
 //! - **Offset.** A code is negated about the middle between the rails: `low + high - code`, exact, and a
 //!   rail stays a rail. For rails at 0 and 4095 the middle is 2047.5, half a code below that of
 //!   [`Codes::middle`](crate::acquire::codes::Codes::middle). It falls into the real record's bin 0, which nobody
-//!   reads. The channels' offsets from it fall into one bin, that of 0 Hz, as those of any I/Q record do: leave it
-//!   out of the band. A tone three bins from it or more is measured without it: it gets the value that the tone
-//!   leaves there.
+//!   reads. The channels' offsets from it fall into one bin, that of 0 Hz, as those of any I/Q record do. It is not
+//!   searched, and a tone is measured without it: it gets the value that the tone leaves there. Within 1.5 bins of
+//!   it a tone is [`Verdict::NearEdge`].
 //! - **Errors of gain and phase** make the image that they make in any I/Q record. One that is stronger
 //!   than -20 dB, as of a dead channel, has the verdict [`Verdict::Image`].
 //! - **Both ends** of the spectrum are those of a real record: within 1.5 bins of plus or minus half the rate of the
@@ -34,6 +34,7 @@ use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Stamp};
 use crate::estimate::detection::{Less, Threshold};
 use crate::estimate::frequency::Frequency;
+use crate::estimate::measure::AMBIGUOUS;
 use crate::estimate::method::Method;
 use crate::estimate::tone::{Tone, Verdict};
 use crate::math::scalar::Scalar;
@@ -122,6 +123,9 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         }
         let mut pairs =
             Tone { frequency: lowered(tone.frequency), sigma: 2.0 * tone.sigma, ..tone };
+        if pairs.frequency.bins(N).abs() < f64::from(AMBIGUOUS) {
+            pairs.add(Verdict::NearEdge);
+        }
         if self.mirrored(&tone) {
             pairs.add(Verdict::Image);
         }
@@ -169,7 +173,8 @@ fn without_offset<const N: usize>(spectrum: &mut Spectrum<Real, N>, peak: &Peak)
         })
     };
     let away = peak.bin.wrapping_sub(middle);
-    if away.abs() <= OFFSET_BINS {
+    // Beside 0 Hz the offset is one of the peak's own three bins.
+    if away.abs() <= 1 {
         return;
     }
     let [before, at, after] = bins(peak.bin);
@@ -183,9 +188,6 @@ fn without_offset<const N: usize>(spectrum: &mut Spectrum<Real, N>, peak: &Peak)
     spectrum.put_quarter(Complex::new(left.re as i32, left.im as i32));
 }
 
-/// Bins on each side of 0 Hz in which nothing is told from the channels' offsets.
-const OFFSET_BINS: i32 = 2;
-
 /// Negates the second and the third of every four samples about the middle between the rails. Twice
 /// gives the codes back.
 fn turn(pairs: &mut [[i16; 2]], codes: Codes) {
@@ -198,15 +200,16 @@ fn turn(pairs: &mut [[i16; 2]], codes: Codes) {
     }
 }
 
-/// A band of pairs in the real record: half the rate of the pairs higher.
-fn raised(Band { low, high }: Band, n: i32) -> Band {
-    let Band { low: first, high: last } = Band::real(2 * n as usize);
-    let [low, high] = [low, high].map(|bin| bin.wrapping_add(n / 2));
+/// A band of pairs in the real record: half the rate of the pairs higher, with the channels' offsets.
+fn raised(band: Band, n: i32) -> Band {
+    let whole = Band { offset: n / 2, ..Band::real(2 * n as usize) };
+    let [low, high] = [band.low, band.high].map(|bin| bin.wrapping_add(n / 2));
     // Numbers above half the rate are those of negative frequencies: it is the whole spectrum.
     if low < 0 || high > n {
-        return Band { low: first, high: last };
+        return whole;
     }
-    Band { low: low.clamp(first, last), high: high.clamp(first, last) }
+    let [low, high] = [low, high].map(|bin| bin.clamp(whole.low, whole.high));
+    Band { low, high, ..whole }
 }
 
 /// A frequency of the real record as one of the pairs, round the circle: `2 f - 1/2`.
@@ -250,7 +253,8 @@ mod tests {
     #[test]
     fn a_band_keeps_to_its_sideband() {
         let of = |low, high| {
-            let Band { low, high } = raised(Band { low, high }, 1024);
+            let Band { low, high, offset } = raised(Band::new(low, high), 1024);
+            assert_eq!(offset, 512);
             (low, high)
         };
         assert_eq!(of(3, 400), (515, 912));

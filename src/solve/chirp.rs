@@ -144,8 +144,8 @@ pub struct Target {
     pub sigma_velocity: f32,
     /// What the waveform leaves open.
     pub ambiguity: Ambiguity,
-    /// The worst verdict of the beats; at least [`Verdict::Unresolved`] if the range is negative, or if the beats
-    /// contradict each other by more than five standard deviations.
+    /// The worst verdict of the beats, but for a trapezoid's flat one beside 0 Hz; at least [`Verdict::Unresolved`] if the range is
+    /// negative, or if the beats contradict each other by more than five standard deviations.
     pub verdict: Verdict,
 }
 
@@ -167,20 +167,25 @@ struct Beat {
     variance: f32,
 }
 
-/// The variance of a beat within 1.5 bins of DC or Nyquist is multiplied by this: it counts a
-/// hundredth.
-const EDGE_VARIANCE: f32 = 100.0;
-
 /// The least variance of a beat, from the step of the frequency's type.
 const LEAST_VARIANCE: f32 = (1.0 / 4_294_967_296.0) * (1.0 / 4_294_967_296.0) / 12.0;
 
-fn beat(tone: &Tone) -> Beat {
+fn beat(tone: &Tone, equations: &Equations) -> Beat {
     let sigma = if tone.sigma.is_finite() { tone.sigma } else { 1.0 };
-    let edge = if tone.verdict == Verdict::NearEdge { EDGE_VARIANCE } else { 1.0 };
+    let edge = if tone.verdict == Verdict::NearEdge { equations.edge } else { 0.0 };
     Beat {
         steps: i64::from(tone.frequency.0.to_bits()),
-        variance: (sigma * sigma).max(LEAST_VARIANCE) * edge,
+        variance: (sigma * sigma).max(LEAST_VARIANCE).max(edge),
     }
+}
+
+/// The beats of a trapezoid. A flat segment in which no line is seen has its beat where none is looked for, beside 0 Hz.
+fn beats([up, flat, down]: &[Tone; 3], equations: &Equations) -> [Beat; 3] {
+    let flat = match flat.verdict {
+        Verdict::Weak | Verdict::NoSignal => Beat { steps: 0, variance: equations.edge },
+        _ => beat(flat, equations),
+    };
+    [beat(up, equations), flat, beat(down, equations)]
 }
 
 /// The squared contradiction, in variances, from which the beats are not of one target: five
@@ -199,9 +204,12 @@ fn weights(equations: &Equations) -> [f32; 3] {
 
 /// Solves a trapezoid from its three tones. `signed` is true for I/Q beats, whose signs are known.
 ///
+/// A slow target's flat beat is beside 0 Hz, where a line is `near-edge` or not seen at all: both ramps tell range and
+/// velocity then, and the flat segment that there is no larger Doppler shift.
+///
 /// Cost: six products of 64 bits, and some forty operations of 32-bit floats.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
-    let beats = tones.each_ref().map(beat);
+    let beats = beats(tones, equations);
     let (violation, y) = signs(&beats, signed, equations);
     let error = violation as f32;
     let [up, flat, down] = weights(equations);
@@ -219,7 +227,7 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Targ
         sigma_range: sigma(&equations.range),
         sigma_velocity: sigma(&equations.velocity),
         ambiguity: Ambiguity::None,
-        verdict: worst(tones, excess(violation, total) > 1.0),
+        verdict: worst(&told(tones), excess(violation, total) > 1.0),
         ..place(ramps, equations)
     };
     judged(target)
@@ -311,7 +319,7 @@ fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
 /// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
 /// deviations. Above 1, [`trapezoid`] calls them unresolved.
 pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> f32 {
-    let beats = tones.each_ref().map(beat);
+    let beats = beats(tones, equations);
     let (violation, _) = signs(&beats, signed, equations);
     excess(violation, total(&beats, equations))
 }
@@ -323,7 +331,7 @@ pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> 
 ///
 /// Cost: four products of 64 bits, eight for real beats.
 pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Target {
-    let [up, down] = tones.each_ref().map(beat);
+    let [up, down] = tones.each_ref().map(|tone| beat(tone, equations));
     let sigma = |[m1, m3]: [Scale; 2]| {
         libm::hypotf(m1.float * root(up.variance), m3.float * root(down.variance))
     };
@@ -351,7 +359,7 @@ pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Targe
 
 /// Solves a sawtooth from its one tone: the range of a target at rest.
 pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
-    let up = beat(tone);
+    let up = beat(tone, equations);
     let [scale, _] = equations.range;
     let warp = warp([up.steps, 0], equations);
     judged(Target {
@@ -362,6 +370,15 @@ pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
         ambiguity: Ambiguity::Coupled,
         verdict: tone.verdict,
     })
+}
+
+/// The tones whose verdicts are the target's: a slow target's flat beat is too near 0 Hz to be seen, and the ramps tell all of it.
+fn told(tones: &[Tone; 3]) -> [Tone; 3] {
+    let [up, mut flat, down] = *tones;
+    if matches!(flat.verdict, Verdict::NearEdge | Verdict::Weak | Verdict::NoSignal) {
+        flat.verdict = Verdict::Good;
+    }
+    [up, flat, down]
 }
 
 fn worst(tones: &[Tone], contradiction: bool) -> Verdict {

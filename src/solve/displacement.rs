@@ -35,8 +35,8 @@ pub struct Displacement {
     /// One standard deviation, metres, of the phase in this block. The displacement of the first
     /// block is 0, and its error is part of all that follow.
     pub sigma: f32,
-    /// The number of the start that it counts from. Displacements of different starts do not belong
-    /// together.
+    /// The number of the start that it counts from, which is the first block after it whose tone can be used. Displacements of
+    /// different starts do not belong together.
     pub start: u32,
     /// The verdict of the tone, or [`Verdict::Unresolved`] if the whole turns are not sure. The
     /// displacement starts anew then.

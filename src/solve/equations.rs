@@ -18,6 +18,7 @@
 
 use super::chirp::{Mixing, Scale, Shape};
 use crate::config::{ConfigError, SPEED_OF_LIGHT};
+use crate::estimate::measure::AMBIGUOUS;
 
 /// A frequency-modulated continuous wave, as the transmitter sends it.
 ///
@@ -92,6 +93,9 @@ pub struct Equations {
     /// What a bent ramp takes from its beat, in cycles per sample per square metre of range: the echo comes from a place of the ramp
     /// with another slope. 0 for straight ramps.
     pub warp: f32,
+    /// The variance, in cycles per sample squared, of a beat of which is known only that it is within 1.5 bins of 0 Hz: where a tone
+    /// is not told from an offset or from its mirror image. Uniform, so a third of the square.
+    pub edge: f32,
     /// The flat and the falling beat's weights in the condition `up + flat + down = 0` that the three beats of a target
     /// satisfy; 0 for the other shapes.
     pub condition: [Scale; 2],
@@ -128,6 +132,8 @@ impl Chirp {
         let t0 = 0.5 * (up.time_s + down.time_s);
         let (a, b) = (up.row(t0), down.row(t0));
         let none = Scale::default();
+        let edge = AMBIGUOUS / n.max(1) as f32;
+        let edge = edge * edge / 3.0;
         // The carrier's second derivative, half of it, times the square of the delay.
         let half = -4.0 * self.sweep_curvature * bandwidth_hz / (duration_s * duration_s);
         let per_metre = 2.0 / SPEED_OF_LIGHT;
@@ -140,6 +146,7 @@ impl Chirp {
             return Ok(Equations {
                 shape,
                 warp,
+                edge,
                 range: [scale(1.0 / range)?, none],
                 velocity: [scale(1.0 / doppler)?, none],
                 condition: [none; 2],
@@ -161,7 +168,7 @@ impl Chirp {
             let share = Scale::new(share).ok_or(ConfigError::Scale)?;
             condition = [share, Scale::new(weight).ok_or(ConfigError::Scale)?];
         }
-        Ok(Equations { shape, range, velocity, warp, condition })
+        Ok(Equations { shape, range, velocity, warp, edge, condition })
     }
 
     /// Carrier and slope of a rising ramp, `x` of its way up. A falling ramp goes the same way back.

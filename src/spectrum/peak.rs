@@ -18,7 +18,7 @@ pub const SKIRT: i32 = 8;
 /// Bins of the peak and its skirt.
 const AROUND: usize = 2 * SKIRT as usize + 1;
 
-/// The bins that a search may return, both ends included.
+/// The bins that a search may return, both ends included, but for the bin of a constant offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {
@@ -26,22 +26,35 @@ pub struct Band {
     pub low: i32,
     /// The last bin.
     pub high: i32,
+    /// The bin that a constant offset of the converter falls into, which no search returns and no
+    /// floor sums. It may lie outside.
+    pub offset: i32,
 }
 
 impl Band {
+    /// Bins `low..=high` of a record whose offset is in bin 0.
+    pub const fn new(low: i32, high: i32) -> Self {
+        Band { low, high, offset: 0 }
+    }
+
     /// The whole spectrum of a real record without DC and Nyquist: bins 1..=N/2-1.
     pub const fn real(n: usize) -> Self {
-        Band { low: 1, high: n as i32 / 2 - 1 }
+        Band::new(1, n as i32 / 2 - 1)
     }
 
-    /// The whole spectrum of an I/Q record: bins 0..=N-1.
+    /// The whole spectrum of an I/Q record: bins 0..=N-1, of which DC is not searched.
     pub const fn iq(n: usize) -> Self {
-        Band { low: 0, high: n as i32 - 1 }
+        Band::new(0, n as i32 - 1)
     }
 
-    /// The number of bins.
+    /// The number of bins, with that of an offset.
     pub const fn width(&self) -> u32 {
         if self.high < self.low { 0 } else { (self.high - self.low) as u32 + 1 }
+    }
+
+    /// Whether the bin of an offset is among them.
+    pub const fn has_offset(&self) -> bool {
+        self.low <= self.offset && self.offset <= self.high
     }
 
     /// Whether a frequency is at most half a bin outside, round the circle, in a record of `n` samples.
@@ -106,6 +119,7 @@ impl Search {
     pub fn push(&mut self, power: u64) {
         let bin = self.next;
         self.next = self.next.wrapping_add(1);
+        let power = if bin == self.band.offset { 0 } else { power };
         let previous = self.newest(bin.wrapping_sub(1));
         if bin == self.band.low || power > self.registers[1] {
             self.peak = bin;
@@ -145,16 +159,19 @@ impl Search {
             return None;
         }
         let last = self.next.wrapping_sub(1);
-        let skirt = Band {
-            low: self.band.low.max(self.peak.wrapping_sub(SKIRT)),
-            high: last.min(self.peak.wrapping_add(SKIRT)),
-        };
-        let seen = Band { low: self.band.low, high: last };
+        let skirt = Band::new(
+            self.band.low.max(self.peak.wrapping_sub(SKIRT)),
+            last.min(self.peak.wrapping_add(SKIRT)),
+        );
+        let seen = Band { high: last, ..self.band };
+        // The bin of an offset has no power, and is no bin of the floor.
+        let offset = seen.has_offset() && self.band.offset.abs_diff(self.peak) > SKIRT as u32;
+        let floor_bins = seen.width().saturating_sub(skirt.width());
         Some(Peak {
             bin: self.peak,
             power: self.registers,
             floor: self.total.wrapping_sub(self.skirt),
-            floor_bins: seen.width().saturating_sub(skirt.width()),
+            floor_bins: floor_bins.saturating_sub(offset.into()),
         })
     }
 }
@@ -169,6 +186,9 @@ pub fn find<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search(band);
+    if band.has_offset() {
+        return beside_offset(spectrum, band, found);
+    }
     // A search that knows the skirt needs no bins of it but the peak and its neighbours.
     if let Some(skirt) = found.skirt {
         let mut place = MaybeUninit::<[Point; 3]>::uninit();
@@ -176,6 +196,37 @@ pub fn find<R: Record, const N: usize>(
         return of(&found, band, skirt, three.first_chunk()?);
     }
     with_skirt(spectrum, band, &found)
+}
+
+/// The peak of a band with an offset in it, which is neither the peak nor its neighbour nor a part of the floor.
+#[inline(never)] // a band without one has a shorter way
+fn beside_offset<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    band: Band,
+    mut found: Scan,
+) -> Option<Peak> {
+    let Band { low, high, offset } = band;
+    if found.bin == offset {
+        // Seldom: the offset was the strongest.
+        let total = found.total;
+        found = Scan::from(low as usize);
+        for k in (low..=high).filter(|&k| k != offset) {
+            found.see(k as usize, spectrum.power(k));
+        }
+        found.total = total;
+    }
+    let mut peak = with_skirt(spectrum, band, &found)?;
+    let [before, _, after] = &mut peak.power;
+    match offset.wrapping_sub(peak.bin) {
+        -1 => *before = 0,
+        1 => *after = 0,
+        away if away.unsigned_abs() > SKIRT as u32 => {
+            peak.floor = peak.floor.saturating_sub(spectrum.power(offset));
+            peak.floor_bins = peak.floor_bins.saturating_sub(1);
+        }
+        _ => {}
+    }
+    Some(peak)
 }
 
 /// The peak with the skirt that its bins have. It is a function of its own, because the search's loop needs all registers.
@@ -195,6 +246,9 @@ pub fn find_portably<R: Record, const N: usize>(
     band: Band,
 ) -> Option<Peak> {
     let found = spectrum.search_portably(band);
+    if band.has_offset() {
+        return beside_offset(spectrum, band, found);
+    }
     let around: [Point; AROUND] = core::array::from_fn(|index| {
         let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]
@@ -229,10 +283,8 @@ fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak
 
 /// The skirt of a peak, from the bins around it.
 fn skirt(bin: i32, band: Band, around: &[Point]) -> Skirt {
-    let span = Band {
-        low: band.low.max(bin.wrapping_sub(SKIRT)),
-        high: band.high.min(bin.wrapping_add(SKIRT)),
-    };
+    let span =
+        Band::new(band.low.max(bin.wrapping_sub(SKIRT)), band.high.min(bin.wrapping_add(SKIRT)));
     let points = span.width();
     let bins = around.iter().zip(bin.wrapping_sub(SKIRT)..);
     let power = if points as usize == around.len() {
@@ -259,7 +311,7 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
     let mut most = 0;
     for k in gate.low..=gate.high {
         let power = spectrum.power(k);
-        if power > most {
+        if power > most && k != band.offset {
             (bin, most) = (k, power);
         }
     }
@@ -267,9 +319,9 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
         return None;
     }
     let (mut floor, mut floor_bins) = (whole.floor, whole.floor_bins);
-    let skirt = Band { low: bin.wrapping_sub(SKIRT), high: bin.wrapping_add(SKIRT) };
+    let skirt = Band::new(bin.wrapping_sub(SKIRT), bin.wrapping_add(SKIRT));
     for k in skirt.low.max(band.low)..=skirt.high.min(band.high) {
-        if k.abs_diff(whole.bin) > SKIRT as u32 {
+        if k.abs_diff(whole.bin) > SKIRT as u32 && k != band.offset {
             floor = floor.wrapping_sub(spectrum.power(k));
             floor_bins = floor_bins.saturating_sub(1);
         }
@@ -279,7 +331,8 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
         let leakage = whole.power[1] / (4 * apart * apart).max(1);
         floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));
     }
-    let neighbours = [bin.wrapping_sub(1), bin.wrapping_add(1)].map(|k| spectrum.power(k));
+    let power = |k: i32| if k == band.offset { 0 } else { spectrum.power(k) };
+    let neighbours = [bin.wrapping_sub(1), bin.wrapping_add(1)].map(power);
     Some(Peak { bin, power: [neighbours[0], most, neighbours[1]], floor, floor_bins })
 }
 
@@ -295,28 +348,28 @@ mod tests {
 
     #[test]
     fn registers_hold_the_peak_and_its_neighbours() {
-        let peak = search(Band { low: 3, high: 7 }, &[1, 5, 9, 4, 2]).unwrap();
+        let peak = search(Band::new(3, 7), &[1, 5, 9, 4, 2]).unwrap();
         assert_eq!((peak.bin, peak.power), (5, [5, 9, 4]));
         assert_eq!((peak.floor, peak.floor_bins), (0, 0));
     }
 
     #[test]
     fn the_lowest_of_equal_bins_wins() {
-        assert_eq!(search(Band { low: 1, high: 4 }, &[2, 7, 7, 7]).unwrap().bin, 2);
+        assert_eq!(search(Band::new(1, 4), &[2, 7, 7, 7]).unwrap().bin, 2);
     }
 
     #[test]
     fn edges_read_zero_outside_the_band() {
-        let first = search(Band { low: 1, high: 3 }, &[9, 2, 1]).unwrap();
+        let first = search(Band::new(1, 3), &[9, 2, 1]).unwrap();
         assert_eq!((first.bin, first.power), (1, [0, 9, 2]));
-        let last = search(Band { low: 1, high: 3 }, &[1, 2, 9]).unwrap();
+        let last = search(Band::new(1, 3), &[1, 2, 9]).unwrap();
         assert_eq!((last.bin, last.power), (3, [2, 9, 0]));
     }
 
     #[test]
     fn an_empty_or_silent_band_has_no_peak() {
-        assert_eq!(search(Band { low: 1, high: 0 }, &[]), None);
-        assert_eq!(search(Band { low: 1, high: 3 }, &[0; 3]), None);
+        assert_eq!(search(Band::new(1, 0), &[]), None);
+        assert_eq!(search(Band::new(1, 3), &[0; 3]), None);
     }
 
     #[test]
@@ -328,7 +381,7 @@ mod tests {
                     // The powers rise towards the peak, so the candidate moves at every push.
                     *p = 1000 - at.abs_diff(k) as u64;
                 }
-                let band = Band { low: 5, high: 5 + width as i32 - 1 };
+                let band = Band::new(5, 5 + width as i32 - 1);
                 let peak = search(band, &powers).unwrap();
                 let outside = |k: &usize| at.abs_diff(*k) > SKIRT as usize;
                 let expected: u64 = (0..width).filter(outside).map(|k| powers[k]).sum();

@@ -66,9 +66,6 @@ pub enum SettingsError {
     /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
     /// 2.
     Calibration,
-    /// The band of an I/Q record includes 0 Hz. The converters' offset there is far above any
-    /// signal, so the band must lie on one side of it.
-    Offset,
     /// The settings follow tones, but this image is built without the feature `tracking`.
     Tracking,
     /// The board's core does not have this clock.
@@ -93,7 +90,7 @@ impl SettingsError {
             SettingsError::Drive => [8, 0],
             SettingsError::Sync => [9, 0],
             SettingsError::Calibration => [10, 0],
-            SettingsError::Offset => [11, 0],
+            // 11 was a band across 0 Hz, which is searched beside the offset now.
             SettingsError::Tracking => [12, 0],
             SettingsError::Speed => [13, 0],
             SettingsError::Slots => [14, 0],
@@ -130,7 +127,7 @@ impl SettingsError {
             [9, _] => "the sync input does not work at the fastest rate: use a slower one",
             [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",
             [11, _] => {
-                "I/Q: the converters' offset lies at 0 Hz, so search a band on one side of it, three bins away or more"
+                "this image is an older one and searches I/Q on one side of 0 Hz alone, three bins away or more: flash a newer one, or narrow band_hz"
             }
             [12, _] => {
                 "this image does not follow tones: flash one that is built with --tracking, or follow 0"

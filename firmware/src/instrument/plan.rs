@@ -21,9 +21,6 @@ pub struct Plan<const N: usize> {
     pub timing: Timing,
 }
 
-/// Bins on each side of 0 Hz that the converters' offset takes.
-const OFFSET_BINS: i32 = 2;
-
 impl<const N: usize> Plan<N> {
     /// Checks settings for blocks of `N` samples. `rate_hz` is the board's rate nearest to the
     /// wanted one.
@@ -51,9 +48,6 @@ impl<const N: usize> Plan<N> {
             config.plan().map(EitherPlan::Real)
         };
         let plan = plan.map_err(SettingsError::Config)?;
-        if settings.iq && plan.band.low <= OFFSET_BINS && plan.band.high >= -OFFSET_BINS {
-            return Err(SettingsError::Offset);
-        }
         let timing = Timing { period: length, segments: config.scene.segments() };
         let report_every = settings.report_every.max(1);
         let settings = Settings { config, report_every, ..*settings };

@@ -3,12 +3,15 @@
 use super::faults::{Blocks, EACH, any, play};
 use super::scene::{adopt, expected, frames, measure, plug, record, status};
 use host_tests::sized;
-use picket::config::Config;
-use picket::estimate::tone::Verdict;
+use picket::config::{Config, Scene};
+use picket::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
 use picket_firmware::pico::N;
+use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;
 use picket_host::pico::converter::Converter;
-use picket_wire::settings::Settings;
+use picket_host::scenario;
+use picket_simulator::{Receiver, Target};
+use picket_wire::settings::{Drive, Settings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -95,6 +98,70 @@ fn every_record_of_pairs_is_the_hosts() {
             figures.load() <= 0.83 && figures.level <= 2 && figures.overruns == 0,
             "{figures:?}"
         );
+    }
+}
+
+/// A chirp's echoes beat on both sides of 0 Hz, beside the inputs' offsets: records that are the host's, and the right targets.
+#[test]
+fn chirps_of_pairs_have_their_ranges_and_velocities() {
+    let blocks = sized(30, 900);
+    for mixing in Mixing::ALL {
+        let scene = Scene::Chirp(Chirp {
+            shape: Shape::Trapezoid,
+            wavelength_m: 0.0125,
+            bandwidth_hz: 200e6,
+            duration_s: 1.0,
+            mixing,
+            ..Chirp::default()
+        });
+        let config = Config { band_hz: None, scene, ..settings(true).config };
+        let settings =
+            Settings { config, drive: Drive::Dac { low: 300, high: 3800 }, ..settings(true) };
+        let (plan, _) = Words::plan(&settings).unwrap();
+        let used = plan.settings.config;
+        // Each conversion is half a pair after the one before.
+        let radar =
+            scenario::sensor::<Iq>(&Config { rate_hz: 2.0 * used.rate_hz, ..used }, 2 * N, 0.0);
+        let receiver = Receiver { offset: [140.0, -90.0], ..radar.receiver.with_snr(900.0, 30.0) };
+        let radar = radar.received_by(receiver);
+        let mut rng = ChaCha8Rng::seed_from_u64(64);
+        let (mut samples, mut truths) = (Vec::new(), Vec::new());
+        for _ in 0..blocks / 3 {
+            let (range_m, velocity_mps) =
+                (rng.random_range(15.0..250.0), rng.random_range(-12.0..12.0));
+            let target = Target::moving(900.0, range_m, velocity_mps).turned(rng.random());
+            let targets = core::slice::from_ref(&target);
+            for segment in 0..radar.segments() {
+                samples.extend(scenario::codes::<Iq>(&radar, targets, (0, segment), &mut rng));
+            }
+            truths.push([target.range_m(radar.middle_s()), velocity_mps]);
+        }
+        let Some(mut pico) = plug() else { return };
+        pico.power().unwrap();
+        adopt(&mut pico, settings, |pico| pico.both(&samples).unwrap());
+        pico.zero().unwrap();
+        measure(&mut pico, blocks);
+        let wanted = expected(&settings, &taken(&samples));
+        let records = frames(&pico.sent);
+        let mut found = 0;
+        for ((sequence, frame), number) in records.iter().zip(0..) {
+            assert_eq!(*sequence, number, "lost before block {number}");
+            let number = number as usize % wanted.len();
+            assert!(*frame == wanted[number], "block {number} differs");
+            let Outcome::Target(target) = record(frame).unwrap().measurement.result else {
+                continue;
+            };
+            assert!(target.verdict <= Verdict::Moving, "block {number}: {target:?}");
+            let [range_m, velocity_mps] = truths[number / 3];
+            let off = |value: f64, truth: f64, sigma: f32| (value - truth).abs() / f64::from(sigma);
+            let range = off(target.range.to_num(), range_m, target.sigma_range);
+            let velocity = off(target.velocity.to_num(), velocity_mps, target.sigma_velocity);
+            assert!(range < 6.0 && velocity < 6.0, "{target:?} at {range_m} m, {velocity_mps} m/s");
+            found += 1;
+        }
+        let load = 100.0 * pico.figures().unwrap().load();
+        println!("{}: {found} targets, load {load:.1} %", mixing.name());
+        assert!(found >= blocks / 3 - 1);
     }
 }
 

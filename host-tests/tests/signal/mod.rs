@@ -180,9 +180,9 @@ pub fn error<R: Kind, const N: usize>(tone: &Tone, bins: f64) -> f64 {
     if R::IQ { (error + n / 2.0).rem_euclid(n) - n / 2.0 } else { error }
 }
 
-/// A line anywhere, real ones with the peak at bins 2..=N/2-2.
+/// A line anywhere that is not `near-edge`: real ones with the peak at bins 2..=N/2-2, I/Q ones at 2..=N-2.
 pub fn anywhere<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, amplitude: f64) -> Line {
-    let peaks = if R::IQ { 0..N as i32 } else { 2..N as i32 / 2 - 1 };
+    let peaks = if R::IQ { 2..N as i32 - 1 } else { 2..N as i32 / 2 - 1 };
     let bins = f64::from(rng.random_range(peaks)) + rng.random_range(-0.5..0.5);
     Line { bins, amplitude, phase: rng.random_range(0.0..TAU) }
 }

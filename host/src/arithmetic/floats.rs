@@ -70,7 +70,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
 
     /// The core's search, on powers scaled to the integers it takes.
     fn peak(&self) -> Option<(Peak, f64)> {
-        let Band { low, high } = self.plan.band;
+        let Band { low, high, .. } = self.plan.band;
         let power = |k: i32| self.powers[k.rem_euclid(self.n as i32) as usize].wide();
         let most = (low..=high).map(power).fold(0.0, f64::max);
         let unit = most / (1u64 << 40) as f64;

@@ -5,7 +5,7 @@ use super::{DemoError, said};
 use crate::scenario::{self, sensor};
 use crate::simulate::generator;
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
+use picket::acquire::sample::Iq;
 use picket::config::{Config, Scene};
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
@@ -14,7 +14,7 @@ use picket::solve::equations::Chirp;
 use picket_firmware::instrument;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
-use picket_simulator::Target;
+use picket_simulator::{Receiver, Target};
 use picket_wire::boot::{Boot, Causes, Clock, Name};
 use picket_wire::command::Answer;
 use picket_wire::settings::{Drive, Settings};
@@ -30,6 +30,8 @@ const SEGMENTS: u64 = 30;
 /// The echo, codes, and how far it is above the noise, dB.
 const AMPLITUDE: f64 = 900.0;
 const SNR_DB: f64 = 20.0;
+/// The converters' offsets, codes.
+const OFFSET: [f64; 2] = [37.0, -21.0];
 /// Where the target is when the session begins, m, and how fast it comes nearer, m/s.
 const RANGE_M: f64 = 90.0;
 const VELOCITY_MPS: f64 = 14.0;
@@ -60,10 +62,10 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
         ..Chirp::default()
     });
     let codes = Codes::unsigned::<12>();
-    let band_hz = Some((2e3, 120e3));
+    let band_hz = Some((-120e3, 120e3));
     let config = Config { scene, band_hz, ..Config::new(250e3, codes) };
     let drive = Drive::Dac { low: 400, high: 3600 };
-    let settings = Settings { config, guard: 32, drive, ..Settings::default() };
+    let settings = Settings { iq: true, config, guard: 32, drive, ..Settings::default() };
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);
     let refused =
         |error: &dyn std::fmt::Debug| format!("the board refuses the settings: {error:?}");
@@ -81,16 +83,16 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
     let answer = Answer { tag: 1, command: 4 }.reply(&instrument.settings.to_bytes(N));
     let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
     let plan = Plan::of_terms(*instrument.plan).map_err(|error| refused(&error))?;
-    let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
-    let sensor = sensor::<Real>(&instrument.settings.config, N, 0.0);
-    let receiver = sensor.receiver.with_snr(AMPLITUDE, SNR_DB);
+    let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
+    let sensor = sensor::<Iq>(&instrument.settings.config, N, 0.0);
+    let receiver = Receiver { offset: OFFSET, ..sensor.receiver.with_snr(AMPLITUDE, SNR_DB) };
     let sensor = sensor.received_by(receiver);
     for number in 0..SEGMENTS {
         let rng = &mut generator(seed, number);
         let target = Target::moving(AMPLITUDE, RANGE_M, VELOCITY_MPS).turned(rng.random());
         let segments = sensor.segments() as u64;
         let at = (number / segments, (number % segments) as usize);
-        let samples = scenario::codes::<Real>(&sensor, &[target], at, rng);
+        let samples = scenario::codes::<Iq>(&sensor, &[target], at, rng);
         let stamp = instrument.timing.stamp(number, false);
         let Some(samples) = samples.as_array() else { return Err("a block is not whole".into()) };
         let measurement = pipeline.block(stamp, samples);

@@ -62,7 +62,7 @@ fn of<R: Record, const N: usize>(
         also,
     ] = terms;
     let codes = Codes::of_bits(bits > 0.0, bits.abs() as u32)?;
-    let band = Band { low: low as i32, high: high as i32 };
+    let band = Band::new(low as i32, high as i32);
     // As a plan has them. A whole configuration would bring its solvers along, and their size.
     let options = Options {
         method: Method::default().of_kind::<R>(),

@@ -80,7 +80,7 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
             self.compared.wrapping_mul(salt).checked_rem(limit).unwrap_or(0) as i32
         };
         let low = band.low + below(37, band.width());
-        Band { low, high: low + below(91, Band { low, ..band }.width()) }
+        Band { low, high: low + below(91, Band { low, ..band }.width()), ..band }
     }
 
     /// Compares this many random blocks. The first serial port gets a byte for every
