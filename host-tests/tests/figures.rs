@@ -52,6 +52,10 @@ fn the_documents_state_the_budget() {
         "| 16-bit engine: all of it | | # |",
         &[cycles("picket-q15", "1024", "measurement")],
     );
+    page.assert_states(
+        "a trapezoid's three tones take # instructions on the M4F and # on M0 and M0+",
+        &[i32("1024", "chirp"), figure("/portable/M0/chirp")],
+    );
     for (row, core) in [("M3", "M3"), ("M0+", "M0")] {
         for (what, stage) in
             [("FFT, peak and noise floor", "fft_peak"), ("all of it", "measurement")]

@@ -15,6 +15,7 @@ use super::equations::Equations;
 use crate::acquire::sample::Segment;
 use crate::config::SPEED_OF_LIGHT;
 use crate::estimate::tone::{Tone, Verdict};
+use crate::estimate::verdict::Usable;
 use fixed::types::I32F32;
 
 /// The value of one cycle per sample, in SI units: in fixed point for results, in float for sigmas.
@@ -179,13 +180,28 @@ fn beat(tone: &Tone, equations: &Equations) -> Beat {
     }
 }
 
-/// The beats of a trapezoid. A flat segment in which no line is seen has its beat where none is looked for, beside 0 Hz.
-fn beats([up, flat, down]: &[Tone; 3], equations: &Equations) -> [Beat; 3] {
-    let flat = match flat.verdict {
-        Verdict::Weak | Verdict::NoSignal => Beat { steps: 0, variance: equations.edge },
-        _ => beat(flat, equations),
+/// The beats of a trapezoid, and whether the flat one's verdict is the target's.
+///
+/// A slow target's flat beat is within 1.5 bins of 0 Hz, where no line is told from an offset or from its image: it counts as 0 then.
+/// It is also where no line is looked for. So a flat segment in which none is seen is that of a slow target if its own beat contradicts
+/// the ramps, and a slow target's does not.
+fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], bool) {
+    let beats = tones.each_ref().map(|tone| beat(tone, equations));
+    let agree = |beats: &[Beat; 3]| {
+        excess(signs(beats, signed, equations).0, total(beats, equations)) <= 1.0
     };
-    [beat(up, equations), flat, beat(down, equations)]
+    let [up, own, down] = beats;
+    let slow = [up, Beat { steps: 0, variance: equations.edge }, down];
+    let [_, Tone { verdict, .. }, _] = *tones;
+    let cycles = own.steps as f32 / 4_294_967_296.0;
+    let beside = cycles * cycles < 3.0 * equations.edge;
+    let unseen = matches!(verdict, Verdict::Weak | Verdict::NoSignal);
+    if verdict.usable() > Usable::WithinSigma && beside || unseen && !agree(&beats) && agree(&slow)
+    {
+        (slow, false)
+    } else {
+        (beats, true)
+    }
 }
 
 /// The squared contradiction, in variances, from which the beats are not of one target: five
@@ -209,7 +225,9 @@ fn weights(equations: &Equations) -> [f32; 3] {
 ///
 /// Cost: six products of 64 bits, and some forty operations of 32-bit floats.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
-    let beats = beats(tones, equations);
+    let (beats, told) = beats(tones, signed, equations);
+    let [rising, _, falling] = tones;
+    let seen = if told { &tones[..] } else { &[*rising, *falling] };
     let (violation, y) = signs(&beats, signed, equations);
     let error = violation as f32;
     let [up, flat, down] = weights(equations);
@@ -227,7 +245,7 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Targ
         sigma_range: sigma(&equations.range),
         sigma_velocity: sigma(&equations.velocity),
         ambiguity: Ambiguity::None,
-        verdict: worst(&told(tones), excess(violation, total) > 1.0),
+        verdict: worst(seen, excess(violation, total) > 1.0),
         ..place(ramps, equations)
     };
     judged(target)
@@ -319,7 +337,7 @@ fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
 /// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
 /// deviations. Above 1, [`trapezoid`] calls them unresolved.
 pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> f32 {
-    let beats = beats(tones, equations);
+    let (beats, _) = beats(tones, signed, equations);
     let (violation, _) = signs(&beats, signed, equations);
     excess(violation, total(&beats, equations))
 }
@@ -370,15 +388,6 @@ pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
         ambiguity: Ambiguity::Coupled,
         verdict: tone.verdict,
     })
-}
-
-/// The tones whose verdicts are the target's: a slow target's flat beat is too near 0 Hz to be seen, and the ramps tell all of it.
-fn told(tones: &[Tone; 3]) -> [Tone; 3] {
-    let [up, mut flat, down] = *tones;
-    if matches!(flat.verdict, Verdict::NearEdge | Verdict::Weak | Verdict::NoSignal) {
-        flat.verdict = Verdict::Good;
-    }
-    [up, flat, down]
 }
 
 fn worst(tones: &[Tone], contradiction: bool) -> Verdict {
