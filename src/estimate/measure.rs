@@ -182,7 +182,7 @@ pub fn measure<R: Record, const N: usize>(
         }
     }
     let sigma = if own {
-        sigma_bins(fit, N, near)
+        sigma_bins(fit, N, near + ring::unseen_rounding(spectrum, &beside))
     } else {
         let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
         method.efficiency() * bound_bins::<R>(N, snr)
