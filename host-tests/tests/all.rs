@@ -8,6 +8,7 @@ mod chirps;
 mod cmsis;
 mod cycles;
 mod displacement;
+mod disturbed;
 mod emulated;
 mod engine_error;
 mod estimators;

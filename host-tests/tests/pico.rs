@@ -18,6 +18,7 @@ mod scene;
 #[path = "pico/usb.rs"]
 mod usb;
 
+use host_tests::figures::Document;
 use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::Pico;
@@ -27,7 +28,8 @@ use picket_wire::settings::Settings;
 use picket_wire::settings_error::{RateError, SettingsError};
 use scene::{Hard, expected, frames, plug, settings, status, stream};
 
-/// Measures so many blocks, of which one in `hard_one_in` takes longest, and holds every record against the host's.
+/// Measures so many blocks, of which one in `hard_one_in` takes longest, and holds every record against the host's. Of these hard
+/// ones a tone that moves at a low bin may cost some blocks, at most one in a hundred; else none is lost.
 fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Vec<u32>)> {
     let samples = stream(blocks as usize, hard_one_in.map(|every| (every, Hard::Mixed)), seed);
     let mut pico = plug()?;
@@ -43,11 +45,19 @@ fn compare(blocks: u64, hard_one_in: Option<u64>, seed: u64) -> Option<(Pico, Ve
     scene::measure(&mut pico, blocks);
     let wanted = expected(&settings(), &samples);
     let records = frames(&pico.sent);
+    let most = if hard_one_in.is_some() { blocks as u32 / 100 } else { 0 };
     for ((sequence, frame), number) in records.iter().zip(0..) {
-        assert_eq!(*sequence, number, "lost before block {number}, seed {seed}");
-        let block = number as usize % wanted.len();
-        let pair = [frame, &wanted[block]].map(|frame| scene::record(frame));
-        assert!(*frame == wanted[block], "block {number} differs, seed {seed}: {pair:#?}");
+        let lost = sequence - number;
+        assert!(lost <= most, "{lost} lost before record {number}, seed {seed}");
+        let wanted = &wanted[*sequence as usize % wanted.len()];
+        // What follows a loss tells of it.
+        let equal = if lost == 0 {
+            frame == wanted
+        } else {
+            scene::measured(frame) == scene::measured(wanted)
+        };
+        let pair = [frame, wanted].map(|frame| scene::record(frame));
+        assert!(equal, "block {sequence} differs, seed {seed}: {pair:#?}");
     }
     assert!(records.len() as u64 >= blocks);
     Some((pico, records.into_iter().map(|(sequence, _)| sequence).collect()))
@@ -80,21 +90,27 @@ fn every_record_is_the_hosts_and_none_is_lost() {
 
 /// Blocks that take longer than their time wait in the spare slots.
 #[test]
-fn one_hard_block_in_ten_loses_none() {
+fn one_hard_block_in_ten_loses_at_most_one_in_a_hundred() {
     let blocks = sized(30, 5_000);
     let Some((mut pico, _)) = compare(blocks, Some(10), 19) else { return };
     let (figures, status) = (pico.figures().unwrap(), status(&mut pico));
-    println!("load {:.1} %, longest {} us of 2048", 100.0 * figures.load(), status.longest);
+    let lost = status.counters.lost();
+    println!(
+        "{lost} of {blocks} lost, load {:.1} %, longest {} us of 2048",
+        100.0 * figures.load(),
+        status.longest
+    );
     assert!(status.longest > 2_048, "no block is hard: {status:?}");
-    assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0));
+    assert_eq!(status.counters.faults(), 0);
+    assert_eq!(lost, status.counters.overruns);
     assert!(figures.level <= 2 && figures.overruns == 0, "{figures:?}");
 }
 
 /// Where all blocks are hard, the rest is dropped and counted: no record is wrong.
 #[test]
 fn where_all_blocks_are_hard_the_losses_are_counted() {
-    let kinds = [Hard::Moving, Hard::Clipped, Hard::Noise, Hard::Constant];
-    for &hard in kinds.iter().take(sized(1, 4) as usize) {
+    let kinds = [Hard::Moving, Hard::Drifting, Hard::Clipped, Hard::Noise, Hard::Constant];
+    for &hard in kinds.iter().take(sized(2, 5) as usize) {
         let Some(mut pico) = plug() else { return };
         let samples = stream(64, Some((1, hard)), 20);
         pico.samples(&samples).unwrap();
@@ -118,9 +134,43 @@ fn where_all_blocks_are_hard_the_losses_are_counted() {
             status.longest
         );
         assert!(!records.is_empty() && status.counters.filled() > 40);
+        let dropped = f64::from(status.counters.overruns) / f64::from(status.counters.filled());
+        let most = if hard == Hard::Drifting { 0.9 } else { 0.25 };
+        assert!(dropped <= most, "{hard:?}: {dropped}");
         assert_eq!(status.counters.lost(), status.counters.overruns);
         assert_eq!(status.counters.faults(), 0);
     }
+}
+
+/// A tone that moves beside a drift is fitted in floats, which this core has not: so slow a rate holds if every block has one.
+#[test]
+fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
+    let Some(mut pico) = plug() else { return };
+    let blocks = sized(20, 400);
+    let samples = stream(blocks as usize, Some((1, Hard::Drifting)), 23);
+    pico.power().unwrap();
+    let mut slow = settings();
+    // 48 MHz by 738.
+    slow.config.rate_hz = 48e6 / 738.0;
+    scene::adopt(&mut pico, slow, |pico| pico.samples(&samples).unwrap());
+    scene::measure(&mut pico, blocks);
+    let status = status(&mut pico);
+    println!(
+        "{} blocks, {:?}, longest {} us",
+        status.counters.filled(),
+        status.counters,
+        status.longest
+    );
+    assert_eq!((status.counters.lost(), status.counters.faults(), status.dropped), (0, 0, 0));
+    let wanted = expected(&slow, &samples);
+    for (sequence, frame) in frames(&pico.sent) {
+        assert!(frame == wanted[sequence as usize % wanted.len()], "block {sequence}");
+    }
+    let longest = f64::from(status.longest);
+    Document::pico().assert_states(
+        "Such a block takes up to # ms, # cycles",
+        &[longest / 1e3, 144.0 * longest],
+    );
 }
 
 #[test]

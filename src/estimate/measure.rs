@@ -12,7 +12,7 @@ use super::method::Method;
 use super::noise::ring::{self, Beside};
 use super::noise::{Noise, ratio};
 use super::part::Part;
-use super::tone::{Rise, Tone, Verdict};
+use super::tone::{Rise, Tone, Verdicts};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
@@ -182,7 +182,7 @@ pub fn measure<R: Record, const N: usize>(
         }
     }
     let sigma = if own {
-        sigma_bins(fit, N, near)
+        sigma_bins(fit, N, near + ring::unseen_rounding(spectrum, &beside))
     } else {
         let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
         method.efficiency() * bound_bins::<R>(N, snr)
@@ -337,15 +337,15 @@ impl Seen {
     fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<Tone> {
         // A sigma as wide as the spectrum, or none, tells nothing.
         let known = self.sigma < n as f32;
-        let verdicts = [
-            (near_edge(iq, n, peak, fit.offset), Verdict::NearEdge),
-            (self.clipped > CLIPPED, Verdict::Clipped),
-            (self.line == Line::Moving, Verdict::Moving),
-            (self.line == Line::Unresolved, Verdict::Unresolved),
-            (self.image, Verdict::Image),
-            (self.gap, Verdict::Gap),
-            (self.weak || !known, Verdict::Weak),
-        ];
+        let verdicts = Verdicts::of([
+            self.line == Line::Moving,
+            near_edge(iq, n, peak, fit.offset),
+            self.clipped > CLIPPED,
+            self.line == Line::Unresolved,
+            self.image,
+            self.gap,
+            self.weak || !known,
+        ]);
         let power =
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
@@ -356,8 +356,8 @@ impl Seen {
             amplitude: power.root(),
             ..Tone::ZERO
         };
-        for (_, verdict) in verdicts.into_iter().filter(|(applies, _)| *applies) {
-            tone.add(verdict);
+        if verdicts != Verdicts::NONE {
+            verdicts.iter().for_each(|verdict| tone.add(verdict));
         }
         Some(tone)
     }

@@ -201,6 +201,11 @@ impl Verdicts {
         Verdict::Moving,
     ];
 
+    /// Those of the seven that apply, the least severe first: moving, near-edge, clipped, unresolved, image, gap, weak.
+    pub(super) fn of(applies: [bool; 7]) -> Self {
+        Self(applies.into_iter().rev().fold(0, |bits, applies| bits << 1 | u8::from(applies)))
+    }
+
     /// The bit of a verdict: one for each of [`Verdicts::ALL`], none for others.
     const fn bit(verdict: Verdict) -> u8 {
         match verdict {
@@ -270,6 +275,15 @@ mod tests {
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
         assert_eq!(Verdicts::of_bits(tone.also.bits()), tone.also);
+    }
+
+    #[test]
+    fn each_bit_is_that_of_its_verdict() {
+        let ascending = Verdicts::ALL.into_iter().rev();
+        for (place, verdict) in ascending.enumerate() {
+            let set = Verdicts::of(core::array::from_fn(|index| index == place));
+            assert_eq!(set, Verdicts::NONE.with(verdict), "{verdict}");
+        }
     }
 
     /// Each can be told, and is told in the order of severity.

@@ -76,6 +76,8 @@ pub enum Hard {
     Clipped,
     /// A tone whose frequency rises by three bins: its fit takes further steps.
     Moving,
+    /// The same below bin 48, beside a drift: another fit has the drift in it.
+    Drifting,
     /// No tone.
     Noise,
     /// These in turn.
@@ -102,23 +104,23 @@ pub fn stream(blocks: usize, hard: Option<(u64, Hard)>, seed: u64) -> Vec<i16> {
 }
 
 fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16; N] {
-    // A tone that moves is not among the low bins: a drift beside it is sought there, which takes longer than all spare
-    // slots last.
-    let lowest = if kind == Some(Hard::Moving) { 100.0 } else { 3.0 };
-    let (bin, phase) = (rng.random_range(lowest..500.0), rng.random_range(0.0..TAU));
+    let highest = if kind == Some(Hard::Drifting) { 48.0 } else { 500.0 };
+    let (bin, phase) = (rng.random_range(3.0..highest), rng.random_range(0.0..TAU));
     let (amplitude, noise) = match kind {
         None => (10f64.powf(rng.random_range(2.0..3.25)), rng.random_range(0.5..8.0)),
         Some(Hard::Constant) => (0.0, 0.3),
         Some(Hard::Clipped) => (4_000.0, 3.0),
-        Some(Hard::Moving) => (1_000.0, 3.0),
+        Some(Hard::Moving | Hard::Drifting) => (1_000.0, 3.0),
         Some(Hard::Noise) | Some(Hard::Mixed) => (0.0, 300.0),
     };
-    let rise = if kind == Some(Hard::Moving) { 3.0 } else { 0.0 };
+    let rise = if matches!(kind, Some(Hard::Moving | Hard::Drifting)) { 3.0 } else { 0.0 };
+    // Codes from the record's beginning to its end.
+    let drift = if kind == Some(Hard::Drifting) { rng.random_range(50.0..500.0) } else { 0.0 };
     let noise = Normal::new(0.0, noise).unwrap();
     std::array::from_fn(|n| {
         let time = n as f64 / N as f64;
         let tone = amplitude * (TAU * (bin + 0.5 * rise * time) * time + phase).cos();
-        converter.code(2048.0 + tone + noise.sample(rng))
+        converter.code(2048.0 + tone + drift * (time - 0.5) + noise.sample(rng))
     })
 }
 

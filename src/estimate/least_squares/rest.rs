@@ -13,6 +13,14 @@
 //! ```text
 //! (-1)^i j_0 = s y      (-1)^i j_1 = (s y - c) y      j_2 = 3 y j_1 - j_0      j_3 = 5 y j_2 - j_1
 //! ```
+//!
+//! The middle of N samples lies half a sample before that of N sampling intervals, for which this holds. So a bin is turned by
+//! `-x / N` against these. To turn it back adds `j / N` times its product with `x j_p`, which follows from the others, as the
+//! fit leaves nothing along `j_0`:
+//!
+//! ```text
+//! (-1)^i x j_1 = s y - c      (-1)^i x j_2 = 3 (s y - c) y - s      (-1)^i x j_3 = 5 j_2 - s y + c
+//! ```
 
 use crate::math::scalar::{Scalar, cosine};
 use crate::math::series::line_shape;
@@ -44,6 +52,8 @@ pub(super) struct Sums<T> {
     sine: T,
     cosine: T,
     along: [Complex<T>; 3],
+    /// The sum of the residual.
+    all: Complex<T>,
 }
 
 impl<T: Scalar> Sums<T> {
@@ -65,6 +75,7 @@ impl<T: Scalar> Sums<T> {
             sine: x * line_shape(d),
             cosine: of(2.0) * half * half - T::one(),
             along: [centre * (x * g1), centre * (z * g2), centre * (z * x * g3)],
+            all: centre,
         }
     }
 
@@ -84,6 +95,22 @@ impl<T: Scalar> Sums<T> {
         for (sum, shape) in self.along.iter_mut().zip([first, second, third]) {
             *sum = *sum + left * shape;
         }
+        self.all = self.all + left;
+    }
+
+    /// Of bins that have the turn by half a sample in a record of `n` samples. Without it a record that runs backwards would leave
+    /// something else.
+    pub fn turned_back(mut self, n: i32) -> Self {
+        let share = T::one() / T::of_i32(n);
+        let quarter = |z: Complex<T>| Complex::new(-z.im, z.re) * share;
+        let [first, second, third] = self.along;
+        let (cosine, sine) = (self.all * self.cosine, self.all * self.sine);
+        self.along = [
+            first - quarter(cosine),
+            second + quarter(first * T::of(3.0) - sine),
+            third + quarter(second * T::of(5.0) + cosine),
+        ];
+        self
     }
 
     /// With the power up to each of [`SCALES`].

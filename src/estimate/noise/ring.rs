@@ -30,6 +30,7 @@ use crate::estimate::least_squares::Fit;
 use crate::estimate::measure::Arithmetic;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
+use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
@@ -271,6 +272,36 @@ fn least<R: Record, const N: usize, E: Engine>(spectrum: &Spectrum<R, N, E>) -> 
     }
     let bin = E::ROUNDING * f32::two_to(2 * spectrum.exponent());
     rounding::<R>().max(bin * const { 1.0 / N as f32 })
+}
+
+/// The noise power of a sample that moves a fit besides, where an engine's rounding is no white noise; 0 of engines whose rounding is
+/// negligible.
+///
+/// Where a tone lies on its bin, numbers that are alike are rounded alike. Such errors have one sign on each side of the
+/// line and change little from bin to bin: second differences are blind to them, and the ring shows less than half of
+/// what is rounded away. What it lacks of that half moves the offset as far as errors of `1/i` in bin `i` do that add up,
+/// not those that are independent.
+#[inline(always)]
+pub(crate) fn unseen_rounding<R: Record, const N: usize, E: Engine>(
+    spectrum: &Spectrum<R, N, E>,
+    beside: &Beside,
+) -> f32 {
+    /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
+    const ALIKE: f32 = {
+        let (mut sum, mut squares, mut i) = (0.0, 0.0, 1);
+        while i <= REACH {
+            let share = 1.0 / i as f32;
+            (sum, squares, i) = (sum + share, squares + share * share, i + 1);
+        }
+        2.0 * sum * sum / squares
+    };
+    let [left, right] = &beside.sides;
+    let count = left.count + right.count;
+    if E::ROUNDING == 0.0 || count == 0 {
+        return 0.0;
+    }
+    let seen = (left.sum + right.sum) * unit(spectrum);
+    ALIKE * (0.5 * least(spectrum) - seen / count as f32).max(0.0)
 }
 
 /// If one side is this many times as loud as the other, the noise has an edge between them: a

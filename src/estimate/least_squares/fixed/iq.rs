@@ -176,7 +176,7 @@ impl iq::Sides<f32> for Sides {
                 sum = sum.saturating_add(product(part, share));
             }
         }
-        (sum as f32 * self.scale * self.scale, near.rest(d, self.unit))
+        (sum as f32 * self.scale * self.scale, near.rest(d, self.unit, None))
     }
 
     fn count(&self) -> usize {

@@ -33,8 +33,9 @@ impl Near {
         }
     }
 
-    /// For a tone at the offset d, in Q30, and bins whose unit is `2^unit` codes.
-    pub fn rest(&self, d: i32, unit: i32) -> Rest<f32> {
+    /// For a tone at the offset d, in Q30, and bins whose unit is `2^unit` codes. `turned` is the length's logarithm if they have
+    /// the turn by half a sample, see [`super::super::rest`].
+    pub fn rest(&self, d: i32, unit: i32, turned: Option<u32>) -> Rest<f32> {
         let all = self.sides.iter().flatten().flatten().chain(&self.centre);
         let bits = all.fold(1, |bits, &part| bits | part.unsigned_abs() as i32) as u32;
         let down = (32 - zeros(bits)).saturating_sub(WIDTH) & 31;
@@ -42,11 +43,13 @@ impl Near {
         let functions = Functions::new(d);
         let centre = narrow(self.centre);
         let mut sums = functions.at_centre().map(|shape| centre.map(|part| part * shape));
+        let mut all = centre;
         let mut powers = [square(self.centre[0]).wrapping_add(square(self.centre[1])), 0, 0];
         let [two, four, eight] = &mut powers;
         let mut each = |i: i32, left: [i32; 2], power: &mut i64| {
             *power = power.wrapping_add(square(left[0])).wrapping_add(square(left[1]));
             let left = narrow(left);
+            all = [0, 1].map(|part: usize| all[part].wrapping_add(left[part]));
             for (sum, shape) in sums.iter_mut().zip(functions.beside(i)) {
                 for (sum, part) in sum.iter_mut().zip(left) {
                     *sum = sum.wrapping_add(part.wrapping_mul(shape));
@@ -61,6 +64,9 @@ impl Near {
             };
             each(-i, below, power);
             each(i, above, power);
+        }
+        if let Some(bits) = turned {
+            sums = functions.turned_back(sums, all, bits);
         }
         let codes = f32::two_to(2 * unit);
         let [two, four, eight] = powers;
@@ -124,6 +130,25 @@ impl Functions {
         let cube = shifted::<26>(z, x);
         [shifted::<26>(x, g1), shifted::<26>(z, g2), shifted::<26>(g3, cube)]
             .map(|value| value >> (26 - SHAPE))
+    }
+
+    /// The sums of a record of `2^bits` samples without the turn by half a sample; `all` is the sum of the residual.
+    fn turned_back(&self, sums: [[i32; 2]; 3], all: [i32; 2], bits: u32) -> [[i32; 2]; 3] {
+        let share = |x: i32| x >> (bits & 31);
+        let [first, second, third] = sums;
+        // j (re + j im) = -im + j re
+        let quarter =
+            |sum: [i32; 2], [re, im]: [i32; 2]| [sum[0].wrapping_sub(im), sum[1].wrapping_add(re)];
+        // Two bits less: seventeen residuals of an impulse are alike.
+        let times = |x: i32| all.map(|part| share((part >> 2).wrapping_mul(x)) << 2);
+        let (cosine, sine) = (times(self.cosine), times(self.sine));
+        let pair =
+            |of: fn(i32, i32) -> i32, a: [i32; 2], b: [i32; 2]| [of(a[0], b[0]), of(a[1], b[1])];
+        [
+            quarter(first, cosine.map(i32::wrapping_neg)),
+            quarter(second, pair(|a, b| (3 * a).wrapping_sub(b), first.map(share), sine)),
+            quarter(third, pair(|a, b| (5 * a).wrapping_add(b), second.map(share), cosine)),
+        ]
     }
 
     /// The functions of the bin i bins from it, without alternating signs.

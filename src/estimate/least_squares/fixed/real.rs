@@ -66,6 +66,8 @@ struct Peak {
     e: i32,
     c: i32,
     centre: [i32; 2],
+    /// The logarithm of the record's length.
+    bits: u32,
 }
 
 /// An offset, its p, dp/dd, and p/d.
@@ -96,8 +98,9 @@ pub(super) fn fit(
         return None;
     }
     // One turn in Q30, divided by N.
-    let e = (TAU * f64::from(ONE) + 0.5) as i64 >> n.trailing_zeros();
-    let place = Peak { e: e as i32, c: lean(peak, n), centre };
+    let bits = n.trailing_zeros();
+    let e = (TAU * f64::from(ONE) + 0.5) as i64 >> bits;
+    let place = Peak { e: e as i32, c: lean(peak, n), centre, bits };
     let mut sides: Vec<Side, { 2 * REACH }> = Vec::new();
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         let bend = shifted::<29>(place.c, distance.bend);
@@ -279,7 +282,7 @@ impl Peak {
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
-            rest: near.rest(at.d, unit),
+            rest: near.rest(at.d, unit, Some(self.bits)),
         }
     }
 

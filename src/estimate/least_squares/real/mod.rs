@@ -274,7 +274,8 @@ impl<T: Scalar> Problem<T> {
             (from, *within) = (to, sum);
         }
         let far = self.sides.get(from..).unwrap_or_default();
-        (Self::far(far, ep, line, sum), sums.rest(within))
+        let rest = sums.turned_back(2 * self.last + 2).rest(within);
+        (Self::far(far, ep, line, sum), rest)
     }
 
     /// `sum` and the power that is left in bins near the line, which are added to `sums` as well.
