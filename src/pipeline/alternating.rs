@@ -33,6 +33,7 @@ use super::{Measurement, Pipeline};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Stamp};
 use crate::estimate::detection::{Less, Threshold};
+use crate::estimate::evidence::Evidence;
 use crate::estimate::frequency::Frequency;
 use crate::estimate::method::Method;
 use crate::estimate::tone::{Tone, Verdict};
@@ -116,15 +117,14 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
     fn tone(&mut self, stamp: &Stamp, samples: &[i16]) -> (u32, Tone) {
         // The length is right.
         let Ok(samples) = samples.try_into() else { return Default::default() };
-        let (clipped, tone) = self.pipeline.mended_tone(stamp, samples, without_offset);
+        let (clipped, tone) = self.pipeline.tone_with(stamp, samples, without_offset);
         if tone.verdict == Verdict::NoSignal {
             return (clipped, tone);
         }
         let mut pairs =
             Tone { frequency: lowered(tone.frequency), sigma: 2.0 * tone.sigma, ..tone };
-        if self.mirrored(&tone) {
-            pairs.add(Verdict::Image);
-        }
+        let image = self.mirrored(&tone);
+        pairs.conclude(&Evidence { image, ..Evidence::of(tone.said()) });
         (clipped, pairs)
     }
 
