@@ -63,25 +63,38 @@ impl Evidence {
         }
     }
 
-    /// All that applies: the only place where evidence becomes a verdict.
+    /// The rules, each with the verdict that it leads to if it applies: the only place where evidence becomes a verdict. In
+    /// order: no peak, not detected, a sigma as wide as the spectrum, a change, several tones, an image, an edge, outside of
+    /// the band, clipped, wrong codes, a gap.
     #[inline]
-    pub fn reasons(&self) -> Reasons {
+    pub fn rules(&self) -> [(bool, Verdict); 11] {
         // A sigma or a place that is no number is no good one.
         let known = self.sigma < WHOLE_SPECTRUM;
         let inside = self.edge_bins >= EDGE_BINS;
         [
-            (!inside || self.outside, Verdict::NearEdge),
-            (self.clipped > CLIPPED, Verdict::Clipped),
+            (!self.found, Verdict::NoSignal),
+            (!self.detected, Verdict::Weak),
+            (!known, Verdict::Weak),
             (self.line == Line::Moving, Verdict::Moving),
             (self.line == Line::Unresolved, Verdict::Unresolved),
             (self.image, Verdict::Image),
-            (self.gap, Verdict::Gap),
-            (!self.detected || !known, Verdict::Weak),
-            (!self.found, Verdict::NoSignal),
+            (!inside, Verdict::NearEdge),
+            (self.outside, Verdict::NearEdge),
+            (self.clipped > CLIPPED, Verdict::Clipped),
             (self.beyond > 0, Verdict::WrongCodes),
+            (self.gap, Verdict::Gap),
         ]
-        .into_iter()
-        .fold(self.said, |said, (applies, verdict)| if applies { said.with(verdict) } else { said })
+    }
+
+    /// All that applies.
+    #[inline]
+    pub fn reasons(&self) -> Reasons {
+        self.rules().into_iter().fold(
+            self.said,
+            |said, (applies, verdict)| {
+                if applies { said.with(verdict) } else { said }
+            },
+        )
     }
 }
 
