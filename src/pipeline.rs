@@ -9,10 +9,12 @@ pub use frequency_only::{FrequencyOnly, Unjudged};
 
 use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::estimate::detection::Threshold;
+use crate::estimate::evidence::Evidence;
 use crate::estimate::frequency::Frequency;
 use crate::estimate::harmonic::{Harmonic, harmonic};
 use crate::estimate::lines::{MOST, lines};
-use crate::estimate::measure::{Options, measure, rise};
+use crate::estimate::measure::{Options, rise, weigh};
+use crate::estimate::observer::Observer;
 use crate::estimate::phasor::Phasor;
 use crate::estimate::tone::{Rise, Tone, Verdict};
 use crate::plan::{Plan, Solver, Terms};
@@ -82,33 +84,60 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// so a program whose scene is a tone needs nothing else.
     #[inline]
     pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
-        self.mended_tone(stamp, samples, |_, _| {})
+        self.tone_with(stamp, samples, |_, _| {})
     }
 
-    /// The same of a spectrum that is mended where its peak is known.
+    /// Measures the tone of one block as [`Pipeline::tone`] does, and tells `observer` every test behind the verdict, which follows
+    /// from the evidence.
+    pub fn explain(
+        &mut self,
+        stamp: &Stamp,
+        samples: &[R::Sample; N],
+        observer: impl Observer,
+    ) -> (u32, Tone, Evidence) {
+        let (clipped, mut tone, evidence) = self.weigh(stamp, samples, |_, _| {}, observer);
+        tone.conclude(&evidence);
+        (clipped, tone, evidence)
+    }
+
+    /// The tone of a spectrum that is mended where its peak is known.
     #[inline(always)]
-    fn mended_tone(
+    fn tone_with(
         &mut self,
         stamp: &Stamp,
         samples: &[R::Sample; N],
         mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
     ) -> (u32, Tone) {
+        let (clipped, mut tone, evidence) = self.weigh(stamp, samples, mend, ());
+        tone.conclude(&evidence);
+        (clipped, tone)
+    }
+
+    /// The same tone without its verdict, and the evidence.
+    #[inline(always)]
+    fn weigh(
+        &mut self,
+        stamp: &Stamp,
+        samples: &[R::Sample; N],
+        mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
+        observer: impl Observer,
+    ) -> (u32, Tone, Evidence) {
         let Terms { codes, band, rate_hz, ref options, .. } = *self.plan;
         let clipped = Statistics::clipped::<R>(samples, codes);
         self.spectrum.transform(samples, codes);
-        let mut tone = match peak::find(&self.spectrum, band) {
+        let (mut tone, mut evidence) = match peak::find(&self.spectrum, band) {
             Some(peak) => {
                 mend(&mut self.spectrum, &peak);
-                measure(&self.spectrum, samples, &peak, codes, clipped, stamp, options)
+                weigh(&self.spectrum, samples, &peak, codes, clipped, stamp, options, observer)
             }
-            None => Tone::default(),
+            None => (Tone::ZERO, Evidence::NOTHING),
         };
-        tone.keep_to::<N>(band);
-        if clipped > 0 && Statistics::beyond::<R>(samples, codes) > 0 {
-            tone.add(Verdict::WrongCodes);
+        evidence.outside = evidence.found && tone.is_outside::<N>(band);
+        if clipped > 0 {
+            evidence.beyond = Statistics::beyond::<R>(samples, codes);
         }
         tone.rate_hz = rate_hz;
-        (clipped, tone)
+        (clipped, tone, evidence)
     }
 
     /// Measures one record, which must be the first of a chirp or of no chirp.
@@ -156,10 +185,12 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         threshold: Threshold,
     ) -> Tone {
         let options = Options { threshold, ..self.plan.options };
-        let mut tone =
-            measure(&self.spectrum, samples, peak, self.plan.codes, clipped, stamp, &options);
-        tone.keep_to::<N>(self.plan.band);
-        Tone { rate_hz: self.plan.rate_hz, ..tone }
+        let Terms { codes, band, rate_hz, .. } = *self.plan;
+        let (mut tone, mut evidence) =
+            weigh(&self.spectrum, samples, peak, codes, clipped, stamp, &options, ());
+        evidence.outside = evidence.found && tone.is_outside::<N>(band);
+        tone.conclude(&evidence);
+        Tone { rate_hz, ..tone }
     }
 
     /// The tones of the last block with their phases, at most `most` and
@@ -173,9 +204,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let mut phasors = lines(&self.spectrum, tone, band, clipped, stamp, options, most);
         for phasor in &mut phasors {
             phasor.tone.rate_hz = rate_hz;
-            if tone.verdict == Verdict::WrongCodes {
-                phasor.tone.add(Verdict::WrongCodes);
-            }
+            phasor.tone.keep_to_codes_of(tone);
         }
         phasors
     }
@@ -188,9 +217,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let Terms { band, ref options, rate_hz, .. } = *self.plan;
         let mut harmonic = harmonic(&self.spectrum, tone, band, clipped, stamp, options, order)?;
         harmonic.tone.rate_hz = rate_hz;
-        if tone.verdict == Verdict::WrongCodes {
-            harmonic.tone.add(Verdict::WrongCodes);
-        }
+        harmonic.tone.keep_to_codes_of(tone);
         Some(harmonic)
     }
 

@@ -1,6 +1,8 @@
 //! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
-use crate::{analyze, bench, demo, end, firmware, flash, report, shell, soak, sweep, watch, web};
+use crate::{
+    analyze, bench, demo, end, explain, firmware, flash, report, shell, soak, sweep, watch, web,
+};
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::fmt::Display;
@@ -23,6 +25,7 @@ pub struct Picket {
 enum Command {
     Demo(demo::options::Options),
     Analyze(analyze::command::Options),
+    Explain(explain::Options),
     Sweep(sweep::command::Options),
     Report(report::command::Options),
     Bench(bench::command::Options),
@@ -40,6 +43,7 @@ impl Command {
         Ok(match self {
             Command::Demo(options) => demo::run(options).map_err(told)?,
             Command::Analyze(options) => analyze::command::run(options)?,
+            Command::Explain(options) => explain::run(options)?,
             Command::Sweep(options) => sweep::command::run(options)?,
             Command::Report(options) => report::command::run(options)?,
             Command::Bench(options) => bench::command::run(options)?,

@@ -21,6 +21,7 @@ pub mod device;
 pub mod emulator;
 pub mod end;
 pub mod estimator;
+pub mod explain;
 pub mod firmware;
 pub mod flash;
 pub mod follow;

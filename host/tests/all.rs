@@ -7,6 +7,7 @@ mod cli;
 mod demo;
 mod device;
 mod end;
+mod explain;
 mod formats;
 mod impair;
 mod paths;

@@ -113,7 +113,12 @@ impl Threshold {
     /// True if a peak with this ratio to the noise near it is a tone by far, so that no
     /// exponential is needed.
     pub fn is_far_above(&self, ratio: f32) -> bool {
-        ratio > 4.0 * self.log
+        ratio > self.far_above()
+    }
+
+    /// The ratio that [`Threshold::is_far_above`] asks for.
+    pub(crate) fn far_above(&self) -> f32 {
+        4.0 * self.log
     }
 
     /// The ratio to noise that is known exactly, above which a peak is a tone.
@@ -129,7 +134,7 @@ impl Threshold {
 
     /// The ratio that [`Threshold::detects_beside`] asks for.
     #[inline(always)]
-    pub(crate) fn beside(&self, freedom: f32, less: Less) -> f32 {
+    pub fn beside(&self, freedom: f32, less: Less) -> f32 {
         let m = freedom * 0.5;
         m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }

@@ -11,11 +11,13 @@
 //! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2
 //! ```
 
+use super::evidence::Evidence;
 use super::frequency::Frequency;
+use super::judge::Line;
 use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::Phasor;
-use super::tone::{Tone, Verdict, Verdicts};
+use super::tone::{Reasons, Tone};
 use crate::acquire::sample::{Record, Stamp};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
@@ -86,7 +88,8 @@ pub fn harmonic<R: Record, const N: usize>(
     let mut harmonic = best.harmonic(&lines, N)?;
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
-        harmonic.tone.add(Verdict::Unresolved);
+        let said = harmonic.tone.said();
+        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::of(said) });
     }
     Some(harmonic)
 }
@@ -152,7 +155,7 @@ impl Series {
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
-        (harmonic.tone.verdict, harmonic.tone.also) = (Verdict::Good, Verdicts::NONE);
+        let mut said = Reasons::NONE;
         for (Phasor { tone, .. }, (order, rest)) in placed() {
             // A movement widens every line's sigma, but they all move together: noise alone weighs.
             let k = order as f32;
@@ -164,7 +167,7 @@ impl Series {
             variance += (share * sigma) * (share * sigma);
             harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
             harmonic.tone.snr += tone.snr;
-            tone.reasons().for_each(|verdict| harmonic.tone.add(verdict));
+            said = said.and(tone.said());
             if order == 1 {
                 harmonic.tone.amplitude = tone.amplitude;
             }
@@ -173,9 +176,8 @@ impl Series {
         let contradicts = placed().any(|(line, (order, rest))| {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
-        if contradicts {
-            harmonic.tone.add(Verdict::Unresolved);
-        }
+        let line = if contradicts { Line::Unresolved } else { Line::Steady };
+        harmonic.tone.conclude(&Evidence { line, ..Evidence::of(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);
         if !steps.is_finite() {

@@ -5,6 +5,7 @@ use super::detection::{Less, Threshold};
 use super::least_squares::{Fit, Model};
 use super::measure::residual;
 use super::noise::{Noise, ring};
+use super::observer::{Observer, Statistic, Test};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
@@ -20,6 +21,7 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     peak: i32,
     fit: &Fit<f32>,
     noise: &Noise,
+    observer: impl Observer,
 ) -> bool {
     let Some(least) = Least::of(N, peak, fit) else {
         return false;
@@ -27,10 +29,11 @@ pub(super) fn mirrored<R: Record, const N: usize>(
     let unit = f32::two_to(spectrum.exponent());
     let most = least.places.map(|k| spectrum.power(k)).into_iter().max().unwrap_or(0);
     if least.near > FAR && (most as f32) * (unit * unit) < 0.5 * least.power {
+        least.hear((most as f32) * (unit * unit), fit, observer);
         return false;
     }
     let model = Model::new(fit, peak, N as i32);
-    least.is_exceeded(N, fit, noise, |k| {
+    least.is_exceeded(N, fit, noise, observer, |k| {
         let x = spectrum.bin(k);
         (Complex::new(x.re as f32, x.im as f32) * unit - model.bin::<R>(k)).norm_sqr()
     })
@@ -42,9 +45,10 @@ pub fn mirrored_in_rest(
     peak: i32,
     fit: &Fit<f32>,
     noise: &Noise,
+    observer: impl Observer,
     rest: impl Fn(i32) -> f32,
 ) -> bool {
-    Least::of(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, rest))
+    Least::of(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
 }
 
 /// Half-way between two bins a line loses 3.9 dB.
@@ -93,6 +97,7 @@ impl Least {
         n: usize,
         fit: &Fit<f32>,
         noise: &Noise,
+        observer: impl Observer,
         rest: impl Fn(i32) -> f32,
     ) -> bool {
         // The noise of a short record has the image in it, the fit's own bins have it only where it is
@@ -111,7 +116,17 @@ impl Least {
         } else {
             const { Threshold::new(3, 1e-6) }
         };
-        other > self.power
-            && chance.detects_beside(other / (noise.power * n as f32), noise.freedom, Less::NOTHING)
+        self.hear(other, fit, observer);
+        let over_noise = || {
+            let limit = chance.beside(noise.freedom, Less::NOTHING);
+            observer.exceeds(Statistic::ImageNoise, other / (noise.power * n as f32), limit)
+        };
+        other > self.power && over_noise()
+    }
+
+    /// Tells the power of the strongest bin at the image's place.
+    fn hear(&self, power: f32, fit: &Fit<f32>, observer: impl Observer) {
+        let (statistic, line) = (Statistic::ImageShare, fit.line.norm_sqr());
+        observer.hear(|| Test { statistic, value: power / line, limit: self.power / line });
     }
 }

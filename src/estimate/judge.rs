@@ -13,6 +13,7 @@
 
 use super::least_squares::Fit;
 use super::noise::ring::Beside;
+use super::observer::{Observer, Statistic, Test};
 use super::tone::Rise;
 use crate::math::scalar::Scalar as _;
 
@@ -61,6 +62,9 @@ const SHARE: f32 = 0.5;
 
 /// Above this power in the five directions sigma grows: three blocks of noise in a hundred.
 const SUSPICIOUS: f32 = 12.37;
+
+/// Above this power in the bins up to 2 and up to 4 from the peak the tests are made.
+const UNLIKELY: [f32; 2] = [35.0, 50.0];
 
 /// The power that a disturbance has along the direction of the frequency, in units of the power it
 /// leaves in the residual: 3 for a jump of the phase in the middle of a record, 5 for a second
@@ -111,7 +115,14 @@ pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
 /// [`from_end`]. `bends` says that its phase may bend without any change of the frequency in the middle, see
 /// [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty operations if nothing is suspicious.
 #[inline(never)]
-pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, bends: bool) -> Judgement {
+pub fn judge(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    bends: bool,
+    observer: impl Observer,
+) -> Judgement {
     let Beside { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
@@ -119,16 +130,25 @@ pub fn judge(fit: &Fit<f32>, n: usize, from_end: i32, beside: &Beside, bends: bo
     let free = fit.freedom.max(1) as f32;
     let along: f32 = rest.along.iter().zip(MOST).map(|(along, most)| along.norm_sqr() * most).sum();
     let [two, four, _] = rest.within;
+    let all = fit.residual;
+    for (statistic, power, limit) in [
+        (Statistic::Changes, along, SUSPICIOUS),
+        (Statistic::Within2, two, UNLIKELY[0]),
+        (Statistic::Within4, four, UNLIKELY[1]),
+        (Statistic::WithinAll, all, 2.0 * free),
+    ] {
+        observer.hear(|| Test { statistic, value: power * unit, limit });
+    }
     // Less than this is not improbable for any number of bins, and widens nothing in the
     // directions. Most blocks end here.
     if along * unit < SUSPICIOUS
-        && two * unit < 35.0
-        && four * unit < 50.0
-        && fit.residual * unit < 2.0 * free
+        && two * unit < UNLIKELY[0]
+        && four * unit < UNLIKELY[1]
+        && all * unit < 2.0 * free
     {
         return Judgement::STEADY;
     }
-    judge_closely(fit, n, from_end, beside, bends)
+    judge_closely(fit, n, from_end, beside, bends, observer)
 }
 
 #[inline(never)]
@@ -138,6 +158,7 @@ fn judge_closely(
     from_end: i32,
     beside: &Beside,
     bends: bool,
+    observer: impl Observer,
 ) -> Judgement {
     let Beside { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
@@ -159,33 +180,45 @@ fn judge_closely(
     let from_end = from_end as f32;
     let mirror = MIRROR / (from_end * from_end);
     let strange = |deviations: f32| {
-        tail(deviations).beyond(eight - explained, free8 - DIRECTIONS)
-            || tail(deviations).beyond(all - explained - outside, left)
+        let beyond = |statistic, power, free| {
+            observer.exceeds(statistic, power, tail(deviations).limit(free))
+        };
+        beyond(Statistic::Unexplained8, eight - explained, free8 - DIRECTIONS)
+            || beyond(Statistic::Unexplained, all - explained - outside, left)
     };
+    for (statistic, value) in
+        [(Statistic::Level, a1 + a2 + a3), (Statistic::Bend, p2), (Statistic::Twist, p3)]
+    {
+        observer.hear(|| Test { statistic, value, limit: f32::INFINITY });
+    }
+    let fires =
+        |statistic, power, free| observer.exceeds(statistic, power, tail(FIRES).limit(free));
     if bends {
         // The bend is the motion's; that of the mirror image pulls the frequency. What is left must be as small as beside a
         // steady tone's.
         let others = (moved - p2).max(0.0);
         let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0) + p2 * mirror;
-        if !(tail(FIRES).beyond(others, DIRECTIONS - 1.0) || strange(FIRES)) {
+        if !(fires(Statistic::Moves, others, DIRECTIONS - 1.0) || strange(FIRES)) {
             return Judgement { line: Line::Steady, widening: soft };
         }
     }
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
     // On an edge the noise is what the fit leaves five bins off. It may rise towards the tone.
     let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
-    let fires = tail(FIRES);
     // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
     // noise.
-    if !(fires.beyond(moved, DIRECTIONS)
-        || fires.beyond(two, free2)
-        || fires.beyond(four, free4)
-        || fires.beyond(all * (noise.power / loud), free))
+    if !(fires(Statistic::Moves, moved, DIRECTIONS)
+        || fires(Statistic::Near2, two, free2)
+        || fires(Statistic::Near4, four, free4)
+        || fires(Statistic::All, all * (noise.power / loud), free))
     {
         return Judgement { line: Line::Steady, widening: soft };
     }
     let beyond = (all - explained - outside - left).max(0.0);
-    if strange(CLEAN) && beyond > SHARE * moved {
+    if strange(CLEAN) && {
+        observer.hear(|| Test { statistic: Statistic::Share, value: beyond / moved, limit: SHARE });
+        beyond > SHARE * moved
+    } {
         let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
         return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
     }
@@ -207,15 +240,16 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judge
     let unit = 2.0 / (noise.power * n as f32);
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
-    let clean = Tail { deviations: CLEAN, noise: noise.freedom };
+    let tail = Tail { deviations: CLEAN, noise: noise.freedom };
+    let clean = |power: f32, free| power > tail.limit(free);
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
     let moved = rest(a1 + a2 + a3 + p2 + p3);
-    if !(clean.beyond(moved, DIRECTIONS)
-        || clean.beyond(two, free2)
-        || clean.beyond(four, free4)
-        || clean.beyond(rest(fit.residual) * (noise.power / loud), fit.freedom.max(1) as f32))
+    if !(clean(moved, DIRECTIONS)
+        || clean(two, free2)
+        || clean(four, free4)
+        || clean(rest(fit.residual) * (noise.power / loud), fit.freedom.max(1) as f32))
     {
         return judgement;
     }
@@ -305,17 +339,17 @@ struct Tail {
 }
 
 impl Tail {
-    /// Whether this power in this many free numbers is improbable. The ratio of two noise
+    /// The power in this many free numbers above which it is improbable. The ratio of two noise
     /// estimates follows Fisher's distribution; its cube root is nearly normal (Wilson and
     /// Hilferty 1931).
     #[inline(never)]
-    fn beyond(&self, power: f32, free: f32) -> bool {
+    fn limit(&self, free: f32) -> f32 {
         let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * self.noise));
         let (mean, other, square) = (1.0 - a, 1.0 - b, self.deviations * self.deviations);
         let below = other * other - square * b;
         let inside = a * other * other + b * mean * mean - a * b * square;
         let root = (mean * other + self.deviations * inside.root()) / below;
-        below > 0.0 && power > free * root * root * root
+        if below > 0.0 { free * root * root * root } else { f32::INFINITY }
     }
 }
 
@@ -335,8 +369,8 @@ mod tests {
             (CLEAN, 52.0, 31.0, 2.803),
         ] {
             let tail = Tail { deviations, noise };
-            assert!(!tail.beyond(0.99 * exact * free, free), "{noise} {free}");
-            assert!(tail.beyond(1.06 * exact * free, free), "{noise} {free}");
+            let limit = tail.limit(free) / free;
+            assert!((0.99 * exact..1.06 * exact).contains(&limit), "{noise} {free}: {limit}");
         }
     }
 }

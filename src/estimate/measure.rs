@@ -1,7 +1,8 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
 
 use super::detection::Threshold;
-use super::evidence::stands_out;
+use super::detector::stands_out;
+use super::evidence::Evidence;
 use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, from_end, judge};
@@ -11,8 +12,9 @@ use super::least_squares::{self, Course, Fit, Reach};
 use super::method::Method;
 use super::noise::ring::{self, Beside};
 use super::noise::{Noise, ratio};
+use super::observer::{Observer, Statistic, Step, Test};
 use super::part::Part;
-use super::tone::{Rise, Tone, Verdicts};
+use super::tone::{Rise, Tone};
 use super::uncertainty::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
 use super::unclipped::Unclipped;
 use crate::acquire::codes::Codes;
@@ -100,6 +102,24 @@ pub fn measure<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
 ) -> Tone {
+    let (mut tone, evidence) = weigh(spectrum, samples, peak, codes, clipped, stamp, options, ());
+    tone.conclude(&evidence);
+    tone
+}
+
+/// Measures as [`measure`] does, and leaves the verdict to whom knows more: the tone, which is good so far, and the evidence.
+#[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
+pub(crate) fn weigh<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    samples: &[R::Sample; N],
+    peak: &Peak,
+    codes: Codes,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+    observer: impl Observer,
+) -> (Tone, Evidence) {
+    const NOTHING: (Tone, Evidence) = (Tone::ZERO, Evidence::NOTHING);
     let arithmetic = options.arithmetic.available();
     let mut places = MaybeUninit::uninit();
     let around = ring::around(spectrum, peak.bin, &mut places);
@@ -127,13 +147,13 @@ pub fn measure<R: Record, const N: usize>(
     } else {
         // A checked plan has no method that its records or the program cannot use.
         let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
-            return Tone::default();
+            return NOTHING;
         };
         fitted(Reach::Four, Course::From(offset.to_num(), 0))
     };
     // In place, because a fit would be copied.
     let Some(fit) = &mut fit else {
-        return Tone::default();
+        return NOTHING;
     };
     let mut beside = ring::beside_within(spectrum, around, peak.bin, fit, arithmetic);
     let clipped = clipped as f32 / N as f32;
@@ -141,13 +161,20 @@ pub fn measure<R: Record, const N: usize>(
     let few = own && clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::of(spectrum, around.map(|around| around.as_slice()), peak.bin);
     let mut leakage = Leakage::default();
+    if own {
+        observer.hear(|| beside.edge());
+    }
     if own && beside.has_edge() {
         leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
     let from_end = from_end(peak.bin, N, R::IQ);
-    let judged = |fit: &Fit<f32>| judged(fit, N, from_end, &beside, clipped, stamp.segment.bends());
-    let mut judgement = if own { judged(fit) } else { Judgement::STEADY };
+    let judged = |fit: &Fit<f32>, step| {
+        observer.begin(step);
+        judged(fit, N, from_end, &beside, clipped, stamp.segment.bends(), observer)
+    };
+    let mut judgement = if own { judged(fit, Step::Usual) } else { Judgement::STEADY };
+    observer.judged(&judgement, true);
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
     if judgement.line != Line::Steady
@@ -155,13 +182,15 @@ pub fn measure<R: Record, const N: usize>(
         && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
     {
         *fit = more;
-        judgement = judged(fit);
+        judgement = judged(fit, Step::Further);
+        observer.judged(&judgement, true);
         // A steady tone beside a drift is steady.
         if judgement.line != Line::Steady
             && let Some(other) =
                 least_squares::fit_beside_slow(spectrum, peak.bin, options.reach, fit, noise)
         {
-            let beside_slow = judged(&other);
+            let beside_slow = judged(&other, Step::BesideDrift);
+            observer.judged(&beside_slow, beside_slow.line < judgement.line);
             if beside_slow.line < judgement.line {
                 judgement = match beside_slow.line {
                     Line::Steady => chosen(&other, N, &beside, beside_slow),
@@ -189,12 +218,20 @@ pub fn measure<R: Record, const N: usize>(
     };
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     beside.loud = beside.loud.max(leakage.loud);
-    let standing = stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic);
-    let image = R::IQ && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise);
+    let standing =
+        stands_out(spectrum, peak, fit, &beside, options.threshold, arithmetic, observer);
+    let image = R::IQ && mirrored::<R, N>(spectrum, peak.bin, fit, &beside.noise, observer);
     let mut sigma = sigma;
     if few && line == Line::Unresolved {
-        sigma = leakage.refined(&nearest(), noise, fit, sigma);
+        let refined = leakage.refined(&nearest(), noise, fit, sigma);
+        observer.hear(|| Test {
+            statistic: Statistic::Nearest,
+            value: sigma / refined,
+            limit: 1.0,
+        });
+        sigma = refined;
     }
+    observer.fitted(peak.bin, fit, noise);
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
         line,
@@ -205,7 +242,7 @@ pub fn measure<R: Record, const N: usize>(
         sigma: sigma * standing.unwrap_or(1.0),
         engine: spectrum.error(),
     };
-    seen.tone::<R, N>(peak.bin, fit).unwrap_or_default()
+    seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
 }
 
 /// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
@@ -232,13 +269,20 @@ fn judged(
     beside: &Beside,
     clipped: f32,
     bends: bool,
+    observer: impl Observer,
 ) -> Judgement {
     if clipped <= CLIPPED {
-        return judge(fit, n, from_end, beside, bends);
+        return judge(fit, n, from_end, beside, bends, observer);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
     // Sigma includes them, see [`Unclipped`].
-    let widening = excess_over(fit, n, Noise { power: 2.0 * beside.loud, ..beside.noise });
+    let noise = Noise { power: 2.0 * beside.loud, ..beside.noise };
+    let widening = excess_over(fit, n, noise);
+    observer.hear(|| Test {
+        statistic: Statistic::ClippedResidual,
+        value: fit.residual / (noise.power * expected(fit, n)),
+        limit: excess_limit(fit.freedom, noise),
+    });
     let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
     Judgement { line, widening }
 }
@@ -322,64 +366,56 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// The tone with its verdict; `None` if the offset is not a number.
+    /// The tone, good so far, and the evidence on it; `None` if the offset is not a number.
     pub(super) fn tone<R: Record, const N: usize>(
         &self,
         peak: i32,
         fit: &Fit<f32>,
-    ) -> Option<Tone> {
+    ) -> Option<(Tone, Evidence)> {
         self.tone_of(R::IQ, N, peak, fit)
     }
 
     // The page's module has it once; elsewhere quotients by the length are constants.
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-    fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<Tone> {
-        // A sigma as wide as the spectrum, or none, tells nothing.
-        let known = self.sigma < n as f32;
-        let verdicts = Verdicts::of([
-            self.line == Line::Moving,
-            near_edge(iq, n, peak, fit.offset),
-            self.clipped > CLIPPED,
-            self.line == Line::Unresolved,
-            self.image,
-            self.gap,
-            self.weak || !known,
-        ]);
+    fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<(Tone, Evidence)> {
+        let evidence = Evidence {
+            detected: !self.weak,
+            line: self.line,
+            image: self.image,
+            gap: self.gap,
+            clipped: self.clipped,
+            edge_bins: edge_bins(iq, n, peak, fit.offset),
+            sigma: self.sigma / n as f32,
+            ..Evidence::NONE
+        };
         let power =
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
-        let mut tone = Tone {
+        let tone = Tone {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
             sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
             ..Tone::ZERO
         };
-        if verdicts != Verdicts::NONE {
-            verdicts.iter().for_each(|verdict| tone.add(verdict));
-        }
-        Some(tone)
+        Some((tone, evidence))
     }
 }
 
-/// Within [`AMBIGUOUS`] bins of an end of a real spectrum a fit cannot separate the mirror image from the tone, nor
-/// a converter's offset within as many of 0 Hz.
+/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is; infinite if it is far
+/// from them.
 #[inline(always)]
-fn near_edge(iq: bool, n: usize, peak: i32, offset: f32) -> bool {
+fn edge_bins(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
     let half = n as i32 / 2;
     // An I/Q peak may count negative frequencies from 0 down or from N down.
     let peak = if iq && peak > half { peak.wrapping_sub(n as i32) } else { peak };
     if (4..half - 4).contains(&peak.abs()) {
-        return false;
+        return f32::INFINITY;
     }
     let f = (peak as f32 + offset).abs();
-    f < AMBIGUOUS || !iq && f > half as f32 - AMBIGUOUS
+    if iq { f } else { f.min(half as f32 - f) }
 }
-
-/// Bins on each side of an offset, or of an end of a real spectrum, in which a tone is not told from it: the
-/// peak is the next bin then, and the fit needs the offset's.
-pub const AMBIGUOUS: f32 = 1.5;
 
 /// The noise power per sample that a fit leaves in its own bins.
 pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
@@ -399,7 +435,6 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
-    const DEVIATIONS: f32 = 5.0;
     const TRANSFORM: f64 = 1e-9;
     let expected = T::of(noise.power.into()) * expected(fit, n);
     // No fit has enough freedom to make twice the noise improbable.
@@ -407,9 +442,15 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
         return T::one();
     }
     let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
-    let freedom = fit.freedom.max(1) as f32;
+    let ratio = rest / expected;
+    if ratio > T::of(excess_limit(fit.freedom, noise).into()) { ratio } else { T::one() }
+}
+
+/// The ratio of a residual of so much freedom to the noise power that one record in 10^6 exceeds by chance.
+pub fn excess_limit(freedom: u32, noise: Noise) -> f32 {
+    const DEVIATIONS: f32 = 5.0;
+    let freedom = freedom.max(1) as f32;
     let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();
     let root = 1.0 + DEVIATIONS * deviation;
-    let ratio = rest / expected;
-    if ratio > T::of((root * root * root).into()) { ratio } else { T::one() }
+    root * root * root
 }

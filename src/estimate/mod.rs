@@ -7,8 +7,9 @@ mod carrier;
 #[cfg(dsp)]
 mod carrier_dsp;
 pub mod detection;
+mod detector;
 mod equations;
-mod evidence;
+pub mod evidence;
 pub mod frequency;
 pub mod harmonic;
 pub mod image;
@@ -21,6 +22,7 @@ pub mod measure;
 pub mod method;
 pub mod methods;
 pub mod noise;
+pub mod observer;
 mod part;
 pub mod phasor;
 pub mod samples;

@@ -3,7 +3,7 @@
 use super::frequency::Frequency;
 use crate::spectrum::peak::Band;
 
-pub use super::verdict::{Usable, Verdict, Verdicts};
+pub use super::verdict::{Reasons, Usable, Verdict, Verdicts};
 
 /// One measured tone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,18 +66,9 @@ impl Tone {
         core::iter::once(self.verdict).chain(self.also.iter())
     }
 
-    /// Adds a verdict: the more severe one is the tone's, the other applies besides.
-    pub(crate) fn add(&mut self, verdict: Verdict) {
-        self.also = self.also.with(self.verdict.min(verdict));
-        self.verdict = self.verdict.max(verdict);
-        self.also = self.also.without(self.verdict);
-    }
-
-    /// Says so if its frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
-    pub(crate) fn keep_to<const N: usize>(&mut self, band: Band) {
-        if self.verdict != Verdict::NoSignal && !band.holds(self.frequency, N) {
-            self.add(Verdict::NearEdge);
-        }
+    /// Whether its frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
+    pub(crate) fn is_outside<const N: usize>(&self, band: Band) -> bool {
+        !band.holds(self.frequency, N)
     }
 
     /// The signal-to-noise ratio in decibels.

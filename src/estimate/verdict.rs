@@ -201,11 +201,6 @@ impl Verdicts {
         Verdict::Moving,
     ];
 
-    /// Those of the seven that apply, the least severe first: moving, near-edge, clipped, unresolved, image, gap, weak.
-    pub(super) fn of(applies: [bool; 7]) -> Self {
-        Self(applies.into_iter().rev().fold(0, |bits, applies| bits << 1 | u8::from(applies)))
-    }
-
     /// The bit of a verdict: one for each of [`Verdicts::ALL`], none for others.
     const fn bit(verdict: Verdict) -> u8 {
         match verdict {
@@ -254,35 +249,69 @@ impl Verdicts {
     }
 }
 
+/// All that applies to a tone: a set of verdicts, of which [`Verdict::Good`] says nothing. Bit k is the verdict of
+/// severity k.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reasons(u16);
+
+impl Reasons {
+    /// Nothing applies: the verdict is [`Verdict::Good`].
+    pub const NONE: Self = Self(1);
+
+    /// A verdict, and what applies besides.
+    pub(crate) const fn of(verdict: Verdict, also: Verdicts) -> Self {
+        // Bit k of a set of verdicts is that of severity k + 1.
+        Self(1 | 1 << verdict.severity() | (also.0 as u16) << 1)
+    }
+
+    /// With one more.
+    #[must_use]
+    pub const fn with(self, verdict: Verdict) -> Self {
+        Self(self.0 | 1 << verdict.severity())
+    }
+
+    /// Without one.
+    #[must_use]
+    pub const fn without(self, verdict: Verdict) -> Self {
+        Self(self.0 & !(1 << verdict.severity()) | 1)
+    }
+
+    /// What applies by either.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// The most severe.
+    pub fn verdict(self) -> Verdict {
+        let worst = self.0.checked_ilog2().unwrap_or(0) as usize;
+        Verdict::ALL.get(worst).copied().unwrap_or(Verdict::Good)
+    }
+
+    /// What applies beside the most severe.
+    pub fn also(self) -> Verdicts {
+        Verdicts::of_bits((self.0 >> 1) as u8).without(self.verdict())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::tone::Tone;
     use std::vec::Vec;
 
+    /// The places in the list are the severities, and every set gives back what it was made of.
     #[test]
-    fn a_tone_says_all_that_applies_and_the_worst_first() {
-        let mut tone = Tone::ZERO;
-        for verdict in
-            [Verdict::Moving, Verdict::Good, Verdict::Clipped, Verdict::Clipped, Verdict::Moving]
-        {
-            tone.add(verdict);
-        }
-        let reasons: Vec<Verdict> = tone.reasons().collect();
-        assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
-        assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
-        tone.add(Verdict::WrongCodes);
-        let reasons: Vec<Verdict> = tone.reasons().collect();
-        assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
-        assert_eq!(Verdicts::of_bits(tone.also.bits()), tone.also);
-    }
-
-    #[test]
-    fn each_bit_is_that_of_its_verdict() {
-        let ascending = Verdicts::ALL.into_iter().rev();
-        for (place, verdict) in ascending.enumerate() {
-            let set = Verdicts::of(core::array::from_fn(|index| index == place));
-            assert_eq!(set, Verdicts::NONE.with(verdict), "{verdict}");
+    fn reasons_are_a_verdict_and_what_applies_besides() {
+        for (place, verdict) in Verdict::ALL.into_iter().enumerate() {
+            assert_eq!(verdict.severity() as usize, place);
+            for bits in 0..0x80 {
+                let also = Verdicts::of_bits(bits);
+                if also.iter().all(|other| other < verdict) {
+                    let reasons = Reasons::of(verdict, also);
+                    assert_eq!((reasons.verdict(), reasons.also()), (verdict, also));
+                    assert_eq!(reasons.with(verdict).without(Verdict::Good), reasons);
+                }
+            }
         }
     }
 

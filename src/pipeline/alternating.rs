@@ -33,8 +33,8 @@ use super::{Measurement, Pipeline};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Stamp};
 use crate::estimate::detection::{Less, Threshold};
+use crate::estimate::evidence::Evidence;
 use crate::estimate::frequency::Frequency;
-use crate::estimate::measure::AMBIGUOUS;
 use crate::estimate::method::Method;
 use crate::estimate::tone::{Tone, Verdict};
 use crate::math::scalar::Scalar;
@@ -117,18 +117,15 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
     fn tone(&mut self, stamp: &Stamp, samples: &[i16]) -> (u32, Tone) {
         // The length is right.
         let Ok(samples) = samples.try_into() else { return Default::default() };
-        let (clipped, tone) = self.pipeline.mended_tone(stamp, samples, without_offset);
+        let (clipped, tone) = self.pipeline.tone_with(stamp, samples, without_offset);
         if tone.verdict == Verdict::NoSignal {
             return (clipped, tone);
         }
         let mut pairs =
             Tone { frequency: lowered(tone.frequency), sigma: 2.0 * tone.sigma, ..tone };
-        if pairs.frequency.bins(N).abs() < f64::from(AMBIGUOUS) {
-            pairs.add(Verdict::NearEdge);
-        }
-        if self.mirrored(&tone) {
-            pairs.add(Verdict::Image);
-        }
+        let image = self.mirrored(&tone);
+        let edge_bins = pairs.frequency.bins(N).abs() as f32;
+        pairs.conclude(&Evidence { image, edge_bins, ..Evidence::of(tone.said()) });
         (clipped, pairs)
     }
 

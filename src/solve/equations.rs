@@ -18,7 +18,7 @@
 
 use super::chirp::{Mixing, Scale, Shape};
 use crate::config::{ConfigError, SPEED_OF_LIGHT};
-use crate::estimate::measure::AMBIGUOUS;
+use crate::estimate::evidence::EDGE_BINS;
 
 /// A frequency-modulated continuous wave, as the transmitter sends it.
 ///
@@ -132,7 +132,7 @@ impl Chirp {
         let t0 = 0.5 * (up.time_s + down.time_s);
         let (a, b) = (up.row(t0), down.row(t0));
         let none = Scale::default();
-        let edge = AMBIGUOUS / n.max(1) as f32;
+        let edge = EDGE_BINS / n.max(1) as f32;
         let edge = edge * edge / 3.0;
         // The carrier's second derivative, half of it, times the square of the delay.
         let half = -4.0 * self.sweep_curvature * bandwidth_hz / (duration_s * duration_s);

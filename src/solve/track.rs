@@ -13,7 +13,9 @@
 //! | 0.1 | 0.360 | 0.080 | 0.36 | 8 |
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
-use crate::estimate::tone::{Tone, Verdict, Verdicts};
+use crate::estimate::evidence::Evidence;
+use crate::estimate::judge::Line;
+use crate::estimate::tone::Tone;
 use crate::math::scalar::Scalar;
 
 /// How tones are followed, in the units of the filter.
@@ -291,17 +293,13 @@ impl Track {
         if given_up {
             self.state = State::Lost;
         }
-        self.said(if given_up { Verdict::NoSignal } else { Verdict::Weak });
+        let missed = Evidence { detected: false, ..Evidence::NONE };
+        self.tone.conclude(if given_up { &Evidence::NOTHING } else { &missed });
     }
 
     /// Notes that another tone is too near to tell the two apart. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
-        self.said(Verdict::Unresolved);
-    }
-
-    /// Sets the verdict, and forgets what applied in the block before.
-    fn said(&mut self, verdict: Verdict) {
-        (self.tone.verdict, self.tone.also) = (verdict, Verdicts::NONE);
+        self.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::NONE });
     }
 
     fn shift(&mut self, cycles: f32) {
@@ -325,6 +323,7 @@ fn square(x: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::estimate::frequency::Frequency;
+    use crate::estimate::verdict::Verdict;
 
     const TRACKING: Tracking =
         Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1, refresh: 0 };

@@ -3,15 +3,16 @@
 use super::carrier::Carrier;
 use super::cut::Cut;
 use super::fundamental;
+use super::input::Input;
 use super::several::{self, Finding, Search, Sought};
 use super::{self as analyze, Analysis, Style};
 use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
 use crate::recording::{self, Format};
 use crate::survey::Survey;
-use crate::{band, cli, estimator, progress, spectrogram};
+use crate::{cli, estimator, progress, spectrogram};
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Mixing;
@@ -22,56 +23,11 @@ use std::process::ExitCode;
 #[derive(Args, Debug)]
 #[command(after_help = estimator::help())]
 pub struct Options {
-    /// The recording: wav, headerless numbers, csv, npy, or JSON lines; - for stdin
-    file: PathBuf,
-    /// Format; else by the file's name
-    #[arg(long, value_enum)]
-    format: Option<Format>,
-    /// Samples per second; wav files know their own
-    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
-    rate: Option<f64>,
-    /// Samples in a block [default: 1024; JSON: the whole record]
-    #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
-    n: Option<usize>,
-    /// Samples from one block's start to the next [default: N]
-    #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
-    hop: Option<usize>,
-    /// The channel of a wav file, or the column of a csv file, from 1; two, as 2,3, are I and Q
-    #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
-    channel: Option<(usize, Option<usize>)>,
-    /// Commas in a csv file are decimal, not between columns
-    #[arg(long)]
-    decimal_comma: bool,
-    /// Samples to leave out at the start
-    #[arg(long, default_value_t = 0)]
-    skip: u64,
-    /// Two channels, or pairs of integers, are I and Q
-    #[arg(long)]
-    iq: bool,
-    /// Band searched in hertz, both ends included
-    #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true)]
-    band: Option<(f64, f64)>,
+    #[command(flatten)]
+    input: Input,
     /// Methods, separated by commas (listed below) [default: least squares]
     #[arg(long)]
     method: Option<String>,
-    /// Bins on each side that least squares reads: 4, 8 or 16
-    #[arg(long, default_value_t = 16)]
-    k: usize,
-    /// Arithmetic
-    #[arg(long, value_enum, default_value = "f64")]
-    arith: Arithmetic,
-    /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
-    #[arg(long, default_value_t = 16)]
-    bits: u32,
-    /// Codes count from 0, as a microcontroller's converter gives them (12 bits)
-    #[arg(long)]
-    unsigned: bool,
-    /// Codes per unit of the file (float wav: per 1/32768 of full scale)
-    #[arg(long, default_value_t = 1.0)]
-    scale: f64,
-    /// Probability of a false alarm in a block of noise, above 0 and at most 0.5
-    #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
-    false_alarm: f64,
     /// Carrier of a Doppler radar, Hz: gives speeds
     #[arg(long, value_name = "F", value_parser = cli::positive, allow_negative_numbers = true)]
     carrier_hz: Option<f64>,
@@ -110,45 +66,18 @@ fn mixing() -> impl TypedValueParser<Value = Mixing> {
     names.map(|name| Mixing::from_name(&name).unwrap_or_default())
 }
 
-/// One channel, or two for I and Q.
-fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
-    let number = |text: &str| text.trim().parse().ok().filter(|&channel: &usize| channel > 0);
-    let channels = match text.split_once(',') {
-        None => number(text).map(|channel| (channel, None)),
-        Some((i, q)) => number(i).zip(number(q)).map(|(i, q)| (i, Some(q))),
-    };
-    channels.ok_or_else(|| "give a number from 1 on, or two for I and Q: 2,3".into())
-}
-
 /// Analyses the recording and prints what is found.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
-    if !(options.scale.is_finite() && options.scale > 0.0) {
-        return Err("--scale must be a positive number".into());
-    }
-    let reach = estimator::reach(options.k)?;
+    let (read, codes, reach) =
+        (options.input.read()?, options.input.codes()?, options.input.reach()?);
     let style = match (options.json, options.csv) {
         (true, _) => Style::Json,
         (_, true) => Style::Csv,
         _ => Style::Text,
     };
-    let read = recording::Options {
-        format: options.format,
-        rate_hz: options.rate,
-        iq: options.iq,
-        scale: options.scale,
-        channel: options.channel,
-        decimal_comma: options.decimal_comma,
-    };
-    let codes = match options.bits {
-        12 if options.unsigned => Codes::unsigned::<12>(),
-        12 => Codes::signed::<12>(),
-        16 if !options.unsigned => Codes::signed::<16>(),
-        16 => return Err("--unsigned codes have 12 bits: add --bits 12".into()),
-        bits => return Err(format!("--bits {bits}: choose 12 or 16")),
-    };
-    let n = options.n.unwrap_or(analyze::BLOCK);
-    let hop = options.hop.unwrap_or(n);
-    let (skip, band_hz) = (options.skip, options.band);
+    let n = options.input.n.unwrap_or(analyze::BLOCK);
+    let hop = options.input.hop.unwrap_or(n);
+    let (skip, band_hz) = (options.input.skip, options.input.band);
     let cut = Cut { read, n, hop, skip, band_hz, codes, reach };
     if options.track {
         return track(options, cut, style);
@@ -167,22 +96,14 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         return several(options, cut, style, sought);
     }
     let analysis = Analysis {
-        read,
-        n: options.n,
-        hop: options.hop,
-        skip: options.skip,
-        band_hz: options.band,
         estimators: options
             .method
             .as_ref()
             .map(|names| estimator::parse(names, reach))
             .transpose()?,
-        reach,
-        codes,
-        arithmetic: options.arith,
-        false_alarm: options.false_alarm,
         carrier: options.carrier(),
         style,
+        ..options.input.analysis()?
     };
     let bar = progress::count("samples");
     let mut first = true;
@@ -193,7 +114,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         }
         bar.suspend(|| analyze::print(&answer, style));
     };
-    let summary = analyze::run(&options.file, &analysis, sink, |samples| bar.inc(samples));
+    let summary = analyze::run(&options.input.file, &analysis, sink, |samples| bar.inc(samples));
     bar.finish_and_clear();
     let summary = summary?;
     if style == Style::Json {
@@ -210,55 +131,32 @@ impl Options {
 
     /// True where nothing says how to measure: a first look is wanted.
     fn looks(&self) -> bool {
-        let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
-        let blocks = self.n.is_some() || self.hop.is_some() || self.skip > 0;
-        let how = self.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
-        let codes = self.bits != 16 || self.unsigned || self.k != 16;
-        let numbers = self.arith != Arithmetic::F64
-            || self.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
+        let json =
+            self.input.format.or_else(|| Format::guess(&self.input.file)) == Some(Format::Json);
+        let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
+        let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
+        let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
+        let numbers = self.input.arith != Arithmetic::F64
+            || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
         let several = self.most.is_some() || self.harmonics.is_some();
         !(json || blocks || several || how || codes || numbers || self.json || self.csv)
-    }
-
-    /// The file and how it is read, as it was typed.
-    fn reading(&self) -> String {
-        let file = self.file.display().to_string();
-        let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
-        let mut words = if plain { file } else { format!("'{}'", file.replace('\'', "'\\''")) };
-        if let Some(format) = self.format.and_then(|format| format.to_possible_value()) {
-            words += &format!(" --format {}", format.get_name());
-        }
-        if let Some(rate) = self.rate {
-            words += &format!(" --rate {rate}");
-        }
-        if self.scale != 1.0 {
-            words += &format!(" --scale {}", self.scale);
-        }
-        match self.channel {
-            Some((first, Some(second))) => words += &format!(" --channel {first},{second}"),
-            Some((first, None)) => words += &format!(" --channel {first}"),
-            None => {}
-        }
-        let flags = [(self.iq, " --iq"), (self.decimal_comma, " --decimal-comma")];
-        flags.into_iter().filter(|(given, _)| *given).for_each(|(_, flag)| words += flag);
-        words
     }
 }
 
 /// A first look at an unknown recording.
 fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String> {
-    let survey = Survey::of(&options.file, read)?;
+    let survey = Survey::of(&options.input.file, read)?;
     if let Some(picture) = &options.plot {
-        survey.draw(&options.file, picture)?;
+        survey.draw(&options.input.file, picture)?;
     }
-    cli::print(&survey.text(&options.reading()));
+    cli::print(&survey.text(&options.input.typed()));
     Ok(ExitCode::SUCCESS)
 }
 
 /// All the tones of each block, or its fundamental.
 fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<ExitCode, String> {
     let carrier = options.carrier();
-    let search = Search { cut, false_alarm: options.false_alarm, carrier, sought };
+    let search = Search { cut, false_alarm: options.input.false_alarm, carrier, sought };
     let bar = progress::count("samples");
     let heading = || match sought {
         Sought::Tones(_) => several::print_heading(style, carrier.is_some()),
@@ -274,7 +172,7 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
             Finding::Fundamental(fundamental) => fundamental.print(style),
         });
     };
-    let done = several::run(&options.file, &search, &mut sink, &mut |samples| {
+    let done = several::run(&options.input.file, &search, &mut sink, &mut |samples| {
         blocks += 1;
         bar.inc(samples);
     });
@@ -289,7 +187,7 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
 
 /// Tones followed from block to block.
 fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> {
-    if options.plot.is_some() && options.file.as_os_str() == "-" {
+    if options.plot.is_some() && options.input.file.as_os_str() == "-" {
         return Err("--plot reads the recording twice: give a file, not -".into());
     }
     let following = Following {
@@ -308,7 +206,7 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
         sightings.push(*sighting);
         bar.suspend(|| follow::print(sighting, style));
     };
-    let trails = follow::run(&options.file, &pursuit, &mut sink, &mut |samples| {
+    let trails = follow::run(&options.input.file, &pursuit, &mut sink, &mut |samples| {
         blocks += 1;
         bar.inc(samples);
     });
@@ -320,7 +218,7 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
     }
     follow::print_trails(&trails, style);
     if let Some(picture) = &options.plot {
-        spectrogram::draw(&options.file, &cut, &sightings, &trails, picture)?;
+        spectrogram::draw(&options.input.file, &cut, &sightings, &trails, picture)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -4,10 +4,11 @@ pub mod carrier;
 pub mod command;
 pub mod cut;
 pub mod fundamental;
+pub mod input;
 pub mod several;
 
 use self::carrier::{Carrier, Speed};
-use crate::arithmetic::{Arithmetic, Engine, Estimate, engine};
+use crate::arithmetic::{Arithmetic, Engine, Estimate, Explained, engine};
 use crate::band;
 use crate::cli::print_line;
 use crate::estimator::Estimator;
@@ -113,8 +114,48 @@ pub struct Analyst<'a> {
     blocks: u64,
     /// Records that were left out.
     skipped: u64,
-    /// What takes the answers.
-    sink: Box<dyn FnMut(Answer) + 'a>,
+    /// What is done with the answers.
+    task: Task<'a>,
+}
+
+/// What is done with the blocks of a recording.
+enum Task<'a> {
+    /// Every one is measured, and this takes the answers.
+    Measure(Box<dyn FnMut(Answer) + 'a>),
+    /// One is explained.
+    Explain { block: u64, explanation: Option<Box<Explanation>> },
+}
+
+/// One block's answer with every test behind its verdict.
+#[derive(Debug)]
+pub struct Explanation {
+    /// The answer, as an analysis gives it.
+    pub answer: Answer,
+    /// The tests, the evidence and the fit.
+    pub explained: Explained,
+    /// The block's samples.
+    pub samples: Vec<Complex<f64>>,
+    /// Whether they are I/Q.
+    pub iq: bool,
+}
+
+/// Explains the block of this number of `file`, counted from 0 as the analysis counts its answers.
+pub fn explain(file: &Path, analysis: &Analysis, block: u64) -> Result<Explanation, String> {
+    let mut analyst = Analyst::new(analysis, Task::Explain { block, explanation: None });
+    analyst.run(file, |_| ())?;
+    let blocks = analyst.blocks;
+    match analyst.task {
+        Task::Explain { explanation: Some(explanation), .. } => Ok(*explanation),
+        _ => {
+            let file = file.display();
+            let blocks = match blocks {
+                0 => return Err(format!("{file} has no block: give a smaller --n")),
+                1 => "1 block: give --block 0".to_owned(),
+                _ => format!("{blocks} blocks: give --block 0 to {}", blocks - 1),
+            };
+            Err(format!("--block {block}: {file} has {blocks}"))
+        }
+    }
 }
 
 /// What an analysis covered.
@@ -140,24 +181,31 @@ pub fn run(
     sink: impl FnMut(Answer),
     progress: impl FnMut(u64),
 ) -> Result<Summary, String> {
-    let format = analysis.read.format.or_else(|| Format::guess(file));
-    let mut analyst = Analyst {
-        analysis,
-        stations: BTreeMap::new(),
-        rate_hz: analysis.read.rate_hz,
-        blocks: 0,
-        skipped: 0,
-        sink: Box::new(sink),
-    };
-    if format == Some(Format::Json) {
-        analyst.records(file, progress)?;
-    } else {
-        analyst.stream(file, progress)?;
-    }
+    let mut analyst = Analyst::new(analysis, Task::Measure(Box::new(sink)));
+    analyst.run(file, progress)?;
     Ok(Summary { summary: true, blocks: analyst.blocks, skipped: analyst.skipped })
 }
 
-impl Analyst<'_> {
+impl<'a> Analyst<'a> {
+    fn new(analysis: &'a Analysis, task: Task<'a>) -> Self {
+        let (stations, rate_hz) = (BTreeMap::new(), analysis.read.rate_hz);
+        Analyst { analysis, stations, rate_hz, blocks: 0, skipped: 0, task }
+    }
+
+    fn run(&mut self, file: &Path, progress: impl FnMut(u64)) -> Result<(), String> {
+        let format = self.analysis.read.format.or_else(|| Format::guess(file));
+        if format == Some(Format::Json) {
+            self.records(file, progress)
+        } else {
+            self.stream(file, progress)
+        }
+    }
+
+    /// Whether the block that is to be explained is found.
+    fn is_done(&self) -> bool {
+        matches!(self.task, Task::Explain { explanation: Some(_), .. })
+    }
+
     fn stream(&mut self, file: &Path, mut progress: impl FnMut(u64)) -> Result<(), String> {
         let recording = Recording::open(file, self.analysis.read).map_err(text)?;
         let n = self.analysis.n.unwrap_or(BLOCK);
@@ -170,6 +218,9 @@ impl Analyst<'_> {
             self.block(None, iq, self.blocks, start, samples)?;
             self.blocks += 1;
             progress(hop as u64);
+            if self.is_done() {
+                break;
+            }
         }
         Ok(())
     }
@@ -204,6 +255,9 @@ impl Analyst<'_> {
                 self.blocks += 1;
             }
             progress(samples.len() as u64);
+            if self.is_done() {
+                break;
+            }
         }
         if let (0, Some(unfit)) = (self.blocks, last) {
             return Err(unfit);
@@ -239,41 +293,77 @@ impl Analyst<'_> {
         start: u64,
         samples: &[Sample],
     ) -> Result<(), String> {
+        let wanted = match self.task {
+            Task::Measure(_) => true,
+            Task::Explain { block, .. } => block == self.blocks,
+        };
         let n = samples.len();
-        let rate = self.rate_hz;
-        let arithmetic = self.analysis.arithmetic;
+        if !wanted {
+            return self.station(iq, n).map(|_| ());
+        }
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
-        if arithmetic.integer() {
+        if self.analysis.arithmetic.integer() {
             fits(samples, self.analysis.codes)?;
         }
+        let (rate_hz, carrier) = (self.rate_hz, self.analysis.carrier);
+        let place = Place { id, block, start, n, iq, rate_hz, carrier };
+        let explains = matches!(self.task, Task::Explain { .. });
         let station = self.station(iq, n)?;
-        let answers = station.engine.measure(&values, &station.estimators, false);
-        let named: Vec<_> =
-            station.estimators.iter().map(|estimator| estimator.name()).zip(answers).collect();
-        for (method, estimate) in named {
-            let Estimate { bins, sigma_bins, snr_db, verdict, also } = estimate;
-            let number = |x: f64| x.is_finite().then_some(x);
-            let hertz = |bins: f64| rate.and_then(|rate| number(bins * rate / n as f64));
-            let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
-            (self.sink)(Answer {
-                id: id.clone(),
-                block,
-                time_s: rate.map(|rate| (start as f64 + n as f64 / 2.0) / rate),
-                method,
-                bins: number(bins),
-                frequency_hz: hertz(signed),
-                sigma_hz: hertz(sigma_bins),
-                sigma_bins: number(sigma_bins),
-                snr_db: number(snr_db),
-                speed: self
-                    .analysis
-                    .carrier
-                    .and_then(|carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq))),
-                verdict: verdict.name(),
-                also: names(also),
-            });
+        if !explains {
+            let answers = station.engine.measure(&values, &station.estimators, false);
+            let named: Vec<_> =
+                station.estimators.iter().map(|estimator| estimator.name()).zip(answers).collect();
+            if let Task::Measure(sink) = &mut self.task {
+                named
+                    .into_iter()
+                    .for_each(|(method, estimate)| sink(place.answer(method, estimate)));
+            }
+            return Ok(());
+        }
+        let estimator = *station.estimators.first().ok_or("no method")?;
+        let explained = station.engine.explain(&values, estimator);
+        let answer = place.answer(estimator.name(), explained.estimate);
+        if let Task::Explain { explanation, .. } = &mut self.task {
+            *explanation = Some(Box::new(Explanation { answer, explained, samples: values, iq }));
         }
         Ok(())
+    }
+}
+
+/// Where a block is, and what turns bins into hertz.
+struct Place {
+    id: Option<serde_json::Value>,
+    block: u64,
+    start: u64,
+    n: usize,
+    iq: bool,
+    rate_hz: Option<f64>,
+    carrier: Option<Carrier>,
+}
+
+impl Place {
+    /// What a method found there.
+    fn answer(&self, method: &'static str, estimate: Estimate) -> Answer {
+        let Place { ref id, block, start, n, iq, rate_hz, carrier } = *self;
+        let Estimate { bins, sigma_bins, snr_db, verdict, also } = estimate;
+        let number = |x: f64| x.is_finite().then_some(x);
+        let hertz = |bins: f64| rate_hz.and_then(|rate| number(bins * rate / n as f64));
+        let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
+        let speed = |carrier: Carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq));
+        Answer {
+            id: id.clone(),
+            block,
+            time_s: rate_hz.map(|rate| (start as f64 + n as f64 / 2.0) / rate),
+            method,
+            bins: number(bins),
+            frequency_hz: hertz(signed),
+            sigma_hz: hertz(sigma_bins),
+            sigma_bins: number(sigma_bins),
+            snr_db: number(snr_db),
+            speed: carrier.and_then(speed),
+            verdict: verdict.name(),
+            also: names(also),
+        }
     }
 }
 

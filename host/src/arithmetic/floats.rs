@@ -1,19 +1,21 @@
 //! Floats of either width on an exact transform.
 
+use super::explained::{Explained, Notes};
 use super::{Engine, Estimate, within};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
 use picket::estimate::detection::{Less, Threshold};
+use picket::estimate::evidence::Evidence;
 use picket::estimate::frequency::Frequency;
 use picket::estimate::image::mirrored_in_rest;
 use picket::estimate::judge::{Judgement, Line, from_end, judge};
 use picket::estimate::least_squares::{Course, Reach, fit};
-use picket::estimate::measure::{excess_over, residual};
+use picket::estimate::measure::{excess_limit, excess_over, residual};
 use picket::estimate::noise;
 use picket::estimate::noise::ring::{self, Beside};
-use picket::estimate::tone::{Verdict, Verdicts};
+use picket::estimate::observer::{Observer, Statistic, Step, Test};
 use picket::estimate::uncertainty::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket::estimate::unclipped::Unclipped;
 use picket::math::scalar::Scalar;
@@ -116,7 +118,13 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
 
     /// What is known of the tone besides its frequency. The fitted tone is taken out of the record;
     /// what is left in the band is noise, but of a record that clips.
-    fn seen(&mut self, record: &[Complex<f64>], peak: &Peak, unit: f64) -> Seen {
+    fn seen(
+        &mut self,
+        record: &[Complex<f64>],
+        peak: &Peak,
+        unit: f64,
+        observer: impl Observer,
+    ) -> Seen {
         let samples = codes::<R>(record);
         let clipped = Statistics::of::<R>(&samples, self.plan.codes).clipped;
         let clipped = clipped as f32 / self.n as f32;
@@ -152,15 +160,23 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
         let ring = self.ring(peak.bin);
         let noise = f64::from(ring.noise.power);
-        let (line, widening) = if clipped > CLIPPED {
-            let excess = excess_over(&fit.single(), self.n, ring.noise);
-            (if excess > 1.0 { Line::Unresolved } else { Line::Steady }, excess)
+        let single = fit.single();
+        observer.fitted(peak.bin, &single, ring.noise.power);
+        observer.begin(Step::Usual);
+        let judgement = if clipped > CLIPPED {
+            let widening = excess_over(&single, self.n, ring.noise);
+            observer.hear(|| Test {
+                statistic: Statistic::ClippedResidual,
+                value: residual(&single, self.n) / ring.noise.power,
+                limit: excess_limit(single.freedom, ring.noise),
+            });
+            let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
+            Judgement { line, widening }
         } else {
-            let from_end = from_end(peak.bin, self.n, R::IQ);
-            let Judgement { line, widening, .. } =
-                judge(&fit.single(), self.n, from_end, &ring, false);
-            (line, widening)
+            judge(&single, self.n, from_end(peak.bin, self.n, R::IQ), &ring, false, observer)
         };
+        observer.judged(&judgement, true);
+        let Judgement { line, widening } = judgement;
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
@@ -178,7 +194,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let power = (fit.line.norm_sqr().wide() / unit) as f32;
         let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
         let rest = |k: i32| bin(k).norm_sqr().wide() as f32;
-        let image = R::IQ && mirrored_in_rest(self.n, peak.bin, &fit.single(), &ring.noise, rest);
+        let image =
+            R::IQ && mirrored_in_rest(self.n, peak.bin, &single, &ring.noise, observer, rest);
         Seen {
             snr,
             clipped,
@@ -241,22 +258,38 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         estimators: &[Estimator],
         gap: bool,
     ) -> Vec<Estimate> {
+        let measured = self.weigh(record, estimators, gap, ());
+        measured.into_iter().map(|(estimate, _)| estimate).collect()
+    }
+
+    fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {
+        let notes = Notes::default();
+        let measured = self.weigh(record, &[estimator], false, &notes);
+        let (estimate, evidence) =
+            measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NOTHING));
+        notes.explained(estimate, evidence)
+    }
+}
+
+impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
+    /// Every method's answer, and the evidence for its verdict.
+    fn weigh(
+        &mut self,
+        record: &[Complex<f64>],
+        estimators: &[Estimator],
+        gap: bool,
+        observer: impl Observer,
+    ) -> Vec<(Estimate, Evidence)> {
         self.transform(record);
         let Some((peak, unit)) = self.peak() else {
-            return vec![Estimate::NOTHING; estimators.len()];
+            return vec![(Estimate::NOTHING, Evidence::NOTHING); estimators.len()];
         };
         let bins = self.bins(peak.bin);
         let found: Vec<f64> =
             estimators.iter().map(|&e| self.frequency(record, e, peak.bin, &bins)).collect();
-        let seen = self.seen(record, &peak, unit);
+        let seen = self.seen(record, &peak, unit, observer);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
-        let threshold = self.plan.options.threshold;
-        let (line, threshold) = threshold.of_line(seen.line, &peak, self.n, R::IQ);
-        let less = if Threshold::has_floor(&peak) { Less::MOST } else { Less::NOTHING };
-        let power = (f64::from(line) * unit / self.n as f64) as f32;
-        let beside =
-            |ring: Beside| threshold.detects_beside(power / ring.loud, ring.noise.freedom, less);
-        let weak = !(threshold.detects_line(line, &peak) && seen.ring.is_none_or(beside));
+        let detected = self.detects(&peak, unit, &seen, observer);
         let nyquist = self.n as f64 / 2.0;
         let estimate = |(estimator, bins): (&Estimator, f64)| {
             // As in the core, only least squares knows its own sigma and its residual.
@@ -265,26 +298,48 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
                 .filter(|_| estimator.least_squares())
                 .unwrap_or((f64::from(estimator.about().efficiency) * bound, Line::Steady));
             let sigma_bins = seen.sigma(bins, self.n, sigma);
-            let known = sigma_bins < self.n as f64;
-            let verdicts = [
-                (!R::IQ && !(1.5..=nyquist - 1.5).contains(&bins), Verdict::NearEdge),
-                (seen.clipped > CLIPPED, Verdict::Clipped),
-                (line == Line::Moving, Verdict::Moving),
-                (line == Line::Unresolved, Verdict::Unresolved),
-                (seen.image, Verdict::Image),
-                (gap, Verdict::Gap),
-                (weak || !known, Verdict::Weak),
-            ];
-            let apply = || verdicts.iter().filter(|v| v.0).map(|v| v.1);
-            let verdict = apply().max().unwrap_or(Verdict::Good);
-            Estimate {
+            let edge_bins = if R::IQ { f64::INFINITY } else { bins.min(nyquist - bins) };
+            let evidence = Evidence {
+                detected,
+                line,
+                image: seen.image,
+                gap,
+                clipped: seen.clipped,
+                edge_bins: edge_bins as f32,
+                sigma: (sigma_bins / self.n as f64) as f32,
+                ..Evidence::NONE
+            };
+            let reasons = evidence.reasons();
+            let estimate = Estimate {
                 bins,
                 sigma_bins,
                 snr_db: 10.0 * seen.snr.log10(),
-                verdict,
-                also: apply().fold(Verdicts::NONE, Verdicts::with).without(verdict),
-            }
+                verdict: reasons.verdict(),
+                also: reasons.also(),
+            };
+            (estimate, evidence)
         };
         estimators.iter().zip(found).map(estimate).collect()
+    }
+
+    /// Whether the line stands out of the floor of its band, and of the noise beside it.
+    fn detects(&self, peak: &Peak, unit: f64, seen: &Seen, observer: impl Observer) -> bool {
+        let threshold = self.plan.options.threshold;
+        let (line, threshold) = threshold.of_line(seen.line, peak, self.n, R::IQ);
+        let has_floor = Threshold::has_floor(peak);
+        if has_floor {
+            observer.hear(|| Test {
+                statistic: Statistic::Floor,
+                value: line * peak.floor_bins as f32 / peak.floor as f32,
+                limit: threshold.over(peak.floor_bins),
+            });
+        }
+        let less = if has_floor { Less::MOST } else { Less::NOTHING };
+        let power = (f64::from(line) * unit / self.n as f64) as f32;
+        let beside = |ring: Beside| {
+            let limit = threshold.beside(ring.noise.freedom, less);
+            observer.exceeds(Statistic::Ring, power / ring.loud, limit)
+        };
+        threshold.detects_line(line, peak) && seen.ring.is_none_or(beside)
     }
 }

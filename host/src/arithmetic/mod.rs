@@ -1,8 +1,11 @@
 //! From a record to answers in a choice of arithmetic: floats of either width on an exact
 //! transform, or the target's integers. The estimators are the core's in every case.
 
+mod explained;
 mod floats;
 mod target;
+
+pub use explained::{Explained, Fitted, Note};
 
 use crate::estimator::Estimator;
 use crate::simulate::Kind;
@@ -132,6 +135,8 @@ pub trait Engine: Debug + Send {
         estimators: &[Estimator],
         gap: bool,
     ) -> Vec<Estimate>;
+    /// One method's answer with every test behind its verdict.
+    fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained;
 }
 
 /// The shortest record.

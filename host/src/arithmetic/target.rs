@@ -1,12 +1,15 @@
 //! The firmware's way: the core's spectrum and pipeline.
 
+use super::explained::{Explained, Notes};
 use super::{Engine, Estimate, within};
 use crate::estimator::{Estimator, reached};
 use crate::simulate::{Kind, codes};
 use fixed::types::I2F30;
 use picket::acquire::sample::{Record, Stamp};
+use picket::estimate::evidence::Evidence;
 use picket::estimate::least_squares::{Course, fixed as in_integers};
 use picket::estimate::measure::{Arithmetic, Options};
+use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
 use picket::plan::{Plan, Terms};
 use picket::spectrum::bins::{Bins, Rectangular};
@@ -27,6 +30,13 @@ impl<R: Kind, const N: usize> Target<R, N> {
         Ok(Box::new(Self { plan, spectrum: Box::new(Spectrum::new()), sequence: 0 }))
     }
 
+    /// A pipeline by this method; `None` for one of the host's.
+    fn pipeline(&self, estimator: Estimator) -> Option<Box<Pipeline<R, N>>> {
+        let Estimator::Core { method, reach } = estimator else { return None };
+        let options = Options { method, reach, ..self.plan.options };
+        Some(Box::new(Pipeline::new(self.plan.with_options(options))))
+    }
+
     fn offset(&self, estimator: Estimator, samples: &[R::Sample; N], peak: i32) -> f64 {
         let Estimator::Core { method, reach } = estimator else {
             return f64::NAN;
@@ -42,6 +52,16 @@ impl<R: Kind, const N: usize> Target<R, N> {
             None => method.offset_target(&self.spectrum, samples, peak),
         };
         offset.map_or(f64::NAN, |offset| offset.to_num())
+    }
+}
+
+fn estimate<R: Record, const N: usize>(tone: &Tone) -> Estimate {
+    Estimate {
+        bins: within::<R>(tone.frequency.bins(N), N),
+        sigma_bins: f64::from(tone.sigma) * N as f64,
+        snr_db: f64::from(tone.snr_db()),
+        verdict: tone.verdict,
+        also: tone.also,
     }
 }
 
@@ -73,21 +93,20 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
         let stamp = Stamp { sequence: self.sequence, gap, ..Stamp::default() };
         self.sequence = self.sequence.wrapping_add(1);
         let measure = |&estimator: &Estimator| {
-            let Estimator::Core { method, reach } = estimator else {
-                return Estimate::NOTHING;
-            };
-            let options = Options { method, reach, ..self.plan.options };
-            let plan = self.plan.with_options(options);
-            let mut pipeline = Box::new(Pipeline::<R, N>::new(plan));
-            let tone = pipeline.block(stamp, &samples).tone;
-            Estimate {
-                bins: within::<R>(tone.frequency.bins(N), N),
-                sigma_bins: f64::from(tone.sigma) * N as f64,
-                snr_db: f64::from(tone.snr_db()),
-                verdict: tone.verdict,
-                also: tone.also,
-            }
+            let pipeline = self.pipeline(estimator);
+            pipeline.map_or(Estimate::NOTHING, |mut pipeline| {
+                estimate::<R, N>(&pipeline.block(stamp, &samples).tone)
+            })
         };
         estimators.iter().map(measure).collect()
+    }
+
+    fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {
+        let (samples, notes) = (block::<R, N>(record), Notes::default());
+        let Some(mut pipeline) = self.pipeline(estimator) else {
+            return notes.explained(Estimate::NOTHING, Evidence::NOTHING);
+        };
+        let (_, tone, evidence) = pipeline.explain(&Stamp::default(), &samples, &notes);
+        notes.explained(estimate::<R, N>(&tone), evidence)
     }
 }

@@ -25,12 +25,13 @@ mod refusal;
 mod report;
 mod rest;
 
+use super::evidence::Evidence;
 use super::judge::Judgement;
 use super::least_squares::Course;
 use super::measure::Options;
 use super::noise::ring::Beside;
 use super::phasor::Phasor;
-use super::tone::{Tone, Verdict};
+use super::tone::{Reasons, Tone, Verdict};
 use crate::acquire::sample::{Record, Stamp};
 use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
@@ -128,7 +129,10 @@ pub fn lines<R: Record, const N: usize>(
     }
     let mut phasors = hunt.phasors(stamp);
     as_measured::<N>(&mut phasors, tone);
-    phasors.iter_mut().for_each(|phasor| phasor.tone.keep_to::<N>(band));
+    for Phasor { tone, .. } in &mut phasors {
+        let outside = tone.is_outside::<N>(band);
+        tone.conclude(&Evidence { outside, ..Evidence::of(tone.said()) });
+    }
     strongest_first(&mut phasors);
     phasors
 }
@@ -140,13 +144,14 @@ fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
     let only = phasors.len() == 1;
-    let of_line = |said| matches!(said, Verdict::Moving | Verdict::Unresolved | Verdict::Weak);
+    const OF_LINE: [Verdict; 3] = [Verdict::Moving, Verdict::Unresolved, Verdict::Weak];
+    let others = OF_LINE.into_iter().fold(tone.said(), Reasons::without);
     for phasor in phasors.iter_mut().filter(is_measured) {
         let said = phasor.tone.verdict;
-        if only || of_line(said) && tone.verdict < said {
+        if only || OF_LINE.contains(&said) && tone.verdict < said {
             phasor.tone = *tone;
         }
-        tone.reasons().filter(|said| !of_line(*said)).for_each(|said| phasor.tone.add(said));
+        phasor.tone.conclude(&Evidence::of(phasor.tone.said().and(others)));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Which lines are no targets of their own.
 
 use super::super::detection::Less;
-use super::super::evidence::Spread;
+use super::super::detector::Spread;
 use super::super::judge::Line;
 use super::super::noise::ring::Beside;
 use super::super::uncertainty::CLIPPED;

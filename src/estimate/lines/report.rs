@@ -110,13 +110,13 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let mut found = fitted(reach)?;
         let beside = self.beside(&found);
         let from_end = from_end(peak, N, R::IQ);
-        let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends);
+        let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends, ());
         // What another line leaves far off may be in the outer bins.
         if judgement.line != Line::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
         {
-            let inner = judge(&narrow.fit, N, from_end, &beside, self.bends);
+            let inner = judge(&narrow.fit, N, from_end, &beside, self.bends, ());
             if inner.line == Line::Steady {
                 (found, judgement) = (narrow, inner);
             }
@@ -145,7 +145,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             sigma: widened(sigma, self.clipped),
             engine: self.rest.spectrum.error(),
         };
-        let tone = seen.tone::<R, N>(found.peak, &found.fit)?;
+        let (mut tone, evidence) = seen.tone::<R, N>(found.peak, &found.fit)?;
+        tone.conclude(&evidence);
         let [phase, sigma_phase] =
             phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);
         Some(Phasor { tone, phase, sigma_phase })

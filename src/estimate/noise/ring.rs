@@ -28,6 +28,7 @@ use super::{Noise, rounding, whole_fixed};
 use crate::acquire::sample::Record;
 use crate::estimate::least_squares::Fit;
 use crate::estimate::measure::Arithmetic;
+use crate::estimate::observer::{Statistic, Test};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
@@ -319,6 +320,12 @@ impl Beside {
     pub fn has_edge(&self) -> bool {
         let [quiet, loud] = self.range;
         loud > EDGE * quiet
+    }
+
+    /// The test for such an edge.
+    pub(crate) fn edge(&self) -> Test {
+        let [quiet, loud] = self.range;
+        Test { statistic: Statistic::NoiseEdge, value: loud / quiet, limit: EDGE }
     }
 
     /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The

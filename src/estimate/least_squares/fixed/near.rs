@@ -49,7 +49,9 @@ impl Near {
         let mut each = |i: i32, left: [i32; 2], power: &mut i64| {
             *power = power.wrapping_add(square(left[0])).wrapping_add(square(left[1]));
             let left = narrow(left);
-            all = [0, 1].map(|part: usize| all[part].wrapping_add(left[part]));
+            for (sum, part) in all.iter_mut().zip(left) {
+                *sum = sum.wrapping_add(part);
+            }
             for (sum, shape) in sums.iter_mut().zip(functions.beside(i)) {
                 for (sum, part) in sum.iter_mut().zip(left) {
                     *sum = sum.wrapping_add(part.wrapping_mul(shape));

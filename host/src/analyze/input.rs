@@ -1,0 +1,148 @@
+//! A recording on the command line: how it is read, cut into blocks and measured.
+
+use super::{Analysis, Style};
+use crate::arithmetic::Arithmetic;
+use crate::recording::{self, Format};
+use crate::{band, cli, estimator};
+use clap::{Args, ValueEnum};
+use picket::acquire::codes::Codes;
+use picket::config::Config;
+use picket::estimate::least_squares::Reach;
+use std::path::PathBuf;
+
+/// Which recording, and how it is read.
+#[derive(Args, Debug)]
+pub struct Input {
+    /// The recording: wav, headerless numbers, csv, npy, or JSON lines; - for stdin
+    pub file: PathBuf,
+    /// Format; else by the file's name
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
+    /// Samples per second; wav files know their own
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    pub rate: Option<f64>,
+    /// Samples in a block [default: 1024; JSON: the whole record]
+    #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
+    pub n: Option<usize>,
+    /// Samples from one block's start to the next [default: N]
+    #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
+    pub hop: Option<usize>,
+    /// The channel of a wav file, or the column of a csv file, from 1; two, as 2,3, are I and Q
+    #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
+    pub channel: Option<(usize, Option<usize>)>,
+    /// Commas in a csv file are decimal, not between columns
+    #[arg(long)]
+    pub decimal_comma: bool,
+    /// Samples to leave out at the start
+    #[arg(long, default_value_t = 0)]
+    pub skip: u64,
+    /// Two channels, or pairs of integers, are I and Q
+    #[arg(long)]
+    pub iq: bool,
+    /// Band searched in hertz, both ends included
+    #[arg(long, value_name = "LO:HI", value_parser = band::parse, allow_hyphen_values = true)]
+    pub band: Option<(f64, f64)>,
+    /// Bins on each side that least squares reads: 4, 8 or 16
+    #[arg(long, default_value_t = 16)]
+    pub k: usize,
+    /// Arithmetic
+    #[arg(long, value_enum, default_value = "f64")]
+    pub arith: Arithmetic,
+    /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
+    #[arg(long, default_value_t = 16)]
+    pub bits: u32,
+    /// Codes count from 0, as a microcontroller's converter gives them (12 bits)
+    #[arg(long)]
+    pub unsigned: bool,
+    /// Codes per unit of the file (float wav: per 1/32768 of full scale)
+    #[arg(long, default_value_t = 1.0)]
+    pub scale: f64,
+    /// Probability of a false alarm in a block of noise, above 0 and at most 0.5
+    #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
+    pub false_alarm: f64,
+}
+
+/// One channel, or two for I and Q.
+fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|&channel: &usize| channel > 0);
+    let channels = match text.split_once(',') {
+        None => number(text).map(|channel| (channel, None)),
+        Some((i, q)) => number(i).zip(number(q)).map(|(i, q)| (i, Some(q))),
+    };
+    channels.ok_or_else(|| "give a number from 1 on, or two for I and Q: 2,3".into())
+}
+
+impl Input {
+    /// How the file is read.
+    pub fn read(&self) -> Result<recording::Options, String> {
+        if !(self.scale.is_finite() && self.scale > 0.0) {
+            return Err("--scale must be a positive number".into());
+        }
+        Ok(recording::Options {
+            format: self.format,
+            rate_hz: self.rate,
+            iq: self.iq,
+            scale: self.scale,
+            channel: self.channel,
+            decimal_comma: self.decimal_comma,
+        })
+    }
+
+    /// The codes of the samples.
+    pub fn codes(&self) -> Result<Codes, String> {
+        match self.bits {
+            12 if self.unsigned => Ok(Codes::unsigned::<12>()),
+            12 => Ok(Codes::signed::<12>()),
+            16 if !self.unsigned => Ok(Codes::signed::<16>()),
+            16 => Err("--unsigned codes have 12 bits: add --bits 12".into()),
+            bits => Err(format!("--bits {bits}: choose 12 or 16")),
+        }
+    }
+
+    /// The reach of least squares.
+    pub fn reach(&self) -> Result<Reach, String> {
+        estimator::reach(self.k)
+    }
+
+    /// The measurement of its blocks by the best method of their kind.
+    pub fn analysis(&self) -> Result<Analysis, String> {
+        Ok(Analysis {
+            read: self.read()?,
+            n: self.n,
+            hop: self.hop,
+            skip: self.skip,
+            band_hz: self.band,
+            estimators: None,
+            reach: self.reach()?,
+            codes: self.codes()?,
+            arithmetic: self.arith,
+            false_alarm: self.false_alarm,
+            carrier: None,
+            style: Style::Text,
+        })
+    }
+
+    /// The file and how it is read, as it was typed.
+    pub fn typed(&self) -> String {
+        let file = self.file.display().to_string();
+        let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
+        let mut words = if plain { file } else { format!("'{}'", file.replace('\'', "'\\''")) };
+        if let Some(format) = self.format.and_then(|format| format.to_possible_value()) {
+            words += &format!(" --format {}", format.get_name());
+        }
+        if let Some(rate) = self.rate {
+            words += &format!(" --rate {rate}");
+        }
+        if self.scale != 1.0 {
+            words += &format!(" --scale {}", self.scale);
+        }
+        match self.channel {
+            Some((first, Some(second))) => words += &format!(" --channel {first},{second}"),
+            Some((first, None)) => words += &format!(" --channel {first}"),
+            None => {}
+        }
+        let flags = [(self.iq, " --iq"), (self.decimal_comma, " --decimal-comma")];
+        flags.into_iter().filter(|(given, _)| *given).for_each(|(_, flag)| words += flag);
+        words
+    }
+}
