@@ -20,7 +20,7 @@ pub struct Evidence {
     pub said: Reasons,
     /// There is a peak in the band, and a fit to it.
     pub found: bool,
-    /// The line exceeds the noise, see [`super::detector`].
+    /// The line exceeds the noise.
     pub detected: bool,
     /// What the line is, by what the fit leaves.
     pub line: Line,

@@ -58,7 +58,7 @@ const CONTRADICTS: f32 = 5.0;
 /// nothing is seen. `tone` is the one that was measured in this spectrum.
 ///
 /// One line alone tells no order. It is taken for the lowest one that the band admits; if the band
-/// admits another, the verdict is [`Verdict::Unresolved`].
+/// admits another, the verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
 pub fn harmonic<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
