@@ -205,12 +205,38 @@ fn instructions_of_a_block() {
         next_record(&mut board);
     }
     let longest = several::longest_block(&mut board);
+    status(&mut board);
+    board.recorded = Some(Vec::new());
+    for _ in 0..20 {
+        let samples = moving_beside_a_drift(&mut rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        next_record(&mut board);
+    }
+    let drifting = several::longest_block(&mut board);
     // 1024 samples last 61,440 cycles of 144 MHz at 2.4 MS/s, 122,880 of 180 MHz at 1.5 MS/s and 368,640 at 500 kS/s, where the
     // image starts.
-    println!("{longest} instructions for a block of {N}");
+    println!(
+        "{longest} instructions for a block of {N}, {drifting} if a tone moves beside a drift"
+    );
     assert!(longest > 10_000 && longest < 45_000, "{longest}");
     Document::board()
         .assert_states("a block of 1024 takes this image # instructions", &[longest.into()]);
+    Document::board().assert_states(
+        "A tone below bin 48 that moves beside a drift takes longest: up to # instructions",
+        &[drifting.into()],
+    );
+}
+
+/// A tone below bin 48 whose frequency rises by a half to three bins while the record drifts by up to 500 codes.
+fn moving_beside_a_drift(rng: &mut impl Rng) -> [i16; N] {
+    let (bin, rise) = (rng.random_range(4.0..48.0), rng.random_range(0.5..3.0));
+    let (phase, drift) = (rng.random::<f64>(), rng.random_range(50.0..500.0));
+    std::array::from_fn(|n| {
+        let t = n as f64 / N as f64;
+        let turn = (bin + rise * t / 2.0) * t + phase;
+        let value = 2048.0 + 1000.0 * (std::f64::consts::TAU * turn).sin() + drift * (t - 0.5);
+        (value + 5.0 * rng.random_range(-1.0..1.0)).round().clamp(0.0, 4095.0) as i16
+    })
 }
 
 /// The image that follows tones: records and tracks to the bit, and how long the core is awake at the fastest rate.
