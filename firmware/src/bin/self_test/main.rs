@@ -9,7 +9,6 @@
 
 mod items;
 mod line;
-mod sram;
 mod stages;
 mod state;
 mod stream;
