@@ -13,8 +13,8 @@ use crate::spectrum::peak::{self, Band};
 
 /// The frequency of the strongest line of a record, and nothing that says whether it may be used.
 ///
-/// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone or one that moves: each gets a frequency and a
-/// sigma here, and both are wrong. Of a record of one steady tone in noise both are right. A [`Pipeline`](super::Pipeline) knows
+/// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone, one that moves or one within 1.5 bins of 0 Hz:
+/// each gets a frequency and a sigma here, and both are wrong. Of a record of one steady tone in noise both are right. A [`Pipeline`](super::Pipeline) knows
 /// which of these a record is, and takes some three times the program memory. The frequency is a pipeline's to the bit where the
 /// record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
 ///
