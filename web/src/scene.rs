@@ -306,9 +306,14 @@ mod tests {
             let (stamp, samples, truth) = scene.block(settings);
             let measurement = station.block(stamp, &samples);
             let tone = measurement.tone;
-            assert_eq!(tone.verdict, Verdict::Good, "{tone}");
             let Truth { hertz, velocity_mps, range_m } = truth;
-            errors[0].push((tone.hertz() - hertz) / tone.sigma_hertz());
+            // The flat segment's beat passes 0 Hz where the target turns.
+            let beside = hertz.abs() < 2.0 * settings.rate_hz / settings.n as f64;
+            match tone.verdict {
+                Verdict::Good => errors[0].push((tone.hertz() - hertz) / tone.sigma_hertz()),
+                Verdict::NearEdge | Verdict::Weak => assert!(beside, "{tone}, {hertz} Hz"),
+                _ => panic!("{tone}, {hertz} Hz"),
+            }
             match measurement.result {
                 Outcome::None => {}
                 Outcome::Velocity(v) => {
