@@ -148,3 +148,20 @@ fn every_way_gives_the_same_verdict() {
         println!("{images} images");
     }
 }
+
+/// Where an offset would hide a tone of I/Q, every arithmetic says so, and beside that place none does.
+#[test]
+fn every_arithmetic_knows_the_offsets_place() {
+    for arithmetic in
+        [Arithmetic::F64, Arithmetic::F32, Arithmetic::Target, Arithmetic::TargetFixed]
+    {
+        let mut engine = engine::<Iq>(arithmetic, N, whole::<Iq>(N, CODES).unwrap()).unwrap();
+        for bins in [-3.1, -1.8, -1.3, -0.7, 0.6, 1.2, 1.75, 2.6] {
+            let record = Signal::tone(bins, 300.0, 30.0).record::<Iq>(N, &mut generator(SEED, 0));
+            let estimates =
+                engine.measure(&record, &[Estimator::best(true, Reach::Sixteen)], false);
+            let near = estimates[0].verdict == Verdict::NearEdge;
+            assert_eq!(near, bins.abs() < 1.5, "{arithmetic:?}, {bins} bins: {:?}", estimates[0]);
+        }
+    }
+}

@@ -9,6 +9,15 @@ use super::verdict::{Reasons, Verdict};
 /// tone nearer to DC the offset: the peak is the next bin then.
 pub const EDGE_BINS: f32 = 1.5;
 
+/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is. `bins` is its frequency
+/// in a record of `n` samples; negative ones of I/Q may count from 0 down or from N down.
+#[inline(always)]
+pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
+    let from_dc = bins.abs();
+    let end = if iq { n } else { n / 2 };
+    from_dc.min(end as f32 - from_dc)
+}
+
 /// A sigma of so many cycles per sample is as wide as the spectrum, and tells nothing.
 pub const WHOLE_SPECTRUM: f32 = 1.0;
 

@@ -2,7 +2,7 @@
 
 use super::detection::Threshold;
 use super::detector::stands_out;
-use super::evidence::Evidence;
+use super::evidence::{Evidence, edge_bins};
 use super::frequency::Frequency;
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, from_end, judge};
@@ -385,7 +385,7 @@ impl Seen {
             image: self.image,
             gap: self.gap,
             clipped: self.clipped,
-            edge_bins: edge_bins(iq, n, peak, fit.offset),
+            edge_bins: edge_bins_at(iq, n, peak, fit.offset),
             sigma: self.sigma / n as f32,
             ..Evidence::NONE
         };
@@ -403,18 +403,16 @@ impl Seen {
     }
 }
 
-/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is; infinite if it is far
-/// from them.
+/// [`edge_bins`] of a tone at an offset from its peak; infinite if it is far from any edge.
 #[inline(always)]
-fn edge_bins(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
+fn edge_bins_at(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
     let half = n as i32 / 2;
     // An I/Q peak may count negative frequencies from 0 down or from N down.
     let peak = if iq && peak > half { peak.wrapping_sub(n as i32) } else { peak };
     if (4..half - 4).contains(&peak.abs()) {
         return f32::INFINITY;
     }
-    let f = (peak as f32 + offset).abs();
-    if iq { f } else { f.min(half as f32 - f) }
+    edge_bins(iq, n, peak as f32 + offset)
 }
 
 /// The noise power per sample that a fit leaves in its own bins.

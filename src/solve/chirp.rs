@@ -193,8 +193,8 @@ fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], 
     let [up, own, down] = beats;
     let slow = [up, Beat { steps: 0, variance: equations.edge }, down];
     let [_, Tone { verdict, .. }, _] = *tones;
-    let cycles = own.steps as f32 / 4_294_967_296.0;
-    let beside = cycles * cycles < 3.0 * equations.edge;
+    // The variance is a third of the square of 1.5 bins.
+    let beside = squared(own.steps) < 3.0 * equations.edge;
     let unseen = matches!(verdict, Verdict::Weak | Verdict::NoSignal);
     if verdict.usable() > Usable::WithinSigma && beside || unseen && !agree(&beats) && agree(&slow)
     {
@@ -288,8 +288,13 @@ fn total(beats: &[Beat; 3], equations: &Equations) -> f32 {
 
 /// A violation squared, over its variance, with 1 at five standard deviations.
 fn excess(violation: i64, total: f32) -> f32 {
-    let cycles = violation as f32 / 4_294_967_296.0;
-    cycles * cycles / (CONTRADICTION * total)
+    squared(violation) / (CONTRADICTION * total)
+}
+
+/// Steps of 2^-32 as cycles, squared.
+fn squared(steps: i64) -> f32 {
+    let cycles = steps as f32 / 4_294_967_296.0;
+    cycles * cycles
 }
 
 /// The violation of the condition and the signed beats, for the sign pattern that violates it

@@ -7,7 +7,7 @@ use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
 use picket::estimate::detection::{Less, Threshold};
-use picket::estimate::evidence::Evidence;
+use picket::estimate::evidence::{Evidence, edge_bins};
 use picket::estimate::frequency::Frequency;
 use picket::estimate::image::mirrored_in_rest;
 use picket::estimate::judge::{Judgement, Line, from_end, judge};
@@ -290,7 +290,6 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let seen = self.seen(record, &peak, unit, observer);
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
         let detected = self.detects(&peak, unit, &seen, observer);
-        let nyquist = self.n as f64 / 2.0;
         let estimate = |(estimator, bins): (&Estimator, f64)| {
             // As in the core, only least squares knows its own sigma and its residual.
             let (sigma, line) = seen
@@ -298,14 +297,13 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 .filter(|_| estimator.least_squares())
                 .unwrap_or((f64::from(estimator.about().efficiency) * bound, Line::Steady));
             let sigma_bins = seen.sigma(bins, self.n, sigma);
-            let edge_bins = if R::IQ { f64::INFINITY } else { bins.min(nyquist - bins) };
             let evidence = Evidence {
                 detected,
                 line,
                 image: seen.image,
                 gap,
                 clipped: seen.clipped,
-                edge_bins: edge_bins as f32,
+                edge_bins: edge_bins(R::IQ, self.n, bins as f32),
                 sigma: (sigma_bins / self.n as f64) as f32,
                 ..Evidence::NONE
             };
