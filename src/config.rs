@@ -2,17 +2,18 @@
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Record, Segment};
-use crate::estimate::detection::{FALSE_ALARM, Threshold};
-use crate::estimate::least_squares::Reach;
-use crate::estimate::lines::MOST;
-use crate::estimate::measure::{Arithmetic, Options};
-use crate::estimate::method::Method;
-use crate::estimate::noise::ring;
+use crate::methods::registry::Method;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Mixing, Scale};
 use crate::solve::equations::Chirp;
 use crate::solve::track::Tracking;
+use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
+use crate::tone::arithmetic::Arithmetic;
+use crate::tone::detection::{FALSE_ALARM, Threshold};
+use crate::tone::fit::Reach;
+use crate::tone::lines::MOST;
+use crate::tone::measure::Options;
 use core::ops::RangeInclusive;
 
 /// The speed of light in vacuum, m/s.
@@ -88,7 +89,7 @@ pub struct Following {
     pub rate_bins: f32,
     /// The most tones followed at once: 0 to 4; 0 follows none.
     pub most: u8,
-    /// Locked tracking (see [`crate::estimate::zoomed`]): one block in `refresh` is searched whole,
+    /// Locked tracking (see [`crate::tone::zoomed`]): one block in `refresh` is searched whole,
     /// and the others are measured only where the tone is expected. With 0 or 1, or with more than
     /// one tone to follow, every block is searched.
     pub refresh: u8,
@@ -205,20 +206,26 @@ impl Config {
         if !method.fits::<R>() {
             return Err(ConfigError::Method);
         }
+        self.terms_of(n, R::IQ, method)
+    }
+
+    /// The terms of either kind of record. A program that measures both holds this once.
+    #[inline(never)]
+    fn terms_of(&self, n: usize, iq: bool, method: Method) -> Result<Terms, ConfigError> {
         if !(self.false_alarm > 0.0 && self.false_alarm <= 0.5) {
             return Err(ConfigError::FalseAlarm);
         }
-        let band = self.band::<R>(n)?;
+        let band = self.band(n, iq)?;
         let threshold = Threshold::new(band.width(), self.false_alarm);
-        let threshold = if ring::has_room(n, R::IQ) { threshold.with_another() } else { threshold };
+        let threshold = if has_ring(n, iq) { threshold.with_another() } else { threshold };
         Ok(Terms {
             n: n as u32,
-            iq: R::IQ,
+            iq,
             rate_hz: self.rate_hz,
             codes: self.codes,
             band,
             options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },
-            solver: self.solver::<R>(n)?,
+            solver: self.solver(n, iq)?,
             tracking: self.tracking(n)?,
         })
     }
@@ -243,30 +250,27 @@ impl Config {
         })
     }
 
-    fn band<R: Record>(&self, n: usize) -> Result<Band, ConfigError> {
-        let whole = if R::IQ { Band::iq(n) } else { Band::real(n) };
+    fn band(&self, n: usize, iq: bool) -> Result<Band, ConfigError> {
+        let whole = if iq { Band::iq(n) } else { Band::real(n) };
         let Some((low, high)) = self.band_hz else {
             return Ok(whole);
         };
         let half = self.rate_hz / 2.0;
-        let least = if R::IQ { -half } else { 0.0 };
+        let least = if iq { -half } else { 0.0 };
         if !(low >= least && low < high && high <= half) {
             return Err(ConfigError::Band);
         }
         let bin = n as f64 / self.rate_hz;
         let band = Band::new(libm::ceil(low * bin) as i32, libm::floor(high * bin) as i32);
-        let band = if R::IQ {
-            band
-        } else {
-            Band::new(band.low.max(whole.low), band.high.min(whole.high))
-        };
+        let band =
+            if iq { band } else { Band::new(band.low.max(whole.low), band.high.min(whole.high)) };
         if band.width() == 0 {
             return Err(ConfigError::Band);
         }
         Ok(band)
     }
 
-    fn solver<R: Record>(&self, n: usize) -> Result<Solver, ConfigError> {
+    fn solver(&self, n: usize, iq: bool) -> Result<Solver, ConfigError> {
         match self.scene {
             Scene::Tone => Ok(Solver::None),
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
@@ -275,11 +279,11 @@ impl Config {
                     return Err(ConfigError::Scene);
                 }
                 // An approaching target shortens the delay.
-                let sign = if R::IQ { -f64::from(mixing.sign()) } else { 1.0 };
+                let sign = if iq { -f64::from(mixing.sign()) } else { 1.0 };
                 let scale = Scale::new(sign * self.rate_hz * wavelength_m / (2.0 * cos));
                 Ok(Solver::Doppler(scale.ok_or(ConfigError::Scale)?))
             }
-            Scene::Chirp(ref chirp) => chirp.equations(self.rate_hz, n, R::IQ).map(Solver::Chirp),
+            Scene::Chirp(ref chirp) => chirp.equations(self.rate_hz, n, iq).map(Solver::Chirp),
         }
     }
 }

@@ -31,7 +31,7 @@
 //! words ─ Assembler ┐
 //!                   ├▶ record ─▶ bins ─▶ peak, floor ─▶ Tone ─▶ Velocity, Target
 //! slots ─ FrontEnd ─┘   FFT      search      fit          solver
-//!     acquire               spectrum        estimate      solve
+//!     acquire               spectrum          tone        solve
 //! ```
 //!
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
@@ -41,6 +41,8 @@
 //! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
 //! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy.
+//! - [`BurstProcessor`] finds bursts in a stream, as of particles in a laser-Doppler velocimeter, and measures each.
+//! - [`Accumulator`] adds the spectra of many blocks, for echoes too weak for one.
 //! - [`Pipeline::lines`] finds up to four tones of a block, each a [`Phasor`] with its phase;
 //!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
 //! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
@@ -63,19 +65,28 @@ extern crate std;
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+pub mod accumulate;
 pub mod acquire;
+pub mod burst;
 pub mod config;
-pub mod estimate;
 mod list;
 pub mod math;
+pub mod methods;
+#[doc(hidden)]
+pub mod model;
 pub mod pipeline;
 pub mod plan;
 pub mod solve;
 pub mod spectrum;
+pub mod tone;
 pub mod tracker;
 
 #[doc(inline)]
+pub use accumulate::{Accumulated, Accumulator};
+#[doc(inline)]
 pub use acquire::assembler::Assembler;
+#[doc(inline)]
+pub use acquire::burst::{BurstDetector, Trigger};
 #[doc(inline)]
 pub use acquire::codes::Codes;
 #[doc(inline)]
@@ -83,21 +94,11 @@ pub use acquire::format::Format;
 #[doc(inline)]
 pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
 #[doc(inline)]
+pub use burst::{Burst, BurstProcessor, Validation};
+#[doc(inline)]
 pub use config::{Config, ConfigError, Following, Scene};
 #[doc(inline)]
-pub use estimate::frequency::Frequency;
-#[doc(inline)]
-pub use estimate::least_squares::Reach;
-#[doc(inline)]
-pub use estimate::measure::Arithmetic;
-#[doc(inline)]
-pub use estimate::method::{Method, UnknownMethod};
-#[doc(inline)]
-pub use estimate::phasor::Phasor;
-#[doc(inline)]
-pub use estimate::tone::Tone;
-#[doc(inline)]
-pub use estimate::verdict::{Usable, Verdict, Verdicts};
+pub use methods::registry::{Method, UnknownMethod};
 #[doc(inline)]
 pub use pipeline::{
     Alternating, FrequencyOnly, LengthError, Measurement, Outcome, Pipeline, Unjudged,
@@ -117,5 +118,17 @@ pub use solve::track::Track;
 pub use spectrum::engine::F32;
 #[doc(inline)]
 pub use spectrum::engine::{I32, Q15};
+#[doc(inline)]
+pub use tone::Tone;
+#[doc(inline)]
+pub use tone::arithmetic::Arithmetic;
+#[doc(inline)]
+pub use tone::fit::Reach;
+#[doc(inline)]
+pub use tone::frequency::Frequency;
+#[doc(inline)]
+pub use tone::phasor::Phasor;
+#[doc(inline)]
+pub use tone::verdict::{Usable, Verdict, Verdicts};
 #[doc(inline)]
 pub use tracker::Tracker;

@@ -3,16 +3,17 @@
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record};
 use crate::config::ConfigError;
-use crate::estimate::detection::{FALSE_ALARM, Threshold};
-use crate::estimate::least_squares::Reach;
-use crate::estimate::measure::{Arithmetic, Options};
-use crate::estimate::method::Method;
-use crate::estimate::noise::ring;
+use crate::methods::registry::Method;
 use crate::solve::chirp::Scale;
 use crate::solve::equations::Equations;
 use crate::solve::track::Tracking;
 use crate::spectrum::fft::twiddle::supported;
+use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
+use crate::tone::arithmetic::Arithmetic;
+use crate::tone::detection::{FALSE_ALARM, Threshold};
+use crate::tone::fit::Reach;
+use crate::tone::measure::Options;
 use core::marker::PhantomData;
 use core::ops::Deref;
 
@@ -102,7 +103,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             method: Method::LeastSquares.of_kind::<R>(),
             reach: Reach::Eight,
             arithmetic: Arithmetic::of_core(),
-            threshold: if ring::has_room(N, R::IQ) { threshold.with_another() } else { threshold },
+            threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
         };
         let Self { terms: idle, kind } = Self::IDLE;
         Self {

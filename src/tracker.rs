@@ -1,11 +1,6 @@
 //! The pipeline with a memory: it follows tones from block to block and makes targets of them.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
-use crate::estimate::detection::{HOLD, Threshold};
-use crate::estimate::frequency::Frequency;
-use crate::estimate::lines::MOST;
-use crate::estimate::lock::Lock;
-use crate::estimate::tone::{Tone, Usable};
 use crate::list::{first, remove};
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
@@ -15,6 +10,11 @@ use crate::solve::equations::Equations;
 use crate::solve::track::Track;
 use crate::solve::tracks::{Sight, Tracks};
 use crate::spectrum::peak::{self, Band};
+use crate::tone::detection::{HOLD, Threshold};
+use crate::tone::frequency::Frequency;
+use crate::tone::lines::MOST;
+use crate::tone::lock::Lock;
+use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
 /// ADC samples in, tracks out. Its memory is a pipeline and about 2 KB, because each segment of a

@@ -21,7 +21,7 @@ pub fn csv(bytes: &[u8]) {
 /// Numbers without a header; the first byte tells which.
 pub fn raw(bytes: &[u8]) {
     let Some((&which, rest)) = bytes.split_first() else { return };
-    let formats = [Format::I16, Format::U16, Format::I32, Format::F32];
+    let formats = [Format::I16, Format::U16, Format::I32, Format::F32, Format::Cf64, Format::Cu8];
     recording(formats[usize::from(which) % formats.len()], rest);
 }
 
@@ -49,7 +49,7 @@ fn recording(format: Format, bytes: &[u8]) {
         format: Some(format),
         rate_hz: (how & 1 != 0).then_some(48e3),
         iq: how & 2 != 0,
-        scale: if how & 4 != 0 { 0.5 } else { 1.0 },
+        scale: (how & 4 != 0).then_some(0.5),
         channel: match how >> 3 & 3 {
             0 | 1 => None,
             2 => Some((1, None)),

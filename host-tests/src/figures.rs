@@ -46,6 +46,11 @@ impl Document {
         Self::new("docs/porting.md", include_str!("../../docs/porting.md"))
     }
 
+    /// The page on Python.
+    pub fn python() -> Self {
+        Self::new("docs/python.md", include_str!("../../docs/python.md"))
+    }
+
     fn new(name: &'static str, text: &str) -> Self {
         Self { name, text: text.split_whitespace().collect::<Vec<_>>().join(" ") }
     }

@@ -1,10 +1,13 @@
 //! Everything that needs more than one module, as one program: it is compiled and linked once, and slow tests run beside quick
 //! ones. `cargo test -p host-tests golden::` runs a file's tests.
 
+mod accumulate;
 mod alternating;
 mod budget;
+mod burst_processor;
 mod bursts;
 mod chirps;
+mod claims;
 mod cmsis;
 mod cycles;
 mod displacement;

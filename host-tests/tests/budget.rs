@@ -2,15 +2,17 @@
 
 use host_tests::{has_core, has_image, prepare_images, prepare_packages};
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 use picket_host::bench::model::Model;
 use picket_host::bench::{
     self, CORES, Core, Count, ENGINES, Engine, Scope,
     equality::{self, Equality},
     locked, several, size,
+    worst::{self, Worst},
 };
 use picket_host::board::self_test;
 use picket_host::emulator::Footprint;
+use picket_host::toolchain::Target;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,6 +31,8 @@ struct Budgets {
     several: Vec<u64>,
     /// Instructions of the phase of a block's only tone.
     phase: u64,
+    /// The most instructions of a measurement that a search over signals found, by core and length: without a sample at a rail, and with.
+    found: BTreeMap<String, BTreeMap<usize, [u64; 2]>>,
     /// Instructions of the search for the peak in so many bins of 1,024 samples, real and I/Q.
     band: BTreeMap<u32, [u64; 2]>,
     /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage: the median.
@@ -210,7 +214,43 @@ impl Excess {
     }
 }
 
-/// A band costs in proportion to its width.
+/// A search over signals of every kind finds no block that takes longer than is stated, and one that takes longer than all of the corpus.
+/// `PICKET_LONG=1` makes it a long one; `PICKET_SEED` is its seed.
+#[test]
+fn a_search_finds_no_worse_block() {
+    let (budgets, mut excess) = (budgets(), Excess::default());
+    let seed = std::env::var("PICKET_SEED").ok().map(|text| text.parse().unwrap());
+    let (seed, long) = (seed.unwrap_or(worst::SEED), std::env::var_os("PICKET_LONG").is_some());
+    for (name, lengths) in &budgets.found {
+        let (core, engine) = (core(name), &ENGINES[0]);
+        if !has_core(core.target) {
+            continue;
+        }
+        let scope = if core.target == Target::M4f { Scope::Ours } else { Scope::Short };
+        let image = image(core, engine, scope);
+        for (&n, &allowed) in lengths {
+            let generations = if long { 100 } else { 6 };
+            let found = worst::search(core, &image, n, seed, generations)
+                .unwrap_or_else(|error| panic!("{name}, N = {n}: {error}"));
+            let corpus = budgets.engines[engine.name].worst[&n]["measurement"];
+            let kinds = ["", ", at the rails"].into_iter().zip(corpus);
+            for ((kind, corpus), (found, allowed)) in kinds.zip(found.into_iter().zip(allowed)) {
+                let Worst { instructions, signal } = found.unwrap();
+                println!("{name}, N = {n}{kind}, seed {seed}: {signal}");
+                let what = format!("{name}, N = {n}{kind}, worst found, instructions");
+                excess.check(&what, instructions, allowed);
+                // A search that finds next to nothing proves nothing.
+                assert!(
+                    instructions > corpus,
+                    "{what}: {instructions}, and the corpus has {corpus}"
+                );
+            }
+        }
+    }
+    assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
+}
+
+/// A band costs in proportion to its width, and one without the lowest bins what the whole spectrum costs.
 #[test]
 fn the_budget_is_kept_in_a_band() {
     let (budgets, core, mut excess) = (budgets(), core("M4F"), Excess::default());
@@ -222,6 +262,14 @@ fn the_budget_is_kept_in_a_band() {
         excess.check(&format!("{width} bins of N = 1024, search, instructions"), spent, real);
         let spent = bench::search::<Iq>(core, &image, 1024, bins).unwrap();
         excess.check(&format!("{width} bins of N = 1024, I/Q, search, instructions"), spent, iq);
+    }
+    for n in bench::LENGTHS {
+        let last = n as u32 / 2 - 1;
+        let whole = bench::search::<Real>(core, &image, n, 1..=last).unwrap();
+        let band = bench::search::<Real>(core, &image, n, 2..=last).unwrap();
+        println!("N = {n}: {whole} instructions for all bins, {band} without the lowest");
+        // One bin is split by itself.
+        assert!(band < whole + 150, "N = {n}: {band}, {whole}");
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

@@ -2,9 +2,9 @@
 
 use crate::signal::*;
 use picket::config::SPEED_OF_LIGHT;
-use picket::estimate::phasor::Phasor;
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Displacement, Unwrapper};
+use picket::tone::phasor::Phasor;
 use picket::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;

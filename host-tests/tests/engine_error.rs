@@ -1,11 +1,13 @@
 //! What an engine adds to a frequency, measured by an exact transform beside it, and sigma, which has it: tones of 16 bits and 60 to
 //! 98 dB.
 
-use picket::estimate::least_squares::{self, Course};
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::Bins;
 use picket::spectrum::engine::Engine;
+use picket::spectrum::neighbourhood::{Neighbourhood, Places};
 use picket::spectrum::peak::{self, Band};
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::fit::{self, Course};
 use picket::{Codes, Config, F32, I32, Iq, Pipeline, Q15, Reach, Real, Stamp, Verdict};
 use picket_host::simulate::{Kind, Signal, Width, codes, generator};
 use picket_transform::Transform;
@@ -49,12 +51,17 @@ fn error_over_stated<R: Kind, E: Engine, const N: usize>() -> f64 {
         let samples: [R::Sample; N] = codes::<R>(&exact).try_into().unwrap();
         spectrum.transform(&samples, CODES);
         let peak = peak::find(&spectrum, band).unwrap().bin;
-        let ours =
-            least_squares::fit_at(&spectrum, peak, Reach::Sixteen, Course::Usual).unwrap().offset;
+        let ours = {
+            let mut places = Places::new();
+            let near = Neighbourhood::read(&*spectrum, peak, &mut places);
+            fit::fit_near::<R, N>(&near, Arithmetic::Float, Reach::Sixteen, Course::Usual)
+                .unwrap()
+                .offset
+        };
         transform.process(&mut exact);
         let course = Course::From(bins - f64::from(peak), 6);
         let around = Bins::<f64, R, _>::gather(N, peak, |k| exact[k]);
-        let fit = least_squares::fit(&around, Reach::Sixteen, course).unwrap();
+        let fit = fit::fit(&around, Reach::Sixteen, course).unwrap();
         (f64::from(ours) - fit.offset).powi(2)
     });
     let rms = (squares.sum::<f64>() / records() as f64).sqrt();

@@ -2,9 +2,9 @@
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::method::{Method, Needs, Unfit};
-use picket::estimate::samples::Samples;
 use picket::math::scalar::Scalar;
+use picket::methods::registry::{Method, Needs, Unfit};
+use picket::methods::samples::Samples;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket_host::reference::Reference;

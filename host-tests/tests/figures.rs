@@ -35,9 +35,10 @@ fn the_documents_state_the_budget() {
             "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
             &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
         );
-        for (row, which) in [("the same, worst", 0), ("the same, worst with samples at a rail", 1)]
+        for (row, which) in
+            [("the same, worst that a search found", 0), ("the same with samples at a rail", 1)]
         {
-            let worst = |n| figure(&format!("/engines/picket-i32/worst/{n}/measurement/{which}"));
+            let worst = |n| figure(&format!("/found/M4F/{n}/{which}"));
             document.assert_states(
                 &format!("| {row} | # | # | # |"),
                 &["256", "1024", "4096"].map(worst),
@@ -85,7 +86,7 @@ fn the_documents_state_the_budget() {
         (figure(&format!("/band/400/{kind}")) - figure(&format!("/band/100/{kind}"))) / 300.0
     };
     page.assert_states(
-        "a further bin costs # instructions, or # of an I/Q record; of a whole real spectrum a bin costs #.",
+        "a further bin costs at most # instructions, or # of an I/Q record; of a whole real spectrum a bin costs #.",
         &[each("0"), each("1"), i32("1024", "peak") / 511.0],
     );
     page.assert_states(

@@ -1,7 +1,7 @@
 //! A fundamental from its harmonics: on the bound of all of them, and never an octave off.
 
 use crate::signal::*;
-use picket::estimate::harmonic::Harmonic;
+use picket::tone::harmonic::Harmonic;
 use picket::{Codes, Config, Iq, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
 use std::f64::consts::TAU;

@@ -6,15 +6,14 @@ use crate::vectors::{Case, golden};
 use host_tests::sized;
 use num_complex::Complex;
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::least_squares::{
-    Course, Reach, fit, fixed, least_squares, least_squares_real,
-};
-use picket::estimate::measure::Arithmetic;
-use picket::estimate::noise::ring;
-use picket::estimate::uncertainty::sigma_bins;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
+use picket::spectrum::neighbourhood::{Neighbourhood, Places};
 use picket::spectrum::peak::{self, Band};
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::fit::{Course, Reach, fit, fit_near, least_squares, least_squares_real};
+use picket::tone::noise::ring;
+use picket::tone::sigma::sigma_bins;
 use picket_transform::Transform;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -192,7 +191,13 @@ fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f6
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap();
     let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, Course::Usual).unwrap();
-    let noise = ring::beside(&spectrum, peak.bin, &fit, Arithmetic::Float).noise.power;
+    let noise = ring::beside::<R, N>(
+        &Neighbourhood::read(&spectrum, peak.bin, &mut Places::new()),
+        &fit,
+        Arithmetic::Float,
+    )
+    .noise
+    .power;
     let error = f64::from(peak.bin) + f64::from(fit.offset) - bins;
     let error =
         if R::IQ { (error + N as f64 / 2.0).rem_euclid(N as f64) - N as f64 / 2.0 } else { error };
@@ -303,11 +308,13 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
         let peak = peak::find(&spectrum, band).unwrap().bin;
         let float = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, Course::Usual).unwrap();
-        let fixed = fixed::fit(&spectrum, peak, reach, Course::Usual).unwrap();
+        let mut places = Places::new();
+        let near = Neighbourhood::read(&spectrum, peak, &mut places);
+        let fixed = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, Course::Usual).unwrap();
         let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
-            ring::beside(&spectrum, peak, &float, Arithmetic::Float).noise.power,
-            ring::beside(&spectrum, peak, &fixed, Arithmetic::Fixed).noise.power,
+            ring::beside::<R, N>(&near, &float, Arithmetic::Float).noise.power,
+            ring::beside::<R, N>(&near, &fixed, Arithmetic::Fixed).noise.power,
         ];
         let away = |a: f32, b: f32| f64::from(a / b - 1.0).abs();
         (

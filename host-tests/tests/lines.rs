@@ -1,7 +1,7 @@
 //! Several tones of one record, each with sigma and phase, and nothing else taken for a tone. In the target's arithmetic.
 
 use crate::signal::*;
-use picket::estimate::phasor::Phasor;
+use picket::tone::phasor::Phasor;
 use picket::{Codes, Config, Iq, Measurement, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -4,12 +4,12 @@
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record};
-use picket::estimate::method::Method;
-use picket::estimate::uncertainty::bound_bins;
 use picket::math::scalar::Scalar;
+use picket::methods::registry::Method;
 use picket::spectrum::Spectrum;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{self, Band};
+use picket::tone::sigma::bound_bins;
 use picket_host::reference::Reference;
 use picket_host::report::limits::{LEVELS_DB, STATED};
 use picket_transform::{Fft, Transform, num_complex::Complex};

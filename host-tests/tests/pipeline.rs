@@ -3,9 +3,9 @@
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::config::Config;
-use picket::estimate::method::Method;
-use picket::estimate::tone::Verdict;
+use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
+use picket::tone::Verdict;
 use picket_host::scenario::{self, LIDAR_BARS, Row};
 use picket_host::simulate::{Signal, generator};
 use rayon::prelude::*;

@@ -5,9 +5,9 @@ use crate::fft::{least_ratios, worst_by};
 use crate::signal::{Kind, anywhere, error, mean, measure_by, trials};
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real};
-use picket::estimate::tone::Verdict;
 use picket::spectrum::engine::{Engine, Q15};
 use picket::spectrum::fft::q15::FRACTION;
+use picket::tone::Verdict;
 
 #[test]
 fn snr_against_float64() {

@@ -3,8 +3,8 @@
 
 use picket::acquire::codes::Codes;
 use picket::config::SPEED_OF_LIGHT;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
+use picket::tone::fit::Reach;
 use picket::{Chirp, Config, Iq, Mixing, Outcome, Pipeline, Record, Scene, Shape, Verdict};
 use picket_host::analyze::{self, Analysis, Answer, Style};
 use picket_host::arithmetic::Arithmetic;

@@ -3,7 +3,7 @@
 use crate::signal::{CODES, Kind as _, Line, amplitude, quantise, rng, sigma, trials};
 use picket::acquire::sample::{Iq, Real, Stamp};
 use picket::config::Config;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::pipeline::{Alternating, Pipeline};
 use picket::{Arithmetic, Usable};
 use rand::RngExt;

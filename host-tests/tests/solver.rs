@@ -2,10 +2,10 @@
 
 use picket::acquire::sample::{Iq, Real};
 use picket::config::{Config, Scene};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::tone::{Tone, Verdict};
 use picket::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
 use picket::solve::equations::{Chirp, Equations};
+use picket::tone::frequency::Frequency;
+use picket::tone::{Tone, Verdict};
 use picket_host::scenario::{self, Row};
 use picket_simulator::Sensor;
 use proptest::prelude::*;

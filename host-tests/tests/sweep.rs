@@ -4,7 +4,7 @@
 use indicatif::ProgressBar;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real};
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
 use picket_host::simulate::{Kind, Width};

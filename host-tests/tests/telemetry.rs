@@ -2,12 +2,12 @@
 
 use fixed::types::{I0F32, I32F32};
 use picket::acquire::sample::{Segment, Stamp};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict, Verdicts};
+use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
+use picket::tone::frequency::Frequency;
+use picket::tone::{Tone, Verdict, Verdicts};
 use picket_host::device::{Listener, Said};
 use picket_wire::frame::{self, FrameError, Kind, Reader};
 use picket_wire::telemetry::{Health, Telemetry, TelemetryError};

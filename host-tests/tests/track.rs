@@ -3,11 +3,11 @@
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Segment, Stamp};
 use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene};
-use picket::estimate::least_squares::Reach;
-use picket::estimate::tone::Verdict;
 use picket::pipeline::Measurement;
 use picket::solve::chirp::Mixing;
 use picket::solve::track::{State, Track};
+use picket::tone::Verdict;
+use picket::tone::fit::Reach;
 use picket::tracker::Tracker;
 use picket_host::analyze::cut::Cut;
 use picket_host::follow::{self, Pursuit, Sighting};

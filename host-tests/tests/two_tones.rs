@@ -4,10 +4,10 @@ use crate::signal::*;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Stamp};
 use picket::config::Config;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::Pipeline;
 use picket::plan::Plan;
+use picket::tone::fit::Reach;
+use picket::tone::{Tone, Verdict};
 use rand::RngExt;
 use std::f64::consts::TAU;
 

@@ -1,7 +1,8 @@
 //! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
 use crate::{
-    analyze, bench, demo, end, explain, firmware, flash, report, shell, soak, sweep, watch, web,
+    analyze, bench, c, demo, design, end, explain, firmware, flash, python, recipe, report, shell,
+    soak, sweep, toolchain, watch, web,
 };
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -16,6 +17,9 @@ use std::time::Duration;
 #[derive(Debug, Parser)]
 #[command(name = "picket", version)]
 pub struct Picket {
+    /// Missing packages are installed by apt-get, as root, without a question
+    #[arg(long, global = true)]
+    yes: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -26,6 +30,8 @@ enum Command {
     Demo(demo::options::Options),
     Analyze(analyze::command::Options),
     Explain(explain::Options),
+    Design(design::Options),
+    Simulate(recipe::Options),
     Sweep(sweep::command::Options),
     Report(report::command::Options),
     Bench(bench::command::Options),
@@ -34,6 +40,8 @@ enum Command {
     Flash(flash::Options),
     Watch(watch::Options),
     Web(web::Options),
+    C(c::Options),
+    Python(python::Options),
     Completions(shell::Completions),
     Man(shell::Man),
 }
@@ -44,6 +52,8 @@ impl Command {
             Command::Demo(options) => demo::run(options).map_err(told)?,
             Command::Analyze(options) => analyze::command::run(options)?,
             Command::Explain(options) => explain::run(options)?,
+            Command::Design(options) => design::run(options)?,
+            Command::Simulate(options) => recipe::run(options)?,
             Command::Sweep(options) => sweep::command::run(options)?,
             Command::Report(options) => report::command::run(options)?,
             Command::Bench(options) => bench::command::run(options)?,
@@ -52,6 +62,8 @@ impl Command {
             Command::Flash(options) => flash::run(options).map_err(told)?,
             Command::Watch(options) => watch::run(options)?,
             Command::Web(options) => web::run(options).map_err(told)?,
+            Command::C(options) => c::run(options).map_err(told)?,
+            Command::Python(options) => python::run(options).map_err(told)?,
             Command::Completions(options) => shell::completions(options)?,
             Command::Man(options) => shell::man(options)?,
         })
@@ -66,7 +78,10 @@ fn told(error: impl Display) -> String {
 pub fn main() -> ExitCode {
     end::listen();
     match parsed() {
-        Ok(picket) => picket.command.run().unwrap_or_else(fail),
+        Ok(picket) => {
+            toolchain::agree(picket.yes);
+            picket.command.run().unwrap_or_else(fail)
+        }
         Err(error) => {
             match error.kind() {
                 Asked::DisplayHelp | Asked::DisplayVersion => {
@@ -154,6 +169,21 @@ pub fn number(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "give a number".into())
 }
 
+/// A frequency of the command line, hertz: 48000, 48k, 2.5M or 24G.
+pub fn hertz(text: &str) -> Result<f64, String> {
+    let units = [("k", 1e3), ("M", 1e6), ("G", 1e9)];
+    let of = |&(unit, factor): &(&str, f64)| Some((text.strip_suffix(unit)?, factor));
+    let (digits, factor) = units.iter().find_map(of).unwrap_or((text, 1.0));
+    let number: Result<f64, _> = digits.parse();
+    number.map(|number| number * factor).map_err(|_| "give hertz: 48000, 48k or 1M".into())
+}
+
+/// A frequency above 0.
+pub fn positive_hertz(text: &str) -> Result<f64, String> {
+    let wrong = || "give a positive number of hertz: 48000, 48k or 1M".into();
+    hertz(text).ok().filter(|hz| *hz > 0.0 && hz.is_finite()).ok_or_else(wrong)
+}
+
 /// A count from 1 to `MOST`: what is counted takes memory.
 pub fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=MOST).contains(count));
@@ -170,6 +200,22 @@ pub fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let known = path.extension().is_some_and(|suffix| suffix == "svg" || suffix == "png");
     known.then_some(path).ok_or_else(|| "name the picture .svg or .png".into())
+}
+
+/// What a file says of itself, short enough for a message.
+pub fn short(text: &str) -> String {
+    const MOST: usize = 60;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.into(),
+    }
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain =
+        !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
+    if plain { word.into() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// Prints a line on stdout.

@@ -8,6 +8,7 @@ use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::Telemetry;
+use std::ops::RangeInclusive;
 
 /// One thing that was said.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,8 @@ pub enum Said {
 pub struct Listener {
     reader: Reader,
     last: Option<u32>,
+    /// The block of the last measurement, and its sample rate where it tells one.
+    told: Option<(u32, Option<f64>)>,
     /// Measurements.
     pub records: u64,
     /// Blocks between them of which no record came: lost by the device, left out by its settings or lost on the line.
@@ -48,9 +51,13 @@ impl Listener {
     pub fn push(&mut self, byte: u8) -> Option<Said> {
         let said = self.reader.push(byte)?.ok().as_ref().and_then(Said::of);
         match &said {
-            Some(Said::Telemetry(record)) => self.count(record.measurement.stamp.sequence),
-            // It counts from 0 again.
-            Some(Said::Boot(_)) => self.last = None,
+            Some(Said::Telemetry(record)) => {
+                let sequence = record.measurement.stamp.sequence;
+                self.told = Some((sequence, rate_hz(record)));
+                self.count(sequence);
+            }
+            // It counts from 0 again, perhaps at another rate.
+            Some(Said::Boot(_)) => (self.last, self.told) = (None, None),
             Some(_) => {}
             None => self.bad += 1,
         }
@@ -60,6 +67,16 @@ impl Listener {
     /// All that is said in these bytes.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<Said> {
         bytes.iter().filter_map(|&byte| self.push(byte)).collect()
+    }
+
+    /// The sample rate of the last measurement, where it tells one.
+    pub fn rate_hz(&self) -> Option<f64> {
+        self.told.and_then(|(_, rate)| rate)
+    }
+
+    /// The sample rate of what is said of a block: that of its measurement, which alone tells one.
+    pub fn rate_of(&self, sequence: u32) -> Option<f64> {
+        self.told.filter(|&(block, _)| block == sequence).and_then(|(_, rate)| rate)
     }
 
     fn count(&mut self, sequence: u32) {
@@ -72,6 +89,14 @@ impl Listener {
         self.last = Some(sequence);
     }
 }
+
+/// The sample rate of a measurement, where it tells one.
+fn rate_hz(record: &Telemetry) -> Option<f64> {
+    Some(record.measurement.tone.rate_hz).filter(|rate| RATES_HZ.contains(rate))
+}
+
+/// The sample rates that a device may have.
+const RATES_HZ: RangeInclusive<f64> = 1e-3..=1e12;
 
 impl Said {
     fn of(frame: &Frame) -> Option<Self> {

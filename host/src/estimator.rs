@@ -2,11 +2,11 @@
 
 use crate::reference::Reference;
 use picket::acquire::sample::Record;
-use picket::estimate::least_squares::{Course, Reach, fit};
-use picket::estimate::method::{About, Method, Records, Unfit};
-use picket::estimate::samples::Samples;
 use picket::math::scalar::Scalar;
+use picket::methods::registry::{About, Method, Records, Unfit};
+use picket::methods::samples::Samples;
 use picket::spectrum::bins::{Bins, Rectangular};
+use picket::tone::fit::{Course, Reach, fit};
 use picket_transform::num_complex::Complex;
 
 /// A method of the core, with the reach of least squares, or one of the host.

@@ -2,8 +2,8 @@
 //! maximum likelihood, the yardsticks the others are held against.
 
 use picket::acquire::sample::Record;
-use picket::estimate::method::{About, Needs, Records, Unfit, Window};
 use picket::math::scalar::Scalar;
+use picket::methods::registry::{About, Needs, Records, Unfit, Window};
 use picket_transform::{Transform, num_complex::Complex};
 use std::f64::consts::TAU;
 

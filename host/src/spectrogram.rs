@@ -2,6 +2,7 @@
 
 use crate::analyze::cut::Cut;
 use crate::follow::{Sighting, Trail};
+use crate::output::Output;
 use crate::recording::Recording;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::report::field::{Field, SHADES};
@@ -27,9 +28,9 @@ pub fn draw(
     cut: &Cut,
     sightings: &[Sighting],
     trails: &[Trail],
-    picture: &Path,
+    (picture, output): (&Path, Output),
 ) -> Result<(), String> {
-    let field = field(file, cut)?;
+    let field = field(file, cut, None)?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let chart = Chart {
         name: "tracks",
@@ -38,7 +39,7 @@ pub fn draw(
         y: Axis::linear("frequency, Hz", field.y.0, field.y.1),
         series: series(sightings, trails),
     };
-    chart.save_over(Some(&field), picture)
+    chart.save_over(Some(&field), picture, output)
 }
 
 /// The longest tracks in the order of their numbers, then all others.
@@ -73,8 +74,9 @@ fn series(sightings: &[Sighting], trails: &[Trail]) -> Vec<Series> {
 /// The chart's colours, those that differ most first.
 const COLOURS: [usize; NAMED] = [1, 0, 2, 3, 4, 5];
 
-/// The spectrogram in the band that was searched, through Hann's window: each cell is the strongest of its bins.
-fn field(file: &Path, cut: &Cut) -> Result<Field, String> {
+/// The spectrogram in the band that was searched, through Hann's window, of the whole file or of so many samples: each cell is the
+/// strongest of its bins.
+pub fn field(file: &Path, cut: &Cut, most: Option<u64>) -> Result<Field, String> {
     let text = |error: crate::recording::RecordingError| error.to_string();
     let recording = Recording::open(file, cut.read).map_err(text)?;
     let (n, rate_hz, iq) = (cut.n, recording.rate_hz(), recording.iq());
@@ -100,6 +102,9 @@ fn field(file: &Path, cut: &Cut) -> Result<Field, String> {
         });
         powers.extend(cells.map(|power| 10.0 * (power + 1e-12).log10()));
         end = start + cut.hop as u64;
+        if most.is_some_and(|most| end + n as u64 > most) {
+            break;
+        }
     }
     let powers = narrowed(&powers, rows);
     let time = |sample: u64| sample as f64 / rate_hz;

@@ -42,6 +42,8 @@ const VALUES: &[(&str, &str, &[&str])] = &[
     ("explain @", "--block", &["-1", "x", "", "999999", "1.5"]),
     ("explain @ --block 0", "--plot", &["x.gif", "noname", "/nowhere/x.svg"]),
     ("web", "--port", &["x", "-1", "99999", ""]),
+    ("c", "--core", &["x", "", "m9", "m4f,x"]),
+    ("c --core host", "--out", &["/dev/null/x"]),
     ("sweep", "--method", &["x", "", "fesa", "least-squares"]),
     ("sweep", "--kind", &["x", ""]),
     ("sweep", "--n", &["0", "x", "2", "99999999", "-4"]),

@@ -21,6 +21,14 @@ pub fn file(name: &str, bytes: &[u8]) -> String {
     path.to_str().unwrap().to_owned()
 }
 
+/// The name of a file or folder that is not there.
+pub fn fresh(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    let _ = fs::remove_file(&path);
+    path.to_str().unwrap().to_owned()
+}
+
 pub fn wav(name: &str, spec: hound::WavSpec, frames: usize) -> String {
     let path = file(name, &[]);
     let mut writer = hound::WavWriter::create(&path, spec).unwrap();
@@ -71,7 +79,7 @@ pub fn lines(command: &str, arguments: &[&str]) -> Vec<serde_json::Value> {
 fn tracks_are_drawn_over_the_spectrogram() {
     let tone = wav("followed.wav", spec(1, 16), 40 * 1024);
     for name in ["tracks.svg", "tracks.png"] {
-        let picture = file(name, &[]);
+        let picture = fresh(name);
         let rows = lines(ANALYZE, &[&tone, "--track", "--json", "--plot", &picture]);
         assert_eq!(rows.last().unwrap()["summary"], true);
         let bytes = fs::read(&picture).unwrap();
@@ -103,7 +111,6 @@ fn files_that_cannot_be_read() {
     refused(ANALYZE, &[&short, "--rate", "1000"], "fewer than one record of 64");
     refused(ANALYZE, &[&short, "--rate", "1000", "--json"], "fewer than one record of 1024");
     refused(ANALYZE, &[&short, "--rate", "1000", "--iq", "--skip", "5", "--n", "16"], "fewer");
-    refused(ANALYZE, &[&short], "--rate HZ");
     refused(ANALYZE, &[&short, "--rate", "0"], "positive");
     refused(ANALYZE, &[&short, "--rate", "-5"], "positive");
     refused(ANALYZE, &[&short, "--rate", "nan"], "positive");
@@ -136,8 +143,6 @@ fn text_files_that_cannot_be_read() {
         let arguments: Vec<&str> = [path].into_iter().chain(rate).collect();
         refused(ANALYZE, &arguments, says);
     };
-    with(&csv("nan.csv", "a\n1\n2\nNaN\n4\n"), "line 4: NaN is not a sample");
-    with(&csv("inf.csv", "1,2\n-inf,2\n"), "line 2: -inf is not a sample");
     with(&csv("word.csv", "1\n2\nthree\n"), "line 3: \"three\" is not a number");
     with(&csv("ragged.csv", "1,2\n3\n"), "line 2: 1 columns where the first line has 2");
     with(&csv("three.csv", "1,2,3\n"), "3 channels");
@@ -215,8 +220,8 @@ fn records_that_a_method_cannot_take() {
 #[test]
 fn a_look_and_its_picture() {
     let tone = wav("look.wav", spec(1, 16), 8192);
-    for name in ["spectrum.svg", "spectrum.png"] {
-        let picture = file(name, &[]);
+    for name in ["answers.svg", "answers.png"] {
+        let picture = fresh(name);
         let output = run(ANALYZE, &[&tone, "--plot", &picture]);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
@@ -227,7 +232,14 @@ fn a_look_and_its_picture() {
             text.contains("hum       none seen") && text.contains("try       picket analyze "),
             "{text}"
         );
-        assert!(fs::read(&picture).unwrap().len() > 10_000);
+        // What is proposed held: its answers are drawn, not the spectrum.
+        let drawn = fs::read(&picture).unwrap();
+        let text = String::from_utf8_lossy(&drawn);
+        assert!(if name.ends_with("svg") {
+            text.contains("answers and sigma")
+        } else {
+            drawn.len() > 10_000
+        });
     }
     let speeds = lines(ANALYZE, &[&tone, "--carrier-hz", "24e9", "--json"]);
     let speed = 800.0 * 299_792_458.0 / 24e9 / 2.0;

@@ -1,13 +1,14 @@
 //! `cargo picket watch` and `cargo picket flash` as a user runs them, with a device that is only bytes.
 
+use crate::cli::fresh;
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use picket::acquire::sample::Stamp;
-use picket::estimate::frequency::Frequency;
-use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome};
+use picket::tone::frequency::Frequency;
+use picket::tone::{Tone, Verdict};
 use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Command as Order, Refusal, Request};
 use picket_wire::frame::Reader;
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-const PICKET: &str = env!("CARGO_BIN_EXE_picket");
+pub const PICKET: &str = env!("CARGO_BIN_EXE_picket");
 
 pub fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
@@ -40,7 +41,7 @@ fn record(sequence: u32) -> Vec<u8> {
         snr: 1000.0,
         amplitude: 900.0,
         verdict: Verdict::Good,
-        rate_hz: 1.0,
+        rate_hz: 500e3,
         ..Tone::default()
     };
     let measurement = Measurement { stamp, clipped: 0, tone, result: Outcome::None };
@@ -81,7 +82,7 @@ pub fn text(bytes: &[u8]) -> String {
 
 #[test]
 fn jsonl_has_the_fields_and_counts_what_is_missing() {
-    let recorded = path("session.bin");
+    let recorded = PathBuf::from(fresh("session.bin"));
     let output = run(&["-", "--jsonl", "--record", recorded.to_str().unwrap()], &session());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let lines: Vec<serde_json::Value> =
@@ -452,7 +453,7 @@ fn blocks(sequences: std::ops::Range<u32>, lost: impl Fn(u32, u16) -> bool) -> V
 /// A piece of a capture is lost: its block is asked for again, and the file has as many blocks as were wanted.
 #[test]
 fn a_lost_piece_of_a_capture_is_asked_for_again() {
-    let (name, file) = (path("port-hole"), path("hole.i16"));
+    let (name, file) = (path("port-hole"), PathBuf::from(fresh("hole.i16")));
     let (ours, _theirs) = plug(&name);
     let mut next = 0;
     board(ours, move |request| match request.command {
@@ -480,7 +481,7 @@ fn a_lost_piece_of_a_capture_is_asked_for_again() {
 /// A line that loses a piece of every block: the capture ends, and says what came.
 #[test]
 fn a_capture_that_never_comes_whole_ends() {
-    let (name, file) = (path("port-holes"), path("holes.i16"));
+    let (name, file) = (path("port-holes"), PathBuf::from(fresh("holes.i16")));
     let (ours, _theirs) = plug(&name);
     board(ours, |request| match request.command {
         Order::GetSettings => request.answer().reply(&Settings::default().to_bytes(1024)).to_vec(),

@@ -1,6 +1,6 @@
 //! `picket explain FILE --block K`: it tells the verdict of `picket analyze`, and names the test that led to it.
 
-use crate::cli::{ANALYZE, file, lines, refused, run};
+use crate::cli::{ANALYZE, file, fresh, lines, refused, run};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -166,7 +166,7 @@ fn the_verdict_is_that_of_the_analysis_and_the_test_behind_it_is_named() {
 #[test]
 fn people_read_a_table_and_see_a_picture() {
     let path = recording(&CASES[1], "picture");
-    let picture = file("explained.svg", &[]);
+    let picture = fresh("explained.svg");
     let output = run(EXPLAIN, &[&path, "--block", "1", "--plot", &picture]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

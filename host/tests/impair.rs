@@ -235,6 +235,57 @@ fn converters_are_wrong_as_stated() {
     assert!(dead.iter().all(|x| x.re == 0.0) && dead.iter().any(|x| x.im != 0.0));
 }
 
+#[test]
+fn codes_are_wrong_as_stated() {
+    let of = |text: &str, amplitude: f64| -> Vec<f64> {
+        let mut codes = Setup::new(N, f64::INFINITY);
+        codes.amplitude = Some(amplitude);
+        let samples = one(text).record::<Real>(&codes, &mut generator(SEED, 0)).samples;
+        samples.iter().map(|x| x.re).collect()
+    };
+    let pure = of("none", 2000.0);
+    for (x, p) in of("swapped", 2000.0).chunks(2).zip(pure.chunks(2)) {
+        assert_eq!([x[1], x[0]], [p[0], p[1]]);
+    }
+    for (x, p) in of("wrong-sign", 2000.0).iter().zip(&pure) {
+        assert_eq!((*p as i16 as u16 ^ 0x800) & 0xFFF, *x as i16 as u16 & 0xFFF);
+    }
+    for level in [0, 1] {
+        for (x, p) in of(&format!("stuck-bit:bit=8,level={level}"), 2000.0).iter().zip(&pure) {
+            assert_eq!(*x as i16, (*p as i16 & !0x100) | level << 8, "{p}");
+        }
+    }
+    let missing = of("missing-codes:4", 2000.0);
+    assert!(missing.iter().all(|x| x.rem_euclid(512.0) >= 4.0));
+    let moved = missing.iter().zip(&pure).filter(|(x, p)| x != p);
+    assert!(moved.clone().count() > 0);
+    moved.for_each(|(x, p)| {
+        assert!(p.rem_euclid(512.0) < 4.0 && (1.0..=4.0).contains(&(p - x)), "{p} {x}")
+    });
+    // Twice the rail: the codes of a converter that is twice as wide, less a whole number of its ranges.
+    let wrapped = of("wrap:6.0206", 2000.0);
+    let mut wide = Setup::new(N, f64::INFINITY);
+    (wide.amplitude, wide.width) = (Some(4096.0), Width::Float);
+    let wide = one("none").record::<Real>(&wide, &mut generator(SEED, 0)).samples;
+    for (x, p) in wrapped.iter().zip(&wide) {
+        assert!((-2048.0..2048.0).contains(x));
+        let ranges = (p.re - x) / 4096.0;
+        near(ranges, ranges.round(), 1.0 / 4096.0);
+    }
+    let carried = wrapped.iter().zip(&wide).filter(|(x, p)| (p.re - *x).abs() > 1.0).count();
+    // Beyond half of its crest a sine is for two thirds of the time.
+    near(carried as f64 / N as f64, 2.0 / 3.0, 0.05);
+    // A tone goes on from where it was a block earlier.
+    let (stale, whole) = (of("stale-buffer:0.25", 2000.0), clean::<Iq>("none", 0));
+    assert_eq!(stale[..768], pure[..768]);
+    assert_ne!(stale[768..], pure[768..]);
+    let late = clean::<Iq>("stale-buffer:0.25", 0).samples;
+    let turn = Complex::cis(-TAU * whole.bins);
+    for (x, whole) in late.iter().zip(&whole.samples).skip(768) {
+        near((x - whole * turn).norm(), 0.0, 1e-6);
+    }
+}
+
 /// The power density of the noise of an impairment over bins, of white noise 1: 200 records through Hann's window, and
 /// what they say of it at the tone.
 fn density<R: Kind>(text: &str) -> (Vec<f64>, f64, f64) {
@@ -307,7 +358,7 @@ fn a_seed_gives_the_same_records_and_everything_is_different() {
         impairment.record::<R>(&Setup::new(256, 30.0), &mut generator(SEED, trial)).samples
     }
     let mut names = Vec::new();
-    for impairment in Impairment::all() {
+    for impairment in Impairment::all().into_iter().chain(Impairment::front_end()) {
         let pair = |trial| match impairment.fits::<Real>() {
             true => (of::<Real>(&impairment, trial), of::<Real>(&one("none"), trial)),
             false => (of::<Iq>(&impairment, trial), of::<Iq>(&one("none"), trial)),
@@ -336,7 +387,7 @@ fn a_seed_gives_the_same_records_and_everything_is_different() {
     names.dedup();
     for name in "dc hum drift harmonics clip-analogue clip-converter impulses lost doubled inl quantise chirp am phase-walk \
                  phase-jump frequency-step second-tone tone-burst noise-burst noise-slope noise-notch noise-hump noise-flicker \
-                 noise-low-pass noise-band-pass start decay jitter skew iq-gain iq-phase iq-delay iq-dead steps"
+                 noise-low-pass noise-band-pass start decay jitter skew iq-gain iq-phase iq-delay iq-dead steps wrap swapped wrong-sign stuck-bit missing-codes stale-buffer"
         .split_whitespace()
     {
         assert!(names.contains(&name), "no {name}");
@@ -357,6 +408,7 @@ fn severities_as_they_are_typed() {
     );
     assert_eq!(labels("second-tone").len(), 24);
     assert_eq!(labels("all").len(), Impairment::all().len());
+    assert_eq!(labels("front-end").len(), Impairment::front_end().len());
     let wrong = |text: &str, says: &str| {
         let error = Impairment::parse(text).unwrap_err();
         assert!(error.contains(says) && error.lines().count() == 1, "{text}: {error}");

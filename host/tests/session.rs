@@ -2,11 +2,11 @@
 
 use fixed::types::I0F32;
 use picket::acquire::sample::Stamp;
-use picket::estimate::frequency::Frequency;
-use picket::estimate::method::Method;
-use picket::estimate::phasor::Phasor;
-use picket::estimate::tone::{Tone, Verdict};
+use picket::methods::registry::Method;
 use picket::pipeline::Measurement;
+use picket::tone::frequency::Frequency;
+use picket::tone::phasor::Phasor;
+use picket::tone::{Tone, Verdict};
 use picket_wire::lines::Lines;
 use picket_wire::telemetry::{Health, Telemetry};
 use std::fs;
@@ -19,14 +19,14 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/session.bin");
 fn the_recording_is_what_its_command_makes() {
     let made = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("made.bin");
     let output = Command::new(env!("CARGO_BIN_EXE_picket"))
-        .args(["demo", "--scenario", "board", "--record"])
+        .args(["demo", "--scenario", "board", "--force", "--record"])
         .arg(&made)
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(
         fs::read(&made).unwrap() == fs::read(FILE).unwrap(),
-        "docs/session.bin is of another version: cargo picket demo --scenario board --record docs/session.bin"
+        "docs/session.bin is of another version: cargo picket demo --scenario board --record docs/session.bin --force"
     );
 }
 

@@ -1,6 +1,6 @@
 //! `picket analyze FILE --most 1..4`: the tones of each block, as a person, a spreadsheet and a program read them.
 
-use crate::cli::{ANALYZE, file, lines, refused, run, seed};
+use crate::cli::{ANALYZE, file, fresh, lines, refused, run, seed};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -271,7 +271,7 @@ fn as_many_tracks_as_are_asked_for() {
     for iq in [false, true] {
         let path = recording(&format!("tones-tracks-{iq}.wav"), &tones(4, iq), iq, NOISE);
         for most in 1..=4 {
-            let picture = file(&format!("tones-{iq}.svg"), &[]);
+            let picture = fresh(&format!("tones-{iq}.svg"));
             let words = ["--track", "--json", "--plot", &picture];
             let most = most.to_string();
             let rows = lines(ANALYZE, &arguments(&path, iq, &most, &words));

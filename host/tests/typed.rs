@@ -1,4 +1,4 @@
-//! Every command of the documents: README and the pages in docs/. What can run here is run as it stands there, from a clean folder,
+//! Every command of the documents: README, the pages in docs/ and the recipes. What can run here is run as it stands there, from a clean folder,
 //! and prints what is shown; the others are at least commands that exist.
 
 use clap::Parser;
@@ -15,7 +15,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 9] = [
+const LEFT_OUT: [(&str, &str); 10] = [
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
@@ -27,6 +27,10 @@ const LEFT_OUT: [(&str, &str); 9] = [
     ("cargo add", "it belongs to a project of the reader's"),
     ("cargo test", "it is what runs this"),
     (
+        "pip install",
+        "it changes the reader's Python; host-tests/tests/python.rs installs the wheel",
+    ),
+    (
         "cargo picket demo --board pico --replay car.bin",
         "the recording is another's; host-tests/tests/pico.rs replays it where it is",
     ),
@@ -37,10 +41,12 @@ const LEFT_OUT: [(&str, &str); 9] = [
 ];
 
 /// Beginnings of commands that take minutes: `PICKET_TYPED=all` runs them, too. Else who runs what is in them.
-const LONG: [(&str, &str); 7] = [
+const LONG: [(&str, &str); 9] = [
     ("cargo picket flash --board pico --dry-run", "host-tests/tests/pico.rs builds the image"),
     ("cargo picket demo --board pico", "host-tests/tests/pico.rs runs it"),
     ("cargo picket web --build", "host-tests/tests/web.rs builds the page"),
+    ("cargo picket python", "host-tests/tests/python.rs builds the wheel"),
+    ("cargo picket c --core", "host-tests/tests/c.rs builds the archives"),
     ("cargo picket report", "tests/report.rs runs it with --quick"),
     ("cargo picket bench", "host-tests/tests/budget.rs counts the same"),
     ("cargo picket firmware size", "host-tests builds the images"),
@@ -55,8 +61,8 @@ struct Shown {
 }
 
 fn pages() -> Vec<(String, String)> {
-    let docs =
-        fs::read_dir(Path::new(ROOT).join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let folder = |name: &str| fs::read_dir(Path::new(ROOT).join(name)).unwrap();
+    let docs = folder("docs").chain(folder("docs/recipes")).map(|entry| entry.unwrap().path());
     let mut pages: Vec<PathBuf> =
         docs.filter(|path| path.extension().is_some_and(|suffix| suffix == "md")).collect();
     pages.sort();

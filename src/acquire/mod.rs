@@ -1,6 +1,7 @@
 //! From the converter's words to blocks of samples, each with one owner.
 
 pub mod assembler;
+pub mod burst;
 pub mod codes;
 pub mod format;
 pub mod frontend;

@@ -32,15 +32,15 @@
 use super::{Measurement, Pipeline};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Stamp};
-use crate::estimate::detection::{Less, Threshold};
-use crate::estimate::evidence::Evidence;
-use crate::estimate::frequency::Frequency;
-use crate::estimate::method::Method;
-use crate::estimate::tone::{Tone, Verdict};
 use crate::math::scalar::Scalar;
+use crate::methods::registry::Method;
 use crate::plan::{Plan, Terms};
 use crate::spectrum::Spectrum;
 use crate::spectrum::peak::{Band, Peak};
+use crate::tone::detection::{Less, Threshold};
+use crate::tone::evidence::Evidence;
+use crate::tone::frequency::Frequency;
+use crate::tone::{Tone, Verdict};
 use fixed::types::I0F32;
 use num_complex::Complex;
 

@@ -2,14 +2,15 @@
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::Record;
-use crate::estimate::frequency::Frequency;
-use crate::estimate::least_squares::{self, Course, Reach, fixed};
-use crate::estimate::measure::Arithmetic;
-use crate::estimate::noise::ring;
-use crate::estimate::uncertainty::{sigma_bins, with_rounding};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
+use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::{self, Band};
+use crate::tone::arithmetic::Arithmetic;
+use crate::tone::fit::{self, Course, Reach};
+use crate::tone::frequency::Frequency;
+use crate::tone::noise::ring;
+use crate::tone::sigma::{sigma_bins, with_rounding};
 
 /// The frequency of the strongest line of a record, and nothing that says whether it may be used.
 ///
@@ -73,12 +74,11 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
         let band = const { if R::IQ { Band::iq(N) } else { Band::real(N) } };
         let peak = peak::find(&self.spectrum, band)?.bin;
         let (reach, arithmetic) = (Reach::Eight, Arithmetic::of_core());
-        let fit = match arithmetic {
-            Arithmetic::Float => least_squares::fit_at(&self.spectrum, peak, reach, Course::Usual)?,
-            Arithmetic::Fixed => fixed::fit(&self.spectrum, peak, reach, Course::Usual)?,
-        };
-        let noise = ring::beside(&self.spectrum, peak, &fit, arithmetic).noise.power;
-        let sigma = with_rounding(sigma_bins(&fit, N, noise), self.spectrum.error(), N);
+        let mut places = Places::new();
+        let near = Neighbourhood::read(&self.spectrum, peak, &mut places);
+        let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, Course::Usual)?;
+        let noise = ring::beside::<R, N>(&near, &fit, arithmetic).noise.power;
+        let sigma = with_rounding(sigma_bins(&fit, N, noise), near.engine, N);
         Some(Unjudged {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, N),
             sigma: sigma / N as f32,

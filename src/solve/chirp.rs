@@ -14,8 +14,8 @@
 use super::equations::Equations;
 use crate::acquire::sample::Segment;
 use crate::config::SPEED_OF_LIGHT;
-use crate::estimate::tone::{Tone, Verdict};
-use crate::estimate::verdict::Usable;
+use crate::tone::verdict::Usable;
+use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
 /// The value of one cycle per sample, in SI units: in fixed point for results, in float for sigmas.

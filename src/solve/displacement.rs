@@ -7,8 +7,8 @@
 
 use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
-use crate::estimate::phasor::Phasor;
-use crate::estimate::tone::{Tone, Usable, Verdict};
+use crate::tone::phasor::Phasor;
+use crate::tone::{Tone, Usable, Verdict};
 use core::f32::consts::TAU;
 use fixed::types::I32F32;
 

@@ -1,7 +1,7 @@
 //! Velocity from a Doppler shift.
 
 use super::chirp::{Scale, metres};
-use crate::estimate::tone::{Tone, Verdict};
+use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
 
 /// A velocity along the beam.

@@ -18,7 +18,7 @@
 
 use super::chirp::{Mixing, Scale, Shape};
 use crate::config::{ConfigError, SPEED_OF_LIGHT};
-use crate::estimate::evidence::EDGE_BINS;
+use crate::tone::evidence::EDGE_BINS;
 
 /// A frequency-modulated continuous wave, as the transmitter sends it.
 ///

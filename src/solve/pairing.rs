@@ -10,10 +10,10 @@ use super::chirp::{self, Target};
 use super::equations::Equations;
 use super::segments::{Segments, TRAPEZOID};
 use crate::acquire::sample::Stamp;
-use crate::estimate::lines::MOST;
-use crate::estimate::phasor::Phasor;
-use crate::estimate::tone::{Usable, Verdict};
 use crate::list::{first, remove};
+use crate::tone::lines::MOST;
+use crate::tone::phasor::Phasor;
+use crate::tone::{Usable, Verdict};
 use heapless::Vec;
 
 /// Chirps after which a target that is not seen is forgotten; half as many while it is not sure.

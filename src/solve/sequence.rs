@@ -16,8 +16,8 @@ use super::chirp::{Ambiguity, Scale, Shape, Target, in_steps, metres, stretched}
 use super::equations::Equations;
 use crate::acquire::sample::Stamp;
 use crate::config::SPEED_OF_LIGHT;
-use crate::estimate::phasor::Phasor;
-use crate::estimate::tone::{Tone, Verdict};
+use crate::tone::phasor::Phasor;
+use crate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
 use heapless::Vec;
 

@@ -13,10 +13,10 @@
 //! | 0.1 | 0.360 | 0.080 | 0.36 | 8 |
 //! | 0.3 | 0.537 | 0.204 | 0.54 | 6 |
 
-use crate::estimate::evidence::Evidence;
-use crate::estimate::judge::Line;
-use crate::estimate::tone::Tone;
 use crate::math::scalar::Scalar;
+use crate::tone::Tone;
+use crate::tone::evidence::Evidence;
+use crate::tone::judge::Line;
 
 /// How tones are followed, in the units of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Tracking {
     pub acceleration: f32,
     /// Sigma of the rate of a target that was seen once, cycles per sample per block.
     pub rate: f32,
-    /// The most tones followed at once: 0 to [`crate::estimate::lines::MOST`]; 0 follows none.
+    /// The most tones followed at once: 0 to [`crate::tone::lines::MOST`]; 0 follows none.
     pub most: usize,
     /// While a track is held, one block in `refresh` is searched whole; 0 or 1 searches every
     /// block.
@@ -322,8 +322,8 @@ fn square(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::frequency::Frequency;
-    use crate::estimate::verdict::Verdict;
+    use crate::tone::frequency::Frequency;
+    use crate::tone::verdict::Verdict;
 
     const TRACKING: Tracking =
         Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1, refresh: 0 };

@@ -2,16 +2,16 @@
 
 use super::track::{State, Track, Tracking, tells};
 use crate::acquire::sample::Stamp;
-use crate::estimate::lines::MOST;
-use crate::estimate::tone::{Tone, Usable};
 use crate::list::{first, remove};
+use crate::tone::lines::MOST;
+use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
 /// The largest number of tracks: the held ones, and as many tentative ones.
 const SLOTS: usize = 2 * MOST;
 
 /// The distance, in bins, below which two tones cannot be told apart (see
-/// [`crate::estimate::lines`]).
+/// [`crate::tone::lines`]).
 const APART: f32 = 2.0;
 
 /// A set of tracks, oldest first.

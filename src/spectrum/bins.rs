@@ -95,16 +95,22 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         Self { n, peak, cells, kind: PhantomData }
     }
 
-    /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
-    pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
-        let unit = T::two_to(spectrum.exponent());
-        let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
-        let points = spectrum.window(peak - REACH as i32, &mut place);
+    /// An odd number of bins around `peak`, in units of `2^exponent` codes. The bins beyond are zero.
+    pub(crate) fn of_points(n: usize, peak: i32, points: &[Point], exponent: i32) -> Self {
+        let unit = T::two_to(exponent);
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
-        for (cell, &[re, im]) in cells.iter_mut().zip(points) {
+        let first = REACH.saturating_sub(points.len() / 2);
+        for (cell, &[re, im]) in cells.iter_mut().skip(first).zip(points) {
             *cell = Complex::new(T::of_i32(re) * unit, T::of_i32(im) * unit);
         }
-        Self { n: N, peak, cells, kind: PhantomData }
+        Self { n, peak, cells, kind: PhantomData }
+    }
+
+    /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
+    pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
+        let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
+        let points = spectrum.window(peak - REACH as i32, &mut place);
+        Self::of_points(N, peak, points, spectrum.exponent())
     }
 
     /// The same bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost

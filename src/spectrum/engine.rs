@@ -11,16 +11,17 @@
 
 #[cfg(feature = "microfft")]
 use super::fft::float;
-use super::fft::twiddle::{sines, splits};
+use super::fft::twiddle::{Packed, sines, splits};
 use super::fft::{self, integer, q15};
+use super::pairs::{self, Pairs};
 use super::peak::SKIRT;
 use super::q15_bins;
-use super::scan::{self, Scan};
+use super::scan::{self, Scan, power_sum};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
-use crate::math::products::plus_power;
+use core::convert::identity;
 use core::mem::MaybeUninit;
-use core::ops::RangeInclusive;
+use core::ops::{Range, RangeInclusive};
 use integer::{Pair, Point};
 
 /// Calls a transform with the number of points in a record.
@@ -88,7 +89,7 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         integer::filled(places, (first..).map(|k| Self::bin::<R, N>(points, k)))
     }
 
-    /// The strongest of these bins, of equals the lowest, and the power of all. [`Engine::bin`]
+    /// The strongest of these bins, of equals the lowest, and the power of all (see `pairs`). [`Engine::bin`]
     /// must take all of them. `None` if this engine has no faster way than one bin after the other.
     fn search<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
@@ -104,17 +105,13 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     }
 }
 
-/// Whether these bins are the whole spectrum of a real record without DC and Nyquist, and long
-/// enough to leave a floor beside a skirt and its mirror.
-fn is_whole<const N: usize>(bins: &RangeInclusive<usize>) -> bool {
-    N >= 256 && *bins.start() == 1 && *bins.end() == N / 2 - 1
-}
-
 /// The error of factors of 16 bits, see [`Engine::error`].
 const ROUNDED_FACTORS: f32 = 1.6e-6;
 
 /// Bins on each side of a peak that are no floor.
-const REACH: usize = SKIRT as usize;
+pub(super) const REACH: usize = SKIRT as usize;
+/// The pairs of the 16-bit engine's search are a multiple of so many, less one.
+const STEP: usize = 4;
 
 /// The default: `i32`, see [`integer`].
 #[derive(Clone, Copy, Debug)]
@@ -185,15 +182,20 @@ impl Engine for I32 {
         }
         if R::IQ {
             let first = *bins.start();
-            return Some(scan::over(points.get(bins)?, first, core::convert::identity));
+            return Some(scan::over(points.get(bins)?, first, identity));
         }
-        is_whole::<N>(&bins).then(|| {
-            let scan = by_length!(R, N, fft::scan, (points, const { splits(N) }));
-            #[cfg(mve)]
-            return scan.beside_by(REACH, points, fft::kernel_mve::powers);
-            #[cfg(not(mve))]
-            scan.beside(REACH, points, plus_power)
-        })
+        let pairs = Pairs::of(points.len(), &bins, 1)?;
+        let table = const { splits(N) };
+        #[cfg(mve)]
+        let (add, alone) =
+            (fft::kernel_mve::powers, |bins| fft::kernel_mve::alone(points, table, bins));
+        #[cfg(all(dsp, not(mve)))]
+        let (add, alone) = (power_sum, |bins| fft::kernel_dsp::alone(points, table, bins));
+        #[cfg(not(dsp))]
+        let (add, alone) = (power_sum, |bins| alone_portably(points, table, bins));
+        let last = pairs.outermost();
+        let scan = last.map(|last| by_length!(R, N, fft::scan, (points, table, last)));
+        Some(pairs.beside(pairs.with_alone(scan, alone), REACH, points, add, alone))
     }
 
     fn search_portably<R: Record, const N: usize>(
@@ -202,13 +204,21 @@ impl Engine for I32 {
     ) -> Option<Scan> {
         if R::IQ {
             let first = *bins.start();
-            return Some(scan::over(points.get(bins)?, first, core::convert::identity));
+            return Some(scan::over(points.get(bins)?, first, identity));
         }
-        is_whole::<N>(&bins).then(|| {
-            let scan = by_length!(R, N, scan::real, (points, const { splits(N) }));
-            scan.beside(REACH, points, plus_power)
-        })
+        let pairs = Pairs::of(points.len(), &bins, 1)?;
+        let table = const { splits(N) };
+        let alone = |bins| alone_portably(points, table, bins);
+        let last = pairs.outermost();
+        let scan = last.map(|last| by_length!(R, N, scan::real, (points, table, last)));
+        Some(pairs.beside(pairs.with_alone(scan, alone), REACH, points, power_sum, alone))
     }
+}
+
+/// Scans a range of bins within 1..M, each split by itself.
+#[cfg_attr(not(dsp), inline(never))] // its loops need all registers
+fn alone_portably(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
+    pairs::alone(bins, |first, places| integer::window(points, table, first, places))
 }
 
 /// Half the memory: 16-bit block floating point, see [`q15`].
@@ -280,15 +290,23 @@ impl Engine for Q15 {
             if R::IQ && bins == (0..=N - 1) {
                 return Some(kernel::scan_iq(points));
             }
-            if !R::IQ && is_whole::<N>(&bins) {
-                let scan = by_length!(R, N, kernel::scan, (points, const { splits(N) }));
-                return Some(scan.beside_by(REACH, points, kernel::powers));
+            if !R::IQ {
+                let pairs = Pairs::of(points.len(), &bins, STEP)?;
+                let table = const { splits(N) };
+                let scan = pairs
+                    .outermost()
+                    .map(|last| by_length!(R, N, kernel::scan, (points, table, last)));
+                return Some(q15_bins::found(pairs, scan, points, table, kernel::powers));
             }
         }
         #[cfg(all(dsp, not(mve)))]
-        if !R::IQ && is_whole::<N>(&bins) {
-            let scan = by_length!(R, N, fft::kernel_q15::scan, (points, const { splits(N) }));
-            return Some(scan.beside(REACH, points, q15_bins::plus_wide_power));
+        if !R::IQ {
+            let pairs = Pairs::of(points.len(), &bins, STEP)?;
+            let table = const { splits(N) };
+            let last = pairs.outermost();
+            let scan =
+                last.map(|last| by_length!(R, N, fft::kernel_q15::scan, (points, table, last)));
+            return Some(q15_bins::found(pairs, scan, points, table, q15_bins::power_sum));
         }
         Self::search_portably::<R, N>(points, bins)
     }
@@ -301,10 +319,11 @@ impl Engine for Q15 {
             let first = *bins.start();
             return Some(q15_bins::over(points.get(bins)?, first));
         }
-        is_whole::<N>(&bins).then(|| {
-            let scan = by_length!(R, N, q15_bins::scan, (points, const { splits(N) }));
-            scan.beside(REACH, points, q15_bins::plus_wide_power)
-        })
+        let pairs = Pairs::of(points.len(), &bins, STEP)?;
+        let table = const { splits(N) };
+        let last = pairs.outermost();
+        let scan = last.map(|last| by_length!(R, N, q15_bins::scan, (points, table, last)));
+        Some(q15_bins::found(pairs, scan, points, table, q15_bins::power_sum))
     }
 }
 

@@ -3,6 +3,8 @@
 pub mod bins;
 pub mod engine;
 pub mod fft;
+pub mod neighbourhood;
+mod pairs;
 pub mod peak;
 pub mod q15_bins;
 pub mod scan;

@@ -8,8 +8,8 @@ use super::engine::Engine;
 use super::fft::integer::Point;
 use super::scan::{Scan, Skirt};
 use crate::acquire::sample::Record;
-use crate::estimate::frequency::Frequency;
 use crate::math::products::power;
+use crate::tone::frequency::Frequency;
 use core::mem::MaybeUninit;
 
 /// Bins on each side of the peak that count as its skirt and not as noise.
@@ -178,9 +178,9 @@ impl Search {
 
 /// Searches `band` of a spectrum. It finds what [`Search`] finds, in fewer operations.
 ///
-/// The whole band of a real record of 256 samples or more goes through [`super::scan`]: 13
-/// instructions for two bins on a core with the DSP extension. Its floor lacks the mirror of the
-/// peak's skirt, too.
+/// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two
+/// on a core with the DSP extension. Its floor lacks the mirror of the peak's skirt, too, unless it
+/// would lose half of its bins so.
 pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -208,12 +208,11 @@ fn beside_offset<R: Record, const N: usize>(
     let Band { low, high, offset } = band;
     if found.bin == offset {
         // Seldom: the offset was the strongest.
-        let total = found.total;
         found = Scan::from(low as usize);
         for k in (low..=high).filter(|&k| k != offset) {
             found.see(k as usize, spectrum.power(k));
         }
-        found.total = total;
+        found.total = found.total.wrapping_add(spectrum.power(offset));
     }
     let mut peak = with_skirt(spectrum, band, &found)?;
     let [before, _, after] = &mut peak.power;
@@ -229,7 +228,7 @@ fn beside_offset<R: Record, const N: usize>(
     Some(peak)
 }
 
-/// The peak with the skirt that its bins have. It is a function of its own, because the search's loop needs all registers.
+/// The peak with the skirt that its bins have, if the search does not know it. It is a function of its own, because the search's loop needs all registers.
 fn with_skirt<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -237,7 +236,8 @@ fn with_skirt<R: Record, const N: usize>(
 ) -> Option<Peak> {
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    of(found, band, skirt(found.bin, band, around), middle(around)?)
+    let skirt = found.skirt.unwrap_or_else(|| skirt(found.bin, band, around));
+    of(found, band, skirt, middle(around)?)
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.

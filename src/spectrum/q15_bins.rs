@@ -1,9 +1,11 @@
 //! Bins of the 16-bit engine (see [`super::fft::q15`]): single bins and the search over all of
 //! them.
 
-use super::fft::integer::{Pair, Point, split_pair};
+use super::engine::REACH;
+use super::fft::integer::{Pair, Point, filled, split_pair};
 use super::fft::q15::FRACTION;
 use super::fft::twiddle::Packed;
+use super::pairs::{Pairs, alone};
 use super::scan::{SPARSE, Scan};
 
 /// A power in units of bins is the power of stored points shifted up by this many bits.
@@ -15,10 +17,24 @@ pub(super) fn wide_power(point: Pair) -> u64 {
     u64::from(power(point) as u32) << SQUARES
 }
 
-/// A sum and the power of a stored point in units of bins.
-#[inline(always)]
-pub(super) fn plus_wide_power(sum: u64, point: Pair) -> u64 {
-    sum.wrapping_add(wide_power(point))
+/// A sum and the powers of these points in units of bins.
+pub(super) fn power_sum(sum: u64, points: &[Pair]) -> u64 {
+    points.iter().fold(sum, |sum, &point| sum.wrapping_add(wide_power(point)))
+}
+
+/// What a band holds, after the scan of its pairs. `add` is [`power_sum`].
+#[inline(never)]
+pub(super) fn found(
+    pairs: Pairs,
+    scan: Option<Scan>,
+    points: &[Pair],
+    table: &[Packed],
+    add: fn(u64, &[Pair]) -> u64,
+) -> Scan {
+    let alone = |bins| {
+        alone(bins, |first, places| filled(places, (first..).map(|k| split(points, table, k))))
+    };
+    pairs.beside(pairs.with_alone(scan, alone), REACH, points, add, alone)
 }
 
 /// A stored point in units of bins.
@@ -49,7 +65,7 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// Scans bins 1..M of a real record from the M points of its transform.
+/// Scans bins `outermost`..=M-`outermost` of a real record from the M points of its transform.
 ///
 /// Two points `p = Z[k]` and `q = Z[M-k]` give the powers of bins k and M-k without the bins:
 ///
@@ -61,7 +77,7 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
 /// stronger, and the pair is done. Most pairs end there, the more because the first look at every
 /// eighth pair gives a bound. The scan goes outwards from the middle, as [`super::scan::real`]
 /// does.
-pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     // The compiler knows an array's length, so it checks no index below.
     let (Ok(points), Some(table)) = (<&[Pair; M]>::try_from(points), table.get(..middle)) else {
@@ -69,8 +85,8 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     };
     let centre = points.get(middle).map_or(0, |&p| power(p));
     let (mut bin, mut total) = (middle, u64::from(centre as u32));
-    let mut best = centre.max(sure::<M>(points));
-    for away in 1..middle {
+    let mut best = centre.max(sure::<M>(points, outermost));
+    for away in 1..=middle.saturating_sub(outermost.max(1)) {
         let (lower, upper) = (middle - away, middle + away);
         let Some((&p, &q)) = points.get(lower).zip(points.get(upper)) else {
             break;
@@ -95,9 +111,10 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
 
 /// A lower bound of the strongest bin's power, not far below it: the stronger bin of a pair has at
 /// least half their sum.
-fn sure<const M: usize>(points: &[Pair; M]) -> i32 {
+fn sure<const M: usize>(points: &[Pair; M], outermost: usize) -> i32 {
     let mut most = 0;
-    for lower in (SPARSE..M / 2).step_by(SPARSE) {
+    let first = outermost.max(1).div_ceil(SPARSE) * SPARSE;
+    for lower in (first..M / 2).step_by(SPARSE) {
         if let Some((&p, &q)) = points.get(lower).zip(points.get(M - lower)) {
             most = power(p).wrapping_add(power(q)).max(most);
         }

@@ -1,4 +1,4 @@
-//! The search over the whole spectrum of a real record, from the points of its transform. It splits
+//! The search over a spectrum of a real record, from the points of its transform. It splits
 //! only those bins that may be the strongest, by factors of 16 bits at every length, and stores none
 //! of them.
 //!
@@ -25,7 +25,7 @@
 
 use super::fft::integer::{Point, split_pair};
 use super::fft::twiddle::Packed;
-use crate::math::products::power;
+use crate::math::products::{plus_power, power};
 
 /// The result of a scan over bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +96,11 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
     Scan { total, ..scan }
 }
 
+/// A sum and the powers of these points.
+pub(super) fn power_sum(sum: u64, points: &[Point]) -> u64 {
+    points.iter().fold(sum, |sum, &x| plus_power(sum, x))
+}
+
 /// The stride of the first look, in pairs of points.
 pub(super) const SPARSE: usize = 16;
 
@@ -108,18 +113,19 @@ pub(super) const fn worth(best: u64) -> u64 {
 }
 
 /// A power that the strongest bin exceeds, not far below it: some bin of the strongest pair has at
-/// least half its power. This looks at every [`SPARSE`]-th pair.
+/// least half its power. This looks at every [`SPARSE`]-th pair, down to bin `outermost`.
 #[cfg_attr(short_products, allow(dead_code))]
 #[inline]
-pub(super) fn sure(points: &[Point]) -> u64 {
+pub(super) fn sure(points: &[Point], outermost: usize) -> u64 {
     let length = points.len();
     let pair = |k: usize| points.get(k).zip(points.get(length.wrapping_sub(k)));
-    let pairs = (1..length / 2 / SPARSE).filter_map(|group| pair(group * SPARSE));
+    let groups = outermost.max(1).div_ceil(SPARSE)..length / 2 / SPARSE;
+    let pairs = groups.filter_map(|group| pair(group * SPARSE));
     let sums = pairs.map(|(&p, &q)| power(p).wrapping_add(power(q)));
     worth(sums.fold(0, u64::max) >> 1).wrapping_sub(1)
 }
 
-/// Scans bins 1..M of a real record from the M points of its transform; `table` is
+/// Scans bins `outermost`..=M-`outermost` of a real record from the M points of its transform; `table` is
 /// [`super::fft::twiddle::splits`].
 ///
 /// Bins k and M-k come from one pair of points, so the scan goes outwards from the middle. A lower
@@ -128,7 +134,7 @@ pub(super) fn sure(points: &[Point]) -> u64 {
 /// growth bound).
 #[cfg_attr(any(dsp, short_products), allow(dead_code))]
 #[inline(never)] // its loop needs all registers
-pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
+pub fn real<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     let mut scan = Scan::from(middle);
     // The compiler knows an array's length, so it checks no index below.
@@ -136,9 +142,11 @@ pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
         return scan;
     };
     let mut total = points.get(middle).map_or(0, |&x| power(x));
-    scan.power = total.max(sure(points));
+    scan.power = total.max(sure(points, outermost));
     let mut least = worth(scan.power);
-    for away in 1..middle {
+    // At most the middle, as the compiler sees: it checks no index below.
+    let end = (middle + 1).saturating_sub(outermost.max(1)).min(middle);
+    for away in 1..end {
         let (lower, upper) = (middle - away, middle + away);
         let pair = points.get(lower).zip(points.get(upper));
         let Some(((&p, &q), &w)) = pair.zip(table.get(lower)) else {
@@ -147,7 +155,7 @@ pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
         let sum = power(p).wrapping_add(power(q));
         total = total.wrapping_add(sum);
         if sum >= least {
-            scan.split(lower, upper, split_pair(p, q, w));
+            scan.split(lower, M, split_pair(p, q, w));
             least = worth(scan.power);
         }
     }
@@ -155,52 +163,18 @@ pub fn real<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
 }
 
 impl Scan {
-    /// Takes the bins `lower` and `upper` of a pair of points.
+    /// Takes the bins `lower` and `length - lower` of a pair of points. Only here is the upper one's place wanted: the loops
+    /// have no register for it.
     #[cold]
     #[inline(never)]
-    pub(super) fn split(&mut self, lower: usize, upper: usize, bins: [Point; 2]) {
+    pub(super) fn split(&mut self, lower: usize, length: usize, bins: [Point; 2]) {
         let [x, y] = bins.map(power);
         if x >= self.power {
             (self.power, self.bin) = (x, lower as i32);
         }
         if y > self.power {
-            (self.power, self.bin) = (y, upper as i32);
+            (self.power, self.bin) = (y, length.wrapping_sub(lower) as i32);
         }
-    }
-
-    /// Leaves out of the floor what shares points with the peak's skirt: `reach` bins on each side.
-    pub(super) fn beside<P: Copy>(
-        self,
-        reach: usize,
-        points: &[P],
-        add: impl Fn(u64, P) -> u64,
-    ) -> Self {
-        self.beside_by(reach, points, |sum, span| span.iter().fold(sum, |sum, &x| add(sum, x)))
-    }
-
-    /// [`Scan::beside`], with a way to add the powers of points to a sum.
-    pub(super) fn beside_by<P>(
-        self,
-        reach: usize,
-        points: &[P],
-        add: impl Fn(u64, &[P]) -> u64,
-    ) -> Self {
-        let (length, bin) = (points.len(), self.bin as usize);
-        let low = bin.saturating_sub(reach).max(1);
-        let high = bin.saturating_add(reach).min(length.wrapping_sub(1));
-        let (below, above) = (length.wrapping_sub(high), length.wrapping_sub(low));
-        let spans = if low <= above && below <= high {
-            [low.min(below)..high.max(above).wrapping_add(1), 0..0]
-        } else {
-            [low..high.wrapping_add(1), below..above.wrapping_add(1)]
-        };
-        let mut skirt = Skirt { power: 0, points: 0 };
-        for span in spans {
-            let span = points.get(span).unwrap_or_default();
-            skirt.points = skirt.points.wrapping_add(span.len() as u32);
-            skirt.power = add(skirt.power, span);
-        }
-        Self { skirt: Some(skirt), ..self }
     }
 }
 
@@ -208,7 +182,6 @@ impl Scan {
 mod tests {
     use super::super::fft::twiddle;
     use super::*;
-    use crate::math::products::plus_power;
     use crate::spectrum::peak::{Band, Search};
     use std::println;
     use std::vec::Vec;
@@ -224,7 +197,7 @@ mod tests {
     }
 
     fn compare<const M: usize>(points: &[Point]) {
-        let scan = real::<M>(points, twiddle::splits(2 * M));
+        let scan = real::<M>(points, twiddle::splits(2 * M), 1);
         let total = points[1..].iter().map(|&x| power(x)).sum::<u64>();
         assert_eq!(scan.total, total);
         match by_bins::<M>(points) {
@@ -296,17 +269,6 @@ mod tests {
         for first in [-9i32, -4, -3, -2, -1, 0] {
             let scan = over(&points, first as usize, core::convert::identity);
             assert_eq!((scan.bin, scan.power, scan.total), (first + 1, 25, 32), "{first}");
-        }
-    }
-
-    #[test]
-    fn a_skirt_and_its_mirror_hold_each_point_once() {
-        let points = [[1i32, 0]; 128];
-        for bin in 1..128i32 {
-            let scan = Scan { bin, ..Scan::from(0) }.beside(8, &points, plus_power);
-            let near = |k: i32| k.abs_diff(bin) <= 8 || (128 - k).abs_diff(bin) <= 8;
-            let count = (1..128).filter(|&k| near(k)).count() as u64;
-            assert_eq!(scan.skirt, Some(Skirt { power: count, points: count as u32 }), "{bin}");
         }
     }
 }

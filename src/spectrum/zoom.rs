@@ -9,7 +9,7 @@
 //!
 //! The oscillator starts anew in each block, so its L factors are a table, and the centre only
 //! shifts the index of the transform. Y is the record's spectrum seen through a boxcar of L
-//! samples, not the spectrum itself; [`crate::estimate::zoomed`] has the exact model. A constant
+//! samples, not the spectrum itself; [`crate::tone::zoomed`] has the exact model. A constant
 //! offset falls into one bin: the bin whose index is a multiple of 32.
 //!
 //! All numbers are integers. The products with Q15 factors are summed exactly and then shifted

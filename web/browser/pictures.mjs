@@ -19,7 +19,7 @@ for (const [name, options] of Object.entries(shots)) {
   // The waterfall and the histories fill.
   await page.waitForTimeout(11_000);
   await page.screenshot({ path: join(folder, name) });
-  console.log(join(folder, name));
+  console.log(name);
   await context.close();
 }
 await browser.close();

@@ -148,6 +148,11 @@ export class Board {
       rows.push(...heard.rows);
       this.known = heard.known;
     }
+    // It has started anew, or tells of another rate. It may be deaf for a while.
+    if (this.known.some(([name]) => name === "settings") && !(performance.now() - this.asked < 1000)) {
+      this.asked = performance.now();
+      this.order("settings");
+    }
     return rows;
   }
 

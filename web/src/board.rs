@@ -7,9 +7,9 @@ use crate::settings::{Kind, Settings};
 use crate::station::{self, Station};
 use picket::acquire::sample::Stamp;
 use picket::config::Scene;
-use picket::estimate::tone::Tone;
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
+use picket::tone::Tone;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Request};
 use picket_wire::lines::Lines;
@@ -28,7 +28,12 @@ pub struct Board {
     /// What measures its raw blocks, once its settings are known.
     pub station: Option<Box<dyn Station>>,
     lines: Lines,
+    lines_hz: f64,
     fundamental: Option<Tone>,
+    /// The sample rate of the last record, where it tells one.
+    told_hz: Option<f64>,
+    /// The settings have become unknown.
+    asks: bool,
     /// Raw blocks measured here.
     pub raw: u32,
     /// Its last word, if that was a refusal.
@@ -45,12 +50,15 @@ impl Board {
         for &byte in bytes {
             match self.listener.push(byte) {
                 Some(Said::Telemetry(record)) => {
-                    let told = record.measurement.tone.rate_hz;
-                    let rate_hz = match &self.device {
-                        Some((device, _)) => device.config.rate_hz,
-                        None if told > 0.0 => told,
-                        None => settings.rate_hz,
-                    };
+                    let told = self.listener.rate_hz();
+                    if told.is_some() && self.told_hz.is_some() && told != self.told_hz {
+                        self.forget();
+                    }
+                    self.told_hz = told;
+                    let rate_hz = self.rate_of(record.measurement.stamp.sequence);
+                    if rate_hz > 0.0 {
+                        settings.rate_hz = rate_hz;
+                    }
                     let mut row = Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
                     // As `picket watch` has it, to the bit.
                     let tone = record.measurement.tone;
@@ -64,23 +72,49 @@ impl Board {
                 }
                 Some(Said::Boot(boot)) => {
                     settings.n = boot.n as usize;
-                    self.boot = Some(boot);
+                    self.forget();
+                    (self.told_hz, self.status, self.boot) = (None, None, Some(boot));
                 }
                 Some(Said::Status(status)) => self.status = Some(status),
                 Some(Said::Answer(_, Ok(body))) => self.answered(&body, settings),
                 Some(Said::Answer(_, Err(refusal))) => self.refused = Some(refusal.to_string()),
                 Some(Said::Raw(raw)) => {
-                    let length = settings.n * if settings.iq { 4 } else { 2 };
+                    // What a block is, only the settings say.
+                    let Some((device, n)) = &self.device else { continue };
+                    let (iq, length) = (device.iq, n * if device.iq { 4 } else { 2 });
                     if let Some((sequence, bytes)) = self.blocks.push(&raw, length) {
-                        self.measure(sequence, &bytes, settings.iq);
+                        self.measure(sequence, &bytes, iq);
                     }
                 }
-                Some(Said::Lines(lines)) => self.lines = lines,
-                Some(Said::Fundamental(said)) => self.fundamental = Some(said.harmonic.tone),
+                Some(Said::Lines(lines)) => {
+                    self.lines_hz = self.rate_of(lines.sequence);
+                    self.lines = lines;
+                }
+                Some(Said::Fundamental(said)) => {
+                    let rate_hz = self.rate_of(said.sequence);
+                    self.fundamental = Some(Tone { rate_hz, ..said.harmonic.tone });
+                }
                 Some(Said::Follow(_)) | None => {}
             }
         }
         answers
+    }
+
+    /// The settings may be others now: the page asks for them.
+    fn forget(&mut self) {
+        (self.device, self.station, self.fundamental) = (None, None, None);
+        self.lines = Lines::default();
+        self.asks = true;
+    }
+
+    /// The sample rate of what is said of a block: that of its record; the settings' where no record tells one. NaN if unknown.
+    fn rate_of(&self, sequence: u32) -> f64 {
+        let settings = self.device.as_ref().map(|(device, _)| device.config.rate_hz);
+        let told = match self.listener.rate_hz() {
+            Some(_) => self.listener.rate_of(sequence),
+            None => settings,
+        };
+        told.unwrap_or(f64::NAN)
     }
 
     /// Settings, if that is what a body holds.
@@ -99,12 +133,12 @@ impl Board {
         // A raw block is measured as a tone: which of a chirp's segments it is, it does not say.
         let plain = picket::Config { scene: Scene::Tone, ..*config };
         self.station = station::of_config(&plain, device.iq, n, settings.full_scale()).ok();
-        self.device = Some((device, n));
+        (self.device, self.asks, self.told_hz) = (Some((device, n)), false, None);
     }
 
     /// The tones that the board told last, see [`row`].
-    pub fn tones(&self, settings: &Settings) -> impl Iterator<Item = f64> {
-        self.lines.tones.iter().flat_map(move |tone| row(tone, settings.rate_hz))
+    pub fn tones(&self) -> impl Iterator<Item = f64> {
+        self.lines.tones.iter().flat_map(|tone| row(tone, self.lines_hz))
     }
 
     fn measure(&mut self, sequence: u32, bytes: &[u8], iq: bool) {
@@ -153,7 +187,8 @@ impl Board {
         if let Some((device, n)) = &self.device {
             let config = &device.config;
             let kind = if device.iq { "I/Q" } else { "real" };
-            say("records", format!("{n} samples, {kind}, at {} kHz", config.rate_hz / 1e3));
+            let rate_hz = self.told_hz.unwrap_or(config.rate_hz);
+            say("records", format!("{n} samples, {kind}, at {} kHz", rate_hz / 1e3));
             let scene = match config.scene {
                 Scene::Doppler { wavelength_m, mixing, .. } => {
                     let mixing = mixed(device.iq, mixing);
@@ -177,8 +212,11 @@ impl Board {
                 say("band", format!("{} to {} kHz", low / 1e3, high / 1e3));
             }
         }
-        if let (Some(tone), Some((device, _))) = (&self.fundamental, &self.device) {
-            let hertz = |cycles: f64| cycles * device.config.rate_hz;
+        if self.asks {
+            say("settings", "asked for: they may be others now".into());
+        }
+        if let Some(tone) = self.fundamental.filter(|tone| tone.rate_hz > 0.0) {
+            let hertz = |cycles: f64| cycles * tone.rate_hz;
             let (at, sigma) = (hertz(tone.frequency.0.to_num()), hertz(tone.sigma.into()));
             say("fundamental", format!("{at:.4} Hz \u{b1} {sigma:.4} Hz, {}", tone.verdict.name()));
         }
@@ -202,4 +240,40 @@ impl Board {
 /// The mixing of I/Q records; real ones are the same for both.
 fn mixed(iq: bool, mixing: Mixing) -> String {
     if iq { format!(", {}", mixing.name()) } else { String::new() }
+}
+
+#[cfg(test)]
+#[path = "../../host/tests/scenes.rs"]
+mod scenes;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As `picket watch` shows it, see `host/tests/rates.rs`.
+    #[test]
+    fn a_records_own_rate_is_shown() {
+        for scene in scenes::SCENES {
+            let [before, after] = scene.bytes();
+            let (mut board, mut settings) = (Board::default(), Settings::default());
+            for row in board.hear(&before, &mut settings) {
+                assert_eq!((row.frequency_hz.round(), settings.rate_hz), (25_000.0, 250e3));
+            }
+            let rows = board.hear(&after, &mut settings);
+            let numbers: Vec<_> = rows
+                .iter()
+                .map(|row| (row.frequency_hz.round(), (row.time_s * 100e3).round()))
+                .collect();
+            assert_eq!(numbers, [1.0, 2.0, 3.0].map(|n| (10_000.0, 1024.0 * n)), "{scene:?}");
+            assert_eq!(settings.rate_hz, 100e3);
+            let tones: Vec<f64> = board.tones().collect();
+            assert!(tones.len() > 8 && tones[0].round() == 10_000.0, "{scene:?}: {tones:?}");
+            let words = board.words();
+            assert!(words.contains("fundamental\t10000.0000 Hz"), "{scene:?}: {words}");
+            assert!(!words.contains("250 kHz"), "{words}");
+            // A port that is opened again is another board to the page, which asks it anyway.
+            let unknown = scene != scenes::Scene::Partial;
+            assert_eq!(words.contains("settings\tasked for"), unknown, "{scene:?}: {words}");
+        }
+    }
 }

@@ -25,11 +25,16 @@ impl File {
         let options = Options {
             rate_hz: (settings.file_rate_hz != 0.0).then_some(settings.file_rate_hz),
             iq: settings.iq,
-            scale: settings.scale,
+            scale: None,
             ..Options::default()
         };
         let recording = Recording::of_bytes(Path::new(name), bytes, options)
             .map_err(|error| sentence(name, &error))?;
+        if !recording.knows_rate() {
+            return Err(format!(
+                "{name} does not tell its sample rate: type it under File, and drop it again."
+            ));
+        }
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
         settings.kind = Kind::Tone;
         let station = station::station(settings).map_err(|error| error.to_string())?;
@@ -75,9 +80,14 @@ fn sentence(name: &str, error: &RecordingError) -> String {
     use RecordingError::*;
     match error {
         Empty(_) => format!("{name} holds no samples."),
-        Format(_) => format!(
-            "{name}: the name does not tell what it is. Wav, csv, npy, i16, u16, i32 and f32 files can be read."
+        Unclear(_, []) => format!(
+            "{name}: neither its name nor its first bytes tell what it is. Wav, csv and npy files can be read, and numbers named i16, cs16, cu8, f32 or cf32."
         ),
+        Unclear(_, readings) => {
+            let names: Vec<String> =
+                readings.iter().map(|it| format!("{it:?}").to_lowercase()).collect();
+            format!("{name} may hold numbers of several kinds: rename it .{}.", names.join(" or ."))
+        }
         OddSize(_, bytes, frame) => format!(
             "{name}: {bytes} bytes are not a whole number of {frame}-byte samples: the file is cut off, or not what its name says."
         ),
@@ -91,9 +101,6 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         Channels(_, channels, _) => {
             format!("{name} has {channels} channels: I/Q needs two, anything else one.")
         }
-        RateMissing(_) => {
-            format!("{name} does not tell its sample rate: type it under File, and drop it again.")
-        }
         Rate(rate) => format!("A sample rate of {rate} Hz cannot be: type another."),
         Either(_) => format!(
             "{name} is text, and its name says numbers: rename it .csv, or .i16 if it is none."
@@ -104,9 +111,6 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         Short(_, held, needed) => format!(
             "{name}: {held} samples are fewer than a block of {needed}: choose a smaller block."
         ),
-        NotANumber(_, value) => {
-            format!("{name}: {value} is not a sample: the file is not what its name says.")
-        }
         Line(_, line, what) => format!("{name}, line {line}: {what}."),
         Npy(_, what) => format!("{name} is not a readable npy file: {what}."),
         other => format!("{other}."),

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{self, Picture, Station};
 use picket::acquire::sample::{Segment, Stamp};
-use picket::estimate::tone::Verdict;
+use picket::tone::Verdict;
 
 /// Where blocks come from.
 enum Source {
@@ -204,7 +204,7 @@ impl Page {
     pub(crate) fn tones(&mut self) {
         self.numbers.clear();
         if let Source::Board(board) = &self.source {
-            self.numbers.extend(board.tones(&self.settings));
+            self.numbers.extend(board.tones());
         }
     }
 

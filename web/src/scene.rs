@@ -293,8 +293,8 @@ impl Random {
 mod tests {
     use super::*;
     use crate::station::station;
-    use picket::estimate::tone::Verdict;
     use picket::pipeline::Outcome;
+    use picket::tone::Verdict;
 
     /// The errors of so many good answers in units of their sigmas: of the tone, the velocity and the range.
     fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {

@@ -23,12 +23,12 @@
 use crate::bytes::{Reader, Writer};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
-use picket::estimate::least_squares::Reach;
-use picket::estimate::measure::Arithmetic;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::spectrum::fft::twiddle::supported;
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::fit::Reach;
 
 /// Why bytes are not a capture or not settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -22,11 +22,11 @@ use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
 use picket::acquire::sample::{Record, Segment, Stamp};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::lines::MOST;
-use picket::estimate::tone::Verdict;
 use picket::solve::chirp::Target;
 use picket::solve::track::{State, Track};
+use picket::tone::Verdict;
+use picket::tone::frequency::Frequency;
+use picket::tone::lines::MOST;
 use picket::tracker::Tracker;
 
 /// The layout's version.

@@ -19,9 +19,9 @@ use crate::bytes::{Reader, Writer};
 use fixed::types::I0F32;
 use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::harmonic::Harmonic;
-use picket::estimate::tone::{Tone, Verdict, Verdicts};
+use picket::tone::frequency::Frequency;
+use picket::tone::harmonic::Harmonic;
+use picket::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

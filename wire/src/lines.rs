@@ -19,10 +19,10 @@ use crate::bytes::{Reader, Writer};
 use fixed::types::I0F32;
 use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::lines::MOST;
-use picket::estimate::phasor::Phasor;
-use picket::estimate::tone::{Tone, Verdict, Verdicts};
+use picket::tone::frequency::Frequency;
+use picket::tone::lines::MOST;
+use picket::tone::phasor::Phasor;
+use picket::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

@@ -28,10 +28,10 @@ use fixed::types::I32F32;
 use heapless::Vec;
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Scene};
-#[cfg(doc)]
-use picket::estimate::lines::MOST;
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::equations::Chirp;
+#[cfg(doc)]
+use picket::tone::lines::MOST;
 
 /// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;

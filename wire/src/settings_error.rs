@@ -61,7 +61,8 @@ pub enum SettingsError {
     Guard,
     /// A chirp lacks a drive, or a drive lacks a chirp.
     Drive,
-    /// The sync input needs the gate of the sample clock, which the fastest rate does not have.
+    /// The sync input needs the gate of the sample clock, which the fastest rate does not have, and which
+    /// counts no longer chirp than 2^32 of the timer's ticks.
     Sync,
     /// A correction is not a number, the clock's is above 1000 ppm, or the slope is outside 0.5 to
     /// 2.
@@ -124,7 +125,9 @@ impl SettingsError {
                 "guard samples: at most 64, an even number on the Pico, and only with a chirp"
             }
             [8, _] => "a chirp needs a drive, and a drive a chirp",
-            [9, _] => "the sync input does not work at the fastest rate: use a slower one",
+            [9, _] => {
+                "the sync input does not work at the fastest rate, nor for a chirp of 47 s and more: change rate_hz"
+            }
             [10, _] => "calibration: at most 1000 ppm, slope 0.5 to 2",
             [11, _] => {
                 "this image is an older one and searches I/Q on one side of 0 Hz alone, three bins away or more: flash a newer one, or narrow band_hz"

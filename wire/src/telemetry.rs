@@ -34,12 +34,12 @@ use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
 use picket::acquire::sample::{Segment, Stamp};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict, Verdicts};
+use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::chirp::{Ambiguity, Target};
 use picket::solve::doppler::Velocity;
+use picket::tone::frequency::Frequency;
+use picket::tone::{Tone, Verdict, Verdicts};
 
 /// The version of the layout.
 pub const VERSION: u8 = 2;

@@ -5,8 +5,8 @@
 //! samples, two bytes each, the lower one first; those of I/Q in pairs.
 
 use picket::acquire::sample::Record;
-use picket::estimate::harmonic::HIGHEST;
-use picket::estimate::lines::MOST;
+use picket::tone::harmonic::HIGHEST;
+use picket::tone::lines::MOST;
 use picket::{
     Arithmetic, Codes, Config, FrequencyOnly, Iq, Measurement, Pipeline, Plan, Real, Stamp, Tone,
     Verdict,

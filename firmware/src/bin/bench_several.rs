@@ -7,12 +7,12 @@
 use core::hint::black_box;
 use cortex_m_rt::entry;
 use picket::acquire::sample::Real;
-use picket::estimate::lines::MOST;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Unwrapper};
 use picket::solve::equations::Equations;
 use picket::solve::pairing::{Habits, Pairing};
+use picket::tone::lines::MOST;
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};

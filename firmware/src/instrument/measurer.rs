@@ -4,13 +4,13 @@ use crate::slot::Slot;
 use heapless::Vec;
 use picket::acquire::frontend::Block;
 use picket::acquire::sample::{Iq, Real, Stamp};
-use picket::estimate::harmonic::Harmonic;
-use picket::estimate::lines::MOST;
-use picket::estimate::phasor::Phasor;
 #[cfg(not(feature = "tracking"))]
 pub use picket::pipeline::Pipeline as Meter;
 use picket::pipeline::{Alternating, Measurement};
 use picket::plan::{EitherPlan, Plan};
+use picket::tone::harmonic::Harmonic;
+use picket::tone::lines::MOST;
+use picket::tone::phasor::Phasor;
 #[cfg(feature = "tracking")]
 pub use picket::tracker::Tracker as Meter;
 use picket_wire::follow::Follow;

@@ -2,6 +2,7 @@
 //! board.
 
 pub mod adf4159;
+pub mod bounds;
 pub mod checksum;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fault;

@@ -4,6 +4,7 @@
 //! settings, leaves them to the next program and resets the chip. Start and stop are settings like
 //! the others.
 
+use super::bounds::{HEARD, Refusals, health};
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
@@ -25,6 +26,9 @@ use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::{Health, Telemetry};
 
+/// The line's room with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
+const RECORD: usize = 3 * WIRE;
+
 /// The instrument. `Q` measures I/Q records.
 pub struct Instrument<
     B: Board<N, SLOT>,
@@ -37,6 +41,7 @@ pub struct Instrument<
     boot: Boot,
     reader: Reader,
     refused: u32,
+    refusals: Refusals,
     /// Frames dropped because the line had no room.
     dropped: u32,
     blocks: Option<Blocks<'static, Slot<SLOT>>>,
@@ -126,6 +131,7 @@ where
             boot,
             reader: Reader::default(),
             refused: 0,
+            refusals: Refusals::new(since),
             dropped: 0,
             blocks,
             measurer: Measurer::new(meters?, &plan.plan),
@@ -201,7 +207,7 @@ where
         self.board.widen(&mut measurement);
         self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
-        let since = block.counters.since(&self.zero);
+        let health = health(&block.counters, &self.zero);
         let captured = self.captures > 0 && self.raw.is_none();
         if captured {
             self.captures -= 1;
@@ -214,20 +220,24 @@ where
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            self.report(measurement, since, before);
+            self.report(measurement, health, before, captured);
         }
         true
     }
 
     /// Reports a block whose measurement began at a tick.
-    fn report(&mut self, measurement: Measurement, since: Counters, began: u32) {
+    fn report(&mut self, measurement: Measurement, health: Health, began: u32, captured: bool) {
         let method = self.plan.plan.options.method;
-        let health = Health { lost: since.lost(), faults: since.faults() };
         let stamp = measurement.stamp;
         let lines = self.measurer.lines(&measurement, self.plan.settings.further());
         let fundamental = self.measurer.fundamental(&measurement, self.plan.settings.order());
         if LINES {
             self.longest = self.longest.max(self.board.ticks().wrapping_sub(began));
+        }
+        // Answers, the status and a capture find room on a full line; a captured block's record is of the capture.
+        if !captured && !self.board.has_room(RECORD) {
+            self.dropped = self.dropped.wrapping_add(1);
+            return;
         }
         self.send(&Telemetry { measurement, method, health }.to_frame());
         if let Some(lines) = lines {
@@ -288,7 +298,8 @@ where
 
     /// Follows the host's commands.
     fn listen(&mut self) {
-        while let Some(byte) = self.board.receive() {
+        for _ in 0..HEARD {
+            let Some(byte) = self.board.receive() else { return };
             let Some(frame) = self.reader.push(byte) else { continue };
             let request = match frame {
                 Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
@@ -302,7 +313,10 @@ where
             };
             if let Err(refusal) = outcome {
                 self.refused = self.refused.wrapping_add(1);
-                self.send(&answer.refusal(refusal));
+                let (now, hz) = (self.board.ticks(), self.board.ticks_hz());
+                if refusal != Refusal::Damaged || self.refusals.answers(now, hz) {
+                    self.send(&answer.refusal(refusal));
+                }
             }
         }
     }

@@ -5,7 +5,7 @@ use super::halt::{Exit, exit};
 use core::arch::asm;
 use core::ffi::CStr;
 use picket::acquire::sample::Record;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::pipeline::Measurement;
 use picket::plan::Plan;
 use picket_wire::capture::Header;

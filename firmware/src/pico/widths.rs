@@ -6,8 +6,8 @@
 //! own steps may differ by a third, see [`widen`].
 
 use super::N;
-use picket::estimate::tone::Tone;
 use picket::pipeline::{Measurement, Outcome};
+use picket::tone::Tone;
 
 /// The wide codes.
 pub const WIDE: [i16; 4] = [511, 1535, 2559, 3583];

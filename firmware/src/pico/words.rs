@@ -4,8 +4,8 @@ use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
 use picket::config::{Config, ConfigError, Scene};
-use picket::estimate::measure::Arithmetic;
 use picket::solve::equations::Chirp;
+use picket::tone::arithmetic::Arithmetic;
 use picket_wire::boot::Causes;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -261,7 +261,7 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::estimate::method::Method;
+    use picket::methods::registry::Method;
     use picket::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;
 

@@ -188,8 +188,20 @@ fn build() -> Option<PathBuf> {
         correct(&original, &source);
         fs::write(&done, marks).unwrap();
     }
+    // The corrected source takes the place of the one that the lock names by its checksum; all else stays as it is locked.
+    copy(&ours.join("Cargo.lock"), &program.join("Cargo.lock"), |text| {
+        let of = |part: &str| format!("{part} = \"");
+        let (head, rest) = text.split_once("name = \"rsemu\"").unwrap();
+        let (own, others) = rest.split_once("\n\n").unwrap_or((rest, ""));
+        let own = own
+            .lines()
+            .filter(|line| !["source", "checksum"].iter().any(|part| line.starts_with(&of(part))));
+        let own = own.collect::<Vec<_>>().join("\n");
+        format!("{head}name = \"rsemu\"{own}\n\n{others}")
+    });
     let patch = format!("patch.crates-io.rsemu.path={source:?}");
-    let output = cargo(&program, &["build", "--release", "--quiet", "--config", &patch]);
+    let output =
+        cargo(&program, &["build", "--release", "--quiet", "--locked", "--config", &patch]);
     let output = output.unwrap_or_else(|text| panic!("the emulator does not build: {text}"));
     drop(output);
     Some(program.join("target/release/picket-on-rsemu"))
@@ -205,8 +217,10 @@ fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
 
 /// Where cargo has unpacked the crate.
 fn original(program: &Path) -> Option<PathBuf> {
-    let _ = fs::remove_file(program.join("Cargo.lock"));
-    let described = match cargo(program, &["metadata", "--format-version", "1"]) {
+    // What comes over the network is what the lock's checksum names.
+    let lock = workspace().join("host-tests/rsemu/Cargo.lock");
+    copy(&lock, &program.join("Cargo.lock"), |text| text);
+    let described = match cargo(program, &["metadata", "--locked", "--format-version", "1"]) {
         Ok(text) => text,
         Err(text) => {
             println!("skipped: rsemu cannot be had: {text}");

@@ -4,9 +4,9 @@
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Stamp};
 use picket::config::Config;
-use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
 use picket::spectrum::engine::{Engine, I32};
+use picket::tone::Tone;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

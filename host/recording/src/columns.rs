@@ -1,29 +1,32 @@
 //! Columns of numbers: one of real samples, two of I and Q, or an oscilloscope's with a time beside them.
 
 use super::input::Input;
+use super::scaling::Unit;
+use super::source::Source;
 use super::table::{self, Between, Shape, Unclear};
-use super::{Options, Recording, RecordingError, Sample};
+use super::{Opened, Options, RecordingError, Sample, text};
 use std::io::{BufRead, Read};
 use std::path::{Path, PathBuf};
 
 /// No line is longer, in bytes.
 const LONGEST: u64 = 1 << 20;
+/// Numbers from here on, and infinite ones, are an oscilloscope's mark for a sample that it could not take (9.9e37).
+const OVERFLOW: f64 = 1e30;
 
-pub(super) fn open(
-    path: &Path,
-    input: Input,
-    options: Options,
-) -> Result<Recording, RecordingError> {
-    let binary = |&byte: &u8| byte == 0 || (byte < b' ' && !b"\t\r\n\x0c".contains(&byte));
-    if input.head.iter().any(binary) {
+pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+    let head = text::decoded(&input.head);
+    let binary = |byte: u8| byte == 0 || (byte < b' ' && !b"\t\r\n\x0c".contains(&byte));
+    if head.bytes().any(binary) {
         return Err(RecordingError::Line(path.into(), 1, "not text that can be read".into()));
     }
-    let text = String::from_utf8_lossy(&input.head).into_owned();
-    let text = text.trim_start_matches('\u{feff}');
-    let mut lines: Vec<&str> = text.lines().collect();
+    let mut lines: Vec<&str> = head.lines().collect();
     if !input.whole() && lines.len() > 1 {
         // The last one is cut off.
         lines.pop();
+    }
+    if lines.iter().take(8).any(|line| line.contains("Sample values on dB scale")) {
+        let what = "its values are decibels: export them on a linear scale".into();
+        return Err(RecordingError::Line(path.into(), 1, what));
     }
     let chosen = options.channel.is_some() || options.iq;
     let shape =
@@ -31,24 +34,22 @@ pub(super) fn open(
             Unclear::Empty => RecordingError::Empty(path.into()),
             Unclear::Comma(line) => RecordingError::Comma(path.into(), line),
         })?;
-    let wanted = wanted(&shape, &options, path)?;
+    let wanted = wanted(&shape, options, path)?;
     let told = shape.time.and_then(|(_, step)| Some(1.0 / step?));
-    let rate_hz =
-        options.rate_hz.or(told).ok_or_else(|| RecordingError::RateMissing(path.into()))?;
     let rows = Rows {
         path: path.into(),
-        reader: Box::new(input.reader()),
+        reader: text::reader(input),
         line: 0,
-        shape,
         wanted,
-        scale: options.scale,
+        rate_hz: shape.rate_hz,
+        shape,
     };
-    Ok(Recording {
-        path: path.into(),
-        rate_hz,
+    Ok(Opened {
+        rate_hz: told.or(rows.rate_hz),
         iq: wanted.1.is_some(),
         length: None,
-        stream: Box::new(rows),
+        unit: Unit::FREE,
+        source: Box::new(rows),
     })
 }
 
@@ -97,7 +98,7 @@ struct Rows {
     line: usize,
     shape: Shape,
     wanted: (usize, Option<usize>),
-    scale: f64,
+    rate_hz: Option<f64>,
 }
 
 impl Rows {
@@ -117,18 +118,18 @@ impl Rows {
             );
         }
         let value = |column: usize| match table::number(fields[column], self.shape.decimal_comma) {
-            Some(value) if value.is_finite() => Ok(value * self.scale),
-            Some(value) => Err(self.wrong(format!("{value} is not a sample"))),
+            Some(value) if value.abs() < OVERFLOW => Ok(value),
+            Some(_) => Ok(f64::NAN),
+            None if table::says_nothing(fields[column]) => Ok(f64::NAN),
             None => Err(self.wrong(format!("\"{}\" is not a number", fields[column]))),
         };
         Ok(Sample::of(value(self.wanted.0)?, self.wanted.1.map(value).transpose()?))
     }
 }
 
-impl Iterator for Rows {
-    type Item = Result<Sample, RecordingError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
+impl Rows {
+    /// The next line of numbers; `None` at the end.
+    fn next(&mut self) -> Option<Result<Sample, RecordingError>> {
         loop {
             let mut bytes = Vec::new();
             match self.reader.by_ref().take(LONGEST).read_until(b'\n', &mut bytes) {
@@ -146,5 +147,17 @@ impl Iterator for Rows {
                 return Some(self.sample(line.trim_end_matches(['\r', '\n'])));
             }
         }
+    }
+}
+
+impl Source for Rows {
+    fn read(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError> {
+        for _ in 0..count {
+            match self.next() {
+                Some(sample) => into.push(sample?),
+                None => break,
+            }
+        }
+        Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Why a recording cannot be read.
 
+use super::Format;
 use std::fmt::{self, Write};
 use std::io;
 use std::path::PathBuf;
@@ -12,8 +13,8 @@ pub enum RecordingError {
     Io(PathBuf, io::Error),
     /// The file holds no samples.
     Empty(PathBuf),
-    /// The name does not tell the format.
-    Format(PathBuf),
+    /// Neither the name nor the bytes tell the format; the readings of the bytes that are possible.
+    Unclear(PathBuf, &'static [Format]),
     /// The length in bytes is not a whole number of samples of this many bytes.
     OddSize(PathBuf, u64, u64),
     /// The wav header is wrong or of a kind that cannot be read.
@@ -22,8 +23,6 @@ pub enum RecordingError {
     Truncated(PathBuf, u64, u64),
     /// This many channels, and whether I/Q was asked for.
     Channels(PathBuf, usize, bool),
-    /// The file does not know its sample rate.
-    RateMissing(PathBuf),
     /// The sample rate is not a positive number.
     Rate(f64),
     /// The line and what is wrong with it.
@@ -38,10 +37,20 @@ pub enum RecordingError {
     Columns(PathBuf, String),
     /// This channel or column is not there; those that are.
     Channel(PathBuf, usize, usize),
-    /// A channel is chosen where there is only one.
-    NoChannels(PathBuf),
-    /// A value is not a number.
-    NotANumber(PathBuf, f64),
+    /// Two channels are chosen as I and Q of which each is I/Q already; so many there are.
+    AlreadyPairs(PathBuf, usize),
+    /// So many channels of complex numbers, and none is chosen.
+    ComplexChannels(PathBuf, usize),
+    /// The npz archive is damaged or of a kind that cannot be read.
+    Npz(PathBuf, String),
+    /// The mat file is damaged or of a kind that cannot be read.
+    Mat(PathBuf, String),
+    /// A format that only the tools read, not the page.
+    Packed(PathBuf),
+    /// The FLAC file is damaged or of a kind that cannot be read.
+    Flac(PathBuf, String),
+    /// The SigMF description is wrong or of a kind that cannot be read.
+    Sigmf(PathBuf, String),
     /// Fewer samples than one record needs: the samples there are, and those needed.
     Short(PathBuf, u64, usize),
 }
@@ -56,14 +65,28 @@ impl fmt::Display for RecordingError {
             }
             Io(path, error) => write!(f, "{}: {error}", path.display()),
             Empty(path) => write!(f, "{}: the file holds no samples", path.display()),
-            Format(path) => write!(
+            Unclear(path, []) => write!(
                 f,
-                "{}: the name does not tell the format: add --format wav, i16, u16, i32, f32, npy, csv or json",
+                "{}: neither its name nor its first bytes tell the format: add --format wav, flac, i16, cs16, cu8, f32, cf32, npy, npz, mat, sigmf, csv or json",
                 path.display()
             ),
+            Unclear(path, readings) => {
+                let names: Vec<String> =
+                    readings.iter().map(|it| format!("{it:?}").to_lowercase()).collect();
+                write!(
+                    f,
+                    "{}: its bytes look like {}: add --format {}",
+                    path.display(),
+                    match readings {
+                        [Format::Cu8, ..] => "numbers of 8 bits, in pairs of I and Q or not",
+                        _ => "floats, in pairs of I and Q or not",
+                    },
+                    names.join(" or ")
+                )
+            }
             OddSize(path, bytes, frame) => write!(
                 f,
-                "{}: {bytes} bytes are not a whole number of {frame}-byte samples: the file is cut off or not int16",
+                "{}: {bytes} bytes are not a whole number of {frame}-byte samples: the file is cut off or of another --format",
                 path.display()
             ),
             Wav(path, what) => write!(f, "{}: not a readable wav file: {what}", path.display()),
@@ -84,13 +107,6 @@ impl fmt::Display for RecordingError {
                 write!(
                     f,
                     "{}: {channels} channels: choose one by --channel 1 to {channels}, or two as I and Q: --channel 1,2",
-                    path.display()
-                )
-            }
-            RateMissing(path) => {
-                write!(
-                    f,
-                    "{}: the file does not tell its sample rate: add --rate HZ",
                     path.display()
                 )
             }
@@ -115,13 +131,26 @@ impl fmt::Display for RecordingError {
             Channel(path, channel, most) => {
                 write!(f, "{}: there is no channel {channel}: choose 1 to {most}", path.display())
             }
-            NoChannels(path) => write!(
+            AlreadyPairs(path, channels) => write!(
                 f,
-                "{}: it has one channel, or pairs of I and Q (--iq): leave --channel out",
+                "{}: each of its {channels} channels is I and Q already: choose one by --channel",
                 path.display()
             ),
-            NotANumber(path, value) => {
-                write!(f, "{}: {value} is not a sample: is it of another --format?", path.display())
+            ComplexChannels(path, channels) => write!(
+                f,
+                "{}: {channels} channels of complex numbers: choose one by --channel 1 to {channels}",
+                path.display()
+            ),
+            Packed(path) => write!(
+                f,
+                "{}: only the tool reads this format: type picket analyze, or save it as wav or npy",
+                path.display()
+            ),
+            Npz(path, what) => write!(f, "{}: not a readable npz file: {what}", path.display()),
+            Mat(path, what) => write!(f, "{}: not a readable mat file: {what}", path.display()),
+            Flac(path, what) => write!(f, "{}: not a readable FLAC file: {what}", path.display()),
+            Sigmf(path, what) => {
+                write!(f, "{}: not a readable SigMF recording: {what}", path.display())
             }
             Line(path, line, what) => write!(f, "{}, line {line}: {what}", path.display()),
             Short(path, held, needed) => write!(

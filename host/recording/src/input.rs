@@ -1,12 +1,15 @@
-//! Where a recording's bytes come from: a file, or `-` for stdin. Its first bytes can be looked at before it is read.
+//! Where a recording's bytes come from: a file, bytes in memory, or `-` for stdin. The first bytes can be looked at before it is read.
 
 use super::RecordingError;
 use std::fs::File;
 use std::io::{self, BufReader, Cursor, ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The bytes that are looked at.
 const HEAD: usize = 1 << 16;
+/// No file that has to be held in memory is longer, in bytes.
+const LONGEST: u64 = 1 << 31;
 
 /// An input with its first bytes.
 pub(super) struct Input {
@@ -21,7 +24,7 @@ impl Input {
     /// Opens a file, or stdin for `-`. An empty file is an error; of a pipe only reading shows whether it is empty.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let failed = |error| RecordingError::Io(path.into(), error);
-        let (mut rest, bytes): (Box<dyn Read + Send>, _) = if path == Path::new("-") {
+        let (rest, bytes): (Box<dyn Read + Send>, _) = if path == Path::new("-") {
             (Box::new(io::stdin()), None)
         } else {
             let file = File::open(path).map_err(failed)?;
@@ -31,23 +34,27 @@ impl Input {
             }
             (Box::new(file), metadata.is_file().then_some(metadata.len()))
         };
+        Self::of(path, rest, bytes)
+    }
+
+    /// The input of a file's bytes. An empty one is an error.
+    pub fn of_bytes(name: &Path, bytes: Arc<[u8]>) -> Result<Self, RecordingError> {
+        let length = bytes.len() as u64;
+        Self::of(name, Box::new(Cursor::new(bytes)), Some(length))
+    }
+
+    fn of(
+        path: &Path,
+        mut rest: Box<dyn Read + Send>,
+        bytes: Option<u64>,
+    ) -> Result<Self, RecordingError> {
         let mut head = Vec::new();
-        rest.by_ref().take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;
+        let read = rest.by_ref().take(HEAD as u64).read_to_end(&mut head);
+        read.map_err(|error| RecordingError::Io(path.into(), error))?;
         if head.is_empty() {
             return Err(RecordingError::Empty(path.into()));
         }
         Ok(Input { head, bytes, rest })
-    }
-
-    /// The input of a file's bytes. An empty one is an error.
-    pub fn of_bytes(name: &Path, bytes: Vec<u8>) -> Result<Self, RecordingError> {
-        if bytes.is_empty() {
-            return Err(RecordingError::Empty(name.into()));
-        }
-        let (length, head) = (bytes.len(), bytes[..bytes.len().min(HEAD)].to_vec());
-        let mut rest = Cursor::new(bytes);
-        rest.set_position(head.len() as u64);
-        Ok(Input { head, bytes: Some(length as u64), rest: Box::new(rest) })
     }
 
     /// True if the head is the whole.
@@ -55,16 +62,29 @@ impl Input {
         self.head.len() < HEAD
     }
 
-    /// True if the head is text with a digit in it: bytes of a converter are not.
-    pub fn text(&self) -> bool {
-        let plain = |&byte: &u8| (b' '..127).contains(&byte) || b"\t\r\n".contains(&byte);
-        self.head.iter().all(plain)
-            && self.head.iter().any(u8::is_ascii_digit)
-            && self.head.contains(&b'\n')
-    }
-
     /// All bytes, the first ones again.
     pub fn reader(self) -> BufReader<impl Read + Send> {
         BufReader::with_capacity(1 << 16, Cursor::new(self.head).chain(self.rest))
+    }
+
+    /// The bytes from a place on. Those in the head are as the head has them now.
+    pub fn from(self, path: &Path, start: u64) -> Result<impl Read + Send + use<>, RecordingError> {
+        let mut reader = Cursor::new(self.head).chain(self.rest);
+        let skipped = io::copy(&mut reader.by_ref().take(start), &mut io::sink());
+        skipped.map_err(|error| RecordingError::Io(path.into(), error))?;
+        Ok(reader)
+    }
+
+    /// All bytes in memory.
+    pub fn all(self, path: &Path) -> Result<Vec<u8>, RecordingError> {
+        let mut bytes = self.head;
+        let rest = self.rest.take(LONGEST).read_to_end(&mut bytes);
+        match rest {
+            Ok(_) if bytes.len() as u64 > LONGEST => {
+                Err(RecordingError::Io(path.into(), ErrorKind::FileTooLarge.into()))
+            }
+            Ok(_) => Ok(bytes),
+            Err(error) => Err(RecordingError::Io(path.into(), error)),
+        }
     }
 }

@@ -1,110 +1,82 @@
-//! Recordings as streams of samples: wav, headerless numbers, csv, npy and JSON lines; from a file, or from stdin by the name `-`.
+//! Recordings as streams of samples: wav, FLAC, headerless numbers, SigMF, csv, npy, npz, mat and JSON lines; from a file, from
+//! bytes, or from stdin by the name `-`.
 //!
-//! They are read through once, sample by sample, so memory does not grow with their size.
+//! They are read sample by sample, so memory does not grow with their size; npz, mat and compressed arrays are held in memory.
 //!
-//! Values are in *codes* of a 16-bit converter. 16-bit wav and int16 files keep their own codes, unsigned ones count from the
-//! middle; 8-bit wav is spread over all of them (times 257, so that its rails are the rails); 24- and 32-bit wav is divided by 2^8
-//! and 2^16, int32 files too; floating-point wav and float32 files are multiplied by 2^15; csv, npy and JSON are taken as codes.
-//! [`Options::scale`] multiplies all of them. The integer arithmetic takes the nearest code.
+//! Samples are in *codes* of a 16-bit converter. 16-bit integers keep their own codes, unsigned ones count from the middle; 8-bit ones
+//! are spread over all of them (times 257, so that their rails are the rails). All others are scaled by the data, see
+//! [`Scaling::of`]: whole numbers that fit 16 bits stay what they are, volts and floats are spread over all codes, in whole codes per
+//! step of the converter that they came from, and what is clipped lies at the rails. For that a file is read twice; of a pipe the
+//! first 8192 samples decide. [`Options::scale`] gives a scale instead. [`Recording::scaling`] leads back to the file's own units.
+//! The integer arithmetic takes the nearest code.
+//!
+//! A sample without a number (NaN, infinite, an empty cell) is missing: it takes the place of one, see [`Blocks::missing`].
 
+mod arrays;
+mod blocks;
 mod columns;
+mod doubt;
 mod error;
+#[cfg(feature = "packed")]
+mod flac;
+mod format;
 mod input;
+mod levels;
+#[cfg(feature = "packed")]
+mod mat;
 mod npy;
+#[cfg(feature = "packed")]
+mod npz;
+mod number;
+mod pick;
 mod raw;
 #[cfg(feature = "json")]
 mod records;
+mod scaling;
+#[cfg(feature = "packed")]
+mod sigmf;
+mod source;
 mod table;
+mod text;
 mod wav;
 
+pub use blocks::Blocks;
 pub use error::RecordingError;
+pub use format::Format;
+pub use levels::Levels;
 #[cfg(feature = "json")]
 pub use records::{JsonRecord, Records};
+pub use scaling::Scaling;
 
 use input::Input;
+use levels::Gauge;
 use num_complex::Complex;
+use scaling::Unit;
+use source::{Held, Source};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// How a file is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Format {
-    /// RIFF WAVE, 8 to 32 bit integers or 32 bit floats.
-    Wav,
-    /// Headerless 16-bit integers, little-endian.
-    I16,
-    /// Headerless unsigned 16-bit integers, little-endian, 32768 in the middle.
-    U16,
-    /// Headerless 32-bit integers, little-endian.
-    I32,
-    /// Headerless 32-bit floats, little-endian, full scale from -1 to 1.
-    F32,
-    /// NumPy's array.
-    Npy,
-    /// Columns: samples, or I and Q; an oscilloscope's with its time and its header lines.
-    Csv,
-    /// One record a line: {"id", "kind": "r" or "c", "re": [..], "im": [..]}.
-    Json,
-}
-
-impl Format {
-    /// The format that a file's name ends in.
-    pub fn guess(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "wav" | "wave" => Some(Format::Wav),
-            "bin" | "i16" | "s16" | "raw" | "pcm" | "dat" => Some(Format::I16),
-            "u16" => Some(Format::U16),
-            "i32" | "s32" => Some(Format::I32),
-            "f32" | "float" => Some(Format::F32),
-            "npy" => Some(Format::Npy),
-            "csv" | "txt" | "tsv" => Some(Format::Csv),
-            "json" | "jsonl" | "ndjson" => Some(Format::Json),
-            _ => None,
-        }
-    }
-}
-
-impl Format {
-    /// The format that a file's first bytes tell.
-    fn seen(head: &[u8]) -> Option<Self> {
-        match head {
-            [b'R', b'I', b'F', b'F', ..] | [b'R', b'F', b'6', b'4', ..] => Some(Format::Wav),
-            head if head.starts_with(npy::MAGIC) => Some(Format::Npy),
-            _ => None,
-        }
-    }
-}
+/// Samples that are read at once.
+const CHUNK: usize = 4096;
+/// Samples of a pipe that decide its scale.
+const BEGINNING: usize = 8192;
 
 /// What a user says about a file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// The format; guessed from the file's name where `None`.
+    /// The format; told by the file's name or its first bytes where `None`.
     pub format: Option<Format>,
-    /// Samples per second; wav files know their own.
+    /// Samples per second, where the file does not know, or another is right.
     pub rate_hz: Option<f64>,
-    /// True where two channels, or pairs of integers, are I and Q.
+    /// True where two channels, or pairs of numbers, are I and Q.
     pub iq: bool,
-    /// Codes per unit of the file, see the module's documentation.
-    pub scale: f64,
-    /// The channel of a wav file, or the column of a csv file, from 1; with a second one: I and Q.
+    /// Factor to the usual codes of the format; chosen by the data where `None`, see the module's documentation.
+    pub scale: Option<f64>,
+    /// The channel or column, from 1; with a second one: I and Q.
     pub channel: Option<(usize, Option<usize>)>,
     /// Commas in a csv file are decimal, not between columns.
     pub decimal_comma: bool,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            format: None,
-            rate_hz: None,
-            iq: false,
-            scale: 1.0,
-            channel: None,
-            decimal_comma: false,
-        }
-    }
 }
 
 /// One sample, in codes.
@@ -115,68 +87,128 @@ pub struct Sample {
 }
 
 impl Sample {
-    fn new(re: f64, im: f64) -> Self {
-        Sample { value: Complex::new(re, im) }
+    /// A sample of one number, or of two.
+    fn of(re: f64, im: Option<f64>) -> Self {
+        Sample { value: Complex::new(re, im.unwrap_or(0.0)) }
     }
 
     /// The nearest 16-bit codes; what does not fit ends at the rails.
     pub fn code(&self) -> [i16; 2] {
-        // `as` saturates.
-        [self.value.re.round() as i16, self.value.im.round() as i16]
+        // A cast cuts digits off, and saturates.
+        let nearest = |x: f64| (x + 0.5f64.copysign(x)) as i16;
+        [nearest(self.value.re), nearest(self.value.im)]
+    }
+
+    fn is_missing(&self) -> bool {
+        !(self.value.re.is_finite() && self.value.im.is_finite())
     }
 }
 
-/// Samples as they come, until the first error.
-type Stream = Box<dyn Iterator<Item = Result<Sample, RecordingError>> + Send>;
+/// What a file tells of itself, before its numbers become codes.
+struct Opened {
+    rate_hz: Option<f64>,
+    iq: bool,
+    length: Option<u64>,
+    unit: Unit,
+    source: Box<dyn Source>,
+}
 
 /// An open recording.
 pub struct Recording {
     path: PathBuf,
-    rate_hz: f64,
+    rate_hz: Option<f64>,
     iq: bool,
     length: Option<u64>,
-    stream: Stream,
+    scaling: Scaling,
+    source: Box<dyn Source>,
+    /// Samples read, and the last one of them.
+    read: u64,
+    last: Sample,
+    /// The numbers of the missing ones that nobody has asked for.
+    missing: Vec<u64>,
+    missed: u64,
 }
 
 impl fmt::Debug for Recording {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Recording({}, {} Hz, iq {})", self.path.display(), self.rate_hz, self.iq)
+        write!(f, "Recording({}, {:?} Hz, iq {})", self.path.display(), self.rate_hz, self.iq)
     }
 }
 
 impl Recording {
-    /// Opens a wav, int16 or csv file. (JSON lines hold records, not a stream: [`Records`].)
+    /// Opens a file of any format but JSON lines, which hold records and not a stream: `Records`.
     pub fn open(path: &Path, options: Options) -> Result<Self, RecordingError> {
-        checked(&options)?;
-        Self::of(path, Input::open(path)?, options)
+        let input = Input::open(path)?;
+        let again = input.bytes.is_some();
+        Self::of(path, input, options, again.then_some(&|| Input::open(path)))
     }
 
     /// The recording in these bytes of a file of this name, for whom has no file system.
     pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
-        checked(&options)?;
-        Self::of(name, Input::of_bytes(name, bytes)?, options)
+        let bytes: Arc<[u8]> = bytes.into();
+        let input = || Input::of_bytes(name, bytes.clone());
+        Self::of(name, input()?, options, Some(&input))
     }
 
-    fn of(path: &Path, input: Input, options: Options) -> Result<Self, RecordingError> {
-        let format =
-            options.format.or_else(|| Format::guess(path)).or_else(|| Format::seen(&input.head));
-        let format = format.ok_or_else(|| RecordingError::Format(path.into()))?;
-        let guessed = options.format.is_none();
-        match format {
-            Format::Wav => wav::open(path, input, options),
-            // Names like .dat are given to either.
-            Format::I16 if guessed && input.text() => Err(RecordingError::Either(path.into())),
-            Format::I16 | Format::U16 | Format::I32 | Format::F32 => {
-                raw::open(path, input, format, options)
-            }
-            Format::Npy => npy::open(path, input, options),
-            Format::Csv => columns::open(path, input, options),
-            Format::Json => Err(RecordingError::Line(
-                path.into(),
-                1,
-                "JSON lines are records of their own, not one recording".into(),
-            )),
+    fn of(
+        path: &Path,
+        input: Input,
+        options: Options,
+        again: Option<&dyn Fn() -> Result<Input, RecordingError>>,
+    ) -> Result<Self, RecordingError> {
+        if let Some(rate) = options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
+            return Err(RecordingError::Rate(rate));
         }
+        let mut opened = opened(path, input, &options)?;
+        let usual = opened.unit.usual;
+        let scaling = match (options.scale, again) {
+            (Some(scale), _) => {
+                Scaling { factor: usual.factor * scale, shift: usual.shift * scale }
+            }
+            (None, _) if !opened.unit.by_data => usual,
+            (None, Some(again)) => {
+                let mut gauge = Gauge::default();
+                loop {
+                    let mut samples = Vec::with_capacity(CHUNK);
+                    opened.source.read(&mut samples, CHUNK)?;
+                    samples
+                        .iter()
+                        .filter(|it| !it.is_missing())
+                        .for_each(|&it| gauge.add(it, opened.iq));
+                    if samples.len() < CHUNK {
+                        break;
+                    }
+                }
+                opened = self::opened(path, again()?, &options)?;
+                gauge.levels().map_or(usual, |levels| Scaling::of(&levels))
+            }
+            (None, None) => {
+                let mut samples = Vec::new();
+                opened.source.read(&mut samples, BEGINNING)?;
+                let finite: Vec<Sample> =
+                    samples.iter().copied().filter(|it| !it.is_missing()).collect();
+                let levels = Levels::of(&finite, opened.iq);
+                let whole = samples.len() < BEGINNING;
+                let rest = opened.source;
+                opened.source =
+                    Box::new(Chained { first: Held { samples: samples.into_iter() }, rest });
+                let of = if whole { Scaling::of } else { Scaling::of_beginning };
+                levels.as_ref().map_or(usual, of)
+            }
+        };
+        let Opened { rate_hz, iq, length, source, .. } = opened;
+        Ok(Recording {
+            path: path.into(),
+            rate_hz: options.rate_hz.or(rate_hz),
+            iq,
+            length,
+            scaling,
+            source,
+            read: 0,
+            last: Sample::default(),
+            missing: Vec::new(),
+            missed: 0,
+        })
     }
 
     /// The file.
@@ -184,9 +216,14 @@ impl Recording {
         &self.path
     }
 
-    /// Samples per second.
+    /// Samples per second; 1 where nobody knows, so that frequencies are in cycles per sample.
     pub fn rate_hz(&self) -> f64 {
-        self.rate_hz
+        self.rate_hz.unwrap_or(1.0)
+    }
+
+    /// Whether the file or the user tells the rate.
+    pub fn knows_rate(&self) -> bool {
+        self.rate_hz.is_some()
     }
 
     /// True for I/Q samples.
@@ -199,88 +236,130 @@ impl Recording {
         self.length
     }
 
-    /// Its samples, one after the other.
-    pub fn samples(self) -> impl Iterator<Item = Result<Sample, RecordingError>> {
-        self.stream
+    /// How the file's numbers became codes.
+    pub fn scaling(&self) -> Scaling {
+        self.scaling
+    }
+
+    /// Samples so far that the file has no number for.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Appends at most `count` samples; fewer only at the end.
+    pub fn fill(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError> {
+        let from = into.len();
+        self.source.read(into, count)?;
+        let Scaling { factor, shift } = self.scaling;
+        let own = self.scaling != Scaling::CODES;
+        for sample in &mut into[from..] {
+            if sample.is_missing() {
+                *sample = self.last;
+                self.missing.push(self.read);
+                self.missed += 1;
+            } else if own {
+                let Complex { re, im } = sample.value;
+                let im = if self.iq { factor * im + shift } else { 0.0 };
+                sample.value = Complex::new(factor * re + shift, im);
+            }
+            self.last = *sample;
+            self.read += 1;
+        }
+        Ok(())
+    }
+
+    /// Its samples, one after the other. A missing one has the value of the one before it.
+    pub fn samples(mut self) -> impl Iterator<Item = Result<Sample, RecordingError>> {
+        let (mut chunk, mut ended) = (Vec::new().into_iter(), false);
+        std::iter::from_fn(move || {
+            if let Some(sample) = chunk.next() {
+                return Some(Ok(sample));
+            }
+            if ended {
+                return None;
+            }
+            let mut samples = Vec::with_capacity(CHUNK);
+            let filled = self.fill(&mut samples, CHUNK);
+            ended = filled.is_err() || samples.len() < CHUNK;
+            chunk = samples.into_iter();
+            filled.map_or_else(|error| Some(Err(error)), |()| chunk.next().map(Ok))
+        })
     }
 
     /// Cuts the recording into blocks of `n` samples, `hop` apart, after leaving out `skip` samples. Both `n`
     /// and `hop` are at least 1. What is left at the end and fills no block is not used.
     pub fn blocks(self, n: usize, hop: usize, skip: u64) -> Blocks {
-        Blocks { recording: self, n, hop, pending: skip, read: 0, samples: Vec::with_capacity(n) }
+        Blocks::new(self, n, hop, skip)
     }
 }
 
-fn checked(options: &Options) -> Result<(), RecordingError> {
-    match options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
-        Some(rate) => Err(RecordingError::Rate(rate)),
-        None => Ok(()),
-    }
-}
-
-/// Blocks of a recording, which may overlap. Holds one block in memory.
-#[derive(Debug)]
-pub struct Blocks {
-    recording: Recording,
-    n: usize,
-    hop: usize,
-    /// Samples to leave out before the next block.
-    pending: u64,
-    read: u64,
-    samples: Vec<Sample>,
-}
-
-impl Blocks {
-    /// The recording.
-    pub fn recording(&self) -> &Recording {
-        &self.recording
-    }
-
-    /// The next block and the number of its first sample, or `None` at the end. An error if the
-    /// recording does not fill even one block.
-    pub fn next_block(&mut self) -> Result<Option<(u64, &[Sample])>, RecordingError> {
-        let first = self.samples.is_empty();
-        self.samples.drain(..self.hop.min(self.samples.len()));
-        while self.pending > 0 {
-            if self.take()?.is_none() {
-                return self.end(first);
-            }
-            self.pending -= 1;
-        }
-        while self.samples.len() < self.n {
-            match self.take()? {
-                Some(sample) => self.samples.push(sample),
-                None => return self.end(first),
+/// The numbers of a file. A name that tells its format is believed, unless the first bytes tell another.
+fn opened(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+    let seen = Format::seen(&input.head);
+    let guessed = Format::guess(path);
+    let format = match (options.format, seen, guessed) {
+        (Some(format), ..) => format,
+        // A sound file has a name that may be anything's.
+        (None, Some(seen), Some(guessed)) if guessed.raw().is_none() && guessed != Format::Csv => {
+            if guessed == Format::Json {
+                seen
+            } else {
+                guessed
             }
         }
-        self.pending = self.hop.saturating_sub(self.n) as u64;
-        Ok(Some((self.read - self.n as u64, &self.samples)))
-    }
-
-    fn take(&mut self) -> Result<Option<Sample>, RecordingError> {
-        let sample = self.recording.stream.next().transpose()?;
-        self.read += u64::from(sample.is_some());
-        Ok(sample)
-    }
-
-    fn end(&self, first: bool) -> Result<Option<(u64, &[Sample])>, RecordingError> {
-        let path = || self.recording.path.clone();
-        match (first, self.read) {
-            (true, 0) => Err(RecordingError::Empty(path())),
-            (true, _) => Err(RecordingError::Short(path(), self.samples.len() as u64, self.n)),
-            (false, _) => Ok(None),
+        (None, Some(seen), _) => seen,
+        (None, None, Some(guessed)) => guessed,
+        (None, None, None) if text::is_text(&input.head) => Format::Csv,
+        (None, None, None) => {
+            return Err(RecordingError::Unclear(path.into(), doubt::readings(&input.head)));
         }
+    };
+    if options.format.is_none() && format.raw().is_some() {
+        if text::is_text(&input.head) {
+            // Names like .dat are given to either.
+            return Err(RecordingError::Either(path.into()));
+        }
+        let readings = doubt::readings(&input.head);
+        if Format::vague(path) && !readings.is_empty() {
+            return Err(RecordingError::Unclear(path.into(), readings));
+        }
+    }
+    match format {
+        Format::Wav => wav::open(path, input, options),
+        #[cfg(feature = "packed")]
+        Format::Flac => flac::open(path, input, options),
+        Format::Npy => npy::open(path, input, options),
+        #[cfg(feature = "packed")]
+        Format::Npz => npz::open(path, input, options),
+        #[cfg(feature = "packed")]
+        Format::Mat => mat::open(path, input, options),
+        #[cfg(feature = "packed")]
+        Format::Sigmf => sigmf::open(path, input, options),
+        #[cfg(not(feature = "packed"))]
+        Format::Flac | Format::Npz | Format::Mat | Format::Sigmf => {
+            Err(RecordingError::Packed(path.into()))
+        }
+        Format::Csv => columns::open(path, input, options),
+        Format::Json => Err(RecordingError::Line(
+            path.into(),
+            1,
+            "JSON lines are records of their own, not one recording".into(),
+        )),
+        _ => raw::open(path, input, format, options),
     }
 }
 
-/// Values as samples: one each, or two of I and Q.
-fn pairs(
-    mut values: impl Iterator<Item = Result<f64, RecordingError>>,
-    iq: bool,
-) -> impl Iterator<Item = Result<Sample, RecordingError>> {
-    std::iter::from_fn(move || {
-        let re = values.next()?;
-        let im = if iq { Some(values.next()?) } else { None };
-        Some(re.and_then(|re| Ok(Sample::of(re, im.transpose()?))))
-    })
+/// What was read to look at it, and then the rest.
+struct Chained {
+    first: Held,
+    rest: Box<dyn Source>,
+}
+
+impl Source for Chained {
+    fn read(&mut self, into: &mut Vec<Sample>, count: usize) -> Result<(), RecordingError> {
+        let from = into.len();
+        self.first.read(into, count)?;
+        let more = count - (into.len() - from);
+        if more > 0 { self.rest.read(into, more) } else { Ok(()) }
+    }
 }

@@ -1,8 +1,11 @@
-//! NumPy's arrays (npy, versions 1 to 3): one dimension, or two of which the second is I and Q; complex numbers are I/Q.
+//! NumPy's arrays (npy, versions 1 to 3): one dimension, or two of which one counts the channels; complex numbers are I/Q.
 
+use super::arrays::{Array, Channels};
 use super::input::Input;
-use super::raw::{Number, numbers};
-use super::{Options, Recording, RecordingError};
+use super::number::{Kind, Number};
+use super::scaling::Unit;
+use super::source::Packed;
+use super::{Opened, Options, RecordingError, pick};
 use std::io::Read;
 use std::path::Path;
 
@@ -10,15 +13,15 @@ pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// What the header says.
 #[derive(Debug, PartialEq)]
-struct Header {
-    number: Number,
-    iq: bool,
-    length: u64,
+pub(super) struct Header {
+    pub number: Number,
+    pub complex: bool,
+    pub channels: Channels,
     /// Where the numbers begin.
-    start: usize,
+    pub start: usize,
 }
 
-fn header(head: &[u8]) -> Result<Header, String> {
+pub(super) fn header(head: &[u8]) -> Result<Header, String> {
     let cut = || "its header is cut off".to_string();
     if !head.starts_with(MAGIC) {
         return Err("it does not begin as one".into());
@@ -34,22 +37,27 @@ fn header(head: &[u8]) -> Result<Header, String> {
     let after =
         |key: &str| text.split_once(key).map(|(_, rest)| rest.trim_start_matches([':', ' ']));
     let kind = after("'descr'").and_then(|rest| rest.split('\'').nth(1)).unwrap_or_default();
-    let (number, complex) = match kind {
-        "|i1" => (Number::I8, false),
-        "|u1" => (Number::U8, false),
-        "<i2" => (Number::I16, false),
-        "<u2" => (Number::U16, false),
-        "<i4" => (Number::I32, false),
-        "<f4" => (Number::F32, false),
-        "<f8" => (Number::F64, false),
-        "<c8" => (Number::F32, true),
-        "<c16" => (Number::F64, true),
-        other => {
+    let (order, name) = kind.split_at_checked(1).unwrap_or_default();
+    let (number, complex) = match name {
+        "i1" => (Kind::I8, false),
+        "u1" => (Kind::U8, false),
+        "i2" => (Kind::I16, false),
+        "u2" => (Kind::U16, false),
+        "i4" => (Kind::I32, false),
+        "u4" => (Kind::U32, false),
+        "i8" => (Kind::I64, false),
+        "u8" => (Kind::U64, false),
+        "f4" => (Kind::F32, false),
+        "f8" => (Kind::F64, false),
+        "c8" => (Kind::F32, true),
+        "c16" => (Kind::F64, true),
+        _ => {
             return Err(format!(
-                "numbers of kind \"{other}\": save it as float32, int16 or complex64"
+                "numbers of kind \"{kind}\": save it as float32, int16 or complex64"
             ));
         }
     };
+    let number = Number { kind: number, big: order == ">" };
     let shape = after("'shape'").and_then(|rest| rest.split(['(', ')']).nth(1)).unwrap_or_default();
     let sides: Option<Vec<u64>> = shape
         .split(',')
@@ -57,45 +65,66 @@ fn header(head: &[u8]) -> Result<Header, String> {
         .filter(|side| !side.is_empty())
         .map(|side| side.parse().ok())
         .collect();
-    let rows = after("'fortran_order'").is_some_and(|rest| rest.starts_with("False"));
-    let (length, pairs) = match sides.as_deref() {
-        Some(&[length] | &[length, 1]) => (length, false),
-        Some(&[length, 2]) if rows && !complex => (length, true),
-        _ => {
-            return Err(format!("an array of shape ({shape}): save one column, or two of I and Q"));
-        }
-    };
-    Ok(Header { number, iq: complex || pairs, length, start })
+    let rows_first = after("'fortran_order'").is_none_or(|rest| rest.starts_with("False"));
+    let channels = sides.and_then(|sides| Channels::of(&sides, rows_first));
+    let channels =
+        channels.ok_or_else(|| format!("an array of shape ({shape}): save a column a channel"))?;
+    Ok(Header { number, complex, channels, start })
 }
 
-pub(super) fn open(
-    path: &Path,
-    input: Input,
-    options: Options,
-) -> Result<Recording, RecordingError> {
-    let wrong = |what| RecordingError::Npy(path.into(), what);
-    let Header { number, iq, length, start } = header(&input.head).map_err(wrong)?;
-    let rate_hz = options.rate_hz.ok_or_else(|| RecordingError::RateMissing(path.into()))?;
-    if options.channel.is_some() {
-        return Err(RecordingError::NoChannels(path.into()));
-    }
-    if options.iq && !iq {
-        return Err(RecordingError::Channels(path.into(), 1, true));
-    }
-    if length == 0 {
+/// The array in these bytes.
+pub(super) fn array(name: &str, bytes: &[u8]) -> Result<Array, String> {
+    let Header { number, complex, channels, start } = header(bytes)?;
+    let mut numbers = Vec::new();
+    number.samples(bytes.get(start..).unwrap_or_default(), 1, (0, None), &mut numbers);
+    let numbers = numbers.into_iter().map(|sample| sample.value.re).collect();
+    Array::packed(name, numbers, complex, channels).ok_or_else(|| "it is cut off".into())
+}
+
+pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+    let wrong = |what: String| RecordingError::Npy(path.into(), what);
+    let Header { number, complex, channels, start } = header(&input.head).map_err(wrong)?;
+    if channels.length == 0 {
         return Err(RecordingError::Empty(path.into()));
     }
-    let mut reader = input.reader();
-    let skipped = std::io::copy(&mut reader.by_ref().take(start as u64), &mut std::io::sink());
-    skipped.map_err(|error| RecordingError::Io(path.into(), error))?;
-    let (owned, scale) = (path.to_path_buf(), options.scale);
-    let values = numbers(path.into(), reader, number.width()).map(move |bytes| {
-        let value = number.read(bytes?) * scale;
-        let wrong = || RecordingError::NotANumber(owned.clone(), value);
-        value.is_finite().then_some(value).ok_or_else(wrong)
-    });
-    let stream = Box::new(super::pairs(values, iq).take(length as usize));
-    Ok(Recording { path: path.into(), rate_hz, iq, length: Some(length), stream })
+    if !channels.together && channels.count > 1 {
+        // Channels lie one behind the other.
+        let bytes = input.all(path)?;
+        let array = array("", &bytes).map_err(wrong)?;
+        return super::arrays::opened(path, vec![array], options);
+    }
+    let parts = if complex { 2 } else { 1 };
+    // Two columns of numbers are I and Q, and one side of the array counts them.
+    let pairs = !complex && channels.count == 2 && options.channel.is_none();
+    let picked = match (complex, pairs) {
+        (true, _) => pick::complex(path, channels.count, options)?,
+        (false, true) => (0, Some(1)),
+        (false, false) => pick::real(path, channels.count, options)?,
+    };
+    let frame = (channels.count * parts * number.width()) as u64;
+    let held = input.bytes.map(|bytes| bytes.saturating_sub(start as u64) / frame);
+    if held.is_some_and(|held| held < channels.length) {
+        return Err(wrong(format!(
+            "it is cut off: {} of {} samples are there",
+            held.unwrap_or(0),
+            channels.length
+        )));
+    }
+    Ok(Opened {
+        rate_hz: None,
+        iq: picked.1.is_some(),
+        length: Some(channels.length),
+        unit: Unit::FREE,
+        source: Box::new(Packed {
+            path: path.into(),
+            reader: input.from(path, start as u64)?.take(frame.saturating_mul(channels.length)),
+            number,
+            channels: channels.count * parts,
+            picked,
+            left: channels.length,
+            buffer: Vec::new(),
+        }),
+    })
 }
 
 #[cfg(test)]
@@ -108,14 +137,17 @@ mod tests {
             let size = (text.len() as u16).to_le_bytes();
             header(&[MAGIC, &[1, 0], &size, text.as_bytes()].concat())
         };
+        let shape = |header: &Header| (header.channels.count, header.channels.length);
         let real = of("{'descr': '<i2', 'fortran_order': False, 'shape': (5000,), }\n").unwrap();
-        assert_eq!((real.number, real.iq, real.length), (Number::I16, false, 5000));
+        assert_eq!((real.number.kind, real.complex, shape(&real)), (Kind::I16, false, (1, 5000)));
         let iq = of("{'descr': '<c8', 'fortran_order': False, 'shape': (7,), }\n").unwrap();
-        assert_eq!((iq.number, iq.iq, iq.length), (Number::F32, true, 7));
+        assert_eq!((iq.number.kind, iq.complex, shape(&iq)), (Kind::F32, true, (1, 7)));
         let two = of("{'descr': '<f8', 'fortran_order': False, 'shape': (9, 2), }\n").unwrap();
-        assert_eq!((two.iq, two.length), (true, 9));
-        assert!(of("{'descr': '>i2', 'shape': (5,)}").unwrap_err().contains(">i2"));
-        assert!(of("{'descr': '<i2', 'fortran_order': False, 'shape': (5, 3)}").is_err());
+        assert_eq!((shape(&two), two.channels.together), ((2, 9), true));
+        let rows = of("{'descr': '>i2', 'fortran_order': False, 'shape': (3, 500)}").unwrap();
+        assert!(rows.number.big && shape(&rows) == (3, 500) && !rows.channels.together);
+        assert!(of("{'descr': '<U8', 'shape': (5,)}").unwrap_err().contains("<U8"));
+        assert!(of("{'descr': '<i2', 'shape': (5, 3, 2)}").is_err());
         assert!(header(b"\x93NUMPY\x01\x00\xff\xff").is_err() && header(MAGIC).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! JSON lines: records of their own.
 
 use super::input::Input;
-use super::{Options, RecordingError, Sample};
+use super::{Levels, Options, RecordingError, Sample, Scaling};
 use serde::Deserialize;
 use std::io::{BufRead, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -13,8 +13,10 @@ pub struct JsonRecord {
     pub id: serde_json::Value,
     /// True for I/Q.
     pub iq: bool,
-    /// The samples.
+    /// The samples, in codes of 16 bits.
     pub samples: Vec<Sample>,
+    /// How its numbers became codes.
+    pub scaling: Scaling,
 }
 
 #[derive(Deserialize)]
@@ -34,7 +36,7 @@ pub struct Records {
     path: PathBuf,
     reader: Box<dyn BufRead>,
     line: u64,
-    scale: f64,
+    scale: Option<f64>,
 }
 
 impl Records {
@@ -45,7 +47,7 @@ impl Records {
 
     /// The records in these bytes of a file of this name, for whom has no file system.
     pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
-        Ok(Self::of(name, Input::of_bytes(name, bytes)?, options))
+        Ok(Self::of(name, Input::of_bytes(name, bytes.into())?, options))
     }
 
     fn of(path: &Path, input: Input, options: Options) -> Self {
@@ -62,12 +64,17 @@ impl Records {
             let text = error.to_string();
             // The position within the line follows "at": the line number is ours.
             let end = text.find(" at line").unwrap_or(text.len());
-            format!("not a record {{\"id\", \"kind\", \"re\", \"im\"}}: {}", &text[..end])
+            // It quotes what is wrong, however long that is.
+            let what: String = text[..end].chars().take(200).collect();
+            format!("not a record {{\"id\", \"kind\", \"re\", \"im\"}}: {what}")
         })?;
         let iq = match line.kind.as_str() {
             "r" => false,
             "c" => true,
-            other => return Err(format!("kind \"{other}\" must be \"r\" or \"c\"")),
+            other => {
+                let other: String = other.chars().take(20).collect();
+                return Err(format!("kind \"{other}\" must be \"r\" or \"c\""));
+            }
         };
         let imaginary = line.im.unwrap_or_default();
         if line.re.is_empty() {
@@ -80,13 +87,18 @@ impl Records {
             return Err("a real record (kind \"r\") has imaginary parts".into());
         }
         let im = imaginary.into_iter().chain(std::iter::repeat(0.0));
-        let samples = line
-            .re
-            .iter()
-            .zip(im)
-            .map(|(&re, im)| Sample::new(re * self.scale, im * self.scale))
-            .collect();
-        Ok(JsonRecord { id: line.id.unwrap_or_else(|| self.line.into()), iq, samples })
+        let parts = line.re.iter().zip(im);
+        let samples: Vec<Sample> =
+            parts.map(|(&re, im)| Sample::of(re, iq.then_some(im))).collect();
+        let scaling = match self.scale {
+            Some(factor) => Scaling { factor, shift: 0.0 },
+            None => Levels::of(&samples, iq).map_or(Scaling::CODES, |levels| Scaling::of(&levels)),
+        };
+        let part = |x: f64| scaling.code(x);
+        let code =
+            |sample: Sample| Sample::of(part(sample.value.re), iq.then(|| part(sample.value.im)));
+        let samples = samples.into_iter().map(code).collect();
+        Ok(JsonRecord { id: line.id.unwrap_or_else(|| self.line.into()), iq, samples, scaling })
     }
 }
 

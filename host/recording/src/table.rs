@@ -24,6 +24,8 @@ pub(super) struct Shape {
     pub time: Option<(usize, Option<f64>)>,
     /// The line over the numbers.
     pub names: Vec<String>,
+    /// The samples per second that a line above the numbers states.
+    pub rate_hz: Option<f64>,
 }
 
 /// Why the shape is not clear.
@@ -107,9 +109,11 @@ pub(super) fn shape(lines: &[&str], decimal_comma: bool, chosen: bool) -> Result
         return Err(Unclear::Comma(data[0].join(",")));
     }
     let head: Vec<&[&str]> = rows[..start].iter().map(|(.., fields)| fields.as_slice()).collect();
-    let time = time(&columns, &data, &head, decimal_comma);
+    let all: Vec<&Vec<&str>> = rows[start..].iter().map(|(.., fields)| fields).collect();
+    let time = time(&columns, &all, &head, decimal_comma);
     let width = rows[start].2.len();
-    Ok(Shape { between, decimal_comma, start: rows[start].0, columns, width, time, names })
+    let rate_hz = lines[..rows[start].0].iter().find_map(|line| stated_rate(line));
+    Ok(Shape { between, decimal_comma, start: rows[start].0, columns, width, time, names, rate_hz })
 }
 
 /// True where every line is digits, a comma and digits: as good one number as two.
@@ -124,6 +128,82 @@ fn either(data: &[&Vec<&str>]) -> bool {
         && data.iter().all(|fields| fields[1].len() == data[0][1].len())
 }
 
+/// The samples per second that a line states: "Sample Rate: 44100 Hz", as Audacity writes it, or "# fs = 48 kHz".
+fn stated_rate(line: &str) -> Option<f64> {
+    let line = line.to_ascii_lowercase();
+    let names = [
+        "sample rate",
+        "sampling rate",
+        "sampling frequency",
+        "sample frequency",
+        "samplerate",
+        "sample_rate",
+        "fs",
+    ];
+    let (name, at) = names.iter().find_map(|name| Some((name, line.find(name)?)))?;
+    // A word of its own.
+    let before = line[..at].chars().next_back();
+    let rest = line[at + name.len()..].trim_start_matches([':', '=', ' ', '\t', ',', ';', '"']);
+    if before.is_some_and(char::is_alphanumeric)
+        || line[at + name.len()..].starts_with(char::is_alphanumeric)
+    {
+        return None;
+    }
+    let end =
+        rest.find(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c))).unwrap_or(rest.len());
+    let number: f64 = rest[..end].parse().ok()?;
+    let unit = rest[end..].trim_start();
+    let factor = match () {
+        () if unit.starts_with('k') => 1e3,
+        () if unit.starts_with("mhz") || unit.starts_with("ms/s") || unit.starts_with("msa") => 1e6,
+        () if unit.starts_with("ghz") || unit.starts_with("gs") => 1e9,
+        () => 1.0,
+    };
+    let rate = number * factor;
+    (rate > 0.0 && rate.is_finite()).then_some(rate)
+}
+
+/// True for what a program writes that has no number: nothing, or a word for it.
+pub(super) fn says_nothing(field: &str) -> bool {
+    let words = [
+        "",
+        "-",
+        "--",
+        "---",
+        "na",
+        "n/a",
+        "null",
+        "none",
+        "nan",
+        "inf",
+        "-inf",
+        "+inf",
+        "\u{221e}",
+        "-\u{221e}",
+        "overflow",
+        "#n/a",
+        "(null)",
+        "-nan",
+        "-nan(ind)",
+        "1.#qnan",
+        "1.#inf",
+        "-1.#ind",
+    ];
+    let field = field.trim_start_matches('[').trim_end_matches(']').to_ascii_lowercase();
+    words.contains(&field.as_str())
+}
+
+/// The step of times that rise evenly, in their own unit.
+pub(super) fn evenly(times: &[f64]) -> Option<f64> {
+    let (&first, &last) = (times.first()?, times.last()?);
+    let step = (last - first) / (times.len() as f64 - 1.0);
+    let off = |(at, &time): (usize, &f64)| (time - first - at as f64 * step).abs();
+    let furthest = times.iter().enumerate().map(off).fold(0.0, f64::max);
+    // As far off as its last digit, where a file does not print enough of them.
+    let even = times.len() >= 4 && step > 0.0 && furthest <= 2.0 * step;
+    even.then(|| rounded(step, furthest / (times.len() as f64 - 1.0) / step))
+}
+
 /// The column of the time and the seconds from line to line: a first column that rises evenly beside another.
 fn time(
     columns: &[usize],
@@ -132,18 +212,22 @@ fn time(
     decimal_comma: bool,
 ) -> Option<(usize, Option<f64>)> {
     let &[column, _, ..] = columns else { return None };
-    let times: Vec<f64> =
-        data.iter().filter_map(|fields| number(fields.get(column)?, decimal_comma)).collect();
-    let (&first, &last) = (times.first()?, times.last()?);
-    let steps = times.len() as f64 - 1.0;
+    // A line without a number takes its time, too.
+    let times: Vec<(f64, f64)> = (0..)
+        .zip(data)
+        .filter_map(|(at, fields)| {
+            Some((f64::from(at), number(fields.get(column)?, decimal_comma)?))
+        })
+        .collect();
+    let (&(_, first), &(steps, last)) = (times.first()?, times.last()?);
     let step = (last - first) / steps;
-    let off = |(at, &time): (usize, &f64)| (time - first - at as f64 * step).abs();
-    let furthest = times.iter().enumerate().map(off).fold(0.0, f64::max);
+    let off = |&(at, time): &(f64, f64)| (time - first - at * step).abs();
+    let furthest = times.iter().map(off).fold(0.0, f64::max);
     // As far off as its last digit, where a file does not print enough of them.
     if times.len() < 4 || step.is_nan() || step <= 0.0 || furthest > 2.0 * step {
         return None;
     }
-    if times.windows(2).any(|pair| pair[1] < pair[0]) {
+    if times.windows(2).any(|pair| pair[1].1 < pair[0].1) {
         return None;
     }
     let stated = stated(head);

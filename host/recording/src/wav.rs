@@ -1,133 +1,171 @@
-//! RIFF WAVE files.
+//! RIFF WAVE files, and those with lengths of 64 bits (RF64).
+//!
+//! Chunks are read here rather than by a crate, because a damaged or streamed file is to be told apart, and 64-bit floats are to be read.
 
 use super::input::Input;
-use super::{Options, Recording, RecordingError};
+use super::number::{Kind, Number};
+use super::scaling::Unit;
+use super::source::Packed;
+use super::{Opened, Options, RecordingError, pick};
 use std::path::Path;
 
-pub(super) fn open(
-    path: &Path,
-    mut input: Input,
-    options: Options,
-) -> Result<Recording, RecordingError> {
-    let bad = |what: String| RecordingError::Wav(path.into(), what);
-    let bytes = input.bytes;
-    let streamed = mend(&mut input.head, bytes);
-    let reader = hound::WavReader::new(input.reader()).map_err(|error| match error {
-        hound::Error::IoError(_) => bad("its header is cut off".into()),
-        hound::Error::Unsupported => bad("only integer and 32-bit float samples are read".into()),
-        other => bad(other.to_string()),
-    })?;
-    let spec = reader.spec();
-    let width = u64::from(spec.bits_per_sample.div_ceil(8));
-    let announced = u64::from(reader.len()) * width;
-    if let Some(held) = bytes.map(|bytes| bytes.saturating_sub(SHORTEST_HEADER))
-        && announced > held
-        && !streamed
-    {
-        return Err(RecordingError::Truncated(path.into(), announced, held));
+/// Lengths from here on, and 0, are what programs write that do not know it: they stream.
+const UNKNOWN: u64 = 0x7FFF_0000;
+
+/// The kinds of coding (RFC 2361). An extensible header has its own kind in its first bytes of another place.
+const PCM: u16 = 1;
+const FLOAT: u16 = 3;
+const EXTENSIBLE: u16 = 0xFFFE;
+
+/// What the header says.
+#[derive(Debug, PartialEq)]
+struct Header {
+    number: Number,
+    bits: u32,
+    channels: usize,
+    rate_hz: f64,
+    /// Where the samples begin.
+    start: u64,
+    /// Bytes of samples, where the header knows.
+    length: Option<u64>,
+}
+
+fn bytes<const W: usize>(head: &[u8], at: usize) -> Result<[u8; W], String> {
+    let found = head.get(at..).and_then(|rest| rest.first_chunk());
+    found.copied().ok_or_else(|| "its header is cut off".into())
+}
+
+fn header(head: &[u8]) -> Result<Header, String> {
+    let id: [u8; 4] = bytes(head, 0)?;
+    let big = &id == b"RIFX";
+    let word = |at: usize| bytes(head, at).map(u32::from_le_bytes);
+    if big || !matches!(&id, b"RIFF" | b"RF64") || &bytes::<4>(head, 8)? != b"WAVE" {
+        return Err("it does not begin as one".into());
     }
-    if announced == 0 {
+    let (mut at, mut format, mut long) = (12usize, None, None);
+    loop {
+        let (id, length): ([u8; 4], _) = (bytes(head, at)?, word(at + 4)?);
+        let body = at + 8;
+        match &id {
+            b"ds64" => long = Some(u64::from_le_bytes(bytes(head, body + 8)?)),
+            b"fmt " => format = Some(body),
+            b"data" => {
+                let format = format.ok_or("its samples come before their format")?;
+                let length = match long {
+                    Some(long) if length == u32::MAX => long,
+                    _ => u64::from(length),
+                };
+                let known = (1..UNKNOWN).contains(&length) || long == Some(length) && length > 0;
+                return fmt(head, format, body as u64, known.then_some(length));
+            }
+            _ => {}
+        }
+        // Chunks begin at even places. Where addresses have 32 bits, a length may end beyond them.
+        let length = length as usize;
+        at = body.saturating_add(length).saturating_add(length % 2);
+        if at > head.len() {
+            return Err("its header is cut off".into());
+        }
+    }
+}
+
+/// The format's chunk.
+fn fmt(head: &[u8], at: usize, start: u64, length: Option<u64>) -> Result<Header, String> {
+    let short = |place: usize| bytes(head, at + place).map(u16::from_le_bytes);
+    let (channels, frame, bits) = (short(2)?, short(12)?, short(14)?);
+    let rate_hz = f64::from(u32::from_le_bytes(bytes(head, at + 4)?));
+    let kind = match short(0)? {
+        EXTENSIBLE => short(24)?,
+        kind => kind,
+    };
+    let kind = match (kind, bits) {
+        (PCM, 1..=8) => Kind::U8,
+        (PCM, 9..=16) => Kind::I16,
+        (PCM, 17..=24) => Kind::I24,
+        (PCM, 25..=32) => Kind::I32,
+        (FLOAT, 32) => Kind::F32,
+        (FLOAT, 64) => Kind::F64,
+        (PCM | FLOAT, bits) => return Err(format!("samples of {bits} bits")),
+        (6 | 7, _) => return Err("its samples are of a telephone's kind: save it as PCM".into()),
+        (other, _) => {
+            return Err(format!("its samples are coded (kind {other}): save it as PCM"));
+        }
+    };
+    if channels == 0 || usize::from(frame) != usize::from(channels) * kind.width() {
+        return Err(format!("{channels} channels in {frame} bytes"));
+    }
+    let number = kind.little();
+    let (bits, channels) = (8 * kind.width() as u32, channels.into());
+    Ok(Header { number, bits, channels, rate_hz, start, length })
+}
+
+pub(super) fn open(path: &Path, input: Input, options: &Options) -> Result<Opened, RecordingError> {
+    let Header { number, bits, channels, rate_hz, start, length } =
+        header(&input.head).map_err(|what| RecordingError::Wav(path.into(), what))?;
+    let held = input.bytes.map(|bytes| bytes.saturating_sub(start));
+    if let (Some(said), Some(held)) = (length, held)
+        && said > held
+    {
+        return Err(RecordingError::Truncated(path.into(), said, held));
+    }
+    let frame = (channels * number.width()) as u64;
+    let frames = length.or(held).map(|bytes| bytes / frame);
+    if frames == Some(0) {
         return Err(RecordingError::Empty(path.into()));
     }
-    let channels = usize::from(spec.channels);
-    let picked = match options.channel {
-        Some((first, second)) => {
-            let wrong =
-                [Some(first), second].into_iter().flatten().find(|c| !(1..=channels).contains(c));
-            if let Some(wrong) = wrong {
-                return Err(RecordingError::Channel(path.into(), wrong, channels));
-            }
-            (first, second)
-        }
-        None if channels == if options.iq { 2 } else { 1 } => (1, options.iq.then_some(2)),
-        None => return Err(RecordingError::Channels(path.into(), channels, options.iq)),
-    };
-    let rate_hz = f64::from(spec.sample_rate);
+    let picked = pick::real(path, channels, options)?;
     if rate_hz == 0.0 && options.rate_hz.is_none() {
         return Err(RecordingError::Rate(0.0));
     }
-    let length = (!streamed || bytes.is_some()).then_some(u64::from(reader.duration()));
-    let values: Box<dyn Iterator<Item = hound::Result<f64>> + Send> = match spec.sample_format {
-        hound::SampleFormat::Float => {
-            let codes = options.scale * 32768.0;
-            Box::new(reader.into_samples::<f32>().map(move |x| x.map(|x| f64::from(x) * codes)))
-        }
-        hound::SampleFormat::Int => {
-            // Eight bits have their middle between -1 and 0.
-            let (codes, middle) = match spec.bits_per_sample {
-                8 => (257.0, 128.0),
-                bits => (1.0 / f64::from(bits.saturating_sub(16)).exp2(), 0.0),
-            };
-            let code = move |x| (f64::from(x) * codes + middle) * options.scale;
-            Box::new(reader.into_samples::<i32>().map(move |x| x.map(code)))
-        }
+    let unit = match number.kind {
+        Kind::U8 => Unit::eight_bits(128.0),
+        Kind::F32 | Kind::F64 => Unit::SHARE,
+        _ => Unit::bits(bits),
     };
-    let owned = path.to_path_buf();
-    let mut values = values.map_while(move |x| match x {
-        Ok(x) if x.is_finite() => Some(Ok(x)),
-        Ok(x) => Some(Err(RecordingError::Wav(owned.clone(), format!("a sample is {x}")))),
-        // Nobody knew beforehand where it would end.
-        Err(_) if streamed => None,
-        Err(error) => Some(Err(RecordingError::Wav(owned.clone(), error.to_string()))),
-    });
-    let mut frame = vec![0.0; channels];
-    let wanted = std::iter::from_fn(move || {
-        for value in &mut frame {
-            match values.next()? {
-                Ok(number) => *value = number,
-                Err(error) => return Some(Err(error)),
-            }
-        }
-        let (first, second) = picked;
-        let part = |channel: usize| frame.get(channel - 1).copied();
-        Some(Ok(super::Sample::of(part(first)?, second.and_then(part))))
-    });
-    Ok(Recording {
-        path: path.into(),
-        rate_hz: options.rate_hz.unwrap_or(rate_hz),
+    Ok(Opened {
+        rate_hz: Some(rate_hz),
         iq: picked.1.is_some(),
-        length,
-        stream: Box::new(wanted),
+        length: frames,
+        unit,
+        source: Box::new(Packed {
+            path: path.into(),
+            reader: input.from(path, start)?,
+            number,
+            channels,
+            picked,
+            left: frames.unwrap_or(u64::MAX),
+            buffer: Vec::new(),
+        }),
     })
 }
 
-/// The bytes of a wav file that has nothing but a format and its samples.
-const SHORTEST_HEADER: u64 = 44;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Lengths from here on, and 0, are what programs write that do not know it: they stream.
-const UNKNOWN: u32 = 0x7FFF_0000;
+    fn of(kind: u16, channels: u16, bits: u16, length: u32) -> Vec<u8> {
+        let frame = channels * bits.div_ceil(8);
+        let mut head = b"RIFF\0\0\0\0WAVEfmt \x10\0\0\0".to_vec();
+        head.extend([kind, channels].into_iter().flat_map(u16::to_le_bytes));
+        head.extend([48_000u32, 48_000 * u32::from(frame)].into_iter().flat_map(u32::to_le_bytes));
+        head.extend([frame, bits].into_iter().flat_map(u16::to_le_bytes));
+        head.extend(b"data");
+        head.extend(length.to_le_bytes());
+        head
+    }
 
-/// Writes the length of the samples into a header that does not know it: what the file holds, or more than will come. True if it did.
-fn mend(head: &mut [u8], bytes: Option<u64>) -> bool {
-    if head.starts_with(b"RF64") {
-        // Its true length has 64 bits and stands elsewhere; the one looked at here is unknown.
-        head[..4].copy_from_slice(b"RIFF");
-    }
-    let word = |head: &[u8], at: usize| {
-        Some(u32::from_le_bytes(head.get(at..at.checked_add(4)?)?.try_into().ok()?))
-    };
-    let (mut at, mut frame) = (12usize, 1);
-    // Where addresses have 32 bits, a length may end beyond them.
-    while let Some(length) = at.checked_add(4).and_then(|at| word(head, at)) {
-        let id = &head[at..at + 4];
-        if id == b"fmt " {
-            frame = word(head, at + 8 + 12).map_or(1, |word| u64::from(word & 0xFFFF)).max(1);
+    #[test]
+    fn headers() {
+        let whole = header(&of(PCM, 2, 24, 600)).unwrap();
+        assert_eq!((whole.number.kind, whole.channels, whole.start), (Kind::I24, 2, 44));
+        assert_eq!((whole.rate_hz, whole.length), (48e3, Some(600)));
+        assert_eq!(header(&of(FLOAT, 1, 64, 8)).unwrap().number.kind, Kind::F64);
+        for length in [0, u32::MAX, 0x7FFF_F000] {
+            assert_eq!(header(&of(PCM, 1, 16, length)).unwrap().length, None);
         }
-        if id == b"data" {
-            if (1..UNKNOWN).contains(&length) {
-                return false;
-            }
-            let held =
-                bytes.map_or(u64::from(u32::MAX), |bytes| bytes.saturating_sub(at as u64 + 8));
-            let whole = held.min(u32::MAX.into()) / frame * frame;
-            head[at + 4..at + 8].copy_from_slice(&(whole as u32).to_le_bytes());
-            return true;
-        }
-        // Chunks begin at even places.
-        at = at
-            .saturating_add(8)
-            .saturating_add(length as usize)
-            .saturating_add(length as usize % 2);
+        assert!(header(&of(7, 1, 8, 8)).unwrap_err().contains("telephone"));
+        assert!(header(&of(PCM, 0, 16, 8)).is_err() && header(&of(2, 1, 4, 8)).is_err());
+        assert!(header(&of(PCM, 1, 16, 8)[..40]).unwrap_err().contains("cut off"));
+        assert!(header(b"RIFX\0\0\0\0WAVE").is_err() && header(b"RI").is_err());
     }
-    false
 }

@@ -1,13 +1,15 @@
 //! `picket analyze`: methods on a recording.
 
+use super::accumulated::{self, Sum};
+use super::bursts;
 use super::carrier::Carrier;
 use super::cut::Cut;
 use super::fundamental;
 use super::input::Input;
 use super::several::{self, Finding, Search, Sought};
 use super::{self as analyze, Analysis, Style};
-use crate::arithmetic::Arithmetic;
 use crate::follow::{self, Pursuit, Sighting};
+use crate::output::Output;
 use crate::recording::{self, Format};
 use crate::survey::Survey;
 use crate::{cli, estimator, progress, spectrogram};
@@ -28,8 +30,8 @@ pub struct Options {
     /// Methods, separated by commas (listed below) [default: least squares]
     #[arg(long)]
     method: Option<String>,
-    /// Carrier of a Doppler radar, Hz: gives speeds
-    #[arg(long, value_name = "F", value_parser = cli::positive, allow_negative_numbers = true)]
+    /// Carrier of a Doppler radar or laser, as 24G or 193.4e12: gives speeds
+    #[arg(long, value_name = "HZ", value_parser = carrier_hz, allow_negative_numbers = true)]
     carrier_hz: Option<f64>,
     /// Which signal an I/Q receiver conjugates before it multiplies: rx-conj-tx if an approaching target's shift is positive,
     /// tx-conj-rx if it is negative, or if I and Q are exchanged
@@ -38,15 +40,28 @@ pub struct Options {
     /// Follow tones from block to block, as the firmware does
     #[arg(long, conflicts_with_all = ["method", "arith"])]
     track: bool,
-    /// Draws the tracks over the spectrogram, or without --track the spectrum with its floor, into this file, SVG or PNG by its name
+    /// Draws the tracks over the spectrogram, or where FILE is all that is given the answers of what is proposed, with their sigmas, or the
+    /// spectrum if nothing is; into this file, SVG or PNG by its name
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
     /// The most tones of a block, 1 to 4, each with amplitude and phase; with --track: followed at once [default: 1]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with_all = ["method", "arith"])]
     most: Option<u8>,
     /// One fundamental a block from its harmonics up to this order, 2 to 32; --band is then the fundamental's
     #[arg(long, value_name = "ORDER", value_parser = clap::value_parser!(u32).range(2..=32), conflicts_with_all = ["method", "arith", "most", "track", "carrier_hz"])]
     harmonics: Option<u32>,
+    /// Bursts, as of particles in a laser-Doppler velocimeter: each one's frequency, time and transit time, and whether it is one
+    /// particle's; the mean weighs each by its transit time. --n is the record of a burst, 3 to 20 times its standard deviation
+    #[arg(long, conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "hop"])]
+    burst: bool,
+    /// Adds so many blocks without their phases, for echoes too weak for one: 5 dB weaker for ten times as many
+    #[arg(long, value_name = "BLOCKS", value_parser = clap::value_parser!(u32).range(1..=i64::from(picket::accumulate::MOST_BLOCKS)), conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "burst"])]
+    accumulate: Option<u32>,
+    /// How fast the line moves during a sum, Hz per second
+    #[arg(long, value_name = "HZ_PER_S", value_parser = cli::number, allow_negative_numbers = true, default_value_t = 0.0, requires = "accumulate")]
+    drift: f64,
     /// The sigma of a target's acceleration, in bins per block squared, below which the filter does not go. A m/s^2 before a
     /// Doppler radar of L m wavelength are 2 A/L (hop/rate)^2 N/rate: at 24 GHz, 48 kHz and N = 4096 a car that brakes at
     /// 3 m/s^2 does 0.3, and 2 follows one that drives past
@@ -58,6 +73,17 @@ pub struct Options {
     /// Comma-separated values
     #[arg(long)]
     csv: bool,
+}
+
+/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. One in gigahertz is told.
+fn carrier_hz(text: &str) -> Result<f64, String> {
+    let hz = cli::positive_hertz(text)?;
+    match (1e8..3e15).contains(&hz) {
+        true => Ok(hz),
+        false => {
+            Err(format!("{hz} Hz is no carrier of a radar or a laser: 24 GHz are 24G or 24e9"))
+        }
+    }
 }
 
 /// The names of the two ways to mix.
@@ -75,6 +101,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         (_, true) => Style::Csv,
         _ => Style::Text,
     };
+    if let Some(picture) = &options.plot {
+        options.output.check(picture, &[&options.input.file])?;
+    }
     let n = options.input.n.unwrap_or(analyze::BLOCK);
     let hop = options.input.hop.unwrap_or(n);
     let (skip, band_hz) = (options.input.skip, options.input.band);
@@ -91,6 +120,12 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 .into(),
         );
     }
+    if options.burst {
+        return burst(options, cut, style);
+    }
+    if let Some(blocks) = options.accumulate {
+        return accumulate(options, cut, style, blocks);
+    }
     let tones = options.most.map(|most| Sought::Tones(most.into()));
     if let Some(sought) = tones.or(options.harmonics.map(Sought::Harmonics)) {
         return several(options, cut, style, sought);
@@ -103,14 +138,16 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
             .transpose()?,
         carrier: options.carrier(),
         style,
+        arithmetic: options.input.arithmetic(options.method.is_some()),
         ..options.input.analysis()?
     };
     let bar = progress::count("samples");
     let mut first = true;
-    let sink = |answer| {
+    let sink = |answer: analyze::Answer| {
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
-            analyze::print_heading(style, options.carrier_hz.is_some());
+            let knows_rate = answer.cycles_per_sample.is_none();
+            analyze::print_heading(style, options.carrier_hz.is_some(), knows_rate);
         }
         bar.suspend(|| analyze::print(&answer, style));
     };
@@ -120,7 +157,12 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     if style == Style::Json {
         cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
     }
-    Ok(if summary.skipped == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(ended(summary.skipped + summary.left_out))
+}
+
+/// Failure where something was left out.
+fn ended(left_out: u64) -> ExitCode {
+    if left_out == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 impl Options {
@@ -136,9 +178,12 @@ impl Options {
         let blocks = self.input.n.is_some() || self.input.hop.is_some() || self.input.skip > 0;
         let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
-        let numbers = self.input.arith != Arithmetic::F64
+        let numbers = self.input.arith.is_some()
             || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
-        let several = self.most.is_some() || self.harmonics.is_some();
+        let several = self.most.is_some()
+            || self.harmonics.is_some()
+            || self.burst
+            || self.accumulate.is_some();
         !(json || blocks || several || how || codes || numbers || self.json || self.csv)
     }
 }
@@ -147,7 +192,7 @@ impl Options {
 fn look(options: &Options, read: recording::Options) -> Result<ExitCode, String> {
     let survey = Survey::of(&options.input.file, read)?;
     if let Some(picture) = &options.plot {
-        survey.draw(&options.input.file, picture)?;
+        survey.draw(&options.input.file, read, (picture, options.output))?;
     }
     cli::print(&survey.text(&options.input.typed()));
     Ok(ExitCode::SUCCESS)
@@ -162,7 +207,7 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
         Sought::Tones(_) => several::print_heading(style, carrier.is_some()),
         Sought::Harmonics(_) => fundamental::print_heading(style),
     };
-    let (mut blocks, mut none) = (0, true);
+    let mut none = true;
     let mut sink = |finding: &Finding| {
         if std::mem::take(&mut none) {
             heading();
@@ -172,17 +217,66 @@ fn several(options: &Options, cut: Cut, style: Style, sought: Sought) -> Result<
             Finding::Fundamental(fundamental) => fundamental.print(style),
         });
     };
-    let done = several::run(&options.input.file, &search, &mut sink, &mut |samples| {
-        blocks += 1;
-        bar.inc(samples);
-    });
+    let file = &options.input.file;
+    let done = several::run(file, &search, &mut sink, &mut |samples| bar.inc(samples));
     bar.finish_and_clear();
-    done?;
+    let tally = done?;
     if none {
         heading();
-        eprintln!("no tone in {blocks} blocks");
+        eprintln!("no tone in {} blocks", tally.blocks);
     }
-    Ok(ExitCode::SUCCESS)
+    tally.tell(file.display(), cut.codes);
+    Ok(ended(tally.left_out()))
+}
+
+/// Bursts, and their sums.
+fn burst(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> {
+    let carrier = options.carrier();
+    let bar = progress::count("samples");
+    let mut none = true;
+    let mut sink = |found: &bursts::Found| {
+        if std::mem::take(&mut none) {
+            bursts::print_heading(style, carrier.is_some());
+        }
+        bar.suspend(|| bursts::print(found, style));
+    };
+    let file = &options.input.file;
+    let done = bursts::run(file, &cut, carrier, &mut sink, &mut |samples| bar.inc(samples));
+    bar.finish_and_clear();
+    let (summary, tally) = done?;
+    if none {
+        bursts::print_heading(style, carrier.is_some());
+    }
+    bursts::print_summary(&summary, style);
+    tally.tell(file.display(), cut.codes);
+    Ok(ended(tally.left_out()))
+}
+
+/// Sums of blocks.
+fn accumulate(options: &Options, cut: Cut, style: Style, blocks: u32) -> Result<ExitCode, String> {
+    let carrier = options.carrier();
+    let (drift_hz_per_s, false_alarm) = (options.drift, options.input.false_alarm);
+    let sum = Sum { cut, blocks, drift_hz_per_s, false_alarm, carrier };
+    let bar = progress::count("samples");
+    let mut none = true;
+    let mut sink = |found: &accumulated::Found| {
+        if std::mem::take(&mut none) {
+            accumulated::print_heading(style, carrier.is_some());
+        }
+        bar.suspend(|| accumulated::print(found, style));
+    };
+    let file = &options.input.file;
+    let done = accumulated::run(file, &sum, &mut sink, &mut |samples| bar.inc(samples));
+    bar.finish_and_clear();
+    let (left, tally) = done?;
+    tally.tell(file.display(), cut.codes);
+    if none {
+        return Err(format!("the recording has {left} blocks, fewer than --accumulate {blocks}"));
+    }
+    if left > 0 {
+        eprintln!("{left} blocks at the end are left: too few for another sum");
+    }
+    Ok(ended(tally.left_out()))
 }
 
 /// Tones followed from block to block.
@@ -218,7 +312,8 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
     }
     follow::print_trails(&trails, style);
     if let Some(picture) = &options.plot {
-        spectrogram::draw(&options.input.file, &cut, &sightings, &trails, picture)?;
+        let to = (picture.as_path(), options.output);
+        spectrogram::draw(&options.input.file, &cut, &sightings, &trails, to)?;
     }
     Ok(ExitCode::SUCCESS)
 }

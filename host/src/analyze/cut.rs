@@ -2,7 +2,7 @@
 
 use crate::recording;
 use picket::acquire::codes::Codes;
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 
 /// How a recording is cut into blocks, and what is known of their samples.
 #[derive(Clone, Copy, Debug)]

@@ -7,19 +7,20 @@ use crate::{band, cli, estimator};
 use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
 use picket::config::Config;
-use picket::estimate::least_squares::Reach;
+use picket::spectrum::fft::twiddle::supported;
+use picket::tone::fit::Reach;
 use std::path::PathBuf;
 
 /// Which recording, and how it is read.
 #[derive(Args, Debug)]
 pub struct Input {
-    /// The recording: wav, headerless numbers, csv, npy, or JSON lines; - for stdin
+    /// The recording: wav, FLAC, SigMF, npy, npz, mat, csv, headerless numbers, or JSON lines; - for stdin
     pub file: PathBuf,
-    /// Format; else by the file's name
+    /// Format; else by the file's name and its first bytes
     #[arg(long, value_enum)]
     pub format: Option<Format>,
-    /// Samples per second; wav files know their own
-    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    /// Samples per second, where the file does not know; without, frequencies are in cycles per sample
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true, value_parser = cli::hertz)]
     pub rate: Option<f64>,
     /// Samples in a block [default: 1024; JSON: the whole record]
     #[arg(long, value_parser = cli::count::<{ 1 << 22 }>)]
@@ -27,7 +28,7 @@ pub struct Input {
     /// Samples from one block's start to the next [default: N]
     #[arg(long, value_parser = cli::count::<{ 1 << 40 }>)]
     pub hop: Option<usize>,
-    /// The channel of a wav file, or the column of a csv file, from 1; two, as 2,3, are I and Q
+    /// The channel or column, from 1; two, as 2,3, are I and Q
     #[arg(long, visible_alias = "column", value_name = "C[,Q]", value_parser = channel)]
     pub channel: Option<(usize, Option<usize>)>,
     /// Commas in a csv file are decimal, not between columns
@@ -45,18 +46,19 @@ pub struct Input {
     /// Bins on each side that least squares reads: 4, 8 or 16
     #[arg(long, default_value_t = 16)]
     pub k: usize,
-    /// Arithmetic
-    #[arg(long, value_enum, default_value = "f64")]
-    pub arith: Arithmetic,
+    /// Arithmetic [default: target, the library as boards run it; f64, the reference, for other lengths than the library's, JSON records
+    /// and --method]
+    #[arg(long, value_enum)]
+    pub arith: Option<Arithmetic>,
     /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
     #[arg(long, default_value_t = 16)]
     pub bits: u32,
     /// Codes count from 0, as a microcontroller's converter gives them (12 bits)
     #[arg(long)]
     pub unsigned: bool,
-    /// Codes per unit of the file (float wav: per 1/32768 of full scale)
-    #[arg(long, default_value_t = 1.0)]
-    pub scale: f64,
+    /// Factor to the usual codes of the format [default: 1 for integers of 16 bits; others use all 16 bits]
+    #[arg(long)]
+    pub scale: Option<f64>,
     /// Probability of a false alarm in a block of noise, above 0 and at most 0.5
     #[arg(long, value_name = "P", default_value_t = Config::new(1.0, Codes::signed::<12>()).false_alarm, value_parser = cli::number)]
     pub false_alarm: f64,
@@ -75,7 +77,7 @@ fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
 impl Input {
     /// How the file is read.
     pub fn read(&self) -> Result<recording::Options, String> {
-        if !(self.scale.is_finite() && self.scale > 0.0) {
+        if self.scale.is_some_and(|scale| !(scale.is_finite() && scale > 0.0)) {
             return Err("--scale must be a positive number".into());
         }
         Ok(recording::Options {
@@ -104,6 +106,13 @@ impl Input {
         estimator::reach(self.k)
     }
 
+    /// In which numbers its blocks are measured: what the user says, else the library's own where it has them.
+    pub fn arithmetic(&self, methods: bool) -> Arithmetic {
+        let json = self.format.or_else(|| Format::guess(&self.file)) == Some(Format::Json);
+        let own = supported(self.n.unwrap_or(super::BLOCK)) && !json && !methods;
+        self.arith.unwrap_or(if own { Arithmetic::Target } else { Arithmetic::F64 })
+    }
+
     /// The measurement of its blocks by the best method of their kind.
     pub fn analysis(&self) -> Result<Analysis, String> {
         Ok(Analysis {
@@ -115,7 +124,7 @@ impl Input {
             estimators: None,
             reach: self.reach()?,
             codes: self.codes()?,
-            arithmetic: self.arith,
+            arithmetic: self.arithmetic(false),
             false_alarm: self.false_alarm,
             carrier: None,
             style: Style::Text,
@@ -124,17 +133,15 @@ impl Input {
 
     /// The file and how it is read, as it was typed.
     pub fn typed(&self) -> String {
-        let file = self.file.display().to_string();
-        let plain = file.chars().all(|c| c.is_alphanumeric() || "-_./,+:".contains(c));
-        let mut words = if plain { file } else { format!("'{}'", file.replace('\'', "'\\''")) };
+        let mut words = cli::quoted(&self.file.display().to_string());
         if let Some(format) = self.format.and_then(|format| format.to_possible_value()) {
             words += &format!(" --format {}", format.get_name());
         }
         if let Some(rate) = self.rate {
             words += &format!(" --rate {rate}");
         }
-        if self.scale != 1.0 {
-            words += &format!(" --scale {}", self.scale);
+        if let Some(scale) = self.scale {
+            words += &format!(" --scale {scale}");
         }
         match self.channel {
             Some((first, Some(second))) => words += &format!(" --channel {first},{second}"),

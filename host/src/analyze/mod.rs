@@ -1,24 +1,29 @@
 //! Methods on a recording, block by block, in constant memory.
 
+pub mod accumulated;
+pub mod bursts;
 pub mod carrier;
 pub mod command;
 pub mod cut;
 pub mod fundamental;
 pub mod input;
 pub mod several;
+pub mod unfit;
 
 use self::carrier::{Carrier, Speed};
+use self::unfit::{Tally, Unfit};
 use crate::arithmetic::{Arithmetic, Engine, Estimate, Explained, engine};
 use crate::band;
-use crate::cli::print_line;
+use crate::cli::{self, print_line};
 use crate::estimator::Estimator;
-use crate::recording::{self, Format, Recording, Records, Sample};
+use crate::recording::{self, Blocks, Format, Recording, Records, Sample};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::tone::{Verdict, Verdicts};
+use picket::tone::fit::Reach;
+use picket::tone::{Verdict, Verdicts};
 use picket_transform::num_complex::Complex;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -85,6 +90,12 @@ pub struct Answer {
     pub frequency_hz: Option<f64>,
     /// One standard deviation of it.
     pub sigma_hz: Option<f64>,
+    /// The frequency in cycles per sample, where no rate is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles_per_sample: Option<f64>,
+    /// One standard deviation of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_cycles_per_sample: Option<f64>,
     /// The same in bins.
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
@@ -114,6 +125,10 @@ pub struct Analyst<'a> {
     blocks: u64,
     /// Records that were left out.
     skipped: u64,
+    /// Blocks that integers do not take.
+    tally: Tally,
+    /// Answers before the first block that integers take: if they take none, nothing is given.
+    held: Vec<Answer>,
     /// What is done with the answers.
     task: Task<'a>,
 }
@@ -168,6 +183,9 @@ pub struct Summary {
     /// Records of a kind that no chosen method takes, or not every one.
     #[serde(skip_serializing_if = "none")]
     pub skipped: u64,
+    /// Blocks that integers do not take: beyond the rails, or without one and a half codes.
+    #[serde(skip_serializing_if = "none")]
+    pub left_out: u64,
 }
 
 const fn none(count: &u64) -> bool {
@@ -183,21 +201,35 @@ pub fn run(
 ) -> Result<Summary, String> {
     let mut analyst = Analyst::new(analysis, Task::Measure(Box::new(sink)));
     analyst.run(file, progress)?;
-    Ok(Summary { summary: true, blocks: analyst.blocks, skipped: analyst.skipped })
+    let Analyst { blocks, skipped, tally, .. } = analyst;
+    tally.tell(file.display(), analysis.codes);
+    Ok(Summary { summary: true, blocks, skipped, left_out: tally.left_out() })
 }
 
 impl<'a> Analyst<'a> {
     fn new(analysis: &'a Analysis, task: Task<'a>) -> Self {
         let (stations, rate_hz) = (BTreeMap::new(), analysis.read.rate_hz);
-        Analyst { analysis, stations, rate_hz, blocks: 0, skipped: 0, task }
+        let (tally, held) = (Tally::default(), Vec::new());
+        Analyst { analysis, stations, rate_hz, blocks: 0, skipped: 0, tally, held, task }
     }
 
     fn run(&mut self, file: &Path, progress: impl FnMut(u64)) -> Result<(), String> {
         let format = self.analysis.read.format.or_else(|| Format::guess(file));
         if format == Some(Format::Json) {
-            self.records(file, progress)
+            self.records(file, progress)?;
         } else {
-            self.stream(file, progress)
+            self.stream(file, progress)?;
+        }
+        self.tally.check(self.analysis.codes)
+    }
+
+    /// Counts a block and gives its answers on.
+    fn give(&mut self, place: &Place, (named, unfit): Measured) {
+        let Task::Measure(sink) = &mut self.task else { return };
+        self.tally.add(unfit);
+        self.held.extend(named.into_iter().map(|(method, it)| place.answer(method, it)));
+        if self.tally.left_out() < self.tally.blocks || self.held.len() > HELD {
+            self.held.drain(..).for_each(sink);
         }
     }
 
@@ -211,47 +243,119 @@ impl<'a> Analyst<'a> {
         let n = self.analysis.n.unwrap_or(BLOCK);
         let hop = self.analysis.hop.unwrap_or(n);
         let iq = recording.iq();
-        self.rate_hz = Some(recording.rate_hz());
+        self.rate_hz = recording.knows_rate().then(|| recording.rate_hz());
         self.station(iq, n)?;
         let mut blocks = recording.blocks(n, hop, self.analysis.skip);
+        if matches!(self.task, Task::Measure(_)) {
+            self.batches(&mut blocks, n, hop, &mut progress)?;
+            return missed(file, &blocks);
+        }
         while let Some((start, samples)) = blocks.next_block().map_err(text)? {
-            self.block(None, iq, self.blocks, start, samples)?;
+            let samples = samples.to_vec();
+            let gap = blocks.missing() > 0;
+            self.block(None, (iq, gap), self.blocks, start, &samples)?;
             self.blocks += 1;
             progress(hop as u64);
             if self.is_done() {
                 break;
             }
         }
-        Ok(())
+        missed(file, &blocks)
+    }
+
+    /// Measures all blocks, many at a time on all cores, and gives the answers in their order.
+    fn batches(
+        &mut self,
+        blocks: &mut Blocks,
+        n: usize,
+        hop: usize,
+        progress: &mut impl FnMut(u64),
+    ) -> Result<(), String> {
+        let (iq, rate_hz, analysis) = (blocks.recording().iq(), self.rate_hz, self.analysis);
+        let most = (BATCH / n).clamp(1, 1024);
+        loop {
+            let mut batch: Vec<(u64, Vec<Sample>, bool)> = Vec::with_capacity(most);
+            let mut end = None;
+            while batch.len() < most && end.is_none() {
+                match blocks.next_block() {
+                    Ok(Some((start, samples))) => batch.push((start, samples.to_vec(), false)),
+                    Ok(None) => end = Some(Ok(())),
+                    Err(error) => end = Some(Err(text(error))),
+                }
+                if let Some(block) = batch.last_mut().filter(|_| end.is_none()) {
+                    block.2 = blocks.missing() > 0;
+                }
+            }
+            let each = batch.len().div_ceil(rayon::current_num_threads()).clamp(1, 64);
+            let measured: Vec<Result<Measured, String>> = batch
+                .par_chunks(each)
+                .flat_map_iter(|blocks| {
+                    let mut station = Station::new(analysis, rate_hz, iq, n);
+                    blocks.iter().map(move |(_, samples, gap)| match &mut station {
+                        Ok(station) => Ok(station.measured(samples, *gap, analysis)),
+                        Err(error) => Err(error.clone()),
+                    })
+                })
+                .collect();
+            for ((start, ..), found) in batch.iter().zip(measured) {
+                let (block, start, carrier) = (self.blocks, *start, analysis.carrier);
+                let place = Place { id: None, block, start, n, iq, rate_hz, carrier };
+                self.give(&place, found?);
+                self.blocks += 1;
+                progress(hop as u64);
+            }
+            if let Some(end) = end {
+                return end;
+            }
+        }
     }
 
     fn records(&mut self, file: &Path, mut progress: impl FnMut(u64)) -> Result<(), String> {
         if let Some(rate) = self.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
             return Err(recording::RecordingError::Rate(rate).to_string());
         }
-        let (mut unfit_untold, mut last) = (true, None);
-        let mut records = Records::open(file, self.analysis.read).map_err(text)?;
-        while let Some(record) = records.next().transpose().map_err(text)? {
-            let at = |error: String| format!("{}, record {}: {error}", file.display(), record.id);
-            if let Err(unfit) = self.suits(record.iq) {
-                if std::mem::take(&mut unfit_untold) {
-                    eprintln!("record {}: left out: {unfit}", record.id);
+        // Why the first record is left out: the others are counted.
+        let mut first = None;
+        let mut left_out = |why: String, told: String, skipped: &mut u64| {
+            *skipped += 1;
+            first.get_or_insert((why, told));
+        };
+        let records = Records::open(file, self.analysis.read).map_err(text)?;
+        for record in records {
+            let record = match record {
+                Ok(record) => record,
+                Err(error @ recording::RecordingError::Line(..)) => {
+                    let why = error.to_string();
+                    left_out(why.clone(), format!("left out: {why}"), &mut self.skipped);
+                    continue;
                 }
-                self.skipped += 1;
-                last = Some(unfit);
+                Err(error) => return Err(error.to_string()),
+            };
+            let id = cli::short(&record.id.to_string());
+            let at = |error: String| format!("{}, record {id}: {error}", file.display());
+            if let Err(unfit) = self.suits(record.iq) {
+                let told = format!("record {id}: left out: {unfit}");
+                left_out(unfit, told, &mut self.skipped);
                 continue;
             }
             let skip = self.analysis.skip as usize;
             let samples = record.samples.get(skip..).unwrap_or_default();
             let n = self.analysis.n.unwrap_or(samples.len());
             if n > samples.len() || samples.is_empty() {
-                return Err(at(format!("{} samples are fewer than {n}", samples.len())));
+                let why = at(format!("{} samples are fewer than {n}", samples.len()));
+                left_out(why.clone(), format!("left out: {why}"), &mut self.skipped);
+                continue;
             }
             let hop = self.analysis.hop.unwrap_or(n);
+            // A length that is none, or a band without a bin at it.
+            if let Err(why) = self.station(record.iq, n).map(|_| ()) {
+                left_out(at(why.clone()), format!("left out: {}", at(why)), &mut self.skipped);
+                continue;
+            }
             for (block, window) in samples.windows(n).step_by(hop).enumerate() {
                 let start = (skip + block * hop) as u64;
                 let id = Some(record.id.clone());
-                self.block(id, record.iq, block as u64, start, window).map_err(at)?;
+                self.block(id, (record.iq, false), block as u64, start, window).map_err(at)?;
                 self.blocks += 1;
             }
             progress(samples.len() as u64);
@@ -259,8 +363,11 @@ impl<'a> Analyst<'a> {
                 break;
             }
         }
-        if let (0, Some(unfit)) = (self.blocks, last) {
-            return Err(unfit);
+        match first {
+            Some((why, _)) if self.blocks == 0 => return Err(why),
+            Some((_, told)) if self.skipped == 1 => eprintln!("{told}"),
+            Some((_, told)) => eprintln!("{told}; and {} more", self.skipped - 1),
+            None => {}
         }
         if self.blocks == 0 {
             return Err(recording::RecordingError::Empty(file.into()).to_string());
@@ -288,7 +395,7 @@ impl<'a> Analyst<'a> {
     fn block(
         &mut self,
         id: Option<serde_json::Value>,
-        iq: bool,
+        (iq, gap): (bool, bool),
         block: u64,
         start: u64,
         samples: &[Sample],
@@ -301,25 +408,21 @@ impl<'a> Analyst<'a> {
         if !wanted {
             return self.station(iq, n).map(|_| ());
         }
-        let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
-        if self.analysis.arithmetic.integer() {
-            fits(samples, self.analysis.codes)?;
-        }
-        let (rate_hz, carrier) = (self.rate_hz, self.analysis.carrier);
+        let (rate_hz, carrier, analysis) = (self.rate_hz, self.analysis.carrier, self.analysis);
         let place = Place { id, block, start, n, iq, rate_hz, carrier };
         let explains = matches!(self.task, Task::Explain { .. });
         let station = self.station(iq, n)?;
         if !explains {
-            let answers = station.engine.measure(&values, &station.estimators, false);
-            let named: Vec<_> =
-                station.estimators.iter().map(|estimator| estimator.name()).zip(answers).collect();
-            if let Task::Measure(sink) = &mut self.task {
-                named
-                    .into_iter()
-                    .for_each(|(method, estimate)| sink(place.answer(method, estimate)));
-            }
+            let measured = station.measured(samples, gap, analysis);
+            self.give(&place, measured);
             return Ok(());
         }
+        if analysis.arithmetic.integer()
+            && let Some(unfit @ Unfit::Quiet) = Unfit::of(samples, analysis.codes)
+        {
+            return Err(unfit.cure(analysis.codes));
+        }
+        let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         let estimator = *station.estimators.first().ok_or("no method")?;
         let explained = station.engine.explain(&values, estimator);
         let answer = place.answer(estimator.name(), explained.estimate);
@@ -349,6 +452,7 @@ impl Place {
         let number = |x: f64| x.is_finite().then_some(x);
         let hertz = |bins: f64| rate_hz.and_then(|rate| number(bins * rate / n as f64));
         let signed = if iq && bins >= n as f64 / 2.0 { bins - n as f64 } else { bins };
+        let unknown = |bins: f64| number(bins / n as f64).filter(|_| rate_hz.is_none());
         let speed = |carrier: Carrier| Some(carrier.speed(hertz(signed)?, hertz(sigma_bins), iq));
         Answer {
             id: id.clone(),
@@ -358,6 +462,8 @@ impl Place {
             bins: number(bins),
             frequency_hz: hertz(signed),
             sigma_hz: hertz(sigma_bins),
+            cycles_per_sample: unknown(signed),
+            sigma_cycles_per_sample: unknown(sigma_bins),
             sigma_bins: number(sigma_bins),
             snr_db: number(snr_db),
             speed: carrier.and_then(speed),
@@ -367,7 +473,41 @@ impl Place {
     }
 }
 
+/// Answers that are held back at most.
+const HELD: usize = 1 << 16;
+
+/// Samples that are measured at a time.
+const BATCH: usize = 1 << 20;
+
+/// What each method answered to a block, and why integers do not take it.
+type Measured = (Vec<(&'static str, Estimate)>, Option<Unfit>);
+
+/// Says how many samples have no number.
+fn missed(file: &Path, blocks: &Blocks) -> Result<(), String> {
+    if let missed @ 1.. = blocks.recording().missed() {
+        let samples = if missed == 1 { "sample has" } else { "samples have" };
+        eprintln!("{}: {missed} {samples} no number: each block with one is a gap", file.display());
+    }
+    Ok(())
+}
+
 impl Station {
+    /// What each method answers to a block.
+    fn measured(&mut self, samples: &[Sample], gap: bool, analysis: &Analysis) -> Measured {
+        let integer = analysis.arithmetic.integer();
+        let unfit = integer.then(|| Unfit::of(samples, analysis.codes)).flatten();
+        let answers = match unfit {
+            Some(Unfit::Quiet) => vec![Estimate::NOTHING; self.estimators.len()],
+            // Codes beyond the rails have a verdict of their own.
+            _ => {
+                let values: Vec<Complex<f64>> = samples.iter().map(|it| it.value).collect();
+                self.engine.measure(&values, &self.estimators, gap)
+            }
+        };
+        let names = self.estimators.iter().map(|estimator| estimator.name());
+        (names.zip(answers).collect(), unfit)
+    }
+
     fn new(analysis: &Analysis, rate_hz: Option<f64>, iq: bool, n: usize) -> Result<Self, String> {
         let best = || vec![Estimator::best(iq, analysis.reach)];
         let estimators = analysis.estimators.clone().unwrap_or_else(best);
@@ -382,11 +522,8 @@ impl Station {
                     ));
                 }
             }
-            let rate = match (rate_hz, analysis.band_hz) {
-                (Some(rate), _) => rate,
-                (None, None) => 1.0,
-                (None, Some(_)) => return Err("--band is in hertz: add --rate HZ".into()),
-            };
+            // Without a rate all frequencies are in cycles per sample.
+            let rate = rate_hz.unwrap_or(1.0);
             let config = Config {
                 rate_hz: rate,
                 codes: analysis.codes,
@@ -402,21 +539,6 @@ impl Station {
             Ok(Station { engine: engine::<R>(analysis.arithmetic, n, plan)?, estimators })
         })
     }
-}
-
-/// The integer FFT has no room for codes beyond the rails.
-fn fits(samples: &[Sample], codes: Codes) -> Result<(), String> {
-    let (low, high) = codes.rails();
-    let beyond = |part: i16| part < low || part > high;
-    let value = |sample: &Sample| sample.value.re.abs().max(sample.value.im.abs());
-    if samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
-        return Err(format!("samples exceed {low}..{high}: add --bits 16, or --scale"));
-    }
-    let largest = samples.iter().map(value).fold(0.0, f64::max);
-    if largest > 0.0 && largest < 1.5 {
-        return Err("samples are too small for integers: add --scale CODES".into());
-    }
-    Ok(())
 }
 
 /// The names of verdicts, the most severe first.
@@ -458,8 +580,8 @@ pub fn print(answer: &Answer, style: Style) {
                 "{place:>8} {:>11} {:>14} {:>16} {:>12} {:>7}{speed}  {:<10} {}",
                 number(answer.time_s, 4),
                 number(answer.bins, 6),
-                number(answer.frequency_hz, 6),
-                number(answer.sigma_hz, 6),
+                number(answer.frequency_hz.or(answer.cycles_per_sample.map(|x| 1e3 * x)), 6),
+                number(answer.sigma_hz.or(answer.sigma_cycles_per_sample.map(|x| 1e3 * x)), 6),
                 number(answer.snr_db, 1),
                 answer.verdict,
                 answer.method,
@@ -469,7 +591,7 @@ pub fn print(answer: &Answer, style: Style) {
 }
 
 /// Prints what stands above the answers.
-pub fn print_heading(style: Style, speeds: bool) {
+pub fn print_heading(style: Style, speeds: bool, knows_rate: bool) {
     match style {
         Style::Json => {}
         Style::Csv => {
@@ -483,8 +605,8 @@ pub fn print_heading(style: Style, speeds: bool) {
             "block",
             "time s",
             "bins",
-            "frequency Hz",
-            "sigma Hz",
+            if knows_rate { "frequency Hz" } else { "c/1000 samples" },
+            if knows_rate { "sigma Hz" } else { "sigma" },
             "SNR dB",
             if speeds { carrier::TEXT } else { "" },
             "verdict",

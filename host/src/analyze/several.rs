@@ -1,10 +1,11 @@
 //! All the tones of each block of a recording, or the fundamental of its harmonics, as the core on a
 //! board would find them.
 
+use super::Style;
 use super::carrier::{self, Carrier, Speed};
 use super::cut::Cut;
 use super::fundamental::Fundamental;
-use super::{Style, fits};
+use super::unfit::{Tally, Unfit};
 use crate::cli::print_line;
 use crate::follow::record;
 use crate::recording::Recording;
@@ -12,9 +13,9 @@ use crate::simulate::Kind;
 use crate::with_kind;
 use picket::acquire::sample::Stamp;
 use picket::config::Config;
-use picket::estimate::phasor::Phasor;
 use picket::pipeline::Pipeline;
 use picket::spectrum::fft::twiddle::supported;
+use picket::tone::phasor::Phasor;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
 use std::path::Path;
@@ -105,7 +106,7 @@ pub fn run(
     search: &Search,
     sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
-) -> Result<(), String> {
+) -> Result<Tally, String> {
     let recording = Recording::open(file, search.cut.read).map_err(super::text)?;
     if !supported(search.cut.n) {
         return Err(format!("N = {}: --most and --harmonics take 64, 128, ... 4096", search.cut.n));
@@ -126,18 +127,25 @@ fn blocks<R: Kind, const N: usize>(
     search: &Search,
     sink: &mut dyn FnMut(&Finding),
     progress: &mut dyn FnMut(u64),
-) -> Result<(), String> {
+) -> Result<Tally, String> {
     let &Search { cut, false_alarm, carrier, sought } = search;
     let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
     let mut blocks = recording.blocks(N, hop, skip);
-    let mut block = 0u32;
+    let (mut block, mut tally) = (0u32, Tally::default());
     while let Some((start, samples)) = blocks.next_block().map_err(super::text)? {
-        fits(samples, codes)?;
+        let unfit = Unfit::of(samples, codes);
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
-        let stamp = Stamp { sequence: block, clock: start, ..Stamp::default() };
+        let gap = blocks.missing() > 0;
+        tally.add(unfit);
+        progress(hop as u64);
+        if unfit.is_some() {
+            block = block.wrapping_add(1);
+            continue;
+        }
+        let stamp = Stamp { sequence: block, clock: start, gap, ..Stamp::default() };
         let measurement = pipeline.block(stamp, &record::<R, N>(&values));
         let number = block.into();
         let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
@@ -158,9 +166,9 @@ fn blocks<R: Kind, const N: usize>(
             }
         }
         block = block.wrapping_add(1);
-        progress(hop as u64);
     }
-    Ok(())
+    tally.check(codes)?;
+    Ok(tally)
 }
 
 /// Prints what stands above the tones.

@@ -1,10 +1,10 @@
 //! An answer with every test behind its verdict.
 
 use super::Estimate;
-use picket::estimate::evidence::Evidence;
-use picket::estimate::judge::Judgement;
-use picket::estimate::least_squares::Fit;
-use picket::estimate::observer::{Observer, Step, Test};
+use picket::tone::evidence::Evidence;
+use picket::tone::fit::Fit;
+use picket::tone::judge::Judgement;
+use picket::tone::observer::{Observer, Step, Test};
 use std::cell::{Cell, RefCell};
 
 /// What an observer heard, in order.

@@ -13,11 +13,11 @@ use floats::Floats;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Record;
 use picket::config::Config;
-use picket::estimate::measure;
-use picket::estimate::method::Method;
-use picket::estimate::tone::{Verdict, Verdicts};
+use picket::methods::registry::Method;
 use picket::plan::Terms;
 use picket::spectrum::fft::twiddle::{MAX_LENGTH, supported};
+use picket::tone::{Verdict, Verdicts};
+use picket::tone::{arithmetic, measure};
 use picket_transform::num_complex::Complex;
 use std::fmt::Debug;
 use target::Target;
@@ -67,10 +67,10 @@ impl Arithmetic {
     }
 
     /// The core's arithmetic between the integer FFT and the answer.
-    const fn after_the_fft(self) -> measure::Arithmetic {
+    const fn after_the_fft(self) -> arithmetic::Arithmetic {
         match self {
-            Arithmetic::TargetFixed => measure::Arithmetic::Fixed,
-            _ => measure::Arithmetic::Float,
+            Arithmetic::TargetFixed => arithmetic::Arithmetic::Fixed,
+            _ => arithmetic::Arithmetic::Float,
         }
     }
 
@@ -114,7 +114,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    const NOTHING: Estimate = Estimate {
+    pub(crate) const NOTHING: Estimate = Estimate {
         bins: f64::NAN,
         sigma_bins: f64::NAN,
         snr_db: f64::NAN,
@@ -200,7 +200,7 @@ mod tests {
     use crate::estimator::parse;
     use crate::simulate::{Line, Signal, generator};
     use picket::acquire::sample::{Iq, Real};
-    use picket::estimate::least_squares::Reach;
+    use picket::tone::fit::Reach;
 
     fn answers<R: Kind>(arithmetic: Arithmetic) -> Vec<Estimate> {
         // Seed 3: 40 dB of noise, bound 2e-4 bins.
@@ -259,6 +259,41 @@ mod tests {
         assert_eq!(of(100.3, 2300.0, false, 0.0), [Verdict::Clipped; 4]);
         assert_eq!(of(100.3, 1000.0, false, 500.0), [Verdict::Unresolved; 4]);
         assert_eq!(of(100.3, 1000.0, true, 0.0), [Verdict::Gap; 4]);
+    }
+
+    /// A tone of which the rails cut some part, at lengths of every form: each accepted one is measured, and is measured right.
+    #[test]
+    fn every_length_measures_a_clipped_tone() {
+        let of = |n: usize, iq: bool, arithmetic: Arithmetic| {
+            // Seed 45: one in twelve samples is at a rail. The tone is no simple fraction of the rate.
+            let (bins, seed) = (0.1234 * n as f64, n as u64);
+            let mut generator = generator(45, seed);
+            with_kind!(iq, R => {
+                let record = Signal::tone(bins, 2065.0, 40.0).record::<R>(n, &mut generator);
+                let plan = whole::<R>(n, Codes::signed::<12>()).unwrap();
+                let mut engine = engine::<R>(arithmetic, n, plan).unwrap();
+                let found = engine.measure(&record, &[Estimator::best(iq, Reach::Sixteen)], false);
+                (found[0], (found[0].bins - bins) / found[0].sigma_bins)
+            })
+        };
+        let odd = [2047, 3000, 4095, 5000, 6144, 8192, 10_000, 32_768, 40_000, 65_536, 100_000];
+        for (iq, arithmetic) in [(false, Arithmetic::F64), (true, Arithmetic::F32)] {
+            let (mut count, mut sum) = (0, 0.0);
+            for n in (SHORTEST..1100).chain(odd) {
+                let (found, deviations) = of(n, iq, arithmetic);
+                // Shorter records have too few bins for a verdict.
+                if n < 64 {
+                    continue;
+                }
+                assert_eq!(found.verdict, Verdict::Clipped, "{n} {iq}: {found:?}");
+                assert!(deviations.abs() < 5.0, "{n} {iq}: {deviations} sigma, {found:?}");
+                count += 1;
+                sum += deviations * deviations;
+            }
+            let rms = (sum / f64::from(count)).sqrt();
+            println!("{rms}");
+            assert!((0.6..1.1).contains(&rms), "I/Q {iq}: rms of error over sigma {rms}");
+        }
     }
 
     #[test]

@@ -6,14 +6,16 @@ use crate::estimator::{Estimator, reached};
 use crate::simulate::{Kind, codes};
 use fixed::types::I2F30;
 use picket::acquire::sample::{Record, Stamp};
-use picket::estimate::evidence::Evidence;
-use picket::estimate::least_squares::{Course, fixed as in_integers};
-use picket::estimate::measure::{Arithmetic, Options};
-use picket::estimate::tone::Tone;
 use picket::pipeline::Pipeline;
 use picket::plan::{Plan, Terms};
 use picket::spectrum::bins::{Bins, Rectangular};
+use picket::spectrum::neighbourhood::{Neighbourhood, Places};
 use picket::spectrum::{Spectrum, peak};
+use picket::tone::Tone;
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::evidence::Evidence;
+use picket::tone::fit::{Course, fit_near};
+use picket::tone::measure::Options;
 use picket_transform::num_complex::Complex;
 
 /// An engine for `N` samples, a length of the integer FFT.
@@ -21,13 +23,20 @@ use picket_transform::num_complex::Complex;
 pub(super) struct Target<R: Record, const N: usize> {
     plan: Plan<R, N>,
     spectrum: Box<Spectrum<R, N>>,
+    /// A pipeline for each method that was asked for.
+    pipelines: Vec<(Estimator, Box<Pipeline<R, N>>)>,
     sequence: u32,
 }
 
 impl<R: Kind, const N: usize> Target<R, N> {
     pub(super) fn boxed(terms: Terms) -> Result<Box<dyn Engine>, String> {
         let plan = Plan::of_terms(terms).map_err(|error| error.to_string())?;
-        Ok(Box::new(Self { plan, spectrum: Box::new(Spectrum::new()), sequence: 0 }))
+        Ok(Box::new(Self {
+            plan,
+            spectrum: Box::new(Spectrum::new()),
+            pipelines: Vec::new(),
+            sequence: 0,
+        }))
     }
 
     /// A pipeline by this method; `None` for one of the host's.
@@ -43,7 +52,9 @@ impl<R: Kind, const N: usize> Target<R, N> {
         };
         let fixed = self.plan.options.arithmetic == Arithmetic::Fixed;
         if fixed && estimator.least_squares() {
-            let fit = in_integers::fit(&self.spectrum, peak, reach, Course::Usual);
+            let mut places = Places::new();
+            let near = Neighbourhood::read(&*self.spectrum, peak, &mut places);
+            let fit = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, Course::Usual);
             return fit.map_or(0.0, |fit| fit.offset.into());
         }
         let bins = Bins::<f32, R, Rectangular>::of(&self.spectrum, peak);
@@ -92,13 +103,17 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
         let samples = block::<R, N>(record);
         let stamp = Stamp { sequence: self.sequence, gap, ..Stamp::default() };
         self.sequence = self.sequence.wrapping_add(1);
-        let measure = |&estimator: &Estimator| {
-            let pipeline = self.pipeline(estimator);
-            pipeline.map_or(Estimate::NOTHING, |mut pipeline| {
+        let mut measure = |&estimator: &Estimator| {
+            if !self.pipelines.iter().any(|(known, _)| *known == estimator) {
+                let new = self.pipeline(estimator).map(|pipeline| (estimator, pipeline));
+                self.pipelines.extend(new);
+            }
+            let own = self.pipelines.iter_mut().find(|(known, _)| *known == estimator);
+            own.map_or(Estimate::NOTHING, |(_, pipeline)| {
                 estimate::<R, N>(&pipeline.block(stamp, &samples).tone)
             })
         };
-        estimators.iter().map(measure).collect()
+        estimators.iter().map(&mut measure).collect()
     }
 
     fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {

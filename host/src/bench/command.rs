@@ -1,12 +1,14 @@
 //! `picket bench`: instructions of every stage on emulated cores, beside other people's transforms.
 
 use super::model::Model;
+use super::worst::Worst;
 use super::{self as bench, CORES, Core, ENGINES, LENGTHS, Row, Scope};
+use crate::output::Output;
 use crate::toolchain::ToolError;
 use crate::{cli, progress};
 use clap::Args;
-use picket::estimate::least_squares::Reach;
-use std::path::PathBuf;
+use picket::tone::fit::Reach;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Counts instructions and models cycles of every stage of a measurement on emulated Cortex-M cores.
@@ -14,7 +16,7 @@ use std::process::ExitCode;
 /// Beside them are cycles, modelled by Arm's tables from the program as it was executed, without wait states, caches and interrupts, for
 /// cores of which there is such a table. The records are a seeded corpus: tones in noise at any frequency, at the threshold, at the edges, several
 /// lines, coloured noise, noise alone, silence, impulses, and records with samples at the rails, whose most is a column of
-/// its own. Figures marked with a star are quoted.
+/// its own. `--search 60` breeds signals from those that take longest, for the worst block that it can find. Figures marked with a star are quoted.
 #[derive(Args, Debug)]
 pub struct Options {
     /// Cores, separated by commas: M4F, M33, M55, M7, M3, M0
@@ -32,15 +34,23 @@ pub struct Options {
     /// Random blocks that kernels and their definition are compared on, at each length
     #[arg(long, default_value_t = 20)]
     random: u32,
+    /// Generations of 64 signals each in a search for the worst block, real records, of any shape: 0 for none
+    #[arg(long, default_value_t = 0)]
+    search: usize,
+    /// The seed of that search
+    #[arg(long, default_value_t = bench::worst::SEED)]
+    seed: u64,
     /// Counts a block of the tracker instead, N = 1024: measured where its tone is expected, and searched whole
-    #[arg(long, conflicts_with_all = ["n", "k", "plot"])]
+    #[arg(long, conflicts_with_all = ["n", "k", "plot", "search", "seed"])]
     locked: bool,
     /// Counts the further tones of a block instead, N = 1024, beside its first
-    #[arg(long, conflicts_with_all = ["n", "k", "plot", "locked"])]
+    #[arg(long, conflicts_with_all = ["n", "k", "plot", "search", "seed", "locked"])]
     several: bool,
     /// Draws instructions over N for the first core into this SVG file
     #[arg(long)]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
     /// One JSON object a line
     #[arg(long)]
     json: bool,
@@ -48,6 +58,9 @@ pub struct Options {
 
 /// Counts and prints.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
+    if let Some(path) = &options.plot {
+        options.output.check(path, &[])?;
+    }
     let cores = options.core.iter().map(|name| {
         let core = CORES.iter().find(|core| core.name.eq_ignore_ascii_case(name));
         core.ok_or_else(|| format!("there is no core {name}: choose of M4F, M33, M55, M7, M3, M0"))
@@ -92,7 +105,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
                 let code = bench::size::code(image, n).map_err(|error| error.to_string())?;
                 let (blocks, different) = count.equality();
                 (compared, unequal) = (compared + blocks, unequal + different);
-                new.extend(count.rows(Some(code), model.as_ref()));
+                let mut rows = count.rows(Some(code), model.as_ref());
+                if options.search > 0 {
+                    let found = search(options, core, image, n)?;
+                    let whole = rows.iter_mut().filter(|row| row.stage == "measurement");
+                    whole.for_each(|row| row.found = found);
+                }
+                new.extend(rows);
                 bar.inc(1);
             }
             // What cannot be had is not asked for again.
@@ -114,7 +133,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     if let Some(path) = &options.plot {
         let core = rows.first().map_or("M4F", |row: &Row| row.core);
         let text = bench::plot::chart(&rows, core).svg()?;
-        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        options.output.write(path, text.as_bytes())?;
     }
     if options.json {
         cli::print_line(
@@ -126,8 +145,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     } else {
         cli::print_line(&bench::table::table(&rows).to_string());
         cli::print_line(&format!(
-            "Instructions counted on emulated cores, least squares with K = {}, records of seed {}: median and worst of those \
-             without a sample at a rail, worst of those with. Cycles are modelled: the median of a quarter of the records.\n\
+            "Instructions counted on emulated cores, least squares with K = {}, records of seed {}: median, 95 % and worst of those \
+             without a sample at a rail, worst of those with; then the most that `--search` found, without and with. Cycles \
+             are modelled: the median of a quarter of the records.\n\
              {}Kernel and portable definition: {compared} blocks compared, {unequal} differ.",
             options.k,
             bench::SEED,
@@ -135,6 +155,24 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         ));
     }
     Ok(if unequal == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The worst block that a search finds, without a sample at a rail and with. The log gets the signals.
+fn search(
+    options: &Options,
+    core: &Core,
+    image: &Path,
+    n: usize,
+) -> Result<[Option<u64>; 2], String> {
+    let found = bench::worst::search(core, image, n, options.seed, options.search);
+    let found = found.map_err(|error| error.to_string())?;
+    for (kind, worst) in ["", " with samples at a rail"].iter().zip(&found) {
+        if let Some(worst) = worst {
+            let (name, Worst { instructions, signal }) = (core.name, worst);
+            eprintln!("{name}, N = {n}{kind}: {instructions} instructions by {signal}");
+        }
+    }
+    Ok(found.map(|worst| worst.map(|worst| worst.instructions)))
 }
 
 /// The tracker's blocks.

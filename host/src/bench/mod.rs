@@ -18,6 +18,7 @@ pub mod size;
 pub mod step;
 pub mod table;
 pub mod trace;
+pub mod worst;
 
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
@@ -25,9 +26,9 @@ use model::Model;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Record};
 use picket::config::Config;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::measure::Arithmetic;
 use picket::spectrum::fft::twiddle;
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::fit::Reach;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
@@ -304,6 +305,13 @@ impl Count {
         median(self.each(stage, false))
     }
 
+    /// What 95 of 100 records that are not clipped take at the most in a stage.
+    pub fn most_of_95(&self, stage: &str) -> Option<u64> {
+        let mut each: Vec<u64> = self.each(stage, false).collect();
+        each.sort_unstable();
+        each.get((each.len() * 95).div_ceil(100).saturating_sub(1)).copied()
+    }
+
     /// The most instructions that a stage took, of the records that are clipped or of the others.
     pub fn worst(&self, stage: &str, clipped: bool) -> Option<u64> {
         self.each(stage, clipped).max()
@@ -346,6 +354,7 @@ impl Count {
             let transform = stage.starts_with("fft");
             let median_cycles = model.and_then(|model| model.median(name));
             Some(Row {
+                most_of_95: self.most_of_95(name).filter(|_| ours),
                 worst: self.worst(name, false).filter(|_| ours),
                 worst_clipped: self.worst(name, true).filter(|_| ours),
                 ram_bytes: match (ours, stage) {

@@ -5,7 +5,7 @@ use super::trace::{Section, Trace};
 use super::{Core, SEED, config, corpus, median};
 use crate::emulator::{Capture, RunError};
 use picket::acquire::sample::Real;
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 use picket_wire::capture::Header;
 use std::collections::HashMap;
 use std::path::Path;

@@ -17,10 +17,14 @@ pub struct Row {
     pub instructions: u64,
     /// The same, beside the next two.
     pub median: u64,
+    /// What 95 of 100 records without a sample at a rail take at the most.
+    pub most_of_95: Option<u64>,
     /// The most over all records without a sample at a rail.
     pub worst: Option<u64>,
     /// The most over the records with samples at a rail.
     pub worst_clipped: Option<u64>,
+    /// The most that a search over signals found, without a sample at a rail and with: see [`worst`](super::worst).
+    pub found: [Option<u64>; 2],
     /// Work memory with the record, in bytes; for a measurement the whole pipeline with two records.
     pub ram_bytes: Option<u64>,
     /// Tables, in bytes.
@@ -50,8 +54,10 @@ impl Row {
             stage: stage.into(),
             instructions,
             median: instructions,
+            most_of_95: None,
             worst: None,
             worst_clipped: None,
+            found: [None; 2],
             ram_bytes: None,
             table_bytes: None,
             code_bytes: None,

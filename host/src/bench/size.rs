@@ -12,13 +12,13 @@ use std::path::Path;
 const MODULES: [&str; 9] = [
     "8spectrum",
     "6scalar",
-    "8estimate7measure",
-    "8estimate5noise",
-    "8estimate9detection",
-    "8estimate9frequency",
-    "8estimate11uncertainty",
-    "8estimate13least_squares4real",
-    "8estimate13least_squares6series",
+    "4tone7measure",
+    "4tone5noise",
+    "4tone9detection",
+    "4tone9frequency",
+    "4tone5sigma",
+    "4tone3fit4real",
+    "4tone3fit10fit_points",
 ];
 
 /// What the names of functions contain that take an engine, in whatever module.

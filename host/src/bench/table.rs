@@ -8,8 +8,8 @@ pub fn table(rows: &[Row]) -> Table {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header([
-        "core", "N", "engine", "stage", "median", "worst", "clipped", "cycles", "RAM B",
-        "tables B", "code B", "0 dBFS", "-40 dBFS",
+        "core", "N", "engine", "stage", "median", "95 %", "worst", "clipped", "found", "clipped",
+        "cycles", "RAM B", "tables B", "code B", "0 dBFS", "-40 dBFS",
     ]);
     for row in rows {
         let number = |value: Option<u64>| value.map_or(String::new(), |value| value.to_string());
@@ -21,8 +21,11 @@ pub fn table(rows: &[Row]) -> Table {
             format!("{}{quoted}", row.engine),
             row.stage.clone(),
             row.median.to_string(),
+            number(row.most_of_95),
             number(row.worst),
             number(row.worst_clipped),
+            number(row.found[0]),
+            number(row.found[1]),
             cycles(row),
             number(row.ram_bytes),
             number(row.table_bytes),

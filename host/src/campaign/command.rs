@@ -25,7 +25,7 @@ The bound is that of a pure tone in white noise as dense as the noise is at the 
 #[derive(Args, Clone, Debug)]
 pub struct Flags {
     /// Instead of pure tones: records with something wrong, and what the verdicts say of them. Names apart by commas, severities
-    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "list" explains them.
+    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "front-end" for every digital fault, "list" explains them.
     #[arg(long, value_name = "NAMES", conflicts_with_all = ["bin", "delta", "delta_points", "dc"])]
     pub impair: Option<String>,
     /// Bins between which the impaired tone lies, anywhere; else those where the impairment matters

@@ -16,7 +16,7 @@ use crate::with_kind;
 use cell::Tally;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
-use picket::estimate::uncertainty::bound_bins;
+use picket::tone::sigma::bound_bins;
 
 /// An answer that says it may be used within sigma and is off by more than so many of its sigma is a lie.
 pub const LIE_SIGMAS: f64 = 5.0;

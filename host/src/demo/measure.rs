@@ -11,7 +11,7 @@ use crate::simulate::{Kind, Signal, generator};
 use crate::toolchain::{Firmware, Profile};
 use picket::acquire::sample::{Iq, Real, Record};
 use picket::config::Config;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome};
 use picket_simulator::Sensor;
 use picket_wire::capture::Header;

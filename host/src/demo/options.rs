@@ -1,9 +1,10 @@
 //! What a user types after `picket demo`.
 
+use crate::output::Output;
 use crate::{band, cli};
 use clap::{Parser, ValueEnum};
 use picket::Mixing;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use std::path::PathBuf;
 
 /// The signal-to-noise ratio unless told otherwise, dB: on the emulated board, and of scenes for the core alone.
@@ -46,7 +47,7 @@ pub struct Options {
     pub replay: Option<PathBuf>,
 
     /// Sample rate of the recording, Hz (a wav file tells its own)
-    #[arg(long, value_name = "HZ", value_parser = cli::number, allow_negative_numbers = true, requires = "replay")]
+    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true, requires = "replay")]
     pub rate: Option<f64>,
 
     /// Samples in a block of the recording: 64, 128, ... 4096
@@ -76,6 +77,10 @@ pub struct Options {
     /// Keep the board's session in this file
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub record: Option<PathBuf>,
+
+    /// Whether files are replaced.
+    #[command(flatten)]
+    pub output: Output,
 
     /// Show the firmware's log on stderr
     #[arg(long)]

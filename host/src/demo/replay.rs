@@ -44,6 +44,9 @@ pub fn run(file: &Path, options: &Options) -> Result<ExitCode, DemoError> {
 }
 
 fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, DemoError> {
+    if !recording.knows_rate() {
+        return Err(said("the recording tells no sample rate: --rate HZ"));
+    }
     let rate_hz = recording.rate_hz();
     let config = config(rate_hz, options)?;
     band::holds_a_bin(options.band, rate_hz, options.n, R::IQ).map_err(said)?;

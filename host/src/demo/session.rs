@@ -43,8 +43,9 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
             "a session is bytes: add --record FILE, which picket watch --replay FILE shows",
         ));
     };
+    options.output.check(file, &[]).map_err(said)?;
     let bytes = session(options.seed).map_err(said)?;
-    std::fs::write(file, bytes).map_err(|error| said(format!("{}: {error}", file.display())))?;
+    options.output.write(file, &bytes).map_err(said)?;
     let name = file.display();
     outln!(
         "{name}: {SEGMENTS} records in the board's frames: picket watch --replay {name} shows them"

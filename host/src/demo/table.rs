@@ -2,7 +2,7 @@
 
 use crate::scenario::{Bars, Row};
 use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
-use picket::estimate::tone::Verdict;
+use picket::tone::Verdict;
 use picket::{Mixing, Shape};
 use serde::Serialize;
 use std::io::IsTerminal;

@@ -1,10 +1,11 @@
 //! Four cars before a lidar: what each chirp shows of all of them, with nothing called good that is no car.
 
 use super::answer::{Answer, lines};
-use super::drive::save_both;
+use super::drive::{check_both, save_both};
 use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said};
+use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
@@ -165,10 +166,13 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
 
 /// Measures, prints and draws. Failure: something else than a car is called good, or cars are not found.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    if let Some(file) = &options.plot {
+        check_both(file, options.output)?;
+    }
     let rows = measured(options.seed, options.snr_db())?;
     let summary = Summary::of(&rows);
     if let Some(file) = &options.plot {
-        draw(&rows, file)?;
+        draw(&rows, file, options.output)?;
     }
     if options.json {
         lines(&rows, &summary)?;
@@ -242,7 +246,7 @@ fn print(rows: &[Row], summary: &Summary, options: &Options) {
 }
 
 /// Draws the ranges to `file` and the velocities beside it.
-fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
+fn draw(rows: &[Row], file: &Path, output: Output) -> Result<(), DemoError> {
     let chart = |name, title: &str, y, take: fn(&Answer) -> f64, truth: fn(&Truth) -> f64| {
         let good = |wanted: bool| {
             let all = rows.iter().flat_map(|row| row.targets.iter().map(move |a| (row.time_s, a)));
@@ -273,5 +277,5 @@ fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
         |answer| answer.velocity_mps,
         |car| car.velocity_mps,
     );
-    save_both(&ranges, &velocities, file)
+    save_both(&ranges, &velocities, file, output)
 }

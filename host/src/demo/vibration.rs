@@ -4,12 +4,13 @@ use super::answer::lines;
 use super::measure::N;
 use super::options::Options;
 use super::{DemoError, said};
+use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::vibration::{self as plate, CYCLES, SWING_HZ, SWING_M};
 use crate::simulate::generator;
-use picket::estimate::tone::Verdict;
 use picket::solve::chirp::Mixing;
 use picket::solve::displacement::{Between, Unwrapper};
+use picket::tone::Verdict;
 use picket::{Pipeline, Real, Segment, Stamp};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -122,10 +123,13 @@ pub fn summed(rows: &[Row], snr_db: f64) -> Summary {
 
 /// Measures, prints and draws. Failure: amplitude or noise are not as they should be.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    if let Some(file) = &options.plot {
+        options.output.check(file, &[]).map_err(said)?;
+    }
     let rows = measured(options)?;
     let summary = summed(&rows, options.snr_db());
     if let Some(file) = &options.plot {
-        draw(&rows, &summary, file)?;
+        draw(&rows, &summary, file, options.output)?;
     }
     if options.json {
         lines(&rows, &summary)?;
@@ -168,7 +172,7 @@ fn print(rows: &[Row], summary: &Summary, options: &Options) {
 }
 
 /// The first two swings, with a band of one sigma, and the bound.
-fn draw(rows: &[Row], summary: &Summary, file: &Path) -> Result<(), DemoError> {
+fn draw(rows: &[Row], summary: &Summary, file: &Path, output: Output) -> Result<(), DemoError> {
     const SHOWN_S: f64 = 0.6;
     let shown: Vec<&Row> = rows.iter().filter(|row| row.time_s <= SHOWN_S).collect();
     let most = shown.iter().map(|row| row.measured_um.abs()).fold(1.4e6 * SWING_M, f64::max);
@@ -194,5 +198,5 @@ fn draw(rows: &[Row], summary: &Summary, file: &Path) -> Result<(), DemoError> {
             Series::new("truth - bound", Style::Dashed, 2, truth(-summary.bound_um)),
         ],
     };
-    chart.save(file).map_err(said)
+    chart.save(file, output).map_err(said)
 }

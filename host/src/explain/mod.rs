@@ -7,13 +7,14 @@ use crate::analyze::input::Input;
 use crate::analyze::{self, Answer, Explanation};
 use crate::arithmetic::Note;
 use crate::cli;
+use crate::output::Output;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 use picket::Verdict;
-use picket::estimate::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
-use picket::estimate::judge::Line;
-use picket::estimate::observer::Step;
-use picket::estimate::uncertainty::CLIPPED;
+use picket::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
+use picket::tone::judge::Line;
+use picket::tone::observer::Step;
+use picket::tone::sigma::CLIPPED;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -29,6 +30,8 @@ pub struct Options {
     /// Draws the bins around the peak, the fit and what it leaves into this file, SVG or PNG by its name
     #[arg(long, value_name = "FILE", value_parser = cli::picture)]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
     /// One JSON object
     #[arg(long)]
     json: bool,
@@ -71,11 +74,14 @@ struct Report<'a> {
 
 /// Reads the block, measures it as `picket analyze` does, and prints why its verdict is what it is.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
+    if let Some(picture) = &options.plot {
+        options.output.check(picture, &[&options.input.file])?;
+    }
     let analysis = options.input.analysis()?;
     let explanation = analyze::explain(&options.input.file, &analysis, options.block)?;
     let rows = rows(&explanation);
     if let Some(picture) = &options.plot {
-        picture::draw(&explanation, analysis.codes, picture)?;
+        picture::draw(&explanation, analysis.codes, picture, options.output)?;
     }
     let Explanation { answer, explained, .. } = &explanation;
     let verdict = explained.estimate.verdict;

@@ -2,6 +2,7 @@
 
 use crate::analyze::Explanation;
 use crate::arithmetic::Fitted;
+use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real};
@@ -14,7 +15,12 @@ use std::path::Path;
 const AROUND: i32 = 24;
 
 /// Draws an explained block, in dB of the codes' full scale.
-pub fn draw(explanation: &Explanation, codes: Codes, picture: &Path) -> Result<(), String> {
+pub fn draw(
+    explanation: &Explanation,
+    codes: Codes,
+    picture: &Path,
+    output: Output,
+) -> Result<(), String> {
     let Explanation { answer, explained, samples, iq } = explanation;
     let Some(Fitted { peak, fit, noise }) = explained.fitted else {
         return Err("--plot: nothing was fitted in this block, so there is nothing to draw".into());
@@ -62,5 +68,5 @@ pub fn draw(explanation: &Explanation, codes: Codes, picture: &Path) -> Result<(
             Series::new("noise beside the tone", Style::Dashed, 7, ends.map(|x| (x, level))),
         ],
     };
-    chart.save(picture)
+    chart.save(picture, output)
 }

@@ -1,8 +1,8 @@
 //! Impairments as a user types them: `chirp`, `chirp:0.3`, `second-tone:offset=0.5/1,level-db=-20,hum`.
 
 use super::Impairment;
-use super::list::{Entry, Key, LIST};
-use picket::estimate::method::Records;
+use super::list::{Entry, FRONT_END, Key, LIST};
+use picket::methods::registry::Records;
 
 /// More than anybody wants to wait for.
 const MOST: usize = 10_000;
@@ -15,9 +15,14 @@ pub(super) fn parse(text: &str) -> Result<Vec<Impairment>, String> {
             all.extend(Impairment::all());
             continue;
         }
+        if word == "front-end" {
+            all.extend(Impairment::front_end());
+            continue;
+        }
         let (name, first) = word.split_once(':').map_or((word, None), |(n, f)| (n, Some(f)));
         let entry = LIST
             .iter()
+            .chain(FRONT_END)
             .find(|entry| entry.name == name)
             .ok_or_else(|| format!("no impairment \"{name}\": --impair list shows them"))?;
         let mut values = entry.defaults();
@@ -99,4 +104,6 @@ pub fn help() -> String {
     };
     "Impairments, with the severities they have unless told otherwise:\n".to_owned()
         + &LIST.iter().map(line).collect::<String>()
+        + "Faults of a digital front end, no part of \"all\"; \"front-end\" is every one:\n"
+        + &FRONT_END.iter().map(line).collect::<String>()
 }

@@ -1,8 +1,8 @@
 //! The impairments by name: one entry each. The command line, the report and the tests read this list.
 
 use super::scene::{Range, Scene};
-use super::{added, converter, noise, sampling, tone};
-use picket::estimate::method::Records;
+use super::{added, converter, digital, noise, sampling, tone};
+use picket::methods::registry::Records;
 
 /// A severity of an impairment.
 #[derive(Debug, PartialEq)]
@@ -112,6 +112,10 @@ impl Entry {
         Entry { place, ..self }
     }
 
+    const fn real(self) -> Self {
+        Entry { records: Records::Real, ..self }
+    }
+
     const fn iq(self) -> Self {
         Entry { records: Records::Iq, ..self }
     }
@@ -133,7 +137,44 @@ const MANY: (f64, f64) = (0.0, 1e4);
 const LEVEL: (f64, f64) = (-120.0, 40.0);
 const CORNER: (f64, f64) = (1e-3, 10.0);
 
-/// Every impairment.
+/// Faults of a digital front end. They are asked for by their names, and are no part of `all`: most of them give lines as strong as
+/// the tone, of which a verdict that looks near the tone does not know.
+pub const FRONT_END: &[Entry] = &[
+    Entry::new(
+        "wrap",
+        "a tone so much beyond the rails, whose codes go on at the other end",
+        &[Key::new("over-db", DB, &[0.1, 1.0, 6.0], (0.0, 40.0))],
+        digital::wrap,
+    ),
+    Entry::new("swapped", "the two samples of each word change places", &[], digital::swapped)
+        .real(),
+    Entry::new(
+        "wrong-sign",
+        "codes that count from 0 are read as signed ones, or the other way round",
+        &[],
+        digital::wrong_sign,
+    ),
+    Entry::new(
+        "stuck-bit",
+        "a bit of the codes, 0 the lowest, that is always low (0) or high (1)",
+        &[Key::new("bit", "", &[4.0, 8.0], (0.0, 15.0)), Key::new("level", "", &[0.0, 1.0], ONE)],
+        digital::stuck_bit,
+    ),
+    Entry::new(
+        "missing-codes",
+        "codes that never come, so many at each change of the upper three bits",
+        &[Key::new("lsb", LSB, &[4.0, 16.0], MANY)],
+        digital::missing_codes,
+    ),
+    Entry::new(
+        "stale-buffer",
+        "the end of the block, this share of it, is the end of the block before",
+        &[Key::new("share", "", &[0.25, 0.5], ONE)],
+        digital::stale_buffer,
+    ),
+];
+
+/// Every impairment of `all`.
 pub const LIST: &[Entry] = &[
     Entry::new("none", "nothing: a tone in white noise", &[], |_, _| {}),
     Entry::new("dc", "a constant offset", &[Key::new("fs", FS, &[0.01, 0.05], ONE)], added::dc)

@@ -5,6 +5,7 @@
 
 mod added;
 mod converter;
+mod digital;
 mod grammar;
 mod list;
 mod noise;
@@ -13,7 +14,7 @@ mod scene;
 mod tone;
 
 pub use grammar::help;
-pub use list::{Entry, Key, LIST};
+pub use list::{Entry, FRONT_END, Key, LIST};
 pub use scene::{Impaired, Scene, Setup};
 
 use crate::simulate::Kind;
@@ -35,9 +36,14 @@ impl Impairment {
         grammar::parse(text)
     }
 
-    /// Every impairment at its default severities.
+    /// Every impairment of [`LIST`] at its default severities.
     pub fn all() -> Vec<Self> {
         LIST.iter().flat_map(|entry| grammar::grid(entry, &entry.defaults())).collect()
+    }
+
+    /// Every fault of [`FRONT_END`] at its default severities.
+    pub fn front_end() -> Vec<Self> {
+        FRONT_END.iter().flat_map(|entry| grammar::grid(entry, &entry.defaults())).collect()
     }
 
     /// What there is to know of it.

@@ -98,6 +98,10 @@ pub struct Scene<'a> {
     pub silent: bool,
     /// What the front end makes of a voltage.
     pub front: Option<Front>,
+    /// What becomes of a code.
+    pub digital: Option<Front>,
+    /// Whether each two samples change places.
+    pub swapped: bool,
     /// From this sample on, so many copies of the one before it are delivered, and the rest later.
     pub copies: Option<(usize, usize)>,
     /// Draws of this record.
@@ -132,6 +136,8 @@ impl<'a> Scene<'a> {
             density: None,
             silent: false,
             front: None,
+            digital: None,
+            swapped: false,
             copies: None,
             rng,
         }
@@ -180,6 +186,13 @@ impl<'a> Scene<'a> {
             }
             let im = if self.iq { setup.width.convert(sample.im) } else { 0.0 };
             *sample = Complex::new(setup.width.convert(sample.re), im);
+            if let Some(digital) = &self.digital {
+                let Complex { re, im } = digital(*sample);
+                *sample = Complex::new(re, if self.iq { im } else { 0.0 });
+            }
+        }
+        if self.swapped {
+            samples.as_chunks_mut().0.iter_mut().for_each(|pair: &mut [_; 2]| pair.reverse());
         }
         if let Some((from, count)) = self.copies {
             let before = samples[from - 1];

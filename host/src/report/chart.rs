@@ -3,9 +3,11 @@
 pub use super::axis::Axis;
 use super::field::Field;
 use super::picture::{self, COLOURS, FONT, GRID, INK};
+use crate::output::Output;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use std::path::Path;
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,28 +136,33 @@ impl Chart {
         picture::svg(layout.size, &self.title, |root| self.draw(root, ground, field, layout, 1.0))
     }
 
-    /// The chart as a PNG file, with twice the points a side.
-    pub fn png(&self, file: &std::path::Path) -> Result<(), String> {
-        self.png_over(None, file)
+    /// The chart as a PNG file's bytes, with twice the points a side.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        self.png_over(None)
     }
 
-    fn png_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
-        picture::png(SIZE, file, |root| self.draw(root, Some(WHITE), field, &ALONE, 2.0))
+    fn png_over(&self, field: Option<&Field>) -> Result<Vec<u8>, String> {
+        picture::png(SIZE, |root| self.draw(root, Some(WHITE), field, &ALONE, 2.0))
     }
 
     /// The chart as a file: SVG or PNG, by its name.
-    pub fn save(&self, file: &std::path::Path) -> Result<(), String> {
-        self.save_over(None, file)
+    pub fn save(&self, file: &Path, output: Output) -> Result<(), String> {
+        self.save_over(None, file, output)
     }
 
     /// The same with a field behind the lines.
-    pub fn save_over(&self, field: Option<&Field>, file: &std::path::Path) -> Result<(), String> {
-        match file.extension().and_then(|suffix| suffix.to_str()) {
-            Some("svg") => std::fs::write(file, self.svg_over(field)?)
-                .map_err(|error| format!("{}: {error}", file.display())),
-            Some("png") => self.png_over(field, file),
-            _ => Err(format!("{}: name it .svg or .png", file.display())),
-        }
+    pub fn save_over(
+        &self,
+        field: Option<&Field>,
+        file: &Path,
+        output: Output,
+    ) -> Result<(), String> {
+        let bytes = match file.extension().and_then(|suffix| suffix.to_str()) {
+            Some("svg") => self.svg_over(field)?.into_bytes(),
+            Some("png") => self.png_over(field)?,
+            _ => return Err(format!("{}: name it .svg or .png", file.display())),
+        };
+        output.write(file, &bytes)
     }
 
     fn draw<DB: DrawingBackend>(

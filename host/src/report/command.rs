@@ -1,5 +1,6 @@
 //! `picket report`: the figures of both papers and our own, computed anew.
 
+use crate::output::Output;
 use crate::{cli, report};
 use clap::Args;
 use std::path::PathBuf;
@@ -12,9 +13,11 @@ pub struct Options {
     /// Few trials: rough figures in seconds
     #[arg(long)]
     quick: bool,
-    /// Folder of the page and the pictures
-    #[arg(long, value_name = "DIR", default_value = "target/report")]
-    out: PathBuf,
+    /// Folder of the page and the pictures, an empty one [default: target/report, which is written anew]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
     /// Seed of the noise
     #[arg(long, default_value_t = report::SEED)]
     seed: u64,
@@ -25,9 +28,11 @@ pub struct Options {
 
 /// Writes the report.
 pub fn run(options: &Options) -> Result<ExitCode, String> {
-    let checks = report::write(&options.out, options.quick, options.seed)?;
+    let own = Output { force: options.output.force || options.out.is_none() };
+    let folder = options.out.clone().unwrap_or_else(|| "target/report".into());
+    let checks = report::write(&folder, own, options.quick, options.seed)?;
     let held = checks.iter().filter(|check| check.holds).count();
-    let page = options.out.join("report.html");
+    let page = folder.join("report.html");
     if options.json {
         for check in &checks {
             cli::print_line(&serde_json::to_string(check).map_err(|error| error.to_string())?);

@@ -10,8 +10,8 @@ use crate::simulate::Width;
 use crate::with_kind;
 use indicatif::ProgressBar;
 use picket::acquire::codes::Codes;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::method::Records;
+use picket::methods::registry::Records;
+use picket::tone::fit::Reach;
 
 /// Campaigns that [`impaired`] runs.
 pub const IMPAIRED: u64 = (LIST.len() * SNR_DB.len()) as u64;

@@ -7,7 +7,7 @@ use crate::estimator::parse;
 use crate::simulate::{Kind, Width};
 use crate::sweep::{Offsets, Row, Sweep};
 use indicatif::ProgressBar;
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 use serde::Serialize;
 
 /// How much is simulated, from which seed, and who is told of the progress.

@@ -20,6 +20,7 @@ mod targets;
 mod velocimeter;
 pub mod verdicts;
 
+use crate::output::Output;
 use crate::progress;
 use lab::{Check, Lab, Section};
 use std::fs;
@@ -51,25 +52,23 @@ const PARTS: [Part; 15] = [
 ];
 
 /// Computes everything and writes `report.html` and each picture as SVG and PNG into `folder`. Gives what was checked.
-pub fn write(folder: &Path, quick: bool, seed: u64) -> Result<Vec<Check>, String> {
+pub fn write(folder: &Path, output: Output, quick: bool, seed: u64) -> Result<Vec<Check>, String> {
+    output.check_folder(folder)?;
     fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let bar = progress::bar(PARTS.iter().map(|part| part.1).sum(), "sweeps");
     let lab = Lab { quick, seed, bar };
     let sections: Vec<Section> =
         PARTS.iter().map(|(part, _)| part(&lab)).collect::<Result<_, _>>()?;
     lab.bar.finish_and_clear();
-    let save = |name: String, text: String| {
-        let file = folder.join(name);
-        fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))
-    };
+    let save = |name: String, bytes: Vec<u8>| output.write(&folder.join(name), &bytes);
     for chart in sections.iter().flat_map(|section| &section.charts) {
-        save(format!("{}.svg", chart.name), chart.svg()?)?;
-        chart.png(&folder.join(format!("{}.png", chart.name)))?;
+        save(format!("{}.svg", chart.name), chart.svg()?.into())?;
+        save(format!("{}.png", chart.name), chart.png()?)?;
     }
     for outcomes in sections.iter().filter_map(|section| section.outcomes.as_ref()) {
-        save(format!("{}.svg", outcomes.name), outcomes.svg()?)?;
-        outcomes.png(&folder.join(format!("{}.png", outcomes.name)))?;
+        save(format!("{}.svg", outcomes.name), outcomes.svg()?.into())?;
+        save(format!("{}.png", outcomes.name), outcomes.png()?)?;
     }
-    save("report.html".into(), page::page(&sections, &lab)?)?;
+    save("report.html".into(), page::page(&sections, &lab)?.into())?;
     Ok(sections.into_iter().flat_map(|section| section.checks).collect())
 }

@@ -5,7 +5,7 @@ use super::lab::{Check, Lab, Section, Table};
 use super::lidar::{N, transform};
 use crate::simulate::{Line, Signal, generator};
 use picket::acquire::sample::{Iq, Real};
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket_transform::num_complex::Complex;
 

@@ -4,7 +4,6 @@ use super::picture::{self, COLOURS, FONT, INK};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use std::path::Path;
 
 /// Shares of right, flagged and lie.
 pub type Shares = [f64; 3];
@@ -93,9 +92,9 @@ impl Outcomes {
         Ok(picture::on_paper(&svg, &serde_json::Value::Object(rows.collect()).to_string()))
     }
 
-    /// The picture as a PNG file.
-    pub fn png(&self, file: &Path) -> Result<(), String> {
-        picture::png(self.size(&ALONE), file, |root| self.draw(&root, Some(WHITE), &ALONE, 2.0))
+    /// The picture as a PNG file's bytes.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        picture::png(self.size(&ALONE), |root| self.draw(&root, Some(WHITE), &ALONE, 2.0))
     }
 
     fn draw<DB: DrawingBackend>(

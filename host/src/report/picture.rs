@@ -5,9 +5,6 @@
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
 use std::sync::Once;
 
 /// Colours that people with any colour vision tell apart (Okabe and Ito 2008), on light and dark ground.
@@ -99,24 +96,25 @@ pub(super) fn on_paper(svg: &str, values: &str) -> String {
     svg.replace(INK_TEXT, "#202020").replacen(">\n", &metadata, 1)
 }
 
-/// A drawing as a PNG file, with twice the points a side.
+/// A drawing as a PNG file's bytes, with twice the points a side.
 pub(super) fn png(
     size: (u32, u32),
-    file: &Path,
     draw: impl FnOnce(DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), String>,
-) -> Result<(), String> {
+) -> Result<Vec<u8>, String> {
     fonts();
     let (width, height) = (2 * size.0, 2 * size.1);
     let mut pixels = vec![0; 3 * width as usize * height as usize];
     draw(BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area())?;
-    let write = || -> Result<(), png::EncodingError> {
-        let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
+    let mut bytes = Vec::new();
+    let mut write = || -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Rgb);
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&pixels)?;
         writer.finish()
     };
-    write().map_err(|error| format!("{}: {error}", file.display()))
+    write().map_err(|error| error.to_string())?;
+    Ok(bytes)
 }
 
 /// Text as it may stand in HTML and SVG.

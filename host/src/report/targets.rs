@@ -7,7 +7,7 @@ use crate::scenario::{self, LIDAR_BARS, Row, sensor, table3};
 use crate::simulate::generator;
 use picket::acquire::sample::Real;
 use picket::config::SPEED_OF_LIGHT;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket_simulator::Sensor;
 
 /// Sweeps that [`targets`] runs.

@@ -7,7 +7,7 @@ use crate::simulate::Width;
 use crate::sweep::{Offsets, Row, Sweep};
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::Iq;
-use picket::estimate::methods::autocorrelation::best_lag;
+use picket::methods::autocorrelation::best_lag;
 use std::f64::consts::PI;
 
 fn ratio_of(db: f64) -> f64 {

@@ -9,8 +9,8 @@ use crate::impair::{Impairment, Setup};
 use crate::simulate::{Kind, generator};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::tone::Verdict;
+use picket::tone::Verdict;
+use picket::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
 use std::f64::consts::TAU;
 

@@ -1,20 +1,23 @@
 //! What an unknown recording holds, and the command that measures it.
 
+mod nature;
+mod picture;
 mod spectrum;
-mod values;
+mod trial;
+mod words;
 
 use crate::arithmetic::{Arithmetic, Estimate, engine};
 use crate::estimator::Estimator;
-use crate::recording::{Options, Recording, RecordingError};
-use crate::report::chart::{Axis, Chart, Series, Style};
+use crate::recording::{Levels, Options, Recording, RecordingError, Sample, Scaling};
 use crate::with_kind;
+use nature::{Finding, Known, Nature};
 use picket::acquire::codes::Codes;
 use picket::config::Config;
-use picket::estimate::least_squares::Reach;
+use picket::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
 use spectrum::{floored, powers};
 use std::path::Path;
-use values::{Values, values};
+use trial::{Ground, Of, Way};
 
 /// What is looked at of a recording, in samples.
 const MOST: usize = 1 << 20;
@@ -28,8 +31,6 @@ const LINES: usize = 6;
 const ABOVE_DB: f64 = 13.0;
 /// Lines so far below the strongest one are not told, in dB: a converter's own.
 const BELOW_DB: f64 = 70.0;
-/// Points of the drawn spectrum: each is the strongest of its bins.
-const POINTS: usize = 800;
 /// Bins of the window's main lobe, on each side.
 const LOBE: i64 = 3;
 
@@ -42,9 +43,13 @@ pub struct Survey {
     pub iq: bool,
     /// Samples looked at.
     pub samples: usize,
-    values: Values,
-    /// Codes per unit of the file.
-    scale: f64,
+    /// Levels in codes.
+    levels: Levels,
+    scaling: Scaling,
+    /// Samples without a number.
+    missed: u64,
+    /// Whether the rate is known.
+    knows_rate: bool,
     /// The record's length.
     n: usize,
     /// Power over the bins in dB of a full-scale sine, and the floor.
@@ -55,6 +60,17 @@ pub struct Survey {
     pub hum_hz: Option<f64>,
     /// The line that the command is for.
     pub tone: Option<usize>,
+    /// What ways of measuring did on the recording.
+    finding: Finding,
+}
+
+/// How the codes of a recording differ from those of 16 bits.
+#[derive(Clone, Copy, Debug)]
+enum Width {
+    /// 12 bits from 0 on.
+    Unsigned12,
+    /// Clipped below the rails: this factor brings them there.
+    Scale(f64),
 }
 
 /// A line of the spectrum.
@@ -72,28 +88,32 @@ impl Survey {
     /// Looks at the first million samples.
     pub fn of(file: &Path, read: Options) -> Result<Self, String> {
         let recording = Recording::open(file, read).map_err(|error| error.to_string())?;
-        let (rate_hz, iq) = (recording.rate_hz(), recording.iq());
-        let mut samples = Vec::new();
-        for sample in recording.samples().take(MOST) {
-            samples.push(sample.map_err(|error| error.to_string())?.value);
-        }
-        if samples.len() < SHORTEST {
+        let mut recording = recording;
+        let (rate_hz, iq, scaling) = (recording.rate_hz(), recording.iq(), recording.scaling());
+        let mut all = Vec::new();
+        recording.fill(&mut all, MOST).map_err(|error| error.to_string())?;
+        let levels = Levels::of(&all, iq).filter(|_| all.len() >= SHORTEST);
+        let samples: Vec<Complex<f64>> = all.iter().map(|sample: &Sample| sample.value).collect();
+        let Some(levels) = levels else {
             let short = RecordingError::Short(file.into(), samples.len() as u64, SHORTEST);
             return Err(short.to_string());
-        }
+        };
         let n = LONGEST.min(1 << samples.len().ilog2());
         let powers = powers(&samples, n);
         let mut survey = Survey {
             rate_hz,
             iq,
             samples: samples.len(),
-            values: values(&samples),
-            scale: read.scale,
+            levels,
+            scaling,
+            missed: recording.missed(),
+            knows_rate: recording.knows_rate(),
             n,
             power: floored(&powers, rate_hz, iq),
             lines: Vec::new(),
             hum_hz: None,
             tone: None,
+            finding: Finding { nature: Nature::Noise, held: None },
         };
         survey.lines = survey.peaks(&samples);
         survey.hum_hz = survey.hum();
@@ -103,6 +123,7 @@ impl Survey {
             // Nothing but the mains: they are what was recorded.
             survey.tone = Some(0);
         }
+        survey.finding = survey.tried(&samples);
         Ok(survey)
     }
 
@@ -192,9 +213,99 @@ impl Survey {
             && off < (1.5 * self.bin_hz()).max(0.002 * order * hum).min(hum / 8.0)
     }
 
-    /// What to type, after the file and how it is read.
+    /// Tries ways of measuring on the samples.
+    fn tried(&self, samples: &[Complex<f64>]) -> Finding {
+        let tone = self.tone.and_then(|tone| self.lines.get(tone));
+        let band = |tone: &Spectral| self.band(tone, self.n.min(USUAL));
+        let hum = |line: &&Spectral| self.hum_hz.is_some_and(|hum| self.of_hum(line, hum));
+        let known = Known {
+            hum_hz: self.hum_hz,
+            bands: tone.map(band).into_iter().collect(),
+            lines: self.lines.iter().filter(|line| !hum(line)).count(),
+            comb_hz: self.comb_hz(),
+        };
+        let (codes, scale) = match self.width() {
+            Some(Width::Unsigned12) => (Codes::unsigned::<12>(), 1.0),
+            Some(Width::Scale(scale)) => (Codes::signed::<16>(), scale),
+            None => (Codes::signed::<16>(), 1.0),
+        };
+        let ground = Ground { samples, iq: self.iq, rate_hz: self.rate_hz, codes, scale };
+        nature::finding(ground, &known)
+    }
+
+    /// The distance of the strongest lines, where all are as far apart, or multiples of that.
+    fn comb_hz(&self) -> Option<f64> {
+        let mut hz: Vec<f64> = self.lines.iter().map(|line| line.frequency_hz).collect();
+        hz.sort_by(f64::total_cmp);
+        let least = hz.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let (first, last) = (*hz.first()?, *hz.last()?);
+        let steps = ((last - first) / least).round();
+        let step = (last - first) / steps;
+        let off = |hz: &f64| ((hz - first) / step - ((hz - first) / step).round()).abs();
+        let even = hz.len() >= 3 && steps < 64.0 && hz.iter().all(|hz| off(hz) < 0.08);
+        (even && step > 3.0 * self.bin_hz()).then_some(step)
+    }
+
+    /// What a person has to say of the codes.
+    fn width(&self) -> Option<Width> {
+        let Levels { low, high, step, clipped, .. } = self.levels;
+        if self.scaling == Scaling::CODES && step.is_some() && low >= 0.0 && high <= 4095.0 {
+            Some(Width::Unsigned12)
+        } else if self.scaling == Scaling::CODES && clipped > 0.0 && high.max(-low) < 32000.0 {
+            Some(Width::Scale(32767.0 / high.min(-low).max(1e-12)))
+        } else {
+            None
+        }
+    }
+
+    /// What to type, after the file and how it is read: the way that held; else, of a line that stands where it is in the longest record,
+    /// what measures it.
     pub fn proposal(&self) -> Option<String> {
-        let tone = self.lines.get(self.tone?)?;
+        let width = match self.width() {
+            Some(Width::Unsigned12) => " --bits 12 --unsigned".into(),
+            Some(Width::Scale(scale)) => format!(" --scale {scale:.4}"),
+            None => String::new(),
+        };
+        if let Some((way, ..)) = &self.finding.held {
+            return Some(self.words(way) + &width);
+        }
+        let line = self.lines.get(self.tone?).filter(|line| line.verdict == "good")?;
+        Some(self.longest(line)? + &width)
+    }
+
+    /// The words of a way.
+    fn words(&self, way: &Way) -> String {
+        let Way { n, hop, skip, band_hz, of } = *way;
+        let mut words = format!("--n {n}");
+        if of == Of::Bursts {
+            return words + " --burst";
+        }
+        if hop != n {
+            words += &format!(" --hop {hop}");
+        }
+        if skip > 0 {
+            words += &format!(" --skip {skip}");
+        }
+        if let Some(band_hz) = band_hz {
+            words += &self.band_words(band_hz, n);
+        }
+        match of {
+            Of::Track(acceleration) if acceleration > 0.5 => words + " --track --acceleration 1",
+            Of::Track(_) => words + " --track",
+            Of::Blocks | Of::Bursts => words,
+        }
+    }
+
+    /// A band, rounded to a tenth of a bin, inwards: the rate's half may have digits of its own.
+    fn band_words(&self, (low, high): (f64, f64), n: usize) -> String {
+        let digits = (10.0 * n as f64 / self.rate_hz).log10().ceil().clamp(0.0, 12.0);
+        let unit = 10f64.powf(-digits);
+        let (low, high) = ((low / unit).ceil() * unit, (high / unit).floor() * unit);
+        format!(" --band {low:.0$}:{high:.0$}", digits as usize)
+    }
+
+    /// What measures a line beside others that are near it.
+    fn longest(&self, tone: &Spectral) -> Option<String> {
         let others = || self.lines.iter().filter(|line| !std::ptr::eq(*line, tone));
         let apart = others().map(|line| (line.frequency_hz - tone.frequency_hz).abs());
         let apart = apart.fold(tone.frequency_hz.abs(), f64::min);
@@ -202,25 +313,14 @@ impl Survey {
         while n < self.n && apart * (n as f64) < 16.0 * self.rate_hz {
             n *= 2;
         }
+        // One answer is borne out by no other.
+        if 3 * n > self.samples {
+            return None;
+        }
         let mut words = format!("--n {n}");
         let stronger = self.tone != Some(0);
         if stronger || self.hum_hz.is_some() {
-            // Rounded to a tenth of a bin, inwards: the rate's half may have digits of its own.
-            let digits = (10.0 * n as f64 / self.rate_hz).log10().ceil().clamp(0.0, 12.0);
-            let unit = 10f64.powf(-digits);
-            let (low, high) = self.band(tone, n);
-            let (low, high) = ((low / unit).ceil() * unit, (high / unit).floor() * unit);
-            words += &format!(" --band {low:.0$}:{high:.0$}", digits as usize);
-        }
-        if stronger {
-            // The sides of a stronger line reach far without a window.
-            words += " --method grandke";
-        }
-        let Values { low, high, step, clipped, .. } = self.values;
-        if step.is_some() && low >= 0.0 && high <= 4095.0 {
-            words += " --bits 12 --unsigned";
-        } else if self.scale == 1.0 && clipped > 0.0 && high.max(-low) < 32000.0 {
-            words += &format!(" --scale {:.4}", 32767.0 / high.min(-low).max(1e-12));
+            words += &self.band_words(self.band(tone, n), n);
         }
         Some(words)
     }
@@ -237,98 +337,4 @@ impl Survey {
         let width = (f.abs() / 4.0).max(8.0 * bin);
         ((f - near(-1.0).min(width)).max(ends.0), (f + near(1.0).min(width)).min(ends.1))
     }
-
-    /// The lines for a person; `command` is what was typed of the file and how it is read.
-    pub fn text(&self, command: &str) -> String {
-        let Values { low, high, mean, rms, step, clipped } = self.values;
-        let kind = if self.iq { "I/Q" } else { "real" };
-        let seconds = self.samples as f64 / self.rate_hz;
-        let mut text = format!(
-            "rate      {} Hz, {kind}, {} samples looked at ({seconds:.4} s)\n",
-            self.rate_hz, self.samples
-        );
-        text += &format!(
-            "values    {} to {}, mean {}, rms without it {}",
-            digits(low),
-            digits(high),
-            digits(mean),
-            digits(rms)
-        );
-        text += &match step {
-            Some(step) => {
-                let bits = ((high - low) / step + 1.0).log2().ceil().max(1.0);
-                format!("; in steps of {step}: {bits} bits are used\n")
-            }
-            None => "\n".into(),
-        };
-        text += &match clipped > 0.0 {
-            true => format!(
-                "clipped   {:.2} % of the samples lie at either end: lower the gain\n",
-                100.0 * clipped
-            ),
-            false => "clipped   no\n".into(),
-        };
-        text += &match self.hum_hz {
-            Some(hum) => format!("hum       {hum} Hz is among the lines\n"),
-            None => "hum       none seen\n".into(),
-        };
-        if self.lines.is_empty() {
-            return text
-                + "lines     none stands out of the noise; --plot FILE.svg draws the spectrum\n";
-        }
-        text += "lines         frequency Hz      sigma Hz  dB over the floor  verdict\n";
-        for line in &self.lines {
-            let Spectral { frequency_hz, sigma_hz, above_db, verdict } = line;
-            text += &format!(
-                "          {frequency_hz:16.4} {sigma_hz:13.6} {above_db:18.1}  {verdict}\n"
-            );
-        }
-        match self.proposal() {
-            Some(proposal) => text + &format!("try       picket analyze {command} {proposal}\n"),
-            None => text,
-        }
-    }
-
-    /// The spectrum with its floor.
-    pub fn draw(&self, file: &Path, picture: &Path) -> Result<(), String> {
-        let bottom = self.power.iter().map(|p| p.2).fold(f64::INFINITY, f64::min);
-        let top = self.power.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
-        let (bottom, top) = ((bottom / 10.0).floor() * 10.0 - 10.0, (top / 10.0).ceil() * 10.0);
-        let together = self.power.len().div_ceil(POINTS);
-        let points = |value: fn(&(f64, f64, f64)) -> f64| {
-            self.power.chunks(together).map(move |bins| {
-                let highest = bins.iter().map(value).fold(bottom, f64::max);
-                (bins[0].0, highest)
-            })
-        };
-        let half = self.rate_hz / 2.0;
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let marks = self.lines.iter().map(|line| {
-            let nearest = self.power.iter().min_by(|a, b| {
-                (a.0 - line.frequency_hz).abs().total_cmp(&(b.0 - line.frequency_hz).abs())
-            });
-            (line.frequency_hz, nearest.map_or(bottom, |point| point.1))
-        });
-        let chart = Chart {
-            name: "spectrum",
-            title: format!("Spectrum of {name}, N = {}", self.n),
-            x: Axis::linear("frequency, Hz", if self.iq { -half } else { 0.0 }, half),
-            y: Axis::linear("dB of a full-scale sine", bottom, top),
-            series: vec![
-                Series::new("spectrum", Style::Line, 0, points(|p| p.1)),
-                Series::new("floor", Style::Dashed, 1, points(|p| p.2)),
-                Series::new("lines", Style::Points, 2, marks),
-            ],
-        };
-        chart.save(picture)
-    }
-}
-
-/// Four digits and more.
-fn digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let before = value.abs().max(1e-9).log10().floor();
-    format!("{value:.*}", (3.0 - before).clamp(0.0, 12.0) as usize)
 }

@@ -4,17 +4,48 @@ use super::error::{ToolError, io_error};
 use super::firmware_dir;
 use super::process::{ask, locked, on_path};
 use std::fs::{self, File};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Installs packages, as root only and never at the price of removing a package.
+/// Whether the user has agreed to every installation before it is asked for.
+static AGREED: AtomicBool = AtomicBool::new(false);
+/// The variable that agrees, too: tests have no options.
+const AGREES: &str = "PICKET_YES";
+
+/// Agrees to every installation.
+pub fn agree(yes: bool) {
+    AGREED.store(yes, Ordering::Relaxed);
+}
+
+/// Whether the user wants this: by an option, by the variable, or by an answer on the terminal.
+fn agreed(command: &str) -> bool {
+    if AGREED.load(Ordering::Relaxed) || std::env::var_os(AGREES).is_some_and(|yes| yes == "1") {
+        return true;
+    }
+    let asks = io::stdin().is_terminal() && io::stderr().is_terminal();
+    let mut answer = String::new();
+    asks && {
+        eprint!("toolchain: {command}? [y/N] ");
+        io::stdin().read_line(&mut answer).is_ok() && says_yes(&answer)
+    }
+}
+
+fn says_yes(answer: &str) -> bool {
+    ["y", "yes"].contains(&answer.trim().to_ascii_lowercase().as_str())
+}
+
+/// Installs packages, as root only, where the user agrees, and never at the price of removing a package.
 pub(super) fn install(what: &str, packages: &[&str]) -> Result<(), ToolError> {
     let refused = |reason: &str| missing(what, packages, Some(reason.into()));
-    let _lock = prepared(&refused)?;
     if !is_root() {
         return Err(refused("only root may install it"));
     }
+    if !agreed(&format!("apt-get install {}", packages.join(" "))) {
+        return Err(refused("nobody agreed to install it (--yes or PICKET_YES=1 does)"));
+    }
+    let _lock = prepared(&refused)?;
     eprintln!("toolchain: apt-get install {}", packages.join(" "));
     let install = ["install", "--yes", "--no-remove", "--no-install-recommends"];
     apt(&[&install[..], packages].concat(), None, refused).map(drop)
@@ -94,5 +125,19 @@ mod tests {
         let text = error.to_string();
         assert!(text.contains("apt-get install --no-remove qemu-system-arm"), "{text}");
         assert!(!text.contains('\n'), "{text}");
+    }
+
+    #[test]
+    fn only_a_yes_is_one() {
+        for (answer, yes) in [
+            ("y\n", true),
+            ("Yes\n", true),
+            ("", false),
+            ("\n", false),
+            ("n\n", false),
+            ("yesterday", false),
+        ] {
+            assert_eq!(says_yes(answer), yes, "{answer:?}");
+        }
     }
 }

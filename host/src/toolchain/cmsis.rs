@@ -5,12 +5,14 @@ use super::error::{ToolError, io_error};
 use super::process::Show;
 use super::process::{capture, locked, on_path};
 use super::{Target, target_dir};
+use crate::cli::quoted;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the package is called, and the version of CMSIS-DSP that it holds.
 pub const PACKAGE: &str = "cmsisdsp 1.10.3";
+const ARCHIVE: &str = "cmsisdsp.tar.gz";
 const FOLDER: &str = "cmsisdsp-1.10.3";
 const ADDRESS: &str = "https://files.pythonhosted.org/packages/2c/ec/0decbb48985d2eb98739a9bbf4ba090278cc492a7c1a5d5b907e8baf67b5/cmsisdsp-1.10.3.tar.gz";
 const SHA256: &str = "307d32298faa7c58db912851027fce35f886fec7eb1a27c4b309ce1a97f47519";
@@ -80,7 +82,7 @@ pub fn cmsis(
     let _lock = locked(&home.join("build.lock"))?;
     let compiler = compiler()?;
     let library = sources(&home)?;
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("cmsis");
+    let own = super::workspace().join("host/cmsis");
     let gcc = || {
         let mut command = Command::new(&compiler);
         command.args(core).args([
@@ -143,18 +145,18 @@ fn sources(home: &Path) -> Result<PathBuf, ToolError> {
     if folder.join("Source").is_dir() {
         return Ok(folder);
     }
-    let archive = home.join("cmsisdsp.tar.gz");
-    let place = archive.display();
-    let fetch = format!("curl -fsSL {ADDRESS} -o {place}");
-    let check = format!("echo {SHA256}  {place} | sha256sum --check --status");
-    let unpack = format!("tar -xzf {place} -C {}", home.display());
+    // In the folder itself: its own name, whatever it is, comes into no shell.
+    let fetch = format!("curl -fsSL {ADDRESS} -o {ARCHIVE}");
+    let check = format!("echo {SHA256}  {ARCHIVE} | sha256sum --check --status");
+    let unpack = format!("tar -xzf {ARCHIVE}");
     for step in [fetch, check, unpack] {
         let mut command = Command::new("sh");
-        command.args(["-c", &step]);
+        command.args(["-c", &step]).current_dir(home);
         let (ok, output) = capture(command, Show::Nothing)?;
         if !ok {
             let reason = output.lines().last().map(str::to_owned);
-            return Err(ToolError::Missing { what: PACKAGE.into(), command: step, reason });
+            let command = format!("cd {} && {step}", quoted(&home.display().to_string()));
+            return Err(ToolError::Missing { what: PACKAGE.into(), command, reason });
         }
     }
     Ok(folder)

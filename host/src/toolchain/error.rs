@@ -33,6 +33,8 @@ pub enum ToolError {
         /// The system's answer.
         source: io::Error,
     },
+    /// A file may not be replaced, or not be written: why, in a line.
+    Unwritten(String),
 }
 
 impl fmt::Display for ToolError {
@@ -52,6 +54,7 @@ impl fmt::Display for ToolError {
                 write!(f, "the image {bin} does not build: {}", first.unwrap_or(output.trim()))
             }
             ToolError::Io { what, source } => write!(f, "{what}: {source}"),
+            ToolError::Unwritten(what) => f.write_str(what),
         }
     }
 }

@@ -3,10 +3,11 @@
 //! Two ways lead to a thumb target: the standard library that rustup installs for it, or `core`
 //! built from source by a compiler whose source is at hand (rustup's `rust-src`, or Debian's
 //! `rustc-web` and `rust-web-src`). What is missing is installed when that is allowed
-//! (`RUSTUP_AUTO_INSTALL=0` forbids rustup, installing by apt-get needs root); otherwise the error names
-//! the command to type. The emulator needs no root.
+//! (`RUSTUP_AUTO_INSTALL=0` forbids rustup, installing by apt-get needs root and a yes: `--yes`, `PICKET_YES=1` or an answer on the
+//! terminal); otherwise the error names the command to type. The emulator needs no root.
 
 mod apt;
+pub mod archive;
 mod cmsis;
 mod dependent;
 mod error;
@@ -14,9 +15,11 @@ mod image;
 mod node;
 mod page;
 mod process;
+mod python;
 mod qemu;
 mod route;
 
+pub use apt::agree;
 pub use cmsis::cmsis;
 pub use dependent::Dependent;
 pub use error::ToolError;
@@ -26,10 +29,12 @@ pub use node::node;
 pub(crate) use node::scripts;
 pub use page::{build_page, directory as page_directory};
 pub(crate) use process::on_path;
+pub use python::{build_wheel, environment};
 pub use qemu::{qemu, qemu_riscv32};
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// A core that firmware is built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -118,10 +123,28 @@ impl Profile {
     }
 }
 
-/// The workspace's root.
+/// The workspace's root: the clone that `cargo run` was called in, else the one that the program lies in, else the one around the
+/// current folder, and for an installed program the one that it was built from. A copy of a clone or a renamed one is a clone of its own.
 pub fn workspace() -> &'static Path {
-    let host = Path::new(env!("CARGO_MANIFEST_DIR"));
-    host.parent().unwrap_or(host)
+    static ROOT: OnceLock<PathBuf> = OnceLock::new();
+    ROOT.get_or_init(|| {
+        let cargo = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+        let program = std::env::current_exe().ok();
+        let here = std::env::current_dir().ok();
+        let built = Path::new(env!("CARGO_MANIFEST_DIR"));
+        [cargo, program, here]
+            .into_iter()
+            .flatten()
+            .find_map(|place| clone_around(&place))
+            .unwrap_or_else(|| built.parent().unwrap_or(built).to_owned())
+    })
+}
+
+/// The clone that a place lies in.
+fn clone_around(place: &Path) -> Option<PathBuf> {
+    let parts = ["Cargo.toml", "host/Cargo.toml", "firmware/Cargo.toml", "web/page/index.html"];
+    let is_clone = |folder: &&Path| parts.iter().all(|part| folder.join(part).is_file());
+    place.ancestors().find(is_clone).map(Path::to_owned)
 }
 
 /// The programs outside the workspace that depend on the library as a stranger's would.

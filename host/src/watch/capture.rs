@@ -3,7 +3,6 @@
 use super::{Kept, WatchError};
 use crate::device::Blocks;
 use picket_wire::status::Raw;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Blocks on their way into a file.
@@ -25,9 +24,9 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 impl Capture {
     /// So many blocks to this file.
-    pub fn create(path: &Path, wanted: u16) -> Result<Self, WatchError> {
-        let (file, pieces) = (Kept::create(path)?, Blocks::default());
-        Ok(Capture { file, wanted, left: wanted, pieces, last: Instant::now(), tries: 0 })
+    pub fn create(file: Kept, wanted: u16) -> Self {
+        let pieces = Blocks::default();
+        Capture { file, wanted, left: wanted, pieces, last: Instant::now(), tries: 0 }
     }
 
     /// Whether blocks are missing.

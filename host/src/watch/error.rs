@@ -59,6 +59,8 @@ pub enum WatchError {
     Orders,
     /// The settings' file.
     Settings(String),
+    /// What comes cannot be kept where it is wanted.
+    Output(String),
     /// The device refused.
     Refused(picket_wire::command::Refusal),
 }
@@ -92,7 +94,7 @@ impl fmt::Display for WatchError {
             WatchError::Orders => {
                 f.write_str("orders need a port: neither stdin nor a file listens")
             }
-            WatchError::Settings(what) => f.write_str(what),
+            WatchError::Settings(what) | WatchError::Output(what) => f.write_str(what),
             WatchError::Refused(refusal) => write!(f, "the device refuses: {refusal}"),
         }
     }

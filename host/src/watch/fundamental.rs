@@ -1,7 +1,7 @@
 //! The fundamental of a block's harmonics as a line, for people and for programs.
 
 use super::Style;
-use super::line::{Reading, Scale, segment};
+use super::line::{Reading, segment};
 use crate::analyze::fundamental::listed;
 use picket_wire::fundamental as wire;
 use serde::Serialize;
@@ -19,14 +19,14 @@ pub struct Fundamental {
 }
 
 impl Fundamental {
-    /// That of a device.
-    pub fn of(found: &wire::Fundamental, scale: &Scale) -> Self {
+    /// That of a device at this sample rate, if it is known.
+    pub fn of(found: &wire::Fundamental, rate_hz: Option<f64>) -> Self {
         let harmonic = &found.harmonic;
         Self {
             fundamental: true,
             sequence: found.sequence,
             segment: segment(found.segment),
-            reading: Reading::of(&harmonic.tone, scale),
+            reading: Reading::of(&harmonic.tone, rate_hz),
             orders: harmonic.seen().collect(),
             verdict: harmonic.tone.verdict.name(),
         }
@@ -69,16 +69,15 @@ impl Fundamental {
 mod tests {
     use super::*;
     use crate::watch::line::CSV;
-    use picket::estimate::harmonic::Harmonic;
-    use picket::estimate::tone::{Tone, Verdict};
+    use picket::tone::harmonic::Harmonic;
+    use picket::tone::{Tone, Verdict};
 
     #[test]
     fn people_and_programs_read_the_same() {
         let tone = Tone { snr: 100.0, verdict: Verdict::Good, ..Tone::default() };
         let harmonic = Harmonic { tone, orders: 0b10110 };
         let found = wire::Fundamental { sequence: 7, harmonic, ..wire::Fundamental::default() };
-        let scale = Scale { rate_hz: Some(1e3), ..Scale::default() };
-        let found = Fundamental::of(&found, &scale);
+        let found = Fundamental::of(&found, Some(1e3));
         assert_eq!(found.csv().matches(',').count(), CSV.matches(',').count());
         let json: serde_json::Value = serde_json::from_str(&found.json()).unwrap();
         assert_eq!(json["orders"], serde_json::json!([2, 3, 5]));

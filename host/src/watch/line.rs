@@ -4,27 +4,16 @@ use super::Style;
 use crate::analyze::names;
 use crate::device::Listener;
 use picket::acquire::sample::Segment;
-use picket::estimate::phasor::Phasor;
-use picket::estimate::tone::{Tone, Verdict};
 use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
+use picket::tone::phasor::Phasor;
+use picket::tone::{Tone, Verdict};
 use picket_wire::boot::Boot;
 use picket_wire::follow::Follow;
 use picket_wire::lines as wire;
 use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
-
-/// What is known of the device, for the units of its records.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Scale {
-    /// Samples per second.
-    pub rate_hz: Option<f64>,
-    /// Samples in a block.
-    pub n: Option<usize>,
-    /// I/Q records.
-    pub iq: bool,
-}
 
 /// What is read of a tone.
 #[derive(Clone, Debug, Serialize)]
@@ -43,9 +32,10 @@ fn cell(value: Option<f64>) -> String {
 }
 
 impl Reading {
-    pub(super) fn of(tone: &Tone, scale: &Scale) -> Self {
+    /// That of a tone of a block at this sample rate, if it is known.
+    pub(super) fn of(tone: &Tone, rate_hz: Option<f64>) -> Self {
         let cycles = tone.frequency.0.to_num::<f64>();
-        let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+        let hertz = |cycles: f64| rate_hz.map(|rate| cycles * rate);
         Self {
             frequency_cycles_per_sample: cycles,
             sigma_cycles_per_sample: tone.sigma,
@@ -74,10 +64,20 @@ impl Reading {
 
     /// A row of the table below a block's row.
     pub(super) fn table_below(&self, name: &str, more: &str) -> String {
-        let hertz = self.frequency_hz.unwrap_or(self.frequency_cycles_per_sample);
-        let sigma = self.sigma_hz.map_or("-".into(), |sigma| format!("{sigma:.4}"));
+        let (frequency, sigma) = self.cells();
         let name = format!("{name:>9}");
-        format!("{name:18} {hertz:>16.4} {sigma:>13} {:7.1}  {more}", self.snr_db)
+        format!("{name:18} {frequency:>16} {sigma:>13} {:7.1}  {more}", self.snr_db)
+    }
+
+    /// Frequency and sigma in hertz, or in cycles per sample where no rate is known: the heading says which.
+    fn cells(&self) -> (String, String) {
+        match (self.frequency_hz, self.sigma_hz) {
+            (Some(hertz), Some(sigma)) => (format!("{hertz:.4}"), format!("{sigma:.4}")),
+            _ => (
+                format!("{:.9}", self.frequency_cycles_per_sample),
+                format!("{:.2e}", self.sigma_cycles_per_sample),
+            ),
+        }
     }
 }
 
@@ -85,6 +85,7 @@ impl Reading {
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     sequence: u32,
+    rate_hz: Option<f64>,
     time_s: Option<f64>,
     segment: &'static str,
     gap: bool,
@@ -112,8 +113,17 @@ pub struct Row {
 /// The header of comma-separated values.
 pub const CSV: &str = "sequence,time_s,segment,gap,frequency_hz,sigma_hz,snr_db,amplitude_codes,clipped,verdict,range_m,sigma_range_m,velocity_mps,sigma_velocity_mps,lost,faults,missing,bad_frames,line,phase_rad,sigma_phase_rad";
 
-/// The header of the table.
-pub const TABLE: &str = "    block  segment     frequency Hz      sigma Hz  SNR dB     range m  velocity m/s  verdict      lost  faults";
+/// The header of the table, of blocks whose sample rate is known or of others.
+pub const fn table_heading(knows_rate: bool) -> &'static str {
+    match knows_rate {
+        true => {
+            "    block  segment     frequency Hz      sigma Hz  SNR dB     range m  velocity m/s  verdict      lost  faults"
+        }
+        false => {
+            "    block  segment    cycles/sample         sigma  SNR dB     range m  velocity m/s  verdict      lost  faults"
+        }
+    }
+}
 
 pub(super) const fn segment(segment: Segment) -> &'static str {
     match segment {
@@ -125,16 +135,17 @@ pub(super) const fn segment(segment: Segment) -> &'static str {
 }
 
 impl Row {
-    /// The row of a record.
-    pub fn of(record: &Telemetry, scale: &Scale, listener: &Listener) -> Self {
+    /// The row of a record at this sample rate, if it is known.
+    pub fn of(record: &Telemetry, rate_hz: Option<f64>, listener: &Listener) -> Self {
         let measurement = &record.measurement;
         let (stamp, tone) = (&measurement.stamp, &measurement.tone);
         let mut row = Row {
             sequence: stamp.sequence,
-            time_s: scale.rate_hz.map(|rate| stamp.clock as f64 / rate),
+            rate_hz,
+            time_s: rate_hz.map(|rate| stamp.clock as f64 / rate),
             segment: segment(stamp.segment),
             gap: stamp.gap,
-            reading: Reading::of(tone, scale),
+            reading: Reading::of(tone, rate_hz),
             clipped: measurement.clipped,
             verdict: tone.verdict.name(),
             also: names(tone.also),
@@ -183,6 +194,11 @@ impl Row {
         self.sequence
     }
 
+    /// Whether its frequency is in hertz.
+    pub fn knows_rate(&self) -> bool {
+        self.rate_hz.is_some()
+    }
+
     /// One JSON object. A number that is none is null.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -225,12 +241,14 @@ impl Row {
             None => "-".into(),
         };
         let caution = self.caution.map_or(String::new(), |words| format!("  {words}"));
+        let (frequency, sigma) = match self.reading.frequency_hz.is_none() && self.knows_rate() {
+            true => ("-".into(), "-".into()),
+            false => self.reading.cells(),
+        };
         format!(
-            "{:9}  {:7} {:>16} {:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}",
+            "{:9}  {:7} {frequency:>16} {sigma:>13} {:7.1} {:>11} {:>13}  {:11} {:5} {:7}{caution}",
             self.sequence,
             self.segment,
-            number(self.reading.frequency_hz.or(Some(self.reading.frequency_cycles_per_sample)), 4),
-            number(self.reading.sigma_hz, 4),
             self.reading.snr_db,
             number(self.range_m, 4),
             number(self.velocity_mps, 4),
@@ -278,15 +296,15 @@ struct Line {
 }
 
 impl Lines {
-    /// Those of a device.
-    pub fn of(lines: &wire::Lines, scale: &Scale) -> Self {
+    /// Those of a device at this sample rate, if it is known.
+    pub fn of(lines: &wire::Lines, rate_hz: Option<f64>) -> Self {
         let line = |(index, phasor): (usize, &Phasor)| {
             let Phasor { tone, phase, sigma_phase } = phasor;
             Line {
                 line: index + 1,
                 sequence: lines.sequence,
                 segment: segment(lines.segment),
-                reading: Reading::of(tone, scale),
+                reading: Reading::of(tone, rate_hz),
                 phase_rad: *phase,
                 sigma_phase_rad: *sigma_phase,
                 verdict: tone.verdict.name(),
@@ -371,9 +389,9 @@ pub fn boot(boot: &Boot) -> String {
     )
 }
 
-/// What a device follows as JSON: a line for each track, and one for each target.
-pub fn follow(follow: &Follow, scale: &Scale) -> Vec<String> {
-    let hertz = |cycles: f64| scale.rate_hz.map(|rate| cycles * rate);
+/// What a device follows as JSON, at this sample rate if it is known: a line for each track, and one for each target.
+pub fn follow(follow: &Follow, rate_hz: Option<f64>) -> Vec<String> {
+    let hertz = |cycles: f64| rate_hz.map(|rate| cycles * rate);
     let tracks = follow.tracks.iter().map(|track| {
         serde_json::json!({
             "track": track.number, "sequence": follow.sequence, "segment": segment(follow.segment),

@@ -8,22 +8,23 @@ mod live;
 pub mod orders;
 pub mod port;
 pub mod ports;
+pub mod scale;
 pub mod settings;
 
 use crate::cli::{self, print_line};
 use crate::device::{Listener, Said};
 use crate::end;
+use crate::output::{Growing, Output};
 use capture::Capture;
 use clap::Args;
 pub use error::WatchError;
 use error::{io, unheard};
 use fundamental::Fundamental;
-use line::Scale;
 use orders::{Orders, Pending};
 use picket_wire::command::Command;
 use port::{Piece, Source};
-use std::fs::File;
-use std::io::{IsTerminal, Write};
+use scale::Scale;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -53,7 +54,7 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
     /// Samples per second, where the device does not tell
-    #[arg(long, value_name = "HZ", value_parser = cli::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Ends after so many measurements
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
@@ -62,7 +63,29 @@ pub struct Options {
     #[arg(long, exclusive = true)]
     install_udev: bool,
     #[command(flatten)]
+    output: Output,
+    #[command(flatten)]
     orders: Orders,
+}
+
+impl Options {
+    /// Whether what comes can be kept where it is wanted.
+    fn check(&self) -> Result<(), WatchError> {
+        let capture = self.orders.capture().map(|(_, path)| path);
+        let mut read: Vec<&Path> = self.replay.iter().map(PathBuf::as_path).collect();
+        read.extend(self.port.as_deref().map(Path::new));
+        read.extend(self.orders.settings());
+        for file in self.record.as_deref().into_iter().chain(capture) {
+            self.output.check(file, &read).map_err(WatchError::Output)?;
+            read.push(file);
+        }
+        if self.record.is_some() && self.record.as_deref() == capture {
+            return Err(WatchError::Output(
+                "--record and --capture-to are one file: name two".into(),
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// How measurements are shown.
@@ -91,6 +114,7 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
         lines.iter().for_each(|line| eprintln!("{line}"));
         return Err(WatchError::Nameless(first));
     }
+    options.check()?;
     if options.live && !options.orders.any() && std::io::stdout().is_terminal() {
         return live::run(options);
     }
@@ -99,9 +123,11 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
     if options.orders.any() && !source.listens() {
         return Err(WatchError::Orders);
     }
-    let record = options.record.as_deref().map(Kept::create).transpose()?;
+    let kept = |path: &Path| Kept::create(path, options.output);
+    let record = options.record.as_deref().map(kept).transpose()?;
     let capture = options.orders.capture();
-    let capture = capture.map(|(blocks, path)| Capture::create(path, blocks)).transpose()?;
+    let capture =
+        capture.map(|(blocks, path)| Ok(Capture::create(kept(path)?, blocks))).transpose()?;
     let mut watch = Watch::new(style, options, orders.alone(), capture);
     end::look();
     let ended = watch.until_the_end(&mut source, orders, record, options.count);
@@ -118,33 +144,19 @@ pub fn run(options: &Options) -> Result<ExitCode, WatchError> {
 }
 
 /// A file of which all that was written is kept, however the program ends.
-struct Kept {
-    path: PathBuf,
-    file: File,
-    bytes: u64,
-}
+struct Kept(Growing);
 
 impl Kept {
-    fn create(path: &Path) -> Result<Self, WatchError> {
-        let file = File::create(path).map_err(io(path.display()))?;
-        Ok(Kept { path: path.into(), file, bytes: 0 })
+    fn create(path: &Path, output: Output) -> Result<Self, WatchError> {
+        output.grow(path).map(Kept).map_err(io(path.display()))
     }
 
-    fn write(&mut self, mut bytes: &[u8]) -> Result<(), WatchError> {
-        while !bytes.is_empty() {
-            match self.file.write(bytes) {
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(source) => {
-                    let what = self.path.display().to_string();
-                    return Err(WatchError::Full { what, kept: self.bytes, source });
-                }
-                Ok(count) => {
-                    self.bytes += count as u64;
-                    bytes = &bytes[count..];
-                }
-            }
-        }
-        Ok(())
+    fn write(&mut self, bytes: &[u8]) -> Result<(), WatchError> {
+        let Kept(file) = self;
+        file.add(bytes).map_err(|source| {
+            let what = file.path().display().to_string();
+            WatchError::Full { what, kept: file.bytes(), source }
+        })
     }
 }
 
@@ -153,7 +165,10 @@ struct Watch {
     style: Style,
     listener: Listener,
     scale: Scale,
+    /// The header of comma-separated values is written.
     header: bool,
+    /// The header of the table that is written: of records whose rate is known, or of others.
+    heading: Option<bool>,
     /// The last row for people: not more than they can read.
     shown: Option<Instant>,
     /// The block of that row, if it is the last one's.
@@ -192,8 +207,9 @@ impl Watch {
         Self {
             style,
             listener: Listener::default(),
-            scale: Scale { rate_hz: options.rate, ..Scale::default() },
+            scale: Scale::given(options.rate),
             header: false,
+            heading: None,
             shown: None,
             sequence: None,
             capture,
@@ -216,7 +232,10 @@ impl Watch {
             let bytes = match source.piece()? {
                 Piece::End => break,
                 Piece::Opened => {
+                    // Another host may have had it meanwhile.
+                    self.scale.forget();
                     orders.ask(source)?;
+                    orders.renew(source);
                     continue;
                 }
                 Piece::Bytes(bytes) => bytes,
@@ -229,6 +248,9 @@ impl Watch {
                 let Some(said) = self.listener.push(byte) else { continue };
                 (self.heard, self.patience.told) = (true, true);
                 orders.hear(&said, source)?;
+                if self.scale.hear(&said, &self.listener) {
+                    orders.renew(source);
+                }
                 self.show(said)?;
                 if count.is_some_and(|count| self.listener.records >= count) {
                     return Ok(());
@@ -261,8 +283,7 @@ impl Watch {
             capture.begin();
             return Ok(());
         }
-        let Scale { n, rate_hz, .. } = self.scale;
-        let seconds = n.unwrap_or(1024) as f64 / rate_hz.unwrap_or(f64::INFINITY);
+        let seconds = self.scale.known().map_or(0.0, |known| known.n as f64 / known.rate_hz);
         let block = Duration::try_from_secs_f64(seconds).unwrap_or_default();
         if let Some(left) = capture.again(block)? {
             orders.add(Command::Capture(left), source);
@@ -280,32 +301,22 @@ impl Watch {
                 if self.quiet => {}
             Said::Telemetry(record) => {
                 self.sequence = None;
-                self.row(&line::Row::of(&record, &self.scale, &self.listener))
+                let rate_hz = self.rate_of(record.measurement.stamp.sequence);
+                self.row(&line::Row::of(&record, rate_hz, &self.listener))
             }
             Said::Lines(lines) => {
-                let tones = line::Lines::of(&lines, &self.scale);
+                let tones = line::Lines::of(&lines, self.rate_of(lines.sequence));
                 self.below(lines.sequence, tones.written(self.style));
             }
             Said::Fundamental(found) => {
-                let fundamental = Fundamental::of(&found, &self.scale);
+                let fundamental = Fundamental::of(&found, self.rate_of(found.sequence));
                 self.below(found.sequence, fundamental.written(self.style));
             }
-            Said::Boot(boot) => {
-                self.scale.n = Some(boot.n as usize);
-                self.note(&line::boot(&boot));
-            }
-            Said::Answer(_, Ok(body)) => {
-                if let Some((settings, n)) = settings::of_answer(&body) {
-                    self.scale = Scale {
-                        rate_hz: Some(settings.config.rate_hz),
-                        n: Some(n),
-                        iq: settings.iq,
-                    };
-                }
-            }
+            Said::Boot(boot) => self.note(&line::boot(&boot)),
             Said::Raw(raw) => {
-                let length = self.scale.n.unwrap_or(1024) * if self.scale.iq { 4 } else { 2 };
-                if let Some(capture) = &mut self.capture {
+                // What a block is, only the settings say: pieces before them are asked for again.
+                let length = self.scale.known().map(|known| known.bytes());
+                if let (Some(capture), Some(length)) = (&mut self.capture, length) {
                     capture.push(&raw, length)?;
                 }
             }
@@ -313,11 +324,16 @@ impl Watch {
                 print_line(&line::status(&status))
             }
             Said::Follow(follow) if self.style == Style::Jsonl => {
-                line::follow(&follow, &self.scale).iter().for_each(|line| print_line(line))
+                let rate_hz = self.rate_of(follow.sequence);
+                line::follow(&follow, rate_hz).iter().for_each(|line| print_line(line))
             }
             Said::Status(_) | Said::Answer(..) | Said::Follow(_) => {}
         }
         Ok(())
+    }
+
+    fn rate_of(&self, sequence: u32) -> Option<f64> {
+        self.scale.rate_of(sequence, &self.listener)
     }
 
     fn row(&mut self, row: &line::Row) {
@@ -339,8 +355,8 @@ impl Watch {
                 }
                 self.shown = Some(now);
                 self.sequence = Some(row.sequence());
-                if !std::mem::replace(&mut self.header, true) {
-                    print_line(line::TABLE);
+                if self.heading.replace(row.knows_rate()) != Some(row.knows_rate()) {
+                    print_line(line::table_heading(row.knows_rate()));
                 }
                 print_line(&row.table());
             }

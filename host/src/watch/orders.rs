@@ -79,6 +79,8 @@ pub struct Pending {
     print: bool,
     /// The user ordered something.
     ordered: bool,
+    /// The settings are asked for, and nobody ordered that.
+    renews: bool,
 }
 
 impl Orders {
@@ -91,6 +93,11 @@ impl Orders {
     /// Blocks to capture, and where to.
     pub fn capture(&self) -> Option<(u16, &Path)> {
         self.capture.zip(self.capture_to.as_deref())
+    }
+
+    /// The file of settings.
+    pub fn settings(&self) -> Option<&Path> {
+        self.set_settings.as_deref()
     }
 
     /// In the order in which they make sense.
@@ -118,6 +125,7 @@ impl Orders {
             ends,
             print: self.get_settings,
             ordered: self.any(),
+            renews: false,
         })
     }
 }
@@ -167,6 +175,11 @@ impl Pending {
             return Err(WatchError::Unheard { tries, bytes });
         }
         if tries >= TRIES {
+            if self.renews && request.command == Command::GetSettings {
+                self.renews = false;
+                self.next(source);
+                return Ok(());
+            }
             if self.ordered {
                 return Err(WatchError::Unanswered { order: told(&request.command), tries });
             }
@@ -178,6 +191,17 @@ impl Pending {
         source.send(&[0]);
         self.send(request, source);
         Ok(())
+    }
+
+    /// Asks for the settings again, because they may be others now; not where that is on its way.
+    pub fn renew(&mut self, source: &mut Source) {
+        let asks = |command: &Command| *command == Command::GetSettings;
+        let asked =
+            self.queue.iter().any(asks) || self.sent.is_some_and(|sent| asks(&sent.command));
+        if source.listens() && !asked {
+            self.renews = true;
+            self.add(Command::GetSettings, source);
+        }
     }
 
     /// Another order behind the others.
@@ -209,10 +233,12 @@ impl Pending {
             return Ok(());
         }
         self.sent = None;
+        self.renews &= request.command != Command::GetSettings;
         match body {
             Err(refusal) if self.ordered => return Err(WatchError::Refused(*refusal)),
             Err(_) => {}
-            Ok(body) if self.print && request.command == Command::GetSettings => {
+            Ok(body) if request.command == Command::GetSettings && self.print => {
+                self.print = false;
                 if let Some((settings, n)) = settings::of_answer(body) {
                     print_line(&settings::to_json(&settings, n));
                 }

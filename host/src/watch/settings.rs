@@ -3,11 +3,11 @@
 use super::{WatchError, io};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following, Scene};
-use picket::estimate::least_squares::Reach;
-use picket::estimate::lines::MOST;
-use picket::estimate::method::Method;
+use picket::methods::registry::Method;
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
+use picket::tone::fit::Reach;
+use picket::tone::lines::MOST;
 use picket_wire::settings::{Calibration, Drive, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

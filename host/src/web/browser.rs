@@ -1,6 +1,7 @@
 //! A browser without a window that opens the page: for pictures of it, and for its tests.
 
 use crate::end::Owned;
+use crate::output::Output;
 pub use crate::toolchain::node;
 use crate::toolchain::{ToolError, io_error, on_path, page_directory, scripts, workspace};
 use std::ffi::OsStr;
@@ -65,12 +66,20 @@ pub fn script(name: &str, arguments: &[&OsStr]) -> Result<String, ToolError> {
     }
 }
 
-/// Draws the pictures of the page at this address into a folder; gives their names, a line each.
+/// Draws the pictures of the page at this address into a folder; gives their names.
 ///
 /// # Errors
-/// See [`script`].
-pub fn pictures(address: &str, folder: &Path) -> Result<String, ToolError> {
+/// See [`script`]; or a picture exists.
+pub fn pictures(address: &str, folder: &Path, output: Output) -> Result<Vec<String>, ToolError> {
     fs::create_dir_all(folder).map_err(io_error(folder.display()))?;
-    let folder = fs::canonicalize(folder).map_err(io_error(folder.display()))?;
-    script("pictures.mjs", &[address.as_ref(), folder.as_os_str()])
+    let drawn = tempfile::tempdir().map_err(io_error("the temporary directory"))?;
+    let names = script("pictures.mjs", &[address.as_ref(), drawn.path().as_os_str()])?;
+    let keep = |name: &str| {
+        let from = drawn.path().join(name);
+        let bytes = fs::read(&from).map_err(io_error(from.display()))?;
+        let to = folder.join(name);
+        output.write(&to, &bytes).map_err(ToolError::Unwritten)?;
+        Ok(to.display().to_string())
+    };
+    names.lines().map(keep).collect()
 }

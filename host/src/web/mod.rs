@@ -4,6 +4,7 @@ pub mod browser;
 mod site;
 
 use crate::end;
+use crate::output::Output;
 use crate::toolchain::ToolError;
 use clap::Args;
 use std::path::PathBuf;
@@ -24,6 +25,8 @@ pub struct Options {
     /// Ends when the pictures for the documentation are in this folder; needs chromium and node
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["port", "build"])]
     pictures: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Builds the page, and serves it until the user ends it.
@@ -38,8 +41,8 @@ pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
     }
     if let Some(folder) = &options.pictures {
         let served = site.serve(0)?;
-        for line in browser::pictures(&served.address(), folder)?.lines() {
-            crate::cli::print_line(line);
+        for line in browser::pictures(&served.address(), folder, options.output)? {
+            crate::cli::print_line(&line);
         }
         return Ok(ExitCode::SUCCESS);
     }

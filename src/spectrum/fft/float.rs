@@ -15,7 +15,7 @@
 //!
 //! The points of a real record are its bins 0..N/2, already split. Bin N/2 is real, as bin 0 is,
 //! and lies in the imaginary part of bin 0. White noise has the same power in these points as in
-//! the other engines' points, so [`crate::estimate::noise`] takes their second differences
+//! the other engines' points, so [`crate::tone::noise`] takes their second differences
 //! unchanged. It does not read bin 0. Near the mirror of the tone's bin it leaves out bins that
 //! hold only noise, and reads as many others.
 //!

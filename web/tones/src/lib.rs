@@ -8,15 +8,16 @@ pub mod row;
 
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::estimate::detection::{FALSE_ALARM, Threshold};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::least_squares::Reach;
-use picket::estimate::lines::lines;
-use picket::estimate::measure::{Arithmetic, Options};
-use picket::estimate::method::Method;
-use picket::estimate::tone::{Tone, Verdict, Verdicts};
+use picket::methods::registry::Method;
 use picket::spectrum::Spectrum;
 use picket::spectrum::peak::Band;
+use picket::tone::arithmetic::Arithmetic;
+use picket::tone::detection::{FALSE_ALARM, Threshold};
+use picket::tone::fit::Reach;
+use picket::tone::frequency::Frequency;
+use picket::tone::lines::lines;
+use picket::tone::measure::Options;
+use picket::tone::{Tone, Verdict, Verdicts};
 use std::cell::RefCell;
 
 /// What the page says of a block, as numbers.

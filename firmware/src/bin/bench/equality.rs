@@ -7,11 +7,11 @@ use fixed::types::I0F32;
 use num_complex::Complex;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Record, Statistics};
-use picket::estimate::frequency::Frequency;
-use picket::estimate::unclipped::Unclipped;
 use picket::spectrum::Spectrum;
 use picket::spectrum::engine::Engine;
 use picket::spectrum::peak::{Band, find, find_portably};
+use picket::tone::clipped::Unclipped;
+use picket::tone::frequency::Frequency;
 use picket_firmware::mps2::{Uart, figure};
 
 /// Kernels compared with their definition.

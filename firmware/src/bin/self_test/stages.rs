@@ -4,11 +4,11 @@ use core::hint::black_box;
 use cortex_m::peripheral::DWT;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Stamp, Statistics};
-use picket::estimate::measure::measure;
-use picket::estimate::tone::Tone;
 use picket::plan::Plan;
 use picket::spectrum::Spectrum;
 use picket::spectrum::peak::{self, Peak};
+use picket::tone::Tone;
+use picket::tone::measure::measure;
 use picket_firmware::nucleo_f446re::N;
 
 const CODES: Codes = Codes::unsigned::<12>();

@@ -2,9 +2,9 @@
 
 use crate::items::Bench;
 use picket::acquire::sample::{Real, Stamp};
-use picket::estimate::tone::Verdict;
 use picket::pipeline::Pipeline;
 use picket::plan::{EitherPlan, Plan};
+use picket::tone::Verdict;
 use picket_firmware::board::Board;
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::settings::Settings;

@@ -23,7 +23,7 @@ use picket::solve::equations::Chirp;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling};
-use waveform::Waveform;
+use waveform::{SyncInput, Waveform};
 
 /// The register words of an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +103,13 @@ impl Words {
                     words.synthesiser = Some(ramps.words().map_err(SettingsError::Ramps)?);
                 }
                 Drive::External if sampling.continuous => return Err(SettingsError::Sync),
+                // The gate counts a whole chirp.
+                Drive::External
+                    if SyncInput::new(ticks.saturating_mul(plan.settings.segments().into()))
+                        .is_none() =>
+                {
+                    return Err(SettingsError::Sync);
+                }
                 Drive::External => {}
             }
         }
@@ -210,6 +217,23 @@ mod tests {
             let planned = Words::plan::<1024>(&settings, &tree).map(|_| ());
             let refused = Err(SettingsError::Rate(RateError::Load));
             assert_eq!(planned, if fits { Ok(()) } else { refused }, "{rate_hz} {iq} {most}");
+        }
+    }
+
+    /// A longer one once ran without its gate. 3 segments of 1024 samples in 2^32 ticks of 90 MHz are 64.4 samples a second.
+    #[test]
+    fn a_chirp_of_a_source_is_no_longer_than_its_gate_counts() {
+        for (rate_hz, fits) in [(500e3, true), (65.0, true), (64.0, false), (1.0, false)] {
+            let mut settings = chirp(Shape::Trapezoid, Drive::External);
+            (settings.guard, settings.config.rate_hz) = (0, rate_hz);
+            match plan(&settings) {
+                Ok((planned, words)) => {
+                    let segments = u64::from(planned.settings.segments());
+                    let ticks = 1024 * segments * u64::from(words.sampling.period.ticks());
+                    assert!(fits && SyncInput::new(ticks).is_some(), "{rate_hz}");
+                }
+                Err(error) => assert!(!fits && error == SettingsError::Sync, "{rate_hz}: {error}"),
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 mod show;
 mod summary;
 
-pub(super) use show::save_both;
+pub(super) use show::{check_both, save_both};
 pub use summary::Summary;
 
 use super::answer::{Answer, lines};
@@ -16,8 +16,8 @@ use crate::progress;
 use crate::scenario::drive::{self, CYCLES, Scene};
 use crate::simulate::generator;
 use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::estimate::tone::Verdict;
 use picket::pipeline::Outcome;
+use picket::tone::Verdict;
 use picket::tracker::Tracker;
 use picket_simulator::Sensor;
 use picket_wire::capture::Header;
@@ -54,11 +54,14 @@ pub struct Row {
 
 /// Drives, prints and draws. Failure: a track is wrong where it says that it is good, or changed hands.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
+    if let Some(file) = &options.plot {
+        show::check_both(file, options.output)?;
+    }
     let (records, follows) = driven(options)?;
     let rows = rows(&records, &follows);
     let summary = Summary::of(&rows);
     if let Some(file) = &options.plot {
-        show::draw(&rows, file)?;
+        show::draw(&rows, file, options.output)?;
     }
     if options.json {
         lines(&rows, &summary)?;

@@ -6,11 +6,12 @@ use crate::demo::measure::N;
 use crate::demo::options::Options;
 use crate::demo::table::table;
 use crate::demo::{DemoError, said};
+use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::drive::{CYCLE_S, CYCLES, Scene};
 use comfy_table::{Cell, CellAlignment};
-use picket::estimate::tone::Verdict;
-use std::path::Path;
+use picket::tone::Verdict;
+use std::path::{Path, PathBuf};
 
 /// The drive's last lines, as a person reads them.
 pub(super) fn text(summary: &Summary) -> String {
@@ -85,7 +86,7 @@ pub(super) fn print(rows: &[Row], summary: &Summary, options: &Options) {
 }
 
 /// Draws the ranges to `file` and the velocities beside it.
-pub(super) fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
+pub(super) fn draw(rows: &[Row], file: &Path, output: Output) -> Result<(), DemoError> {
     let single = |take: fn(&Answer) -> f64| {
         rows.iter()
             .filter_map(move |row| {
@@ -136,7 +137,7 @@ pub(super) fn draw(rows: &[Row], file: &Path) -> Result<(), DemoError> {
         ],
         ..ranges.clone()
     };
-    save_both(&ranges, &velocities, file)
+    save_both(&ranges, &velocities, file, output)
 }
 
 /// Saves one chart to `file` and the one of velocities beside it.
@@ -144,10 +145,20 @@ pub(in crate::demo) fn save_both(
     chart: &Chart,
     velocities: &Chart,
     file: &Path,
+    output: Output,
 ) -> Result<(), DemoError> {
+    chart.save(file, output).map_err(said)?;
+    velocities.save(&beside(file), output).map_err(said)
+}
+
+/// Whether both can be saved.
+pub(in crate::demo) fn check_both(file: &Path, output: Output) -> Result<(), DemoError> {
+    output.check(file, &[]).and_then(|()| output.check(&beside(file), &[])).map_err(said)
+}
+
+/// The file of velocities.
+fn beside(file: &Path) -> PathBuf {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let suffix = file.extension().unwrap_or_default().to_string_lossy().into_owned();
-    let beside = file.with_file_name(format!("{stem}-velocity.{suffix}"));
-    chart.save(file).map_err(said)?;
-    velocities.save(&beside).map_err(said)
+    file.with_file_name(format!("{stem}-velocity.{suffix}"))
 }

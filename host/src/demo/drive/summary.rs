@@ -3,7 +3,7 @@
 use super::{NEAR_M, NEAR_MPS, Row};
 use crate::demo::answer::Answer;
 use crate::scenario::drive::Scene;
-use picket::estimate::tone::Verdict;
+use picket::tone::Verdict;
 use serde::Serialize;
 
 /// The drive as a whole.

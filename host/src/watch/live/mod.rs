@@ -2,15 +2,14 @@
 
 mod screen;
 
-use super::line::Scale;
 use super::orders::Pending;
 use super::port::{Piece, Source};
-use super::settings::of_answer;
+use super::scale::Scale;
 use super::{Kept, Options, WatchError, io};
 use crate::device::{Listener, Said};
 use crate::end;
-use picket::estimate::tone::{Usable, Verdict};
 use picket::pipeline::Outcome;
+use picket::tone::{Usable, Verdict};
 use picket_wire::follow::Follow;
 use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
@@ -58,6 +57,8 @@ struct Live {
     scale: Scale,
     title: String,
     newest: Option<Telemetry>,
+    /// The sample rate of the newest, if it is known.
+    rate_hz: Option<f64>,
     target: Option<Target>,
     status: Option<Status>,
     follow: Option<Follow>,
@@ -73,9 +74,10 @@ struct Live {
 /// Draws until the user ends it.
 pub(super) fn run(options: &Options) -> Result<ExitCode, WatchError> {
     let mut source = Source::open(options.port.as_deref(), options.replay.as_deref())?;
-    let mut record = options.record.as_deref().map(Kept::create).transpose()?;
+    let kept = |path: &Path| Kept::create(path, options.output);
+    let mut record = options.record.as_deref().map(kept).transpose()?;
     let mut live = Live {
-        scale: Scale { rate_hz: options.rate, ..Scale::default() },
+        scale: Scale::given(options.rate),
         title: title(options.port.as_deref(), options.replay.as_deref()),
         ..Live::default()
     };
@@ -138,7 +140,11 @@ impl Live {
     ) -> Result<(), WatchError> {
         match source.piece()? {
             Piece::End => self.ended = true,
-            Piece::Opened => orders.ask(source)?,
+            Piece::Opened => {
+                self.scale.forget();
+                orders.ask(source)?;
+                orders.renew(source);
+            }
             Piece::Bytes(bytes) => {
                 if let Some(file) = record {
                     file.write(&bytes)?;
@@ -148,7 +154,9 @@ impl Live {
                     if let Some(said) = self.listener.push(byte) {
                         self.heard = true;
                         orders.hear(&said, source)?;
-                        self.take(said);
+                        if self.take(said) {
+                            orders.renew(source);
+                        }
                     }
                 }
             }
@@ -156,31 +164,39 @@ impl Live {
         orders.again(source, self.heard, self.bytes)
     }
 
-    fn take(&mut self, said: Said) {
+    /// Takes what is said. True if the settings have become unknown.
+    fn take(&mut self, said: Said) -> bool {
+        let unknown = self.scale.hear(&said, &self.listener);
         match said {
             Said::Telemetry(record) => self.measured(record),
             Said::Status(status) => self.status = Some(status),
             Said::Follow(follow) => self.follow = Some(follow),
             Said::Boot(boot) => {
-                self.scale.n = Some(boot.n as usize);
                 self.title = boot.board.as_str().to_owned();
+                (self.newest, self.target, self.status, self.follow) = (None, None, None, None);
+                self.begin(None);
             }
             // The picture has room for one tone.
             Said::Lines(_) | Said::Fundamental(_) => {}
-            Said::Answer(_, Ok(body)) => {
-                if let Some((settings, n)) = of_answer(&body) {
-                    let rate_hz = Some(settings.config.rate_hz);
-                    self.scale = Scale { rate_hz, n: Some(n), iq: settings.iq };
-                }
-            }
             Said::Answer(..) | Said::Raw(_) => {}
         }
+        unknown
+    }
+
+    /// The histories begin anew, at this rate: their times have another zero, or another unit.
+    fn begin(&mut self, rate_hz: Option<f64>) {
+        self.rate_hz = rate_hz;
+        self.history.iter_mut().for_each(VecDeque::clear);
     }
 
     fn measured(&mut self, record: Telemetry) {
         let tone = &record.measurement.tone;
-        let told = Some(tone.rate_hz).filter(|&rate| rate > 0.0);
-        let rate = self.scale.rate_hz.or(told).unwrap_or(1.0);
+        let rate_hz = self.scale.rate_of(record.measurement.stamp.sequence, &self.listener);
+        if rate_hz != self.rate_hz {
+            self.begin(rate_hz);
+        }
+        // Without a rate all is counted in samples.
+        let rate = rate_hz.unwrap_or(1.0);
         let time = record.measurement.stamp.clock as f64 / rate;
         let usable = |verdict: Verdict| verdict.usable() < Usable::No;
         let mut points = Vec::new();
@@ -228,6 +244,10 @@ impl Live {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/scenes.rs"]
+mod scenes;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use ratatui::Terminal;
@@ -247,6 +267,33 @@ mod tests {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
         terminal.draw(|frame| live.draw(frame)).unwrap();
         terminal.backend().to_string()
+    }
+
+    /// The newest record's own rate is shown, and the settings are asked for where they may be others.
+    #[test]
+    fn a_records_own_rate_is_drawn() {
+        for scene in scenes::SCENES {
+            let [before, after] = scene.bytes();
+            let mut live = heard(&before);
+            if scene == scenes::Scene::Reopened {
+                live.scale.forget();
+            }
+            let mut asks = 0;
+            for byte in after {
+                let said = live.listener.push(byte);
+                asks += usize::from(said.is_some_and(|said| live.take(said)));
+            }
+            let screen = drawn(&live, 100, 30);
+            assert!(screen.contains("10000.000 ± 0.100 Hz"), "{scene:?}\n{screen}");
+            assert!(screen.contains("at 100 kHz") && !screen.contains("250 kHz"), "{screen}");
+            let times: Vec<f64> = live.history[Quantity::Frequency as usize]
+                .iter()
+                .map(|point| (point.0 * 100e3).round())
+                .collect();
+            assert_eq!(times, [1024.0, 2048.0, 3072.0], "{scene:?}");
+            let unknown = matches!(scene, scenes::Scene::Restart | scenes::Scene::Elsewhere);
+            assert_eq!(asks, usize::from(unknown), "{scene:?}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{Live, Quantity, Target, Value};
 use crate::device::Listener;
-use picket::estimate::tone::{Usable, Verdict};
+use picket::tone::{Usable, Verdict};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -15,7 +15,7 @@ impl Quantity {
         match self {
             Quantity::Range => "range, m",
             Quantity::Velocity => "velocity, m/s",
-            Quantity::Frequency => "frequency, Hz",
+            Quantity::Frequency => "frequency",
         }
     }
 }
@@ -52,9 +52,14 @@ impl Live {
             Span::styled(" Picket ", bold.add_modifier(Modifier::REVERSED)),
             Span::raw(format!(" {}, {state}", self.title)),
         ];
-        if let (Some(rate), Some(n)) = (self.scale.rate_hz, self.scale.n) {
-            let kind = if self.scale.iq { "I/Q" } else { "real" };
-            words.push(Span::raw(format!("   {n} {kind} samples at {} kHz", rate / 1e3)));
+        let known = self.scale.known();
+        if let Some(known) = known {
+            let kind = if known.iq { "I/Q" } else { "real" };
+            words.push(Span::raw(format!("   {} {kind} samples", known.n)));
+        }
+        if let Some(rate) = self.rate_hz.or(known.map(|known| known.rate_hz)) {
+            let before = if known.is_some() { " " } else { "   " };
+            words.push(Span::raw(format!("{before}at {} kHz", rate / 1e3)));
         }
         Paragraph::new(Line::from(words))
     }
@@ -71,15 +76,14 @@ impl Live {
             return frame.render_widget(words.block(Block::bordered()), area);
         };
         let tone = &record.measurement.tone;
-        let told = if tone.rate_hz > 0.0 { tone.rate_hz } else { 1.0 };
-        let rate = self.scale.rate_hz.unwrap_or(told);
+        let (rate, unit) = self.rate_hz.map_or((1.0, "cycles/sample"), |rate| (rate, "Hz"));
         let mut lines = Vec::new();
         if let Some(Target { range, velocity, .. }) = self.target {
             lines.extend(range.map(|range| figure("range", range, "m")));
             lines.push(figure("velocity", velocity, "m/s"));
         }
         let frequency = (tone.frequency.hertz(rate), f64::from(tone.sigma) * rate);
-        lines.push(figure("frequency", frequency, "Hz"));
+        lines.push(figure("frequency", frequency, unit));
         lines.push(Line::from(format!(" {:>9}  {:.1} dB", "SNR", tone.snr_db())));
         lines.push(Line::from(format!(" {:>9}  {:.0} codes", "amplitude", tone.amplitude)));
         if let Some(follow) = &self.follow {
@@ -123,6 +127,7 @@ impl Live {
         let digits = (1.0 - (top - bottom).log10().floor()).clamp(0.0, 9.0) as usize;
         let label = |value: f64, digits: usize| Line::from(format!("{value:.digits$}"));
         let seconds = (last.0 - first.0).max(1e-9);
+        let unit = if self.rate_hz.is_some() { "s" } else { "samples" };
         let places = (2.0 - seconds.log10().floor()).clamp(0.0, 6.0) as usize;
         let set = |data, colour, kind| {
             Dataset::default()
@@ -139,7 +144,7 @@ impl Live {
         ];
         let x = Axis::default().bounds([first.0, first.0 + seconds]).labels([
             label(first.0, places),
-            Line::from(format!("{:.places$} s", first.0 + seconds)),
+            Line::from(format!("{:.places$} {unit}", first.0 + seconds)),
         ]);
         let middle = (bottom + top) / 2.0;
         let labels = [bottom, middle, top].map(|value| label(value, digits));

@@ -13,18 +13,18 @@ pub(super) struct Seen {
     pub at: *const Point,
 }
 
-/// Adds the powers of the pairs of points beside the middle to `seen`, outwards to the first and the
-/// last. Splits those that may hold the strongest bin and keeps that, of equals the lowest (see
+/// Adds the powers of the pairs of points beside the middle to `seen`, outwards to the point after `end` and
+/// its mirror. Splits those that may hold the strongest bin and keeps that, of equals the lowest (see
 /// [`crate::spectrum::scan`] for the bound).
 ///
 /// # Safety
-/// `points` must be `2 middle` bytes of points. `factors` must be the factor of the pair nearest
-/// the middle; the factors of the other pairs must lie before it.
+/// There must be points from `end` to `middle`, and as many from there on. `factors` must be the factor of
+/// the pair nearest the middle; the factors of the other pairs must lie before it.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn pairs_outwards(
     seen: &mut Seen,
-    points: *const Point,
-    middle: usize,
+    end: *const Point,
+    middle: *const Point,
     factors: *const Packed,
 ) {
     kernel!(
@@ -34,7 +34,6 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "strd r0, r12, [sp]",
         "strd r4, r5, [sp, #8]",
         // r1: the end; r0: towards it; r2: away from it; r3 and half of r0: a factor.
-        "add r2, r1, r2",
         "sub r0, r2, #8",
         "add r2, r2, #8",
         "sub r3, r3, r0, lsr #1",
@@ -114,6 +113,92 @@ pub(super) unsafe extern "C" fn pairs_outwards(
         "strd r8, r9, [sp, #16]",
         "b 3b",
     )
+}
+
+/// Defines a search of bins in ascending order, each split by itself: as the search above splits a pair, but of one bin.
+/// `$lower` and `$upper` load the point below the middle and the one above it, `$factor` the factor; `$re` and `$im` make the
+/// bin of the even part in lr, r6 and the odd one in r7, r4.
+#[cfg(not(mve))]
+macro_rules! alone {
+    ($(#[$doc:meta])* $name:ident, $lower:literal, $upper:literal, $factor:literal, $re:literal, $im:literal) => {
+        $(#[$doc])*
+        #[unsafe(naked)]
+        pub(super) unsafe extern "C" fn $name(
+            seen: &mut Seen,
+            here: *const Point,
+            there: *const Point,
+            factors: *const Packed,
+            end: *const Point,
+        ) {
+            kernel!(
+                "push {{r0, r4-r11, lr}}",
+                "ldrd r8, r9, [r0]",
+                "ldrd r10, r11, [r0, #8]",
+                "mov r0, r1",
+                "mov r1, r2",
+                "mov r2, r3",
+                "ldr r3, [sp, #40]",
+                ".p2align 2",
+                "2:",
+                $lower, // r4, r5
+                $upper, // r6, r7
+                $factor, // r12
+                "add lr, r4, r6",
+                "sub r4, r4, r6",
+                "sub r6, r5, r7",
+                "add r5, r5, r7",
+                "smulwt r7, r4, r12",
+                "smulwb r4, r4, r12",
+                "smlawt r4, r5, r12, r4",
+                "smulwb r5, r5, r12",
+                "sub r7, r7, r5",
+                $re, // r5
+                $im, // r12
+                "smull r6, lr, r5, r5",
+                "smlal r6, lr, r12, r12",
+                "adds r10, r10, r6",
+                "adc r11, r11, lr",
+                "cmp r8, r6",
+                "sbcs r5, r9, lr",
+                "blo 4f",
+                "3:",
+                "cmp r0, r3",
+                "bne 2b",
+                "ldr r0, [sp], #4",
+                "strd r8, r9, [r0]",
+                "strd r10, r11, [r0, #8]",
+                "pop {{r4-r11, pc}}",
+                // The strongest so far.
+                "4:",
+                "mov r8, r6",
+                "mov r9, lr",
+                "ldr r5, [sp]",
+                "str r0, [r5, #16]",
+                "b 3b",
+            )
+        }
+    };
+}
+
+#[cfg(not(mve))]
+alone! {
+    /// Adds the powers of bins below the middle to `seen` and keeps the strongest, of equals the lowest: the place after it.
+    ///
+    /// # Safety
+    /// For each point in `here..end` there must be one from `there` downwards, and a factor from `factors`
+    /// upwards. There must be at least one.
+    alone_below, "ldrd r4, r5, [r0], #8", "ldrd r6, r7, [r1], #-8", "ldr r12, [r2], #4",
+    "add r5, r7, lr, asr #1", "add r12, r4, r6, asr #1"
+}
+
+#[cfg(not(mve))]
+alone! {
+    /// [`alone_below`] for bins above the middle.
+    ///
+    /// # Safety
+    /// As [`alone_below`], but with the factors from `factors` downwards.
+    alone_above, "ldrd r4, r5, [r1], #-8", "ldrd r6, r7, [r0], #8", "ldr r12, [r2], #-4",
+    "rsb r5, r7, lr, asr #1", "sub r12, r4, r6, asr #1"
 }
 
 /// The two halves of `integer::split_pair` up to its last sums. From the point $p in r5, r6 and its

@@ -28,7 +28,7 @@ use crate::math::products::power;
 use crate::spectrum::scan::{Scan, sure};
 use bins::{Seen, fine_above, fine_below, pairs_outwards};
 #[cfg(not(mve))]
-use bins::{span_above, span_below};
+use bins::{alone_above, alone_below, span_above, span_below};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use first::{eights, fours};
@@ -146,22 +146,60 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
 }
 
 /// As [`crate::spectrum::scan::real`].
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
-    if points.len() != M || table.len() < middle || middle < 2 {
+    if points.len() != M || table.len() < middle || !(1..=middle).contains(&outermost) {
         return Scan::from(middle);
     }
     let centre = points.get(middle).map_or(0, |&x| power(x));
-    let mut seen = Seen { best: centre.max(sure(points)), total: centre, at: points.as_ptr() };
-    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last lie inside `points`, their
-    // factors inside `table`.
+    let mut seen =
+        Seen { best: centre.max(sure(points, outermost)), total: centre, at: points.as_ptr() };
+    // SAFETY: the pairs from middle-1 and middle+1 to `outermost` and its mirror lie inside `points`,
+    // their factors inside `table`.
     unsafe {
-        seen.at = points.as_ptr().add(middle);
+        let start = points.as_ptr();
+        seen.at = start.add(middle);
         let factors = table.as_ptr().add(middle - 1);
-        pairs_outwards(&mut seen, points.as_ptr(), middle * size_of::<Point>(), factors);
+        pairs_outwards(&mut seen, start.add(outermost - 1), start.add(middle), factors);
     }
     let bin = (seen.at as usize).wrapping_sub(points.as_ptr() as usize) / size_of::<Point>();
     Scan { power: seen.best, total: seen.total, ..Scan::from(bin) }
+}
+
+/// As `pairs::alone` of the bins that [`integer::window`] gives.
+#[cfg(not(mve))]
+pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
+    let (length, middle) = (points.len(), points.len() / 2);
+    let Range { start: first, end } = bins;
+    if first < 1 || first >= end || end > length || table.len() < middle {
+        return Scan::from(first);
+    }
+    let (from, factors) = (points.as_ptr(), table.as_ptr());
+    let mut seen = Seen { best: 0, total: 0, at: from.wrapping_add(first + 1) };
+    // SAFETY: the bins lie within 1..length, and so do their mirrors. The factor of each lies before the
+    // middle.
+    unsafe {
+        let low = end.min(middle);
+        if first < low {
+            let (here, there) = (from.add(first), from.add(length - first));
+            alone_below(&mut seen, here, there, factors.add(first), from.add(low));
+        }
+        if first <= middle && middle < end {
+            let power = power(quarter(points));
+            seen.total = seen.total.wrapping_add(power);
+            if power > seen.best {
+                (seen.best, seen.at) = (power, from.add(middle + 1));
+            }
+        }
+        let high = first.max(middle + 1);
+        if high < end {
+            let mirror = length - high;
+            let (here, there) = (from.add(high), from.add(mirror));
+            alone_above(&mut seen, here, there, factors.add(mirror), from.add(end));
+        }
+    }
+    let next = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Point>();
+    Scan { power: seen.best, total: seen.total, ..Scan::from(next.wrapping_sub(1)) }
 }
 
 /// As [`integer::window`].

@@ -43,7 +43,7 @@ pub mod rails;
 mod search;
 mod wide;
 
-pub use search::{powers, scan, scan_iq};
+pub use search::{alone, powers, scan, scan_iq};
 
 use super::integer::{self, Pair, Point, Scale};
 use super::twiddle::{self, Packed};

@@ -1,10 +1,11 @@
-//! The search over the whole spectrum of a real record, and sums of powers.
+//! The search over a spectrum of a real record, and sums of powers.
 
 use super::Point;
 use crate::math::products::power;
 use crate::spectrum::fft::assembly::{kernel, worth};
+use crate::spectrum::fft::kernel_dsp::window;
 use crate::spectrum::fft::twiddle::{MAX_LENGTH, Packed};
-use crate::spectrum::scan::{Scan, worth};
+use crate::spectrum::scan::{Scan, over, worth};
 use core::mem::{MaybeUninit, offset_of};
 use core::ops::Range;
 
@@ -15,40 +16,48 @@ const GROUPS: usize = MAX_LENGTH / 4 / GROUP;
 
 /// As [`crate::spectrum::scan::real`], but not in its order. It adds up the powers of groups of
 /// pairs, and then splits pairs of the strongest group, and of those that may hold a stronger bin.
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
-    if points.len() != M || table.len() < middle || !(4 * GROUP..=MAX_LENGTH / 2).contains(&M) {
+    let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&M) && (1..=middle).contains(&outermost);
+    if points.len() != M || table.len() < middle || !fits {
         return Scan::from(middle);
     }
     let start = points.as_ptr();
+    let centre = points.get(middle).map_or(0, |&x| power(x));
+    // The group of the outermost pair, which need not be whole, and its end.
+    let (group, end) = (outermost / GROUP, outermost / GROUP * GROUP + GROUP);
     let mut places = [const { MaybeUninit::<u64>::uninit() }; GROUPS];
-    let places = places.get_mut(..middle / GROUP).unwrap_or_default();
-    let [place, groups @ ..] = places else { return Scan::from(middle) };
-    // SAFETY: the first group are pairs 1 to GROUP - 1. The other groups lie inside `points`, from
-    // the second to the last below the middle, and from their mirrors downwards; the kernel writes
-    // all their places.
+    let places = places.get_mut(group..middle / GROUP).unwrap_or_default();
+    let [place, groups @ ..] = places else {
+        return Scan { power: centre, total: centre, ..Scan::from(middle) };
+    };
+    // SAFETY: the first group are the pairs from `outermost` to its end. The other groups lie inside
+    // `points`, from there to the last below the middle, and from their mirrors downwards; the kernel
+    // writes all their places.
     let sums = unsafe {
-        let first = power_sum(start.add(1), GROUP - 1, 0);
-        let first = power_sum(start.add(M + 1 - GROUP), GROUP - 1, first);
+        let first = power_sum(start.add(outermost), end - outermost, 0);
+        let first = power_sum(start.add(M + 1 - end), end - outermost, first);
         let mut sums = Sums { total: first, most: first, left: groups.len() + 1 };
-        let upper = start.add(M + 1 - 2 * GROUP);
-        let to = groups.as_mut_ptr().cast();
-        group_powers(&mut sums, start.add(GROUP), upper, groups.len(), to);
+        if !groups.is_empty() {
+            let upper = start.add(M + 1 - GROUP - end);
+            let to = groups.as_mut_ptr().cast();
+            group_powers(&mut sums, start.add(end), upper, groups.len(), to);
+        }
         place.write(first);
         sums
     };
     // SAFETY: all places are written.
     let powers = unsafe { places.assume_init_ref() };
-    let centre = points.get(middle).map_or(0, |&x| power(x));
     // The strongest pair of the strongest group has a sixteenth of its power or more, and one of
     // the pair's bins half of that.
     let best = centre.max(worth(sums.most / (2 * GROUP as u64)).wrapping_sub(1));
     let at = start.wrapping_add(middle);
     let mut seen = Seen { best, least: worth(best), at };
     let strongest = powers.len().saturating_sub(sums.left);
-    visit_groups(powers, strongest, |group| {
-        let bin = (GROUP * group).max(1);
-        let count = GROUP * (group + 1) - bin;
+    visit_groups(powers, strongest, |index| {
+        let before = GROUP * (group + index);
+        let bin = before.max(outermost);
+        let count = before + GROUP - bin;
         // SAFETY: the pairs from `bin` on lie inside `points`, their factors inside `table`.
         unsafe {
             let (lower, upper) = (start.add(bin), start.add(M - bin));
@@ -59,6 +68,26 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
     let bin = (seen.at as usize).wrapping_sub(start as usize) / size_of::<Point>();
     let total = centre.wrapping_add(sums.total);
     Scan { power: seen.best, total, ..Scan::from(bin) }
+}
+
+/// As `pairs::alone`: bins in a row by vectors, of which only those are looked at that have as much power as the
+/// strongest so far.
+pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
+    let mut places = [MaybeUninit::uninit(); 2 * GROUP];
+    let (mut scan, mut next) = (Scan::from(bins.start), bins.start);
+    while next < bins.end {
+        let count = (bins.end - next).min(places.len());
+        let places = places.get_mut(..count).unwrap_or_default();
+        let row = window(points, table, next, places);
+        let total = powers(0, row);
+        scan = if total > scan.power {
+            scan.then(over(row, next, core::convert::identity))
+        } else {
+            Scan { total: scan.total.wrapping_add(total), ..scan }
+        };
+        next += count;
+    }
+    scan
 }
 
 /// As [`crate::spectrum::scan::over`] over all bins of an I/Q record. A group has points at both

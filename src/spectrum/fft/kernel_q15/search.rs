@@ -7,21 +7,29 @@ use crate::spectrum::q15_bins;
 use crate::spectrum::scan::{SPARSE, Scan};
 
 /// As [`q15_bins::scan`].
-pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
+///
+/// `outermost` is the middle or one above a multiple of four.
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
-    if points.len() != M || table.len() < middle || middle <= SPARSE {
+    let pairs = middle.wrapping_sub(outermost);
+    if points.len() != M || table.len() < middle || !(pairs == 0 || pairs % 4 == 3) {
         return Scan::from(middle);
     }
     let centre = points.get(middle).map_or(0, |&p| q15_bins::power(p));
     let from = points.as_ptr();
     let mut seen = Seen { total: centre as u64, best: centre, at: from.wrapping_add(middle) };
-    // SAFETY: the pairs from middle-1 and middle+1 to 1 and the last, a multiple of four but one, lie inside
-    // `points`, their factors inside `table`.
+    // SAFETY: the pairs from middle-1 and middle+1 to `outermost` and its mirror, a multiple of four but
+    // one, lie inside `points`, their factors inside `table`.
     unsafe {
-        let (lower, upper) = (from.add(SPARSE), from.add(M - SPARSE));
-        seen.best = centre.max((strongest_pair(lower, upper) >> 1) - 1);
-        let factors = (table.as_ptr() as usize).wrapping_sub(from as usize);
-        pairs_outwards(&mut seen, from, from.add(middle), factors);
+        let sparse = outermost.div_ceil(SPARSE) * SPARSE;
+        if sparse < middle {
+            let (lower, upper) = (from.add(sparse), from.add(M - sparse));
+            seen.best = centre.max((strongest_pair(lower, upper) >> 1) - 1);
+        }
+        if pairs > 0 {
+            let factors = (table.as_ptr() as usize).wrapping_sub(from as usize);
+            pairs_outwards(&mut seen, from.add(outermost - 1), from.add(middle), factors);
+        }
     }
     let bin = (seen.at as usize).wrapping_sub(from as usize) / size_of::<Pair>();
     q15_bins::scanned(bin, seen.best, seen.total)
@@ -35,15 +43,15 @@ struct Seen {
     at: *const Pair,
 }
 
-/// Scans the pairs of points beside `middle`, outwards to the second point and the last.
+/// Scans the pairs of points beside `middle`, outwards to the point after `end` and its mirror.
 ///
 /// # Safety
-/// There must be 4 i + 3 pairs in aligned points from `points` on.
+/// There must be 4 i + 3 pairs of aligned points, of which the lower ones lie between `end` and `middle`.
 /// `factors` is the distance in bytes from a point to its factor.
 #[unsafe(naked)]
 unsafe extern "C" fn pairs_outwards(
     seen: &mut Seen,
-    points: *const Pair,
+    end: *const Pair,
     middle: *const Pair,
     factors: usize,
 ) {

@@ -14,17 +14,18 @@ pub(super) struct Outwards {
     upper: *const Point,
     /// The address of a lower point plus the address just after its upper point: constant.
     sum: usize,
-    /// The address after the last upper point.
+    /// The address after the outermost upper point.
     end: *const Point,
 }
 
 impl Outwards {
-    /// A scan from the middle of these points outwards.
-    pub fn new<const M: usize>(points: &[Point; M]) -> Self {
-        let range = points.as_ptr_range();
-        let upper = range.start.wrapping_add(M / 2 + 1);
+    /// A scan from the middle of these points outwards to point `outermost`, from 1 to the middle, and its mirror.
+    pub fn new<const M: usize>(points: &[Point; M], outermost: usize) -> Self {
+        let start = points.as_ptr();
+        let upper = start.wrapping_add(M / 2 + 1);
         let sum = (upper.addr()).wrapping_mul(2).wrapping_sub(size_of::<Point>());
-        Self { total: 0, least: 0, upper, sum, end: range.end }
+        let end = start.wrapping_add(M + 1 - outermost.clamp(1, M / 2));
+        Self { total: 0, least: 0, upper, sum, end }
     }
 
     /// The indices of the last pair.

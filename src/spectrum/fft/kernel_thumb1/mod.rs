@@ -101,15 +101,15 @@ const fn shifts(m: usize, shift: u32) -> bool {
 /// As [`crate::spectrum::scan::real`].
 ///
 /// The kernel adds up the powers of pairs. It stops after a pair that may hold the strongest bin.
-pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
+pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     let mut scan = Scan::from(middle);
     let (Ok(points), true) = (<&[Point; M]>::try_from(points), table.len() >= middle) else {
         return scan;
     };
     scan.see(middle, points.get(middle).map_or(0, |&x| power(x)));
-    let sure = sure(points);
-    let mut state = Outwards::new(points);
+    let sure = sure(points, outermost);
+    let mut state = Outwards::new(points, outermost);
     loop {
         state.least = worth(scan.power.max(sure));
         // SAFETY: the state holds M points.
@@ -119,7 +119,7 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
         };
         let pair = points.get(lower).zip(points.get(upper)).zip(table.get(lower));
         if let Some(((&p, &q), &w)) = pair {
-            scan.split(lower, upper, split_pair(p, q, w));
+            scan.split(lower, M, split_pair(p, q, w));
         }
     }
     Scan { total: scan.total.wrapping_add(state.total), ..scan }
@@ -128,10 +128,11 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed]) -> Scan {
 /// As `scan::sure`, from the largest part of some of the pairs of points, because a power is slow
 /// here. The strongest bin has at least half the square of a part, less the rounding of factors and
 /// products.
-fn sure<const M: usize>(points: &[Point; M]) -> u64 {
+fn sure<const M: usize>(points: &[Point; M], outermost: usize) -> u64 {
     let size = |part: i32| (part ^ (part >> 31)) as u32;
     let mut most = 0;
-    for lower in (SPARSE..M / 2).step_by(SPARSE) {
+    let first = outermost.max(1).div_ceil(SPARSE) * SPARSE;
+    for lower in (first..M / 2).step_by(SPARSE) {
         for k in [lower, M - lower] {
             if let Some(&[re, im]) = points.get(k) {
                 most = most.max(size(re)).max(size(im));

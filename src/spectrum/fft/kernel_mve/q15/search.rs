@@ -17,43 +17,50 @@ const GROUPS: usize = MAX_LENGTH / 2 / GROUP;
 const BYTES: usize = size_of::<Pair>();
 
 /// As [`q15_bins::scan`]: in its order, but only in groups of pairs whose power is [`worth`] it.
-pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
+pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
-    if points.len() != M || table.len() < middle || !(4 * GROUP..=MAX_LENGTH / 2).contains(&M) {
+    let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&M) && (1..=middle).contains(&outermost);
+    if points.len() != M || table.len() < middle || !fits {
         return Scan::from(middle);
     }
     let start = points.as_ptr();
+    let centre = points.get(middle).map_or(0, |&p| power(p));
+    // The group of the outermost pair, which need not be whole, and its end.
+    let (group, end) = (outermost / GROUP, outermost / GROUP * GROUP + GROUP);
     let mut places = [const { MaybeUninit::<u32>::uninit() }; GROUPS / 2];
-    let places = places.get_mut(..middle / GROUP).unwrap_or_default();
-    let [place, groups @ ..] = places else { return Scan::from(middle) };
-    // SAFETY: the first group are pairs 1 to GROUP - 1. The other groups lie inside `points`, from
-    // the second to the last below the middle, and from their mirrors downwards; the kernel writes
-    // all their places.
+    let places = places.get_mut(group..middle / GROUP).unwrap_or_default();
+    let [place, groups @ ..] = places else {
+        return q15_bins::scanned(middle, centre, u64::from(centre as u32));
+    };
+    // SAFETY: the first group are the pairs from `outermost` to its end. The other groups lie inside
+    // `points`, from there to the last below the middle, and from their mirrors downwards; the kernel
+    // writes all their places.
     let sums = unsafe {
-        let first = power_sum(start.add(1), GROUP - 1, 0);
-        let first = power_sum(start.add(M + 1 - GROUP), GROUP - 1, first);
+        let first = power_sum(start.add(outermost), end - outermost, 0);
+        let first = power_sum(start.add(M + 1 - end), end - outermost, first);
         let share = (first >> SHARE) as u32;
         let mut sums = Sums { total: first, most: share, left: groups.len() + 1 };
-        let upper = start.add(M + 1 - 2 * GROUP);
-        let to = groups.as_mut_ptr().cast();
-        group_powers(&mut sums, start.add(GROUP), upper, groups.len(), to);
+        if !groups.is_empty() {
+            let upper = start.add(M + 1 - GROUP - end);
+            let to = groups.as_mut_ptr().cast();
+            group_powers(&mut sums, start.add(end), upper, groups.len(), to);
+        }
         place.write(share);
         sums
     };
     // SAFETY: all places are written.
     let powers = unsafe { places.assume_init_ref() };
-    let centre = points.get(middle).map_or(0, |&p| power(p));
     let total = u64::from(centre as u32).wrapping_add(sums.total);
     if total == 0 {
-        return q15_bins::scanned(1, 0, 0);
+        return q15_bins::scanned(outermost, 0, 0);
     }
-    // SAFETY: these pairs, every SPARSE-th below the middle, lie inside `points`.
-    let sparse = unsafe {
-        let (inmost, count) = (middle - SPARSE, middle / SPARSE - 1);
-        strongest_pair::<SPARSE>(start.add(inmost), start.add(M - inmost), count)
-    };
+    // Every SPARSE-th below the middle.
+    let (inmost, count) = (middle - SPARSE, middle / SPARSE - outermost.div_ceil(SPARSE));
+    // SAFETY: these pairs lie inside `points`.
+    let sparse =
+        unsafe { strongest_pair::<SPARSE>(start.add(inmost), start.add(M - inmost), count) };
     let mut seen = Seen { power: centre.max((sparse >> 1) - 1), at: start.wrapping_add(middle) };
-    let (first, count) = pairs(powers.len().saturating_sub(sums.left));
+    let (first, count) = pairs(group + powers.len().saturating_sub(sums.left), outermost);
     let inmost = first + count - 1;
     // SAFETY: the pairs of a group lie inside `points`.
     let most = unsafe { strongest_pair::<1>(start.add(inmost), start.add(M - inmost), count) };
@@ -67,7 +74,8 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
             left = last_group(powers.as_ptr().add(left), left, worth);
             if left > 0 {
                 left -= 1;
-                visit::<M>(&mut seen, start, table.as_ptr(), left, least);
+                let pairs = pairs(group + left, outermost);
+                visit::<M>(&mut seen, start, table.as_ptr(), pairs, least);
             }
         }
     }
@@ -75,9 +83,10 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed]) -> Scan {
     q15_bins::scanned(bin, seen.power, total)
 }
 
-/// The first pair of a group of a real record, and how many it has.
-const fn pairs(group: usize) -> (usize, usize) {
-    if group == 0 { (1, GROUP - 1) } else { (GROUP * group, GROUP) }
+/// The first pair of a group of a real record, and how many it has from the outermost of all on.
+const fn pairs(group: usize, outermost: usize) -> (usize, usize) {
+    let first = if GROUP * group > outermost { GROUP * group } else { outermost };
+    (first, GROUP * group + GROUP - first)
 }
 
 /// The least power of a group of pairs that [`q15_bins::scan`] cannot do without, if some bin has
@@ -96,16 +105,15 @@ const fn worth(sure: i32) -> i32 {
 /// `least`.
 ///
 /// # Safety
-/// `points` must be M aligned points, `table` their factors, `group` one of theirs.
+/// `points` must be M aligned points, `table` their factors, the pairs below their middle.
 #[inline(always)]
 unsafe fn visit<const M: usize>(
     seen: &mut Seen,
     points: *const Pair,
     table: *const Packed,
-    group: usize,
+    (first, mut left): (usize, usize),
     least: i32,
 ) {
-    let (first, mut left) = pairs(group);
     let factors = (table as usize).wrapping_sub(points as usize);
     while left > 0 {
         // SAFETY: the caller guarantees these pairs and their factors.

@@ -1,0 +1,346 @@
+/*
+ * Picket for C99 and C++: the frequency of a tone in ADC samples, how far it may be off (sigma), and
+ * whether it may be used (verdict); from it a velocity, or a range and a velocity.
+ *
+ *     static picket_real1024 meter;               (the caller's memory: 4.6 KB)
+ *     picket_tone tone;
+ *     picket_real1024_init_tone(&meter, 48000.0, 0, 4095);
+ *     if (picket_real1024_block(&meter, samples, 1024, &tone) == PICKET_OK && tone.verdict == PICKET_GOOD)
+ *         printf("%f Hz +- %f Hz\n", tone.frequency_hz, tone.sigma_hz);
+ *
+ * There is a set of calls for each kind of record and each length: real64, real128, real256, real512, real1024,
+ * real2048, real4096, iq64 ... iq4096. PICKET_DECLARE, below, lists those of one.
+ *
+ * Nothing is allocated and nothing is global: two threads may use two memories at once, and one memory in turn.
+ * Every call answers with a picket_status. If it is not PICKET_OK, nothing was written.
+ *
+ * Licence: MIT OR Apache-2.0.
+ */
+#ifndef PICKET_H
+#define PICKET_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The version of this header; picket_version() is that of the archive. */
+#define PICKET_VERSION "0.1.0"
+const char *picket_version(void);
+
+/* ---- What a call says ---- */
+
+typedef int32_t picket_status;
+enum {
+    PICKET_OK = 0,
+    PICKET_ERROR_NULL = 1,          /* a pointer is NULL */
+    PICKET_ERROR_UNALIGNED = 2,     /* a pointer is not aligned for its type */
+    PICKET_ERROR_UNINITIALISED = 3, /* the memory was not initialised for this kind and length */
+    PICKET_ERROR_SAMPLES = 4,       /* another number of samples than the call's name says */
+    PICKET_ERROR_CODES = 5,         /* fewer than 256 codes, or the low one not first */
+    PICKET_ERROR_OPTION = 6,        /* an option without a meaning, or a reserved field that is not 0 */
+    PICKET_ERROR_NO_BLOCK = 7,      /* lines before any block */
+    PICKET_ERROR_RATE = 16,         /* the sample rate is not 1e-6 to 1e12 Hz */
+    PICKET_ERROR_BAND = 17,         /* the band holds no bin, or its low end is not first */
+    PICKET_ERROR_SCENE = 18,        /* a wavelength, bandwidth, duration, angle or curvature out of range */
+    PICKET_ERROR_RAMP = 19,         /* a ramp is shorter than its guard and a record */
+    PICKET_ERROR_SCALE = 20,        /* range or velocity per cycle out of range */
+    PICKET_ERROR_FALSE_ALARM = 21,  /* not above 0, or above 0.5 */
+    PICKET_ERROR_FOLLOWING = 22,    /* agility, rate, acceleration or most out of range */
+    PICKET_ERROR_CONFIG = 23        /* anything else in a configuration */
+};
+/* A status in one line of English. Never NULL. */
+const char *picket_status_message(picket_status status);
+
+/* ---- Verdicts ---- */
+
+/* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
+   weak, no-signal, wrong-codes. */
+enum {
+    PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
+    PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
+    PICKET_CLIPPED = 2,     /* samples touch a rail: within sigma */
+    PICKET_UNRESOLVED = 3,  /* more than one tone in the line */
+    PICKET_GAP = 4,         /* samples were lost before the block: within sigma */
+    PICKET_WEAK = 5,        /* it may be noise */
+    PICKET_NO_SIGNAL = 6,   /* nothing in the band */
+    PICKET_WRONG_CODES = 7, /* samples beyond the rails that were stated */
+    PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
+    PICKET_IMAGE = 9        /* I and Q do not match: the sign may be wrong */
+};
+/* What a number may be used for. */
+enum {
+    PICKET_USABLE_YES = 0,
+    PICKET_USABLE_WITHIN_SIGMA = 1,
+    PICKET_USABLE_WITHOUT_SIGN = 2,
+    PICKET_USABLE_ROUGHLY = 3,
+    PICKET_USABLE_NO = 4
+};
+const char *picket_verdict_name(uint8_t verdict);   /* "good", "near-edge"; never NULL */
+const char *picket_verdict_reason(uint8_t verdict); /* a sentence; never NULL */
+uint8_t picket_verdict_usable(uint8_t verdict);     /* PICKET_USABLE_... */
+/* 1 if a verdict is among a tone's `also`, else 0. */
+uint8_t picket_verdict_is_among(uint8_t verdict, uint8_t also);
+
+/* ---- What comes out ---- */
+
+/* One measured tone. */
+typedef struct picket_tone {
+    double frequency_hz; /* I/Q: minus to plus half the rate; real: 0 to half the rate */
+    double sigma_hz;     /* one standard deviation of it */
+    float snr;           /* signal-to-noise ratio per sample, a power ratio: 10 log10 of it is dB */
+    float amplitude;     /* ADC codes */
+    uint32_t clipped;    /* samples of the block that touch a rail */
+    uint8_t verdict;     /* the most severe that applies */
+    uint8_t also;        /* the others: picket_verdict_is_among */
+    uint8_t reserved[2];
+} picket_tone;
+
+/* One of a block's tones, with its phase. */
+typedef struct picket_line {
+    picket_tone tone;
+    float phase_rad; /* at sample N/2: amplitude * cos(phase + 2 pi f (n - N/2) / rate) */
+    float sigma_phase_rad;
+} picket_line;
+
+/* A range and a velocity; of a Doppler shift a velocity alone. */
+typedef struct picket_target {
+    double range_m;
+    double velocity_mps;       /* positive when approaching; of real samples the speed */
+    double other_range_m;      /* the second target that the same beats fit, if `ambiguity` is PICKET_EXCHANGE */
+    double other_velocity_mps;
+    float sigma_range_m;
+    float sigma_velocity_mps;
+    uint32_t track;            /* low bits of the number of the track it comes from; 0 without a tracker */
+    uint8_t verdict;
+    uint8_t ambiguity;         /* PICKET_UNIQUE, PICKET_EXCHANGE or PICKET_COUPLED */
+    uint8_t reserved[2];
+} picket_target;
+enum {
+    PICKET_UNIQUE = 0,
+    PICKET_EXCHANGE = 1, /* a triangle with real samples */
+    PICKET_COUPLED = 2   /* a sawtooth: right for a target at rest */
+};
+
+/* A tone, and what it amounts to. */
+typedef struct picket_measurement {
+    picket_tone tone;
+    picket_target target;
+    uint8_t outcome; /* PICKET_OUTCOME_...: what of `target` holds */
+    uint8_t reserved[7];
+} picket_measurement;
+enum {
+    PICKET_OUTCOME_NONE = 0,     /* a tone; or the chirp is incomplete */
+    PICKET_OUTCOME_VELOCITY = 1, /* velocity_mps, sigma_velocity_mps, verdict */
+    PICKET_OUTCOME_TARGET = 2    /* all of it */
+};
+
+/* A tone that is followed from block to block. */
+typedef struct picket_track {
+    picket_tone tone; /* as filtered; `clipped` is 0 */
+    float rate_hz_per_block;
+    uint32_t number;
+    uint32_t age;   /* blocks since it was first seen */
+    uint8_t state;  /* PICKET_TENTATIVE, PICKET_HELD or PICKET_LOST */
+    uint8_t misses; /* blocks since it was last seen */
+    uint8_t reserved[2];
+} picket_track;
+enum { PICKET_TENTATIVE = 0, PICKET_HELD = 1, PICKET_LOST = 2 };
+
+/* ---- What goes in ---- */
+
+/* Zeros are the library's own choice, but for the rate and the codes. */
+typedef struct picket_config {
+    double rate_hz;                   /* samples per second */
+    double band_low_hz, band_high_hz; /* the band searched; both 0: the whole spectrum */
+    double false_alarm;               /* probability that a block of noise passes for a tone */
+    int16_t low_code, high_code;      /* the converter's rails: 0 and 4095 for 12 bits */
+    uint8_t arithmetic;               /* PICKET_ARITHMETIC_... */
+    uint8_t reach;                    /* bins on each side that the fit reads: 4, 8, 16; 0 is 16 */
+    uint8_t reserved[2];
+} picket_config;
+enum {
+    PICKET_ARITHMETIC_OF_CORE = 0, /* integers without a floating-point unit, floats with one */
+    PICKET_ARITHMETIC_FLOAT = 1,   /* not on a core without a floating-point unit */
+    PICKET_ARITHMETIC_FIXED = 2    /* not on a core with one, but on a desk */
+};
+
+/* What the samples were taken of. */
+typedef struct picket_scene {
+    double wavelength_m;    /* Doppler and chirp */
+    double angle_rad;       /* Doppler: between beam and motion */
+    double bandwidth_hz;    /* chirp: how far a ramp rises */
+    double duration_s;      /* chirp: of each segment */
+    double guard_s;         /* chirp: from a segment's start to its first sample */
+    double sweep_curvature; /* chirp: 0 for straight ramps */
+    uint8_t kind;           /* PICKET_SCENE_... */
+    uint8_t shape;          /* chirp: PICKET_TRAPEZOID, PICKET_TRIANGLE or PICKET_SAWTOOTH */
+    uint8_t mixing;         /* I/Q: PICKET_TX_CONJ_RX or PICKET_RX_CONJ_TX */
+    uint8_t reserved[5];
+} picket_scene;
+enum { PICKET_SCENE_TONE = 0, PICKET_SCENE_DOPPLER = 1, PICKET_SCENE_CHIRP = 2 };
+enum { PICKET_TRAPEZOID = 0, PICKET_TRIANGLE = 1, PICKET_SAWTOOTH = 2 };
+enum {
+    PICKET_TX_CONJ_RX = 0, /* an approaching target's Doppler shift is negative */
+    PICKET_RX_CONJ_TX = 1  /* it is positive */
+};
+
+/* How tones are followed. */
+typedef struct picket_following {
+    float agility;           /* sigma of the acceleration over that of a measurement; 0 is 0.05 */
+    float acceleration_bins; /* its least sigma, bins per block squared */
+    float rate_bins;         /* sigma of a new target's rate, bins per block; 0 is 2 */
+    uint8_t most;            /* tones followed at once, 1 to 4; 0 is 1 */
+    uint8_t refresh;         /* one block in so many is searched whole while one tone is locked; 0 searches all */
+    uint8_t reserved[2];
+} picket_following;
+
+/* What an accumulator adds: the spectra of many blocks without their phases, for echoes too weak for one. */
+typedef struct picket_accumulating {
+    double false_alarm; /* probability for each sum that noise passes for a tone; 0 is 1e-6 */
+    float drift_bins;   /* the line moves by so many bins from block to block */
+    uint32_t blocks;    /* of a sum: 1 to 65,536 */
+    uint8_t segment;    /* of a chirp, whose other blocks are passed over; PICKET_CONTINUOUS adds all */
+    uint8_t reserved[7];
+} picket_accumulating;
+
+/* What a sum of blocks shows. */
+typedef struct picket_accumulated {
+    picket_tone tone; /* `clipped` is 0 */
+    float ln_chance;  /* natural logarithm of the probability that noise alone has such a line */
+    uint32_t blocks;
+} picket_accumulated;
+
+/* When a burst begins and ends. Zeros are the library's own choice. */
+typedef struct picket_trigger {
+    float ratio;       /* energy of an eighth of a record over that of the noise at which it begins; 0: by the noise's scatter */
+    uint32_t hold_off; /* samples after a record in which no burst begins */
+    uint32_t least;    /* the least energy per sample, squared codes, however quiet the noise is */
+    uint32_t reserved;
+} picket_trigger;
+
+/* A burst: a tone with an envelope, as of a particle that crosses a beam. */
+typedef struct picket_burst {
+    picket_tone tone;   /* amplitude and snr at the envelope's top; `clipped` is 0 */
+    double arrival;     /* the middle of the envelope, samples since the stream's first */
+    float deviation;    /* standard deviation of the Gaussian envelope, samples */
+    uint8_t validation; /* PICKET_VALID, or what is known against it */
+    uint8_t reserved[3];
+} picket_burst;
+enum {
+    PICKET_VALID = 0,         /* one particle; its tone is good */
+    PICKET_TWO_PARTICLES = 1, /* more than one at once */
+    PICKET_FEW_CYCLES = 2,    /* fewer than four between the points at which the power is down by exp(-2) */
+    PICKET_SHORT = 3,         /* shorter than a thirtieth of a record: take shorter records, or a higher rate */
+    PICKET_LONG = 4,          /* longer than two fifths of a record: take longer records */
+    PICKET_BURST_WEAK = 5,    /* noise, or a particle outside of the fringes */
+    PICKET_BURST_CLIPPED = 6  /* more than 1 % of its samples touch a rail */
+};
+const char *picket_validation_name(uint8_t validation); /* "valid", "two-particles"; never NULL */
+
+/* What was counted in a stream of bursts. */
+typedef struct picket_counts {
+    uint64_t samples; /* taken */
+    uint64_t dead;    /* in which no burst could begin */
+    uint32_t bursts;  /* that a record was cut around, noise that looked like one included */
+    uint32_t lost;    /* that ended while the record of another was not complete */
+    uint32_t longer;  /* signals too long for a burst */
+    uint32_t reserved;
+} picket_counts;
+
+/* Where and when a block was taken. */
+typedef struct picket_stamp {
+    uint64_t clock;    /* samples since the start */
+    uint32_t sequence; /* the block's number; lost blocks count */
+    uint8_t segment;   /* PICKET_CONTINUOUS, PICKET_UP, PICKET_FLAT or PICKET_DOWN */
+    uint8_t gap;       /* 1 if samples are missing before this block */
+    uint8_t reserved[2];
+} picket_stamp;
+enum { PICKET_CONTINUOUS = 0, PICKET_UP = 1, PICKET_FLAT = 2, PICKET_DOWN = 3 };
+
+/* ---- The calls ---- */
+
+/*
+ * `samples` are `count` signed words of 16 bits, or of I/Q `count` pairs of them, I first; `count` must be N.
+ * A DMA buffer of uint16_t with codes of up to 15 bits may be cast: (const int16_t *)buffer.
+ *
+ * KIND_init_tone   the least program memory: one tone anywhere, eight bins on each side, the core's arithmetic.
+ * KIND_init        everything of a picket_config; `scene` may be NULL.
+ * KIND_block       the strongest tone of a block.
+ * KIND_measure     the same, and what it amounts to in the scene. `stamp` may be NULL: the blocks then follow one
+ *                  another, and those of a chirp take its segments in turn.
+ * KIND_lines       all tones of the last block, at most `room` and 4, the strongest first.
+ * KIND_tracker_... as above; `following` must not be NULL.
+ * KIND_track       measures a block, follows its tones, and gives the tracks of its segment, at most 8.
+ * KIND_targets     what the held tracks amount to, at most 4: after the last block of a chirp, or any of a Doppler scene.
+ * KIND_accumulate  adds the block that `meter` measured last. If it completes a sum, `*complete` is 1 and `accumulated` is
+ *                  written; else `*complete` is 0.
+ * KIND_bursts_...  bursts in a stream; `trigger` may be NULL. KIND_bursts_push takes any number of samples and writes the bursts that
+ *                  they complete, at most `room`; `*found` counts those beyond it, too. KIND_bursts_lost says that so many samples are
+ *                  missing before the next.
+ * KIND_size, KIND_tracker_size, KIND_accumulator_size, KIND_bursts_size   bytes that the archive needs, at most sizeof of the type; any
+ *                  memory of so many bytes will do that is aligned to 8.
+ */
+#define PICKET_DECLARE(KIND, N, PARTS)                                                                              \
+    typedef struct KIND {                                                                                           \
+        uint64_t state[(4 * (N) * (PARTS) + 512) / 8];                                                              \
+    } KIND;                                                                                                         \
+    typedef struct KIND##_tracker {                                                                                 \
+        uint64_t state[(4 * (N) * (PARTS) + 5120) / 8];                                                             \
+    } KIND##_tracker;                                                                                               \
+    typedef struct KIND##_accumulator {                                                                             \
+        uint64_t state[(8 * (N) * (PARTS) + 256) / 8];                                                              \
+    } KIND##_accumulator;                                                                                           \
+    typedef struct KIND##_bursts {                                                                                  \
+        uint64_t state[(10 * (N) * (PARTS) + 2048) / 8];                                                            \
+    } KIND##_bursts;                                                                                                \
+    size_t KIND##_size(void);                                                                                       \
+    picket_status KIND##_init_tone(KIND *memory, double rate_hz, int16_t low_code, int16_t high_code);              \
+    picket_status KIND##_init(KIND *memory, const picket_config *config, const picket_scene *scene);                \
+    picket_status KIND##_block(KIND *memory, const int16_t *samples, size_t count, picket_tone *tone);              \
+    picket_status KIND##_measure(KIND *memory, const picket_stamp *stamp, const int16_t *samples, size_t count,     \
+                                 picket_measurement *measurement);                                                  \
+    picket_status KIND##_lines(KIND *memory, picket_line *lines, size_t room, size_t *found);                       \
+    size_t KIND##_tracker_size(void);                                                                               \
+    picket_status KIND##_tracker_init(KIND##_tracker *memory, const picket_config *config,                          \
+                                      const picket_scene *scene, const picket_following *following);                \
+    picket_status KIND##_track(KIND##_tracker *memory, const picket_stamp *stamp, const int16_t *samples,           \
+                               size_t count, picket_measurement *measurement, picket_track *tracks, size_t room,    \
+                               size_t *found);                                                                      \
+    picket_status KIND##_targets(KIND##_tracker *memory, picket_target *targets, size_t room, size_t *found);       \
+    size_t KIND##_accumulator_size(void);                                                                           \
+    picket_status KIND##_accumulator_init(KIND##_accumulator *memory, const picket_accumulating *terms);            \
+    picket_status KIND##_accumulate(KIND##_accumulator *memory, const KIND *meter, picket_accumulated *accumulated, \
+                                    uint8_t *complete);                                                             \
+    size_t KIND##_bursts_size(void);                                                                                \
+    picket_status KIND##_bursts_init(KIND##_bursts *memory, const picket_config *config,                            \
+                                     const picket_trigger *trigger);                                                \
+    picket_status KIND##_bursts_push(KIND##_bursts *memory, const int16_t *samples, size_t count,                   \
+                                     picket_burst *bursts, size_t room, size_t *found);                             \
+    picket_status KIND##_bursts_lost(KIND##_bursts *memory, uint64_t samples);                                      \
+    picket_status KIND##_bursts_counts(KIND##_bursts *memory, picket_counts *counts);
+
+/* X(KIND, N, parts of a sample) for every kind and length. */
+#define PICKET_EACH(X)          \
+    X(picket_real64, 64, 1)     \
+    X(picket_real128, 128, 1)   \
+    X(picket_real256, 256, 1)   \
+    X(picket_real512, 512, 1)   \
+    X(picket_real1024, 1024, 1) \
+    X(picket_real2048, 2048, 1) \
+    X(picket_real4096, 4096, 1) \
+    X(picket_iq64, 64, 2)       \
+    X(picket_iq128, 128, 2)     \
+    X(picket_iq256, 256, 2)     \
+    X(picket_iq512, 512, 2)     \
+    X(picket_iq1024, 1024, 2)   \
+    X(picket_iq2048, 2048, 2)   \
+    X(picket_iq4096, 4096, 2)
+PICKET_EACH(PICKET_DECLARE)
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,37 @@
+# find_package(picket CONFIG), or add_subdirectory of the folder above: the target picket::picket.
+#
+# The archive follows from the compiler's flags: -mcpu, -mfloat-abi and -mfpu. PICKET_ARCHIVE, the path of a libpicket.a, is taken
+# instead where it is set.
+if(NOT TARGET picket::picket)
+  get_filename_component(_picket_src "${CMAKE_CURRENT_LIST_DIR}/../src" ABSOLUTE)
+  if(NOT PICKET_ARCHIVE)
+    set(_picket_flags "${CMAKE_C_FLAGS} ${CMAKE_CXX_FLAGS}")
+    get_directory_property(_picket_options COMPILE_OPTIONS)
+    string(APPEND _picket_flags " ${_picket_options}")
+    string(REPLACE ";" " " _picket_flags "${_picket_flags}")
+    if(_picket_flags MATCHES "-mcpu=(cortex-m[0-9]+(plus)?)")
+      set(_picket_place "${CMAKE_MATCH_1}")
+      if(_picket_flags MATCHES "-mfloat-abi=hard")
+        if(_picket_place STREQUAL "cortex-m7")
+          string(APPEND _picket_place "/fpv5-d16-hard")
+        elseif(_picket_place STREQUAL "cortex-m4")
+          string(APPEND _picket_place "/fpv4-sp-d16-hard")
+        else()
+          string(APPEND _picket_place "/fpv5-sp-d16-hard")
+        endif()
+      endif()
+    elseif(CMAKE_CROSSCOMPILING)
+      message(FATAL_ERROR "picket: no -mcpu=cortex-... in the compiler's flags: set it, or PICKET_ARCHIVE")
+    else()
+      set(_picket_place "host")
+    endif()
+    set(PICKET_ARCHIVE "${_picket_src}/${_picket_place}/libpicket.a")
+  endif()
+  if(NOT EXISTS "${PICKET_ARCHIVE}")
+    message(FATAL_ERROR "picket: there is no ${PICKET_ARCHIVE}: cargo picket c --core CORE writes it")
+  endif()
+  add_library(picket::picket STATIC IMPORTED GLOBAL)
+  set_target_properties(picket::picket PROPERTIES
+    IMPORTED_LOCATION "${PICKET_ARCHIVE}"
+    INTERFACE_INCLUDE_DIRECTORIES "${_picket_src}")
+endif()

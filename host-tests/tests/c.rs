@@ -1,0 +1,359 @@
+//! The library for C and C++: what its archives show, that every misuse is answered, that it measures the same bits as the tools, and
+//! that programs of strangers link it. `cargo test --test c`; a plain `cargo test` leaves them out, since each archive takes a minute or two.
+
+#[path = "c/projects.rs"]
+mod projects;
+
+use host_tests::{had, has_core};
+use picket::acquire::codes::Codes;
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
+use picket_host::c::{Core, package};
+use picket_host::emulator::Footprint;
+use picket_host::recording::{self, Format};
+use picket_host::toolchain::archive::symbols;
+use picket_host::toolchain::{Firmware, Profile, Target, qemu, workspace};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// Flags that find what a compiler can find.
+const STRICT: [&str; 6] =
+    ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"];
+
+fn temporary(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c").join(name);
+    fs::create_dir_all(&place).unwrap();
+    place
+}
+
+/// The package as `cargo picket c` writes it: for this machine, a Cortex-M4F, and an M0 where images for it are built.
+fn dist() -> Option<&'static Path> {
+    static DIST: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let write = || {
+        let out = temporary("dist");
+        let cores = if has_core(Target::M0) { Core::M0plus.places() } else { &[] };
+        // The first of an M4F's has its floats in registers.
+        let archives = [Core::Host.places(), &Core::M4f.places()[..1], cores].concat();
+        had(package(&archives, &out)).map(|()| out)
+    };
+    DIST.get_or_init(write).as_deref()
+}
+
+/// Whether a program is here; a test that needs it otherwise says that it was skipped.
+fn has(program: &str) -> bool {
+    let there = Command::new(program).arg("--version").output().is_ok();
+    if !there {
+        println!("skipped: there is no {program}");
+    }
+    there
+}
+
+/// What a command prints, which must succeed.
+fn said(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let (out, errors) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{command:?}: {}\n{out}{errors}", output.status);
+    out.into_owned()
+}
+
+fn source(name: &str) -> PathBuf {
+    workspace().join("c/tests").join(name)
+}
+
+/// The kinds that the header lists, with their lengths and parts of a sample.
+fn kinds() -> Vec<(String, usize, usize)> {
+    let header = fs::read_to_string(workspace().join("c/include/picket.h")).unwrap();
+    let rows = header.lines().filter_map(|line| line.trim().strip_prefix("X(picket_"));
+    let kinds = rows.map(|row| {
+        let mut words = row.split(", ");
+        let mut word = || words.next().unwrap();
+        let (name, n) = (format!("picket_{}", word()), word().parse().unwrap());
+        (name, n, word().trim_end_matches([')', '\\', ' ']).parse().unwrap())
+    });
+    let kinds: Vec<_> = kinds.collect();
+    assert_eq!(kinds.len(), 14);
+    kinds
+}
+
+/// The names of all functions that the header declares.
+fn declared() -> Vec<String> {
+    let header = fs::read_to_string(workspace().join("c/include/picket.h")).unwrap();
+    let (mut names, mut each) = (Vec::new(), Vec::new());
+    for word in header.split([' ', '*', '\n']) {
+        let Some((name, _)) = word.split_once('(') else { continue };
+        match name.strip_prefix("KIND##_") {
+            Some(end) => each.push(end.to_owned()),
+            None if name.starts_with("picket_") && name != "picket_version()" => {
+                names.push(name.to_owned());
+            }
+            None => {}
+        }
+    }
+    for (kind, _, _) in kinds() {
+        names.extend(each.iter().map(|end| format!("{kind}_{end}")));
+    }
+    // The comment at the top shows some calls.
+    names.sort();
+    names.dedup();
+    names
+}
+
+#[test]
+fn an_archive_shows_the_headers_symbols_and_no_others() {
+    let Some(dist) = dist() else { return };
+    for place in ["host", "cortex-m4/fpv4-sp-d16-hard", "cortex-m0plus"] {
+        let archive = dist.join("src").join(place).join("libpicket.a");
+        if place == "cortex-m0plus" && !has_core(Target::M0) {
+            continue;
+        }
+        assert_eq!(symbols(&archive).unwrap(), declared(), "{place}");
+        // No way leads to a panic: its handler would ask for a function that does not exist, and nothing is asked for.
+        let text = fs::read(&archive).unwrap();
+        let holds = |word: &[u8]| text.windows(word.len()).any(|window| window == word);
+        assert!(!holds(b"picket_can_panic") && !holds(b"panicking"), "{place}");
+        assert!(holds(b"picket_real1024_block"));
+    }
+}
+
+#[test]
+fn the_header_is_clean_in_c99_and_cpp() {
+    let place = temporary("header");
+    let file = place.join("header.c");
+    fs::write(&file, "#include \"picket.h\"\n#include \"picket.h\"\nint picket_nothing;\n")
+        .unwrap();
+    for (compiler, flags) in [
+        ("gcc", ["-std=c99", "-xc"]),
+        ("clang", ["-std=c99", "-xc"]),
+        ("g++", ["-std=c++11", "-xc++"]),
+        ("clang++", ["-std=c++11", "-xc++"]),
+    ] {
+        if has(compiler) {
+            let strict =
+                STRICT.iter().filter(|flag| flags[1] == "-xc" || !flag.ends_with("prototypes"));
+            let mut command = Command::new(compiler);
+            command.args(flags).args(strict).arg("-I").arg(workspace().join("c/include"));
+            said(command.arg("-c").arg(&file).arg("-o").arg(place.join("header.o")));
+        }
+    }
+}
+
+/// A program for this machine from the package, with these flags beside.
+fn program(compiler: &str, name: &str, flags: &[&str]) -> Option<PathBuf> {
+    let dist = dist()?;
+    let out = temporary("host").join(format!("{name}-{compiler}{}", flags.len()));
+    let mut command = Command::new(compiler);
+    command.args(["-std=c99", "-O1", "-g"]).args(STRICT).args(flags);
+    command.arg("-I").arg(dist.join("src")).arg(source(name)).arg("-L").arg(dist.join("src/host"));
+    said(command.args(["-lpicket", "-lm", "-o"]).arg(&out));
+    Some(out)
+}
+
+#[test]
+fn misuse_is_answered_and_every_call_does_its_work() {
+    let sanitized = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    for (compiler, flags) in [("gcc", &sanitized[..]), ("clang", &[])] {
+        if !has(compiler) {
+            continue;
+        }
+        let Some(program) = program(compiler, "misuse.c", flags) else { return };
+        let out = said(&mut Command::new(program));
+        assert_eq!(out.lines().last(), Some("0 failures"), "{out}");
+    }
+}
+
+/// Blocks of each kind and length on a board in an emulator: a tenth, unless PICKET_LONG asks for as many as here.
+fn long() -> bool {
+    std::env::var_os("PICKET_LONG").is_some()
+}
+
+fn checksums(program: &Path, blocks: u32, arithmetic: &str, directory: Option<&Path>) -> String {
+    let mut command = Command::new(program);
+    command.args([&blocks.to_string(), arithmetic]).args(directory);
+    said(&mut command)
+}
+
+/// The fields of a `picket_tone` in a file.
+struct Answer {
+    frequency_hz: f64,
+    sigma_hz: f64,
+    snr: f32,
+    verdict: u8,
+    also: u8,
+}
+
+fn answers(file: &Path) -> Vec<Answer> {
+    let bytes = fs::read(file).unwrap();
+    let tones = bytes.as_chunks::<32>().0.iter();
+    let double =
+        |tone: &[u8; 32], at: usize| f64::from_le_bytes(tone[at..at + 8].try_into().unwrap());
+    let answer = |tone: &[u8; 32]| Answer {
+        frequency_hz: double(tone, 0),
+        sigma_hz: double(tone, 8),
+        snr: f32::from_le_bytes(tone[16..20].try_into().unwrap()),
+        verdict: tone[28],
+        also: tone[29],
+    };
+    tones.map(answer).collect()
+}
+
+#[test]
+fn ten_thousand_blocks_of_each_kind_are_those_of_picket_analyze() {
+    if !has("gcc") {
+        return;
+    }
+    let Some(program) = program("gcc", "bits.c", &[]) else { return };
+    for (word, arithmetic) in [("float", Arithmetic::Target), ("fixed", Arithmetic::TargetFixed)] {
+        // As many in either arithmetic in the long form; half of a minute for the usual one.
+        let blocks = if word == "float" || long() { 10_000 } else { 1_000 };
+        let place = temporary(word);
+        checksums(&program, blocks, word, Some(&place));
+        for (kind, n, parts) in kinds() {
+            let seen = answers(&place.join(format!("{kind}.tones")));
+            assert_eq!(seen.len(), blocks as usize, "{kind}");
+            let records = place.join(format!("{kind}.i16"));
+            let analysis = analysis(n, parts == 2, arithmetic);
+            let (mut index, mut good) = (0, 0);
+            let sink = |answer: analyze::Answer| {
+                let Answer { frequency_hz, sigma_hz, snr, verdict, also } = seen[index];
+                let what = format!("{kind}, {word}, block {index}");
+                let verdict = picket::Verdict::from_u8(verdict).unwrap();
+                assert_eq!(answer.verdict, verdict.name(), "{what}");
+                let also = picket::Verdicts::of_bits(also);
+                assert_eq!(
+                    answer.also,
+                    also.iter().map(|v| v.name()).collect::<Vec<_>>(),
+                    "{what}"
+                );
+                assert_eq!(
+                    answer.frequency_hz.map(f64::to_bits),
+                    Some(frequency_hz.to_bits()),
+                    "{what}"
+                );
+                let finite = sigma_hz.is_finite().then_some(sigma_hz);
+                assert_eq!(answer.sigma_hz, finite, "{what}");
+                if let Some(snr_db) = answer.snr_db {
+                    assert!((snr_db - 10.0 * f64::from(snr).log10()).abs() < 1e-4, "{what}");
+                }
+                good += usize::from(verdict == picket::Verdict::Good);
+                index += 1;
+            };
+            analyze::run(&records, &analysis, sink, |_| ()).unwrap();
+            assert_eq!(index, seen.len(), "{kind}");
+            // All sorts of blocks: most are steady tones, and not all.
+            assert!((seen.len() / 4..seen.len() * 19 / 20).contains(&good), "{kind}: {good} good");
+            fs::remove_file(records).unwrap();
+            println!("{kind}, {word}: {index} blocks the same, {good} of them good");
+        }
+    }
+}
+
+fn analysis(n: usize, iq: bool, arithmetic: Arithmetic) -> Analysis {
+    let read = recording::Options {
+        format: Some(Format::I16),
+        rate_hz: Some(48_000.0),
+        iq,
+        ..recording::Options::default()
+    };
+    Analysis {
+        read,
+        n: Some(n),
+        hop: None,
+        skip: 0,
+        band_hz: None,
+        estimators: None,
+        reach: picket::Reach::Sixteen,
+        codes: Codes::signed::<12>(),
+        arithmetic,
+        false_alarm: picket::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        carrier: None,
+        style: Style::Json,
+    }
+}
+
+/// The compiler's words for a core, and the archive's place.
+const M4F: (&[&str], &str, &str) = (
+    &["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"],
+    "cortex-m4/fpv4-sp-d16-hard",
+    "mps2-an386",
+);
+/// QEMU has no Cortex-M0 with enough memory: a Cortex-M3 runs its instructions.
+const M0: (&[&str], &str, &str) =
+    (&["-mcpu=cortex-m0plus", "-mthumb"], "cortex-m0plus", "mps2-an385");
+
+const CROSS: &str = "arm-none-eabi-gcc";
+
+/// A program for a core without a library of C.
+fn bare(name: &str, core: (&[&str], &str, &str), defines: &[&str]) -> Option<PathBuf> {
+    let dist = dist()?;
+    let out = temporary("bare").join(format!("{name}-{}.elf", core.2));
+    let mut command = Command::new(CROSS);
+    command.args(["-std=c99", "-O2", "-ffreestanding", "-fno-tree-loop-distribute-patterns"]);
+    command.args(["-ffunction-sections", "-fdata-sections", "-nostdlib", "-nostartfiles"]);
+    command.args(core.0).args(["-Wall", "-Wextra", "-Werror", "-DBARE"]).args(defines);
+    command.arg("-I").arg(dist.join("src")).arg(source("start.c")).arg(source(name));
+    command.arg(dist.join("src").join(core.1).join("libpicket.a"));
+    command.args(["-lgcc", "-Wl,--gc-sections,-z,noexecstack", "-T"]).arg(source("mps2.ld"));
+    said(command.arg("-o").arg(&out));
+    Some(out)
+}
+
+/// What a program says on an emulated board.
+fn emulated(machine: &str, image: &Path) -> Option<String> {
+    let mut command = Command::new(had(qemu())?);
+    command.args(["-machine", machine, "-nographic", "-monitor", "none", "-serial", "null"]);
+    command.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(image);
+    // The emulator writes what a program says by semihosting to stderr.
+    let output = command.output().unwrap();
+    let text = [output.stdout, output.stderr].concat();
+    let text = String::from_utf8_lossy(&text).into_owned();
+    assert!(output.status.success(), "{machine}: {}\n{text}", output.status);
+    Some(text)
+}
+
+/// The M4F measures the bits of a desk, and the M0 those of its arithmetic there.
+#[test]
+fn boards_measure_the_same_bits() {
+    if !has("gcc") || !has(CROSS) {
+        return;
+    }
+    let Some(program) = program("gcc", "bits.c", &[]) else { return };
+    let blocks = if long() { 10_000 } else { 300 };
+    for (core, arithmetic) in [(M4F, "float"), (M0, "fixed")] {
+        if arithmetic == "fixed" && !has_core(Target::M0) {
+            continue;
+        }
+        let define = format!("-DBLOCKS={blocks}");
+        let Some(image) = bare("bits.c", core, &[&define]) else { return };
+        let Some(seen) = emulated(core.2, &image) else { return };
+        let here = checksums(&program, blocks, arithmetic, None);
+        assert_eq!(here.lines().count(), 14, "{here}");
+        assert_eq!(seen.replace('\r', ""), here, "{}", core.1);
+        println!("{}: {blocks} blocks of each of 14 kinds and lengths the same", core.1);
+    }
+}
+
+/// What a program with one tone and its verdict takes in C, beside the one in Rust.
+#[test]
+fn a_program_in_c_is_little_larger_than_a_small_one_in_rust() {
+    if !has(CROSS) {
+        return;
+    }
+    let Some(image) = bare("single.c", M4F, &[]) else { return };
+    let ours = Footprint::of(&image).unwrap();
+    let rust = Firmware {
+        bin: "single",
+        target: Target::M4f,
+        features: &["mps2"],
+        profile: Profile::Release,
+    };
+    let Some(rust) = had(rust.build()) else { return };
+    let rust = Footprint::of(&rust).unwrap();
+    println!("C: {ours:?}, Rust: {rust:?}");
+    // As docs/c.md has it.
+    assert!(ours.flash <= rust.flash + 8_192, "C takes {ours:?}, Rust {rust:?}");
+    let said = emulated(M4F.2, &image);
+    assert!(said.is_none_or(|said| said.is_empty()));
+}

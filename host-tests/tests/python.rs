@@ -1,0 +1,205 @@
+//! The module for Python: the wheel in fresh environments, with the oldest and the newest numpy; its answers, to the bit, beside those
+//! of `picket analyze`; the README's lines; the notebooks. `cargo test --test python`; a plain `cargo test` leaves it out, since the
+//! wheel takes minutes to build.
+
+#[path = "../../dependents/same_bits.rs"]
+#[allow(dead_code)]
+mod same_bits;
+
+use host_tests::figures::Document;
+use host_tests::had;
+use picket::acquire::sample::{Iq, Real, Record};
+use picket::{Codes, Verdict};
+use picket_host::analyze::{self, Analysis, Style};
+use picket_host::arithmetic::Arithmetic;
+use picket_host::recording::{self, Format};
+use picket_host::toolchain::{build_wheel, environment, workspace};
+use same_bits::{Random, fill};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+fn temporary(name: &str) -> PathBuf {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python").join(name);
+    fs::create_dir_all(&place).unwrap();
+    place
+}
+
+fn wheel() -> Option<&'static Path> {
+    static WHEEL: OnceLock<Option<PathBuf>> = OnceLock::new();
+    WHEEL.get_or_init(|| had(build_wheel(&temporary("wheel")))).as_deref()
+}
+
+/// An environment that holds the wheel and these packages and nothing else. It is made anew each time.
+fn fresh(name: &str, packages: &[&str]) -> Option<PathBuf> {
+    let wheel = wheel()?.to_str().unwrap();
+    let place = temporary("environments").join(name);
+    let _ = fs::remove_dir_all(&place);
+    had(environment(&place, &[packages, &[wheel]].concat()))
+}
+
+fn said(command: &mut Command) -> String {
+    let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let (out, errors) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{command:?}: {}\n{out}{errors}", output.status);
+    println!("{out}{errors}");
+    out.into_owned()
+}
+
+fn pytest(programs: &Path) -> Command {
+    let mut command = Command::new(programs.join("python"));
+    command.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
+    command.current_dir(temporary("run")).arg(workspace().join("python/tests"));
+    command
+}
+
+/// A record's blocks with a name, and what `picket analyze --arith target` says of them, as files.
+fn cases() -> PathBuf {
+    let place = temporary("bits");
+    let mut cases = Vec::new();
+    for n in [64, 128, 256, 512, 1024, 2048, 4096] {
+        case::<Real>(&place, n, &mut cases);
+        case::<Iq>(&place, n, &mut cases);
+    }
+    fs::write(place.join("cases.json"), serde_json::to_vec(&cases).unwrap()).unwrap();
+    place
+}
+
+fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
+    let codes = Codes::signed::<12>();
+    let name = format!("{}{n}", if R::IQ { "iq" } else { "real" });
+    let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ (n as u64) << 1 ^ u64::from(R::IQ));
+    let mut samples = vec![R::Sample::default(); n];
+    let mut bytes = Vec::new();
+    for _ in 0..10_000 {
+        // The tools refuse records of nothing but -1, 0 and 1, as of floats that were not scaled.
+        let tells = |&sample: &R::Sample| R::parts(sample).iter().any(|part| part.abs() > 1);
+        fill::<R>(&mut samples, codes, &mut random);
+        while !samples.iter().any(tells) {
+            fill::<R>(&mut samples, codes, &mut random);
+        }
+        for &sample in &samples {
+            let parts = R::parts(sample);
+            let used = if R::IQ { &parts[..] } else { &parts[..1] };
+            bytes.extend(used.iter().flat_map(|part| part.to_le_bytes()));
+        }
+    }
+    let records = place.join(format!("{name}.i16"));
+    fs::write(&records, bytes).unwrap();
+    for (word, arithmetic) in [("float", Arithmetic::Target), ("fixed", Arithmetic::TargetFixed)] {
+        let analysis = Analysis {
+            read: recording::Options {
+                format: Some(Format::I16),
+                rate_hz: Some(48_000.0),
+                iq: R::IQ,
+                ..recording::Options::default()
+            },
+            n: Some(n),
+            hop: None,
+            skip: 0,
+            band_hz: None,
+            estimators: None,
+            reach: picket::Reach::Sixteen,
+            codes,
+            arithmetic,
+            false_alarm: picket::Config::new(1.0, codes).false_alarm,
+            carrier: None,
+            style: Style::Json,
+        };
+        let (mut rows, mut blocks) = (Vec::new(), 0);
+        let sink = |answer: analyze::Answer| {
+            let verdict = Verdict::ALL.iter().find(|v| v.name() == answer.verdict).unwrap();
+            let number = |x: Option<f64>| x.unwrap_or(f64::INFINITY);
+            let beside = answer.also.len() as f64;
+            let row = [number(answer.frequency_hz), number(answer.sigma_hz)];
+            let row = [row[0], row[1], f64::from(*verdict as u8), beside];
+            rows.extend(row.into_iter().flat_map(f64::to_le_bytes));
+            blocks += 1;
+        };
+        analyze::run(&records, &analysis, sink, |_| ()).unwrap();
+        assert_eq!(blocks, 10_000);
+        fs::write(place.join(format!("{name}.{word}")), rows).unwrap();
+        cases.push(serde_json::json!({ "name": name, "n": n, "iq": R::IQ, "arithmetic": word }));
+    }
+}
+
+#[test]
+fn the_module_does_as_it_says_with_the_newest_numpy() {
+    let packages = ["numpy", "pytest", "pandas", "scipy"];
+    let Some(programs) = fresh("newest", &packages) else { return };
+    said(pytest(&programs).env("PICKET_BITS", cases()));
+    let speed = workspace().join("python/tests/speed.py");
+    let rows = said(Command::new(programs.join("python")).arg(speed).arg("--json"));
+    // How fast a machine is says nothing of the module; the errors are the same on all.
+    let rms = rows.lines().map(|row| {
+        let row: serde_json::Value = serde_json::from_str(row).unwrap();
+        ["picket_rms_mhz", "scipy_rms_mhz"].map(|name| row[name].as_f64().unwrap())
+    });
+    let rms: Vec<[f64; 2]> = rms.collect();
+    assert_eq!(rms.len(), 3);
+    let page = Document::python();
+    page.assert_states("rms error, mHz | # | # | # |", &[rms[0][0], rms[1][0], rms[2][0]]);
+    page.assert_states("scipy's, mHz | # | # | # |", &[rms[0][1], rms[1][1], rms[2][1]]);
+}
+
+/// The oldest that `python/pyproject.toml` admits, where this Python can have it.
+#[test]
+fn the_module_does_as_it_says_with_the_oldest_numpy() {
+    let project = fs::read_to_string(workspace().join("python/pyproject.toml")).unwrap();
+    let (_, rest) = project.split_once("numpy>=").unwrap();
+    let oldest = format!("numpy=={}", rest.split('"').next().unwrap());
+    let Some(programs) = fresh("oldest", &[&oldest, "pytest"]) else { return };
+    said(&mut pytest(&programs));
+}
+
+/// The blocks of a language in a document.
+fn blocks(document: &str, language: &str) -> Vec<String> {
+    let fence = format!("```{language}\n");
+    let parts = document.split(&fence).skip(1);
+    parts.map(|part| part.split("```").next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn the_readmes_and_the_pages_lines_run() {
+    let Some(programs) = fresh("readme", &[]) else { return };
+    let read = |name: &str| fs::read_to_string(workspace().join(name)).unwrap();
+    let readme = blocks(&read("README.md"), "python");
+    assert_eq!(readme.len(), 1, "README.md");
+    for (name, program) in
+        [("README.md", readme), ("docs/python.md", blocks(&read("docs/python.md"), "python"))]
+    {
+        // A page is one program: later blocks use what the first ones have made.
+        let file = temporary("run").join("page.py");
+        fs::write(&file, program.concat()).unwrap();
+        let out = said(Command::new(programs.join("python")).current_dir(workspace()).arg(&file));
+        assert!(out.contains("good"), "{name}: {out}");
+    }
+}
+
+#[test]
+fn the_notebooks_run() {
+    let data = workspace().join("../shared/data");
+    let Some(programs) = fresh("notebooks", &["nbconvert", "ipykernel", "matplotlib"]) else {
+        return;
+    };
+    let notebooks = workspace().join("python/notebooks");
+    for entry in fs::read_dir(notebooks).unwrap() {
+        let notebook = entry.unwrap().path();
+        if notebook.extension().is_none_or(|end| end != "ipynb") {
+            continue;
+        }
+        let name = notebook.file_stem().unwrap().to_str().unwrap().to_owned();
+        let recording = data.join("cw24_car_away.wav");
+        if name == "recording" && !recording.is_file() {
+            println!("skipped: {name} wants {}", recording.display());
+            continue;
+        }
+        let mut command = Command::new(programs.join("python"));
+        command.args(["-m", "nbconvert", "--to", "notebook", "--execute", "--log-level", "WARN"]);
+        command.env("PICKET_RECORDING", &recording);
+        said(command.arg("--output-dir").arg(temporary("notebooks")).arg(&notebook));
+        println!("{name} ran");
+    }
+}

@@ -1,0 +1,21 @@
+//! `picket python`: the wheel of the module `picket_dsp`.
+
+use crate::toolchain::{ToolError, build_wheel};
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Builds the wheel for Python, which `pip install` takes. It needs Python 3.10 or later; maturin it gets itself.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// The folder that the wheel is written to
+    #[arg(long, value_name = "DIR", default_value = "dist")]
+    out: PathBuf,
+}
+
+/// Builds the wheel and prints where it is.
+pub fn run(options: &Options) -> Result<ExitCode, ToolError> {
+    let wheel = build_wheel(&options.out)?;
+    outln!("{}", wheel.display());
+    Ok(ExitCode::SUCCESS)
+}

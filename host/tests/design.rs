@@ -1,0 +1,69 @@
+//! `picket design` against records of the physics simulator.
+
+use crate::cli::{lines, refused};
+use picket::acquire::sample::{Real, Stamp};
+use picket::{Codes, Config, Mixing, Pipeline};
+use picket_simulator::{Receiver, Sensor, Target};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+const DESIGN: &str = "design";
+
+/// Sigma, resolution and span of a radar of 24.125 GHz: 400 records of a target at 3.1 m/s have the error that is told. Seed 7.
+#[test]
+fn sigma_is_the_error_of_simulated_records() {
+    let told = lines(
+        DESIGN,
+        &["--carrier-hz", "24.125G", "--rate", "10k", "--n", "1024", "--snr-db", "10", "--json"],
+    );
+    let number = |key: &str| told[0][key].as_f64().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let receiver = Receiver::ideal(10e3, false, Mixing::RxConjTx).with_snr(900.0, 10.0);
+    let sensor = Sensor::continuous(24.125e9, receiver, 1024);
+    let config = Config::new(10e3, Codes::signed::<12>());
+    let mut pipeline = Box::new(Pipeline::<Real, 1024>::new(config.plan().unwrap()));
+    let mut squares = 0.0;
+    for _ in 0..400 {
+        let target = Target::moving(900.0, 20.0, 3.1).turned(rng.random());
+        let record = sensor.record(&[target], (0, 0), || rng.sample(StandardNormal));
+        let samples: Vec<i16> = record.into_iter().map(|[re, _]| re).collect();
+        let block = samples.as_slice().try_into().unwrap();
+        let tone = pipeline.block(Stamp::default(), block).tone;
+        let velocity = tone.hertz() * number("resolution_mps") / number("bin_hz");
+        squares += (velocity - 3.1).powi(2);
+    }
+    let ratio = (squares / 400.0f64).sqrt() / number("sigma_mps");
+    // 400 records know it to 4 %; least squares of 33 bins reaches the bound to some percent.
+    assert!((0.88..1.2).contains(&ratio), "{ratio}");
+    let fastest = 10e3 / 4.0 * 299_792_458.0 / 24.125e9;
+    assert!((number("fastest_mps") - fastest).abs() < 1e-9);
+    assert_eq!(told[1]["settings"]["n"], 1024);
+}
+
+/// From what is wanted to settings, and one line where it cannot be had.
+#[test]
+fn from_a_wanted_sigma_to_settings() {
+    let radar = ["--carrier-hz", "24.125G", "--velocity-mps", "10", "--snr-db", "10", "--json"];
+    let of = |sigma: &str| lines(DESIGN, &[&radar[..], &["--sigma-mps", sigma]].concat());
+    let (loose, tight) = (of("0.01"), of("0.002"));
+    let n = |lines: &[serde_json::Value]| lines.last().unwrap()["settings"]["n"].as_u64().unwrap();
+    assert!(n(&loose) < n(&tight), "{} {}", n(&loose), n(&tight));
+    // 10 m/s are 1609 Hz, at two fifths of the rate.
+    let rate = loose.last().unwrap()["settings"]["rate_hz"].as_f64().unwrap();
+    assert!((rate * 0.4 - 2.0 * 10.0 * 24.125e9 / 299_792_458.0).abs() < 1e-6, "{rate}");
+    refused(
+        DESIGN,
+        &["--carrier-hz", "24G", "--velocity-mps", "10", "--sigma-mps", "1e-9"],
+        "no block of 4096",
+    );
+    refused(DESIGN, &["--carrier-hz", "24G"], "--velocity-mps");
+    refused(
+        DESIGN,
+        &["--carrier-hz", "24G", "--rate", "1k", "--velocity-mps", "50"],
+        "samples per second",
+    );
+    let short =
+        ["--carrier-hz", "24G", "--rate", "10k", "--bandwidth-hz", "200M", "--chirp-s", "1e-3"];
+    refused(DESIGN, &short, "the ramp is shorter");
+}

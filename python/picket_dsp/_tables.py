@@ -1,0 +1,155 @@
+"""Rows of numbers from the native half as structured arrays."""
+
+import numpy as np
+
+from . import _picket
+
+VERDICTS = _picket.verdicts()
+_MOST = max(number for number, *_ in VERDICTS) + 1
+_NAMES = np.zeros(_MOST, "U11")
+_USABLE = np.zeros(_MOST, "?")
+for _number, _name, _level, *_ in VERDICTS:
+    _NAMES[_number] = _name
+    _USABLE[_number] = _level <= 1
+# All that applies beside a verdict, the most severe first; the set has seven bits.
+_ALSO = np.array([", ".join(_picket.verdicts_in(bits)) for bits in range(128)])
+_AMBIGUITY = np.array(["", "exchange", "coupled"], "U8")
+_SEGMENT = np.array(["", "up", "flat", "down"], "U4")
+_VALIDATION = np.array(_picket.validations())
+_STATE = np.array(["tentative", "held", "lost"], "U9")
+_REASON = f"U{_NAMES.itemsize // 4 + 2 + _ALSO.itemsize // 4}"
+
+TONE = [
+    ("frequency_hz", "f8"),
+    ("sigma_hz", "f8"),
+    ("snr_db", "f8"),
+    ("amplitude", "f8"),
+    ("verdict", "U11"),
+    ("usable", "?"),
+    ("reason", _REASON),
+]
+PHASE = [("phase", "f8"), ("sigma_phase", "f8")]
+VELOCITY = [("velocity_mps", "f8"), ("sigma_velocity_mps", "f8"), ("target_verdict", "U11"), ("target_usable", "?")]
+RANGE = [
+    ("range_m", "f8"),
+    ("sigma_range_m", "f8"),
+    ("ambiguity", "U8"),
+    ("other_range_m", "f8"),
+    ("other_velocity_mps", "f8"),
+]
+
+
+def _put_tone(out, rows):
+    """Fills the columns of TONE from frequency, sigma, SNR, amplitude, verdict and what applies besides."""
+    out["frequency_hz"], out["sigma_hz"], out["snr_db"], out["amplitude"] = rows[:, :4].T
+    verdict, also = rows[:, 4].astype(np.intp), rows[:, 5].astype(np.intp)
+    out["verdict"] = _NAMES[verdict]
+    out["usable"] = _USABLE[verdict]
+    some = np.flatnonzero(also)
+    out["reason"] = _NAMES[verdict]
+    if some.size:
+        both = np.char.add(np.char.add(_NAMES[verdict[some]], ", "), _ALSO[also[some]])
+        out["reason"][some] = both
+
+
+def _put_target(out, rows):
+    """Fills the columns of VELOCITY, and of RANGE where they are."""
+    known = np.isfinite(rows[:, 0])
+    verdict = np.where(known, rows[:, 0], 0).astype(np.intp)
+    out["velocity_mps"], out["sigma_velocity_mps"] = rows[:, 3], rows[:, 5]
+    out["target_verdict"] = np.where(known, _NAMES[verdict], "")
+    out["target_usable"] = known & _USABLE[verdict]
+    if "range_m" in out.dtype.names:
+        out["range_m"], out["sigma_range_m"] = rows[:, 2], rows[:, 4]
+        out["other_range_m"], out["other_velocity_mps"] = rows[:, 6], rows[:, 7]
+        out["ambiguity"] = _AMBIGUITY[np.where(known, rows[:, 1], 0).astype(np.intp)]
+
+
+def _scene_columns(kind):
+    return {"tone": [], "doppler": VELOCITY, "chirp": RANGE + VELOCITY}[kind]
+
+
+def blocks(rows, n, rate_hz, kind):
+    """The strongest tone of every block."""
+    head = [("block", "i8"), ("time_s", "f8"), ("gap", "?"), ("clipped", "i8")]
+    segment = [("segment", "U4")] if kind == "chirp" else []
+    out = np.empty(len(rows), head + segment + TONE + PHASE + _scene_columns(kind))
+    out["block"] = np.arange(len(rows))
+    out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
+    out["gap"], out["clipped"] = rows[:, 1] != 0, rows[:, 3]
+    if segment:
+        out["segment"] = _SEGMENT[rows[:, 2].astype(np.intp)]
+    _put_tone(out, rows[:, 4:10])
+    out["phase"], out["sigma_phase"] = rows[:, 10], rows[:, 11]
+    if kind != "tone":
+        _put_target(out, rows[:, 12:20])
+    return out
+
+
+def lines(rows):
+    """All tones of one block, the strongest first."""
+    out = np.empty(len(rows), TONE + PHASE)
+    _put_tone(out, rows[:, :6])
+    out["phase"], out["sigma_phase"] = rows[:, 6], rows[:, 7]
+    return out
+
+
+def tracks(rows, n, rate_hz):
+    """Every track after every block."""
+    head = [("time_s", "f8"), ("track", "i8"), ("state", "U9"), ("age", "i8"), ("misses", "i8"), ("rate_hz_per_block", "f8")]
+    out = np.empty(len(rows), head + TONE)
+    out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
+    out["track"], out["age"], out["misses"], out["rate_hz_per_block"] = rows[:, 1], rows[:, 3], rows[:, 4], rows[:, 5]
+    out["state"] = _STATE[rows[:, 2].astype(np.intp)]
+    _put_tone(out, rows[:, 6:12])
+    return out
+
+
+def targets(rows, n, rate_hz, kind):
+    """What the held tracks amount to."""
+    out = np.empty(len(rows), [("time_s", "f8"), ("track", "i8")] + _scene_columns(kind))
+    out["time_s"] = (rows[:, 0] + n / 2) / rate_hz
+    out["track"] = rows[:, 1]
+    if kind != "tone":
+        _put_target(out, rows[:, 2:10])
+    return out
+
+
+def sums(rows, rate_hz):
+    """Sums of many blocks."""
+    out = np.empty(len(rows), [("time_s", "f8"), ("blocks", "i8"), ("ln_chance", "f8")] + TONE)
+    out["time_s"], out["blocks"], out["ln_chance"] = rows[:, 0] / rate_hz, rows[:, 1], rows[:, 2]
+    _put_tone(out, rows[:, 3:9])
+    return out
+
+
+def bursts(rows, rate_hz, kind):
+    """Bursts of a stream."""
+    head = [("time_s", "f8"), ("transit_s", "f8"), ("validation", _VALIDATION.dtype)]
+    out = np.empty(len(rows), head + TONE + _scene_columns(kind))
+    out["time_s"], out["transit_s"] = rows[:, 0] / rate_hz, np.sqrt(8) * rows[:, 1] / rate_hz
+    out["validation"] = _VALIDATION[rows[:, 2].astype(np.intp)]
+    _put_tone(out, rows[:, 3:9])
+    if kind != "tone":
+        _put_target(out, rows[:, 9:17])
+    return out
+
+
+def telemetry(rows):
+    """What a board has sent."""
+    head = [("sequence", "i8"), ("clock", "i8"), ("gap", "?"), ("segment", "U4"), ("clipped", "i8"), ("lost", "i8"), ("faults", "i8")]
+    out = np.empty(len(rows), head + TONE + RANGE + VELOCITY)
+    out["sequence"], out["lost"], out["faults"], out["clock"] = rows[:, :4].T
+    out["gap"], out["segment"], out["clipped"] = rows[:, 4] != 0, _SEGMENT[rows[:, 5].astype(np.intp)], rows[:, 6]
+    _put_tone(out, rows[:, 7:13])
+    _put_target(out, rows[:, 15:23])
+    return out
+
+
+def tests(rows):
+    """Every test behind a verdict."""
+    out = np.empty(len(rows), [("fit", "U16"), ("test", "U24"), ("value", "f8"), ("limit", "f8"), ("outcome", "U24")])
+    for place, row in zip(out, rows):
+        for name, value in zip(out.dtype.names, row):
+            place[name] = value
+    return out

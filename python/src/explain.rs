@@ -1,0 +1,78 @@
+//! Why a block has its verdict.
+
+use crate::native::{Native, Work};
+use crate::tables::{self, ToneRow};
+use picket::spectrum::engine::Engine;
+use picket::tone::judge::{Judgement, Line};
+use picket::tone::observer::{Observer, Step, Test};
+use picket::{Pipeline, Plan, Record};
+use std::cell::RefCell;
+
+/// One thing that was heard of a measurement: the fit that is judged, the test, its value, its limit, and what is said.
+pub type Heard = (&'static str, &'static str, f64, f64, String);
+
+/// Every test behind the verdict on one block.
+pub struct Explain<'a> {
+    pub words: &'a [i16],
+}
+
+/// Writes down what it hears.
+#[derive(Default)]
+struct Notes {
+    fit: RefCell<&'static str>,
+    heard: RefCell<Vec<Heard>>,
+}
+
+impl Observer for &Notes {
+    fn hear(self, test: impl FnOnce() -> Test) {
+        let test = test();
+        let said = if test.fires() { "above" } else { "below" };
+        let (value, limit) = (test.value.into(), test.limit.into());
+        let heard = (*self.fit.borrow(), test.statistic.name(), value, limit, said.to_owned());
+        self.heard.borrow_mut().push(heard);
+    }
+
+    fn begin(self, step: Step) {
+        *self.fit.borrow_mut() = match step {
+            Step::Usual => "usual",
+            Step::Further => "more steps",
+            Step::BesideDrift => "beside a drift",
+        };
+    }
+
+    fn judged(self, judgement: &Judgement, taken: bool) {
+        let line = match judgement.line {
+            Line::Steady => "steady",
+            Line::Moving => "moving",
+            Line::Unresolved => "unresolved",
+        };
+        let said = format!("{line}{}", if taken { "" } else { ", dropped" });
+        let heard = (self.fit.take(), "line", judgement.widening.into(), f64::NAN, said);
+        self.heard.borrow_mut().push(heard);
+    }
+}
+
+impl Work for Explain<'_> {
+    type Output = (ToneRow, Vec<Heard>);
+
+    fn run<R: Record, const N: usize, E: Engine>(
+        self,
+        native: &Native,
+        plan: Plan<R, N>,
+    ) -> Self::Output {
+        let (mut tone, notes) = ([f64::NAN; 6], Notes::default());
+        let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
+        let mut rules = Vec::new();
+        native.records::<R, N>(self.words, N, 0..1, |stamp, samples| {
+            let (_, seen, evidence) = pipeline.explain(&stamp, samples, &notes);
+            tone = tables::tone(&seen);
+            for (applies, verdict) in evidence.rules() {
+                let said = if applies { "applies" } else { "does not apply" };
+                rules.push(("verdict", verdict.name(), f64::NAN, f64::NAN, said.to_owned()));
+            }
+        });
+        let mut heard = notes.heard.into_inner();
+        heard.extend(rules);
+        (tone, heard)
+    }
+}

@@ -1,0 +1,58 @@
+//! Picket for Python: numbers in, rows of numbers out. `picket_dsp/__init__.py` gives them their names and types.
+
+mod blocks;
+mod bursts;
+mod explain;
+mod native;
+mod recorded;
+mod simulated;
+mod sums;
+mod tables;
+mod terms;
+mod tracks;
+
+use picket::{Validation, Verdict};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// An error of a value, in one line.
+pub(crate) fn wrong(error: impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// A verdict's number, its name, the number and the name of what it may be used for, and its sentence.
+type VerdictRow = (u8, &'static str, u8, &'static str, &'static str);
+
+/// Every verdict, from best to worst.
+#[pyfunction]
+fn verdicts() -> Vec<VerdictRow> {
+    let row = |verdict: &Verdict| {
+        let usable = verdict.usable();
+        (*verdict as u8, verdict.name(), usable as u8, usable.name(), verdict.reason())
+    };
+    Verdict::ALL.iter().map(row).collect()
+}
+
+/// The names in a set of verdicts, the most severe first.
+#[pyfunction]
+fn verdicts_in(bits: u8) -> Vec<&'static str> {
+    picket::Verdicts::of_bits(bits).iter().map(Verdict::name).collect()
+}
+
+/// What is known against bursts: numbers from 0 on have these names.
+#[pyfunction]
+fn validations() -> Vec<&'static str> {
+    Validation::ALL.map(Validation::name).to_vec()
+}
+
+#[pymodule]
+fn _picket(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<native::Native>()?;
+    module.add_function(wrap_pyfunction!(verdicts, module)?)?;
+    module.add_function(wrap_pyfunction!(verdicts_in, module)?)?;
+    module.add_function(wrap_pyfunction!(validations, module)?)?;
+    module.add_function(wrap_pyfunction!(recorded::recording, module)?)?;
+    module.add_function(wrap_pyfunction!(recorded::telemetry, module)?)?;
+    module.add_function(wrap_pyfunction!(simulated::simulate, module)?)
+}

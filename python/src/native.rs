@@ -1,0 +1,260 @@
+//! A configuration, and the work that is done with it on arrays of words, without Python's lock.
+
+use crate::blocks::{Blocks, Lines};
+use crate::bursts::{BurstRow, Bursts};
+use crate::explain::{Explain, Heard};
+use crate::sums::Sums;
+use crate::tables::{ToneRow, table};
+use crate::terms::{self, SceneTerms};
+use crate::tracks::Follow;
+use crate::wrong;
+use numpy::{PyArray2, PyReadonlyArray1};
+use picket::acquire::frontend::Timing;
+use picket::acquire::kind::{ForRecord, for_record};
+use picket::spectrum::engine::Engine;
+use picket::{Arithmetic, Config, F32, Following, I32, Plan, Q15, Record, Segment, Stamp, Trigger};
+use pyo3::prelude::*;
+
+/// The engines by their names.
+#[derive(Clone, Copy)]
+enum Transform {
+    I32,
+    Q15,
+    F32,
+}
+
+/// What a user set, checked.
+#[pyclass(frozen, module = "picket_dsp._picket")]
+pub struct Native {
+    pub config: Config,
+    n: usize,
+    iq: bool,
+    transform: Transform,
+}
+
+/// Work with a configuration whose kind of record, length and engine are known only at run time.
+pub trait Work {
+    type Output;
+    fn run<R: Record, const N: usize, E: Engine>(
+        self,
+        native: &Native,
+        plan: Plan<R, N>,
+    ) -> Self::Output;
+}
+
+/// Work by the engine of its configuration.
+struct Engined<'a, W>(&'a Native, W);
+
+impl<W: Work> ForRecord for Engined<'_, W> {
+    type Output = Result<W::Output, picket::ConfigError>;
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let Self(native, work) = self;
+        let plan = native.config.plan::<R, N>()?;
+        Ok(match native.transform {
+            Transform::I32 => work.run::<R, N, I32>(native, plan),
+            Transform::Q15 => work.run::<R, N, Q15>(native, plan),
+            Transform::F32 => work.run::<R, N, F32>(native, plan),
+        })
+    }
+}
+
+/// Nothing but the check that there is a plan.
+struct Check;
+
+impl Work for Check {
+    type Output = ();
+    fn run<R: Record, const N: usize, E: Engine>(self, _: &Native, _: Plan<R, N>) {}
+}
+
+#[pymethods]
+impl Native {
+    #[new]
+    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, band_hz, false_alarm, scene, following))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        n: usize,
+        rate_hz: f64,
+        low: i16,
+        high: i16,
+        iq: bool,
+        engine: &str,
+        arithmetic: &str,
+        band_hz: Option<(f64, f64)>,
+        false_alarm: Option<f64>,
+        scene: Option<SceneTerms>,
+        following: Option<(f32, f32, f32, u8, u8)>,
+    ) -> PyResult<Self> {
+        let codes = terms::codes(low, high).map_err(wrong)?;
+        let mut config = Config { band_hz, ..Config::new(rate_hz, codes) };
+        config.arithmetic = match arithmetic {
+            "float" => Arithmetic::Float,
+            "fixed" => Arithmetic::Fixed,
+            _ => return Err(wrong(format!("arithmetic is float or fixed, not {arithmetic}"))),
+        };
+        let transform = match engine {
+            "i32" => Transform::I32,
+            "q15" => Transform::Q15,
+            "f32" => Transform::F32,
+            _ => return Err(wrong(format!("engine is i32, q15 or f32, not {engine}"))),
+        };
+        if let Some(probability) = false_alarm {
+            config.false_alarm = probability;
+        }
+        if let Some(terms) = scene {
+            config.scene = terms::scene(&terms).map_err(wrong)?;
+        }
+        if let Some((agility, acceleration_bins, rate_bins, most, refresh)) = following {
+            config.following = Following { agility, acceleration_bins, rate_bins, most, refresh };
+        }
+        let native = Self { config, n, iq, transform };
+        native.work(Check)?;
+        Ok(native)
+    }
+
+    /// The strongest tone of every block and what it amounts to, on so many threads. `missing` has the numbers of missing samples,
+    /// in order.
+    fn blocks<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        hop: usize,
+        phase: bool,
+        threads: usize,
+        missing: Vec<u64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let words = words.as_slice().map_err(wrong)?;
+        let work = Blocks { words, hop, phase, threads, missing: &missing };
+        table(py, py.detach(|| self.work(work))?)
+    }
+
+    /// All tones of one block.
+    fn lines<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        most: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let work = Lines { words: words.as_slice().map_err(wrong)?, most };
+        table(py, py.detach(|| self.work(work))?)
+    }
+
+    /// One block's tone, and every test behind its verdict: fit, name, value, limit, whether the value exceeds it.
+    fn explain<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+    ) -> PyResult<(ToneRow, Vec<Heard>)> {
+        let work = Explain { words: words.as_slice().map_err(wrong)? };
+        py.detach(|| self.work(work))
+    }
+
+    /// Tones followed from block to block: the rows of the blocks, of the tracks, and of the targets.
+    #[allow(clippy::type_complexity)]
+    fn track<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        hop: usize,
+    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 3]> {
+        let work = Follow { native: self, words: words.as_slice().map_err(wrong)?, hop };
+        let followed = py.detach(|| self.usual(work))?;
+        Ok([table(py, followed.blocks)?, table(py, followed.tracks)?, table(py, followed.targets)?])
+    }
+
+    /// Sums of so many blocks: the first block's first sample, the blocks, the logarithm of the chance, and the tone.
+    #[pyo3(signature = (words, hop, blocks, segment, drift_bins, false_alarm))]
+    #[allow(clippy::too_many_arguments)]
+    fn sums<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        hop: usize,
+        blocks: u32,
+        segment: u8,
+        drift_bins: f32,
+        false_alarm: Option<f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let words = words.as_slice().map_err(wrong)?;
+        let segment = Segment::from_u8(segment).ok_or_else(|| wrong("there is no such segment"))?;
+        let work = Sums { words, hop, blocks, segment, drift_bins, false_alarm };
+        table(py, py.detach(|| self.work(work))?)
+    }
+
+    /// The bursts of a stream, and what was counted: samples, bursts, lost and long ones, dead samples.
+    #[pyo3(signature = (words, ratio, hold_off, least, missing))]
+    #[allow(clippy::type_complexity)]
+    fn bursts<'py>(
+        &self,
+        py: Python<'py>,
+        words: PyReadonlyArray1<'py, i16>,
+        ratio: Option<f32>,
+        hold_off: u32,
+        least: u32,
+        missing: Vec<u64>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, [u64; 5])> {
+        let words = words.as_slice().map_err(wrong)?;
+        let trigger = Trigger { ratio, hold_off, least };
+        let work = Bursts { native: self, words, trigger, missing: &missing };
+        let (rows, counts): (Vec<BurstRow>, _) = py.detach(|| self.usual(work))?;
+        Ok((table(py, rows)?, counts))
+    }
+}
+
+impl Native {
+    /// Does the work by the configuration's engine.
+    fn work<W: Work>(&self, work: W) -> PyResult<W::Output> {
+        self.usual(Engined(self, work))
+    }
+
+    /// Does work that knows its engine.
+    fn usual<T, W>(&self, work: W) -> PyResult<T>
+    where
+        W: ForRecord<Output = Result<T, picket::ConfigError>>,
+    {
+        let done = for_record(self.iq, self.n, work);
+        done.ok_or_else(|| wrong(terms::length(self.n)))?.map_err(wrong)
+    }
+
+    /// The stamps of blocks that begin so many samples after one another.
+    pub fn timing(&self, hop: usize) -> Timing {
+        let period = u32::try_from(hop).unwrap_or(u32::MAX);
+        Timing { period, segments: self.config.scene.segments() }
+    }
+
+    /// The blocks of these words, each as samples with a stamp.
+    pub fn records<R: Record, const N: usize>(
+        &self,
+        words: &[i16],
+        hop: usize,
+        blocks: std::ops::Range<usize>,
+        mut each: impl FnMut(Stamp, &[R::Sample; N]),
+    ) {
+        let timing = self.timing(hop);
+        let mut samples = Box::new([R::Sample::default(); N]);
+        for block in blocks {
+            let words = words.get(block * hop * parts::<R>()..).unwrap_or_default();
+            for (place, sample) in samples.iter_mut().zip(samples_of::<R>(words)) {
+                *place = sample;
+            }
+            each(timing.stamp(block as u64, false), &samples);
+        }
+    }
+
+    /// So many blocks are in these words.
+    pub fn count(&self, words: &[i16], hop: usize) -> usize {
+        let samples = words.len() / if self.iq { 2 } else { 1 };
+        samples.checked_sub(self.n).map_or(0, |rest| rest / hop.max(1) + 1)
+    }
+}
+
+/// Words in a sample.
+const fn parts<R: Record>() -> usize {
+    if R::IQ { 2 } else { 1 }
+}
+
+/// The samples in these words.
+pub fn samples_of<R: Record>(words: &[i16]) -> impl Iterator<Item = R::Sample> {
+    let samples = words.chunks_exact(parts::<R>());
+    samples.map(|words| R::of_parts([words[0], words.get(1).copied().unwrap_or(0)]))
+}

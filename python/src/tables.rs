@@ -1,0 +1,111 @@
+//! Rows of numbers, one for each answer. Their columns are those of `picket_dsp/_tables.py`.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
+use picket::pipeline::Outcome;
+use picket::solve::chirp::{Ambiguity, Target};
+use picket::solve::track::Track;
+use picket::tone::phasor::Phasor;
+use picket::{Measurement, Tone};
+use pyo3::prelude::*;
+
+/// Rows of so many columns as an array.
+pub fn table<'py, const COLUMNS: usize>(
+    py: Python<'py>,
+    rows: Vec<[f64; COLUMNS]>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let shape = (rows.len(), COLUMNS);
+    let array = Array2::from_shape_vec(shape, rows.into_flattened()).map_err(crate::wrong)?;
+    Ok(array.into_pyarray(py))
+}
+
+/// Frequency, sigma, signal-to-noise ratio in dB, amplitude, verdict, what applies besides.
+pub type ToneRow = [f64; 6];
+
+pub fn tone(tone: &Tone) -> ToneRow {
+    [
+        tone.hertz(),
+        tone.sigma_hertz(),
+        tone.snr_db().into(),
+        tone.amplitude.into(),
+        f64::from(tone.verdict as u8),
+        tone.also.bits().into(),
+    ]
+}
+
+/// Phase and its sigma, radians.
+pub fn phase(phasor: Option<&Phasor>) -> [f64; 2] {
+    phasor.map_or([f64::NAN; 2], |phasor| [phasor.phase.into(), phasor.sigma_phase.into()])
+}
+
+/// Verdict, ambiguity, range, velocity, their sigmas, the other range and velocity; NaN for what is not there.
+pub type TargetRow = [f64; 8];
+
+pub fn target(target: &Target) -> TargetRow {
+    let (ambiguity, other) = match target.ambiguity {
+        Ambiguity::None => (0, [f64::NAN; 2]),
+        Ambiguity::Exchange { range, velocity } => (1, [range.to_num(), velocity.to_num()]),
+        Ambiguity::Coupled => (2, [f64::NAN; 2]),
+    };
+    [
+        f64::from(target.verdict as u8),
+        ambiguity.into(),
+        target.range.to_num(),
+        target.velocity.to_num(),
+        target.sigma_range.into(),
+        target.sigma_velocity.into(),
+        other[0],
+        other[1],
+    ]
+}
+
+pub fn outcome(outcome: &Outcome) -> TargetRow {
+    match outcome {
+        Outcome::None => [f64::NAN; 8],
+        Outcome::Velocity(seen) => {
+            let verdict = f64::from(seen.verdict as u8);
+            let (velocity, sigma) = (seen.velocity.to_num(), f64::from(seen.sigma));
+            let nan = f64::NAN;
+            [verdict, 0.0, nan, velocity, nan, sigma, nan, nan]
+        }
+        Outcome::Target(seen) => target(seen),
+    }
+}
+
+/// The first sample's number, whether samples are missing before it, the segment, samples at a rail, the tone, phase and its sigma,
+/// the outcome.
+pub type BlockRow = [f64; 20];
+
+pub fn block(measurement: &Measurement, phasor: Option<&Phasor>) -> BlockRow {
+    let Measurement { stamp, clipped, tone: seen, result } = measurement;
+    let head = [
+        stamp.clock as f64,
+        f64::from(u8::from(stamp.gap)),
+        f64::from(stamp.segment as u8),
+        (*clipped).into(),
+    ];
+    joined([&head, &tone(seen), &phase(phasor), &outcome(result)])
+}
+
+/// The block's first sample, number, state, age, misses, rate in hertz per block, and the tone.
+pub type TrackRow = [f64; 12];
+
+pub fn track(clock: u64, track: &Track, rate_hz: f64) -> TrackRow {
+    let seen = Tone { rate_hz, ..track.tone };
+    let head = [
+        clock as f64,
+        track.number.into(),
+        f64::from(track.state as u8),
+        track.age.into(),
+        track.misses.into(),
+        f64::from(track.rate()) * rate_hz,
+    ];
+    joined([&head, &tone(&seen)])
+}
+
+/// Columns side by side; they must be as many as the row has.
+pub fn joined<const PARTS: usize, const COLUMNS: usize>(parts: [&[f64]; PARTS]) -> [f64; COLUMNS] {
+    let mut row = [f64::NAN; COLUMNS];
+    row.iter_mut().zip(parts.into_iter().flatten()).for_each(|(place, &value)| *place = value);
+    row
+}

@@ -1,0 +1,49 @@
+//! What a user set, as Python gives it.
+
+use picket::{Chirp, Codes, Mixing, Scene, Shape};
+
+/// A scene: its kind, wavelength, angle, bandwidth, duration, guard, curvature, shape, mixing.
+pub type SceneTerms<'a> = (&'a str, f64, f64, f64, f64, f64, f64, &'a str, &'a str);
+
+/// The library's scene of these terms.
+pub fn scene(terms: &SceneTerms) -> Result<Scene, String> {
+    let &(kind, wavelength_m, angle_rad, bandwidth_hz, duration_s, guard_s, curvature, shape, name) =
+        terms;
+    let mixing = mixing(name)?;
+    Ok(match kind {
+        "doppler" => Scene::Doppler { wavelength_m, angle_rad, mixing },
+        "chirp" => Scene::Chirp(Chirp {
+            shape: match shape {
+                "trapezoid" => Shape::Trapezoid,
+                "triangle" => Shape::Triangle,
+                "sawtooth" => Shape::Sawtooth,
+                _ => {
+                    return Err(format!("shape is trapezoid, triangle or sawtooth, not {shape}"));
+                }
+            },
+            wavelength_m,
+            bandwidth_hz,
+            duration_s,
+            guard_s,
+            mixing,
+            sweep_curvature: curvature,
+        }),
+        _ => Scene::Tone,
+    })
+}
+
+/// The mixing of this name.
+pub fn mixing(name: &str) -> Result<Mixing, String> {
+    Mixing::from_name(name).ok_or_else(|| format!("mixing is tx-conj-rx or rx-conj-tx, not {name}"))
+}
+
+/// The codes from a lowest to a highest.
+pub fn codes(low: i16, high: i16) -> Result<Codes, String> {
+    Codes::between(low, high)
+        .ok_or_else(|| "codes: at least 256 of them, the low one first".to_owned())
+}
+
+/// Why a length is refused.
+pub fn length(n: usize) -> String {
+    format!("n = {n}: a block has 64, 128, 256, 512, 1024, 2048 or 4096 samples")
+}

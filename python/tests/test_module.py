@@ -1,0 +1,338 @@
+"""What the module promises. The answers themselves are the library's, and tested with it."""
+
+import pathlib
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import picket_dsp
+from picket_dsp import Chirp, Doppler, Pipeline, Tracker
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+C = 299_792_458.0
+LENGTHS = [64, 128, 256, 512, 1024, 2048, 4096]
+
+
+def same(rows, others):
+    """Whether two tables are the same, to the bit; a NaN is one, too."""
+    return rows.dtype == others.dtype and rows.tobytes() == others.tobytes()
+
+
+def tone(samples=48_000, hz=1000.3, amplitude=900.0, noise=9.0, rate=48e3, seed=1):
+    n = np.arange(samples)
+    return np.round(amplitude * np.sin(2 * np.pi * hz / rate * n) + np.random.default_rng(seed).normal(0, noise, samples)).astype(np.int16)
+
+
+def pairs(samples=48_000, hz=-1000.3, amplitude=900.0, noise=9.0, rate=48e3):
+    random = np.random.default_rng(2)
+    z = amplitude * np.exp(2j * np.pi * hz / rate * np.arange(samples))
+    return np.round(z + random.normal(0, noise, samples) + 1j * random.normal(0, noise, samples))
+
+
+@pytest.mark.parametrize("n", LENGTHS)
+@pytest.mark.parametrize("engine", ["i32", "q15", "f32"])
+def test_every_length_and_engine_measures(n, engine):
+    for samples, iq, hz in [(tone(hz=7003.1), False, 7003.1), (pairs(hz=-7003.1), True, -7003.1)]:
+        answers = Pipeline(n=n, rate_hz=48e3, codes=12, iq=iq, engine=engine).blocks(samples)
+        assert len(answers) == 48_000 // n
+        good = answers[answers["verdict"] == "good"]
+        # Short records confuse noise with change now and then, and the 16-bit transform at a low level more often.
+        assert len(good) > 0.85 * len(answers), np.unique(answers["verdict"], return_counts=True)
+        errors = (good["frequency_hz"] - hz) / good["sigma_hz"]
+        assert np.sqrt(np.mean(errors**2)) < 1.5 and np.abs(errors).max() < 6
+        lines = Pipeline(n=n, rate_hz=48e3, codes=12, iq=iq, engine=engine).lines(samples[:n], 2)
+        assert abs(lines[0]["frequency_hz"] - hz) < 6 * lines[0]["sigma_hz"]
+
+
+def test_kinds_of_arrays_give_the_same_answers():
+    samples = tone()
+    answers = Pipeline(codes=12).blocks(samples)
+    for other in [samples.astype(np.float32), samples.astype(float), samples.astype(np.int64), samples.tolist(), samples[: 46 * 1024].reshape(-1, 1024)]:
+        assert same(Pipeline(codes=12).blocks(other), answers)
+    assert same(Pipeline(codes=(-2048, 2047)).blocks(samples), answers)
+    # From 0 on, as a microcontroller's converter counts; 16 bits count from the middle.
+    above = (samples.astype(int) + 2048).astype(np.uint16)
+    shifted = Pipeline(codes=12).blocks(above)
+    assert (shifted["verdict"] == "good").all()
+    np.testing.assert_allclose(shifted["frequency_hz"], answers["frequency_hz"], atol=1e-3)
+    wide = Pipeline(codes=16).blocks(samples)
+    assert same(Pipeline(codes=16).blocks((samples.astype(int) + 32768).astype(np.uint16)), wide)
+    # A view that is not contiguous.
+    twice = np.repeat(samples, 2)
+    assert same(Pipeline(codes=12).blocks(twice[::2]), answers)
+    z = pairs()
+    both = np.stack([z.real, z.imag], -1).astype(np.int16)
+    iq = Pipeline(codes=12, iq=True)
+    expected = iq.blocks(z)
+    assert expected["frequency_hz"][0] == pytest.approx(-1000.3, abs=1)
+    for other in [z.astype(np.complex64), both, both[: 46 * 1024].reshape(-1, 1024, 2)]:
+        assert same(iq.blocks(other), expected)
+
+
+def test_hop_threads_phase_and_time():
+    samples = tone(200_000)
+    pipeline = Pipeline(n=256)
+    answers = pipeline.blocks(samples, hop=100, threads=1)
+    assert len(answers) == (200_000 - 256) // 100 + 1
+    assert same(pipeline.blocks(samples, hop=100, threads=7), answers)
+    assert answers["time_s"][3] == pytest.approx((300 + 128) / 48e3)
+    gaps = pipeline.blocks(samples, hop=100, missing=[1000, 199_999])
+    assert set(gaps["block"][gaps["verdict"] == "gap"]) == {block for block in range(len(gaps)) if 100 * block <= 1000 < 100 * block + 256}
+    assert np.isnan(answers["phase"]).all()
+    phased = pipeline.blocks(samples, hop=100, phase=True)
+    assert (phased["frequency_hz"] == answers["frequency_hz"]).all()
+    expected = 2 * np.pi * 1000.3 * phased["time_s"] - np.pi / 2
+    turns = np.angle(np.exp(1j * (phased["phase"] - expected))) / phased["sigma_phase"]
+    assert 0.8 < np.sqrt(np.mean(turns**2)) < 1.3
+    gaps = pipeline.blocks(samples, hop=5000)
+    assert len(gaps) == (200_000 - 256) // 5000 + 1
+
+
+def test_verdicts_are_told():
+    quiet = np.random.default_rng(3).normal(0, 9, 1024)
+    loud = 3000 * np.sin(0.5 * np.arange(1024))
+    for samples, verdict, usable in [
+        (np.round(quiet), "weak", False),
+        (np.zeros(1024, np.int16), "no-signal", False),
+        (np.round(np.clip(0.75 * loud + quiet, -2048, 2047)), "clipped", True),
+        (loud.astype(np.int16), "wrong-codes", False),
+    ]:
+        row = Pipeline(codes=12).blocks(samples)[0]
+        assert (row["verdict"], bool(row["usable"])) == (verdict, usable)
+        assert row["reason"].startswith(verdict)
+    assert list(picket_dsp.VERDICTS)[0] == "good" and "rails" in picket_dsp.VERDICTS["wrong-codes"]
+    two = 900 * np.sin(0.8 * np.arange(1024)) + 500 * np.sin(1.6 * np.arange(1024)) + quiet
+    lines = Pipeline().lines(np.round(two))
+    np.testing.assert_allclose(lines["frequency_hz"][:2] / 48e3 * 2 * np.pi, [0.8, 1.6], atol=1e-4)
+    assert lines["amplitude"][:2] == pytest.approx([900, 500], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "options, samples, words",
+    [
+        ({"n": 1000}, None, "64, 128"),
+        ({"rate_hz": -1}, None, "sample rate must lie between"),
+        ({"rate_hz": float("nan")}, None, "sample rate"),
+        ({"band_hz": (9, 3)}, None, "band must lie between"),
+        ({"codes": 7}, None, "8 to 16 bits"),
+        ({"codes": (0, 100)}, None, "at least 256"),
+        ({"codes": (0, 70000)}, None, "16 bits"),
+        ({"engine": "i64"}, None, "i32, q15 or f32"),
+        ({"arithmetic": "f64"}, None, "float or fixed"),
+        ({"false_alarm": 2.0}, None, "false-alarm probability"),
+        ({"scene": "radar"}, None, "Doppler or a Chirp"),
+        ({"scene": Doppler(wavelength_m=-1)}, None, "wavelength"),
+        ({"scene": Doppler(wavelength_m=1, mixing="iq")}, None, "tx-conj-rx or rx-conj-tx"),
+        ({"scene": Chirp(bandwidth_hz=1e8, duration_s=1e-6, carrier_hz=24e9)}, None, "ramp must last"),
+        ({"scene": Chirp(bandwidth_hz=1e8, duration_s=1, carrier_hz=24e9, shape="saw")}, None, "sawtooth"),
+        ({}, np.zeros(100, np.int16), "100 samples are fewer"),
+        ({}, np.zeros((4, 100), np.int16), "a row has 100 samples"),
+        ({}, np.zeros((2, 2, 1024), np.int16), "one array"),
+        ({}, np.full(1024, 0.3), "too small for integers"),
+        ({}, np.full(1024, np.nan), "not a number"),
+        ({}, np.full(1024, 5000.0), "exceed -2048..2047"),
+        ({}, np.full(1024, 1 << 20), "exceed 16 bits"),
+        ({}, np.zeros(1024, complex), "iq=True"),
+        ({"iq": True}, np.zeros(2048, np.int16), "needs complex samples"),
+        ({}, np.array(["a"] * 1024), "integers, floats or complex"),
+    ],
+)
+def test_errors_are_values_with_a_cure(options, samples, words):
+    with pytest.raises(ValueError, match=words) as error:
+        Pipeline(**options).blocks(samples)
+    assert "\n" not in str(error.value)
+
+
+def test_other_errors():
+    for call in [
+        lambda: Doppler()._terms(),
+        lambda: Pipeline().lines(np.zeros(2048, np.int16)),
+        lambda: Pipeline().lines(np.zeros(1024, np.int16), 9),
+        lambda: Pipeline().blocks(np.zeros(4096, np.int16), hop=0),
+        lambda: Pipeline().blocks(np.zeros((4, 1024), np.int16), hop=4),
+        lambda: Tracker(most=5),
+        lambda: picket_dsp.read_telemetry(b"nothing"),
+        lambda: picket_dsp.simulate(None, [(1, 1, 1)]),
+        lambda: picket_dsp.simulate(Doppler(carrier_hz=1e9), []),
+        lambda: picket_dsp.analyze(__file__),
+    ]:
+        with pytest.raises(ValueError):
+            call()
+    with pytest.raises((ValueError, OSError)):
+        picket_dsp.analyze("there-is-no-such-file.wav")
+
+
+def test_a_doppler_radar_of_the_simulator():
+    scene = Doppler(carrier_hz=24e9, mixing="rx-conj-tx")
+    samples, truth = picket_dsp.simulate(scene, [(20.0, 3.0, 900.0)], n=1024, rate_hz=48e3, blocks=40, noise=30.0, iq=True, seed=4)
+    assert samples.shape == (40, 1024, 2) and samples.dtype == np.int16 and len(truth) == 40
+    again, _ = picket_dsp.simulate(scene, [(20.0, 3.0, 900.0)], n=1024, rate_hz=48e3, blocks=40, noise=30.0, iq=True, seed=4)
+    assert (samples == again).all()
+    np.testing.assert_allclose(truth["beat_hz"], 2 * 3.0 * 24e9 / C, rtol=1e-3)
+    answers = Pipeline(n=1024, rate_hz=48e3, iq=True, scene=scene).blocks(samples)
+    assert answers["usable"].all() and answers["target_usable"].all()
+    errors = (answers["velocity_mps"] - 3.0) / answers["sigma_velocity_mps"]
+    assert 0.6 < np.sqrt(np.mean(errors**2)) < 1.5
+    backwards, _ = picket_dsp.simulate(scene, [(20.0, -3.0, 900.0)], rate_hz=48e3, blocks=4, noise=30.0, iq=True)
+    assert (Pipeline(iq=True, scene=scene).blocks(backwards)["velocity_mps"] < -2.9).all()
+
+
+@pytest.mark.parametrize("shape, every", [("trapezoid", 3), ("triangle", 2), ("sawtooth", 1)])
+def test_a_chirp_radar_of_the_simulator(shape, every):
+    scene = Chirp(bandwidth_hz=200e6, duration_s=1.1e-3, guard_s=20e-6, carrier_hz=24e9, shape=shape)
+    velocity = 0.0 if shape == "sawtooth" else 5.0
+    blocks = 400 * every
+    samples, truth = picket_dsp.simulate(scene, [(30.0, velocity, 900.0)], blocks=blocks, noise=30.0, iq=True, seed=5)
+    answers = Pipeline(rate_hz=1e6, iq=True, scene=scene).blocks(samples)
+    whole = answers[np.isfinite(answers["range_m"])]
+    assert len(whole) == 400 and set(whole["block"] % every) == {every - 1}
+    errors = (whole["range_m"] - truth["range_m"][every - 1 :: every]) / whole["sigma_range_m"]
+    assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.25, errors
+    assert (whole["ambiguity"] == ("coupled" if shape == "sawtooth" else "")).all()
+    if velocity:
+        errors = (whole["velocity_mps"] - velocity) / whole["sigma_velocity_mps"]
+        assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.25
+    assert (Pipeline(rate_hz=1e6, iq=True, scene=scene).blocks(samples, threads=1)["range_m"][whole["block"]] == whole["range_m"]).all()
+    _, tracks, targets = Tracker(rate_hz=1e6, iq=True, scene=scene, most=2).follow(samples)
+    assert (tracks["state"] == "held").mean() > 0.9 and len(targets) > 350
+    assert np.abs(targets["range_m"][-1] - truth["range_m"][-1]) < 1
+
+
+def test_a_tracker_follows():
+    rate, n = 48e3, 1024
+    t = np.arange(100 * n) / rate
+    samples = np.round(900 * np.sin(2 * np.pi * (3000 * t + 100 * t**2)) + np.random.default_rng(6).normal(0, 30, t.size))
+    blocks, tracks, targets = Tracker(n=n, rate_hz=rate, scene=Doppler(carrier_hz=24e9)).follow(samples)
+    assert len(blocks) == 100 and len(np.unique(tracks["track"][tracks["state"] == "held"])) == 1
+    held = tracks[tracks["state"] == "held"][10:]
+    assert np.abs(held["frequency_hz"] - (3000 + 200 * held["time_s"])).max() < 3
+    assert held["rate_hz_per_block"].mean() == pytest.approx(200 * n / rate, rel=0.05)
+    assert targets["velocity_mps"][-1] == pytest.approx(held["frequency_hz"][-1] * C / 24e9 / 2, rel=1e-6)
+
+
+def test_an_accumulator_finds_what_no_block_shows():
+    random, index = np.random.default_rng(8), np.arange(1024)
+    phases = random.uniform(0, 2 * np.pi, 300)
+    # -18 dB a sample.
+    rows = 200 * random.normal(size=(300, 1024)) + 200 * np.sqrt(2) * 10**-0.9 * np.sin(0.7 * index + phases[:, None])
+    rows = np.round(rows).astype(np.int16)
+    single = picket_dsp.Pipeline().blocks(rows)
+    assert (single["verdict"] == "weak").mean() > 0.5
+    sums = picket_dsp.Accumulator(blocks=100).sums(rows)
+    assert len(sums) == 3 and (sums["verdict"] == "good").all() and (sums["blocks"] == 100).all() and (sums["ln_chance"] < -14).all()
+    assert np.abs((sums["frequency_hz"] - 0.7 / 2 / np.pi * 48e3) / sums["sigma_hz"]).max() < 5
+    assert sums["time_s"].tolist() == pytest.approx([0, 102400 / 48e3, 204800 / 48e3])
+    for options in [{"blocks": 0}, {"drift_bins": np.inf}, {"segment": "up"}, {"false_alarm": 0.0}]:
+        with pytest.raises(ValueError):
+            picket_dsp.Accumulator(**options)
+
+
+@pytest.mark.parametrize("iq", [False, True])
+def test_a_burst_processor_finds_particles(iq):
+    rate, n, deviation, random = 1e6, 1024, 150.0, np.random.default_rng(9)
+    arrivals = 3000.0 * np.arange(1, 101) + random.uniform(-600, 600, 100)
+    index = np.arange(306_000)
+    z = random.normal(0, 20, index.size) + 1j * random.normal(0, 20, index.size)
+    for arrival in arrivals:
+        near = slice(int(arrival) - 900, int(arrival) + 900)
+        t = index[near] - arrival
+        z[near] += 600 * np.exp(-(t**2) / 2 / deviation**2 + 2j * np.pi * 0.1234 * t)
+    samples = np.round(z if iq else z.real)
+    scene = Doppler(wavelength_m=10e-6, mixing="rx-conj-tx")
+    processor = picket_dsp.BurstProcessor(n=n, rate_hz=rate, codes=12, iq=iq, scene=scene)
+    bursts, counts = processor.bursts(samples)
+    assert counts["samples"] == index.size and counts["lost"] == 0 and 0 < counts["dead"] < index.size
+    valid = bursts[bursts["validation"] == "valid"]
+    assert len(valid) >= 97 and (valid["verdict"] == "good").all() and valid["usable"].all()
+    nearest = np.abs(valid["time_s"][:, None] * rate - arrivals).argmin(1)
+    assert len(set(nearest)) == len(valid) and np.abs(valid["time_s"] * rate - arrivals[nearest]).max() < 20
+    errors = (valid["frequency_hz"] - 0.1234 * rate) / valid["sigma_hz"]
+    assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.25 and np.abs(errors).max() < 5
+    assert np.median(valid["transit_s"]) * rate == pytest.approx(np.sqrt(8) * deviation, rel=0.02)
+    np.testing.assert_allclose(valid["velocity_mps"], valid["frequency_hz"] * 5e-6, rtol=1e-6)
+    # The record around a missing sample is lost, and what is left of its burst is a shorter one. The others stay.
+    without, counts = processor.bursts(samples, missing=[int(arrivals[50])])
+    assert counts["lost"] == 1
+    away = without["time_s"] * rate - arrivals[50]
+    rest = without[np.abs(away) < 400]
+    assert (away[np.abs(away) < 400] > 0).all() and (rest["transit_s"] * rate < 2 * deviation).all()
+    assert (np.abs(rest["frequency_hz"] - 0.1234 * rate) < 5 * rest["sigma_hz"]).all()
+    others = without[(np.abs(away) > 400) & (without["validation"] == "valid")]
+    assert len(set(np.abs(others["time_s"][:, None] * rate - arrivals).argmin(1)) - {50}) >= 96
+    for options in [{"ratio": 1.0}, {"hold_off": -1}, {"scene": Chirp(bandwidth_hz=1e8, duration_s=1, carrier_hz=24e9)}]:
+        with pytest.raises(ValueError):
+            picket_dsp.BurstProcessor(**options)
+    with pytest.raises(ValueError, match="one long array"):
+        processor.bursts(np.zeros((4, n, 2) if iq else (4, n), np.int16))
+
+
+@pytest.mark.parametrize("engine", ["i32", "q15", "f32"])
+def test_explain_says_why(engine):
+    samples = tone(1024, noise=300.0)
+    tests = Pipeline(engine=engine).explain(samples)
+    assert {"floor", "line"} <= set(tests["test"])
+    rules = tests[tests["fit"] == "verdict"]
+    assert (rules["outcome"] == "does not apply").all()
+    clipped = picket_dsp.explain(np.clip(3000 * np.sin(0.5 * np.arange(1024)), -2048, 2047), codes=12, engine=engine)
+    applies = clipped[(clipped["fit"] == "verdict") & (clipped["outcome"] == "applies")]
+    assert "clipped" in applies["test"]
+
+
+def test_telemetry_of_a_board():
+    rows = picket_dsp.read_telemetry(ROOT / "docs/session.bin")
+    assert len(rows) > 2 and (np.diff(rows["sequence"]) > 0).all()
+    assert (rows["verdict"] != "").all() and np.isfinite(rows["frequency_hz"]).all()
+    assert same(picket_dsp.read_telemetry((ROOT / "docs/session.bin").read_bytes()), rows)
+
+
+def test_recordings(tmp_path):
+    import wave
+
+    samples = tone()
+    path = tmp_path / "tone.wav"
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(48_000)
+        file.writeframes(samples.astype("<i2").tobytes())
+    read, rate = picket_dsp.read_recording(path)
+    assert rate == 48_000 and (read == samples).all()
+    assert same(picket_dsp.analyze(path, n=512, hop=256), Pipeline(n=512, codes=16).blocks(samples, hop=256))
+    np.save(tmp_path / "tone.npy", samples)
+    assert same(picket_dsp.analyze(tmp_path / "tone.npy", rate_hz=48e3), picket_dsp.analyze(path))
+    with pytest.raises(ValueError, match="exceed"):
+        picket_dsp.analyze(path, codes=8)
+
+
+def test_other_threads_run_meanwhile():
+    samples, turns, done = tone(3_000_000), [0], threading.Event()
+
+    def spin():
+        while not done.is_set():
+            turns[0] += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    before = turns[0]
+    Pipeline().blocks(samples, threads=1)
+    during = turns[0] - before
+    done.set()
+    thread.join()
+    # Held all the while, the lock would let it turn once or twice.
+    assert during > 20
+
+
+def test_pandas_takes_it():
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame(Pipeline().blocks(tone()))
+    assert table["usable"].all() and table["frequency_hz"].mean() == pytest.approx(1000.3, abs=0.1)
+
+
+def test_types_are_stated():
+    package = pathlib.Path(picket_dsp.__file__).parent
+    assert (package / "py.typed").exists()
+    stubs = (package / "__init__.pyi").read_text()
+    assert all(f"{name}" in stubs for name in picket_dsp.__all__)

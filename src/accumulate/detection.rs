@@ -1,0 +1,188 @@
+//! Where the strongest line of a sum is, and how probable noise alone is to look like it.
+//!
+//! The power of the line that fits best at a frequency is, in noise of power P, a sum of M exponential numbers of mean P. Of nine
+//! bins and the products within three of each other it takes all of a line in the middle of its bin, and 97 % half a bin off;
+//! a bin alone would leave 41 % there. Over all frequencies the power over P is a chi-squared process, and its crossings of a
+//! level x are as frequent as Rice's formula says (Lindgren 2012, *Stationary Stochastic Processes*, chapter 8): for each bin
+//!
+//! ```text
+//! sqrt(pi / 3) x^(M - 1/2) exp(-x) / (M - 1)!
+//! ```
+//!
+//! because the variance of the time within a record is a twelfth of its square. P comes from bins beside the line, so it scatters
+//! as a mean of `a` exponential numbers does; averaged over it, `x^(M - 1/2) exp(-x)` becomes
+//! `x^(M - 1/2) a^a gamma(a + M - 1/2) / (gamma(a) (a + x)^(a + M - 1/2))`.
+
+use super::sums::Sums;
+use crate::acquire::sample::Record;
+use crate::list::remove;
+use crate::spectrum::peak::Band;
+use heapless::Vec;
+
+/// Bins in a group of cells of the noise's reference.
+const GROUP: i32 = 8;
+/// The most groups on each side, beside one group on each side that may hold the line's skirt.
+const SIDE: i32 = 16;
+/// Of four groups the loudest is left out: another line, or its skirt.
+const CELLS: usize = 2 * SIDE as usize;
+/// The groups on each side for so many blocks. An error of the noise raises the threshold: with 8 groups of 8 bins and 4 blocks by
+/// .3 dB. Where many blocks are added fewer bins are as good, and nearer to the line.
+const fn side(blocks: u32) -> i32 {
+    match blocks {
+        0..8 => SIDE,
+        8..32 => SIDE / 2,
+        _ => SIDE / 4,
+    }
+}
+
+/// Places that are looked at closely.
+const CANDIDATES: usize = 4;
+
+/// A place where a line is sought.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place {
+    /// The nearest bin.
+    pub bin: i32,
+    /// How far the line is beyond it, roughly, -0.5 to 0.5.
+    pub offset: f32,
+    /// The mean power of a bin of noise, summed over the blocks.
+    pub noise: f32,
+    /// The independent bins that the noise is as accurate as.
+    cells: f32,
+    /// The line's power and the noise over the noise, summed over the blocks.
+    evidence: f32,
+}
+
+impl Place {
+    /// The place of most evidence in the band; `None` where all sums are 0 or no bin is free to tell the noise.
+    pub fn strongest<R: Record, const N: usize>(sums: &Sums<R, N>, band: Band) -> Option<Self> {
+        let group = if N >= 256 { GROUP } else { GROUP / 2 };
+        let bins = Sums::<R, N>::bins();
+        let count = (bins.high - bins.low + 1) / group;
+        let mut best = Vec::<(f32, Place), CANDIDATES>::new();
+        for index in 0..count {
+            let Some((noise, cells)) = noise(sums, index, count, group) else {
+                continue;
+            };
+            let first = bins.low + index * group;
+            // The last group has the rest.
+            let last = if index + 1 == count { bins.high } else { first + group - 1 };
+            for k in first..=last {
+                // An I/Q band may count from below 0.
+                let inside = |k| (band.low..=band.high).contains(&k);
+                if !(inside(k) || R::IQ && inside(k - N as i32)) {
+                    continue;
+                }
+                // The line in the bin, and half a bin above, where two bins hold 81 %.
+                let here = sums.power(k) as f32;
+                let both = here + sums.power(k + 1) as f32 - 2.0 * sums.product(k, 1) as f32;
+                let half = 0.5 / 0.81 * both;
+                let (size, offset) = if half > here { (half, 0.5) } else { (here, 0.0) };
+                let ratio = size / noise;
+                let place = Place { bin: k, offset, noise, cells, evidence: 0.0 };
+                keep(&mut best, ratio, place);
+            }
+        }
+        let places = best.iter().map(|(_, place)| place.refined(sums));
+        places.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    }
+
+    /// The place near this one where a line fits best.
+    fn refined<R: Record, const N: usize>(&self, sums: &Sums<R, N>) -> Self {
+        /// Steps of an eighth of a bin: between two of them a line's power falls by at most .6 %.
+        const STEPS: i32 = 6;
+        let mut best = *self;
+        for step in -STEPS..=STEPS {
+            let offset = self.offset + 0.125 * step as f32;
+            let evidence = super::fit::evidence(sums, self, offset);
+            if evidence > best.evidence {
+                best.evidence = evidence;
+                let nearest = libm::rintf(offset);
+                best.bin = self.bin + nearest as i32;
+                best.offset = offset - nearest;
+            }
+        }
+        best
+    }
+
+    /// The natural logarithm of the probability that noise has so much somewhere in `width` bins; 0 where that is not improbable.
+    pub fn ln_chance(&self, blocks: u32, width: u32) -> f32 {
+        let (m, x) = (f64::from(blocks), f64::from(self.evidence));
+        if x <= m {
+            return 0.0;
+        }
+        let a = f64::from(self.cells) * m;
+        let ln = 0.5 * libm::log(core::f64::consts::FRAC_PI_3)
+            + libm::log(f64::from(width.max(1)))
+            + (m - 0.5) * libm::log(x)
+            - libm::lgamma(m)
+            + a * libm::log(a)
+            - libm::lgamma(a)
+            + libm::lgamma(a + m - 0.5)
+            - (a + m - 0.5) * libm::log(a + x);
+        ln.min(0.0) as f32
+    }
+}
+
+/// Keeps a place among the best if no better one is within four bins of it.
+fn keep(best: &mut Vec<(f32, Place), CANDIDATES>, ratio: f32, place: Place) {
+    const APART: i32 = 4;
+    if best.iter().any(|(other, at)| (at.bin - place.bin).abs() < APART && *other >= ratio) {
+        return;
+    }
+    best.retain(|(_, at)| (at.bin - place.bin).abs() >= APART);
+    if best.is_full() {
+        let least = best.iter().fold(f32::INFINITY, |least, (other, _)| least.min(*other));
+        if least >= ratio {
+            return;
+        }
+        let mut taken = false;
+        best.retain(|(other, _)| {
+            let keep = taken || *other > least;
+            taken |= !keep;
+            keep
+        });
+    }
+    // There is room.
+    let _ = best.push((ratio, place));
+}
+
+/// The mean of the sums of bins of noise beside group `index`, and the number of independent bins that it is as accurate as.
+fn noise<R: Record, const N: usize>(
+    sums: &Sums<R, N>,
+    index: i32,
+    count: i32,
+    group: i32,
+) -> Option<(f32, f32)> {
+    let low = Sums::<R, N>::bins().low;
+    let mut means = Vec::<f32, CELLS>::new();
+    for distance in 2..2 + side(sums.blocks) {
+        for other in [index - distance, index + distance] {
+            let other = if R::IQ { other.checked_rem_euclid(count).unwrap_or(0) } else { other };
+            if !(0..count).contains(&other) {
+                continue;
+            }
+            let first = low + other * group;
+            let sum: u64 = (first..first + group).map(|k| u64::from(sums.power(k))).sum();
+            // There is room.
+            let _ = means.push(sum as f32 / group as f32);
+        }
+    }
+    let all = means.len();
+    let kept = all - all / 4;
+    while means.len() > kept {
+        let loudest = means.iter().copied().fold(0.0, f32::max);
+        let at = means.iter().position(|&mean| mean == loudest).unwrap_or(0);
+        remove(&mut means, at);
+    }
+    let mean = means.iter().sum::<f32>() / kept.max(1) as f32;
+    if kept < 2 || mean <= 0.0 {
+        return None;
+    }
+    // The quietest three quarters of many normal numbers are .42 deviations below their mean, of 8 .379, of 4 .343.
+    let left_out = if all == kept { 0.0 } else { 0.42 - 0.33 / all as f32 };
+    let bins = group as f32;
+    let low = left_out / libm::sqrtf(bins * sums.blocks.max(1) as f32);
+    // That mean scatters as that of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).
+    Some((mean / (1.0 - low), 0.82 * bins * all as f32))
+}

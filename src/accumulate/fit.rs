@@ -1,0 +1,195 @@
+//! A line fitted to the sums of products of bins.
+
+use super::detection::Place;
+use super::sums::{LAGS, Sums};
+use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar as _;
+use crate::math::series::sinc;
+
+/// Bins on each side of the line.
+const SIDE: i32 = 4;
+const BINS: usize = 2 * SIDE as usize + 1;
+/// Steps of the fit; it ends when a step is small against sigma.
+const STEPS: usize = 8;
+/// The mean square of the residuals over what noise leaves, above which the line is not one steady line. A steady line
+/// has more in fewer than one of a hundred sums (host-tests, `accumulate`).
+const WIDE: f32 = 3.0;
+
+/// What the fit found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Bins beyond the place's bin.
+    pub offset: f32,
+    /// The variance of the offset, squared bins.
+    pub variance: f32,
+    /// The line's mean power over the noise of one bin.
+    pub power: f32,
+    /// Whether the bins hold more than one line as narrow as the record allows.
+    pub wide: bool,
+}
+
+/// `D(u) = sin(pi u) / (n sin(pi u / n))` for |u| below 6: what a line u bins off leaves in a bin.
+fn kernel(u: f32, n: usize) -> f32 {
+    if u.abs() < 1e-3 {
+        return 1.0;
+    }
+    let x = u * core::f32::consts::PI;
+    let narrow = x / n.max(1) as f32;
+    f32::unit(0.5 * u).im / (x * sinc(narrow * narrow))
+}
+
+/// The sum of the products of bins k and `k + lag` with the record's middle as the origin of time, where a line's is positive or
+/// negative as the kernel is.
+///
+/// The turn of bins by `exp(j pi k (N - 1) / N)` makes of a product `(-1)^lag exp(-j pi lag / N)` times it. The real part of a line's
+/// is by the cosine of that angle too small.
+fn entry<R: Record, const N: usize>(sums: &Sums<R, N>, k: i32, lag: usize) -> f32 {
+    let sum = sums.product(k, lag) as f32;
+    let cosine = f32::unit(0.5 * lag as f32 / N as f32).re;
+    if lag & 1 == 0 { sum / cosine } else { -sum / cosine }
+}
+
+/// The entries of a symmetric matrix within [`LAGS`] of its diagonal.
+type Entries = [[f32; LAGS + 1]; BINS];
+
+/// The sum over the matrix of products of entries.
+fn inner(a: &Entries, b: &Entries) -> f32 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        let products = a.iter().zip(b).map(|(a, b)| a * b);
+        for (lag, product) in products.enumerate() {
+            sum += if lag == 0 { product } else { 2.0 * product };
+        }
+    }
+    sum
+}
+
+/// Entries made of the indices of their row and their lag.
+fn entries(mut of: impl FnMut(usize, usize) -> f32) -> Entries {
+    let mut made = Entries::default();
+    for (row, lags) in made.iter_mut().enumerate() {
+        for (lag, entry) in lags.iter_mut().enumerate() {
+            if row + lag < BINS {
+                *entry = of(row, lag);
+            }
+        }
+    }
+    made
+}
+
+/// The entries around a place in units of the noise of one bin and block, less that noise.
+fn data<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Entries {
+    let blocks = sums.blocks.max(1) as f32;
+    let unit = blocks / place.noise;
+    entries(|row, lag| {
+        let entry = unit * entry(sums, place.bin - SIDE + row as i32, lag);
+        if lag == 0 { entry - blocks } else { entry }
+    })
+}
+
+/// What a line `at` bins beyond the middle of the entries leaves in each bin.
+fn shape(at: f32, n: usize) -> [f32; BINS] {
+    core::array::from_fn(|i| kernel(at + (SIDE - i as i32) as f32, n))
+}
+
+/// The number of blocks and the power of the best line at an offset from a place, in units whose variance in noise is one for each
+/// block, as that of the power of a bin.
+pub(super) fn evidence<R: Record, const N: usize>(
+    sums: &Sums<R, N>,
+    place: &Place,
+    offset: f32,
+) -> f32 {
+    let g = shape(offset, N);
+    let at = |i: usize| g.get(i).copied().unwrap_or(0.0);
+    let line = entries(|i, lag| at(i) * at(i + lag));
+    let power = inner(&data(sums, place), &line) / libm::sqrtf(inner(&line, &line));
+    power + sums.blocks as f32
+}
+
+/// Fits `C = S g g' + 1` by least squares, S and the frequency unknown, all in units of the noise.
+///
+/// At each step the residual is projected on `H`, the change of `g g'` with the frequency less its part along `g g'`. With M blocks
+/// of noise of power 1
+///
+/// ```text
+/// var f = (M tr(H^2) + 2 M S |H g|^2) / (M S tr(H dG/df))^2
+/// ```
+///
+/// which is 1.00 to 1.10 times the bound for lines of random phases. The mean of the residuals' squares over what they are
+/// expected to be widens it where it exceeds 1: a line that is broad, or moves, or has a neighbour.
+pub(super) fn fit<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Option<Fit> {
+    let blocks = sums.blocks.max(1) as f32;
+    let data = data(sums, place);
+    let mut offset = place.offset;
+    let mut fitted = None;
+    for _ in 0..STEPS {
+        let g = shape(offset, N);
+        /// Half the step of the derivative. The zero of the projection does not depend on it.
+        const STEP: f32 = 1.0 / 64.0;
+        let (above, below) = (shape(offset + STEP, N), shape(offset - STEP, N));
+        let at = |g: &[f32; BINS], i: usize| g.get(i).copied().unwrap_or(0.0);
+        let slope = |i: usize| (at(&above, i) - at(&below, i)) / (2.0 * STEP);
+        let line = entries(|i, lag| at(&g, i) * at(&g, i + lag));
+        let change = entries(|i, lag| slope(i) * at(&g, i + lag) + at(&g, i) * slope(i + lag));
+        let along = inner(&line, &change) / inner(&line, &line);
+        let across = entries(|i, lag| {
+            let of = |matrix: &Entries| {
+                matrix.get(i).and_then(|row| row.get(lag)).copied().unwrap_or(0.0)
+            };
+            of(&change) - along * of(&line)
+        });
+        let total = inner(&data, &line) / inner(&line, &line);
+        let gain = total * inner(&across, &change);
+        // A line of no power has no frequency.
+        if gain.is_nan() || gain <= 0.0 {
+            break;
+        }
+        let power = total / blocks;
+        let mut applied = [0.0f32; BINS];
+        for (row, lags) in across.iter().enumerate() {
+            for (lag, &value) in lags.iter().enumerate() {
+                let mut give = |to: usize, from: usize| {
+                    if let Some(sum) = applied.get_mut(to) {
+                        *sum += value * at(&g, from);
+                    }
+                };
+                give(row, row + lag);
+                if lag > 0 {
+                    give(row + lag, row);
+                }
+            }
+        }
+        let moved = applied.iter().map(|x| x * x).sum::<f32>();
+        let scatter = blocks * inner(&across, &across) + 2.0 * blocks * power * moved;
+        let variance = scatter / (gain * gain);
+        let step = inner(&data, &across) / gain;
+        offset = (offset + step.clamp(-0.25, 0.25)).clamp(-1.0, 1.0);
+        let misfit = misfit(&data, &g, total, blocks);
+        fitted =
+            Some(Fit { offset, variance: variance * misfit.max(1.0), power, wide: misfit > WIDE });
+        if step * step < 1e-4 * variance {
+            break;
+        }
+    }
+    fitted.filter(|fit| fit.offset.is_finite() && fit.variance.is_finite())
+}
+
+/// The mean over all entries of the squared residual divided by its variance.
+fn misfit(data: &Entries, g: &[f32; BINS], total: f32, blocks: f32) -> f32 {
+    let power = total / blocks;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (i, row) in data.iter().enumerate() {
+        for (lag, &value) in row.iter().enumerate() {
+            let (Some(a), Some(b)) = (g.get(i), g.get(i + lag)) else {
+                continue;
+            };
+            let left = value - total * a * b;
+            let noise = 1.0 + power * (a * a + b * b);
+            let variance = if lag == 0 { blocks * noise } else { 0.5 * blocks * noise };
+            sum += left * left / variance;
+            count += 1.0;
+        }
+    }
+    // The line's power and its frequency were fitted.
+    sum / (count - 2.0)
+}

@@ -1,0 +1,250 @@
+//! Weak echoes: the spectra of M blocks added without their phases (non-coherent integration).
+//!
+//! A line below the noise of one block stands out of the sum of many, because the noise scatters less around its mean: the
+//! threshold falls by 5 dB for each ten times as many blocks, somewhat more for few. That is how a coherent wind lidar
+//! works, and any sensor whose echo is weak and whose phase is new in each block.
+//!
+//! ```
+//! use picket::{Accumulator, Codes, Config, Pipeline, Real, Verdict};
+//! # use picket::Stamp;
+//! # let mut state = 1u32;
+//! # let mut noise = || { (0..12).map(|_| { state = state.wrapping_mul(1664525).wrapping_add(1013904223); f64::from(state >> 8) / 16777216.0 - 0.5 }).sum::<f64>() };
+//!
+//! let config = Config::new(1e6, Codes::signed::<12>());
+//! let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+//! let mut sum = Accumulator::<Real, 1024>::new(100);
+//! # let mut found = None;
+//! # for block in 0..100 {
+//! # let samples: [i16; 1024] = std::array::from_fn(|n| (0.15 * 200.0 * (1.234 * n as f64 + 7.0 * f64::from(block)).cos() + 200.0 * noise()) as i16);
+//! # let stamp = Stamp { sequence: block, ..Stamp::default() };
+//! // for each block:
+//! let measurement = pipeline.block(stamp, &samples);
+//! if let Some(accumulated) = sum.add(&measurement, &pipeline) {
+//!     println!("{}", accumulated.tone); // after 100 blocks
+//! #     found = Some(accumulated.tone);
+//! }
+//! # }
+//! # let tone = found.unwrap();
+//! # assert_eq!(tone.verdict, Verdict::Good, "{tone}");
+//! # assert!((tone.frequency.cycles() - 1.234 / std::f64::consts::TAU).abs() < 5.0 * f64::from(tone.sigma));
+//! # Ok::<(), picket::ConfigError>(())
+//! ```
+//!
+//! # What is added
+//!
+//! Powers alone say where a line is, but a line near the middle of its bin leaves little in the others: their frequency errs by
+//! 4 to 16 times the bound. The products of neighbouring bins hold what is missing. With the record's middle as the origin of
+//! time, a line of amplitude `a` at `f` bins makes bins `W_k = a D(f - k)` with the real kernel
+//! `D(u) = sin(pi u) / (N sin(pi u / N))`, so over M blocks of any phases
+//!
+//! ```text
+//! E sum Re(conj(W_i) W_j) = M |a|^2 D(f - i) D(f - j) + M P [i = j]
+//! ```
+//!
+//! The sums are kept for j - i = 0 to 3 and all i: each bin has what a fit to the bins around it reads, wherever a line turns
+//! out to be. [`fit`] fits line and frequency by least squares.
+//!
+//! # Drift
+//!
+//! A line that moves between blocks smears. Where the rate is known (a chirp's own drift, a platform's acceleration), each
+//! block's bins are moved back by it before they are added, by the interpolation that the kernel gives:
+//! [`Accumulator::with_drift`].
+
+mod detection;
+pub mod fit;
+mod moved;
+mod sums;
+
+use crate::acquire::sample::{Record, Segment};
+use crate::pipeline::{Measurement, Pipeline};
+use crate::plan::Terms;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::tone::detection::FALSE_ALARM;
+use crate::tone::frequency::Frequency;
+use crate::tone::sigma::CLIPPED;
+use crate::tone::verdict::Reasons;
+use crate::tone::{Tone, Verdict};
+use detection::Place;
+use moved::Moved;
+use sums::Sums;
+
+/// The most blocks of a sum.
+pub const MOST_BLOCKS: u32 = 1 << 16;
+
+/// What a sum of blocks shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Accumulated {
+    /// The strongest line. Its amplitude is the root of the mean square over the blocks, its signal-to-noise ratio that of one
+    /// sample. With a drift its frequency is that of the middle between the first and the last block.
+    pub tone: Tone,
+    /// The natural logarithm of the probability that noise alone has such a line anywhere in the band.
+    pub ln_chance: f32,
+    /// The blocks that were added.
+    pub blocks: u32,
+}
+
+/// Adds blocks and measures the strongest line of their sum.
+///
+/// Its memory is `8 N` bytes for real records and `16 N` for I/Q, however many blocks are added: four numbers of 32 bits a bin,
+/// which share one exponent.
+///
+/// A chirp has an accumulator for each segment, see [`Accumulator::for_segment`].
+#[derive(Clone, Debug)]
+pub struct Accumulator<R: Record, const N: usize> {
+    sums: Sums<R, N>,
+    /// The blocks of a sum.
+    blocks: u32,
+    segment: Option<Segment>,
+    /// Bins from block to block.
+    drift: f32,
+    false_alarm: f64,
+    /// The number of the sum's first block.
+    first: u32,
+    /// Blocks with more clipped samples than a tone may have.
+    clipped: u32,
+}
+
+impl<R: Record, const N: usize> Accumulator<R, N> {
+    /// Sums of so many blocks, held to 1..=[`MOST_BLOCKS`].
+    pub const fn new(blocks: u32) -> Self {
+        let blocks = if blocks == 0 { 1 } else { blocks };
+        Self {
+            sums: Sums::new(),
+            blocks: if blocks > MOST_BLOCKS { MOST_BLOCKS } else { blocks },
+            segment: None,
+            drift: 0.0,
+            false_alarm: FALSE_ALARM,
+            first: 0,
+            clipped: 0,
+        }
+    }
+
+    /// Adds blocks of one segment of a chirp alone, and passes the others over.
+    #[must_use]
+    pub const fn for_segment(mut self, segment: Segment) -> Self {
+        self.segment = Some(segment);
+        self
+    }
+
+    /// The line moves by so many bins from one block to the next, by their numbers. Each block of a sum is moved back.
+    /// A number that is not finite is 0. Cost: 52 products of 64 bits a bin.
+    #[must_use]
+    pub fn with_drift(mut self, bins_per_block: f32) -> Self {
+        self.drift = if bins_per_block.is_finite() { bins_per_block } else { 0.0 };
+        self
+    }
+
+    /// The probability for each sum that noise alone passes for a tone, held to 1e-30..=0.5; 1e-6 unless told.
+    #[must_use]
+    pub const fn with_false_alarm(mut self, probability: f64) -> Self {
+        self.false_alarm = probability.max(1e-30).min(0.5);
+        self
+    }
+
+    /// The blocks of a sum.
+    pub const fn blocks(&self) -> u32 {
+        self.blocks
+    }
+
+    /// The blocks that the sum in progress has.
+    pub const fn added(&self) -> u32 {
+        self.sums.blocks
+    }
+
+    /// Forgets the sum in progress.
+    pub fn clear(&mut self) {
+        self.sums.clear();
+        self.clipped = 0;
+    }
+
+    /// Adds the block that `pipeline` measured last, and returns the result if it completes a sum.
+    ///
+    /// A gap between blocks does no harm: the phases are not compared. Cost: a search over all bins, and eight products of
+    /// 32 bits a bin; the result costs a look at each bin and one fit.
+    pub fn add<E: Engine>(
+        &mut self,
+        measurement: &Measurement,
+        pipeline: &Pipeline<R, N, E>,
+    ) -> Option<Accumulated> {
+        let stamp = &measurement.stamp;
+        if self.segment.is_some_and(|segment| segment != stamp.segment) {
+            return None;
+        }
+        if self.sums.blocks == 0 {
+            self.first = stamp.sequence;
+        }
+        let share = measurement.clipped as f32 / N as f32;
+        self.clipped = self.clipped.wrapping_add(u32::from(share > CLIPPED));
+        self.take(stamp.sequence.wrapping_sub(self.first), pipeline.spectrum());
+        if self.sums.blocks < self.blocks {
+            return None;
+        }
+        let result = self.result(pipeline.plan());
+        self.clear();
+        Some(result)
+    }
+
+    /// Adds the spectrum of the block with this number, counted from the sum's first.
+    fn take<E: Engine>(&mut self, number: u32, spectrum: &Spectrum<R, N, E>) {
+        // The middle of the sum, where blocks follow each other, stays where it is.
+        let middle = 0.5 * self.blocks.wrapping_sub(1) as f32;
+        let moved = self.drift * (number as f32 - middle);
+        self.sums.add(spectrum, Moved::new(moved, N).as_ref());
+    }
+
+    /// What the blocks added so far show. `terms` are those of the pipeline's plan.
+    pub fn result(&self, terms: &Terms) -> Accumulated {
+        let Self { sums, false_alarm, .. } = self;
+        let blocks = sums.blocks;
+        let nothing = Tone { verdict: Verdict::NoSignal, rate_hz: terms.rate_hz, ..Tone::ZERO };
+        let nothing = Accumulated { tone: nothing, ln_chance: 0.0, blocks };
+        let Some(place) = Place::strongest(sums, terms.band) else {
+            return nothing;
+        };
+        let Some(fit) = fit::fit(sums, &place) else {
+            return nothing;
+        };
+        let ln_chance = place.ln_chance(blocks, terms.band.width());
+        let Some(frequency) = Frequency::of_bins(place.bin, fit.offset, N) else {
+            return nothing;
+        };
+        let mut reasons = Reasons::NONE;
+        if f64::from(ln_chance) > libm::log(*false_alarm) {
+            reasons = reasons.with(Verdict::Weak);
+        }
+        let bins = frequency.bins(N).abs();
+        // A real line has its image at both ends, an I/Q line the offset at 0 Hz.
+        let end = if R::IQ { bins } else { bins.min(N as f64 / 2.0 - bins) };
+        if end < 1.5 || !terms.band.holds(frequency, N) {
+            reasons = reasons.with(Verdict::NearEdge);
+        }
+        if fit.wide {
+            reasons = reasons.with(Verdict::Moving);
+        }
+        if self.clipped > 0 {
+            reasons = reasons.with(Verdict::Clipped);
+        }
+        // The engine's rounding moves a line by as much in each block.
+        let engine = crate::spectrum::engine::I32::error(N, R::IQ);
+        let variance = f64::from(fit.variance + engine * engine);
+        let line = fit.power * place.noise * sums.unit() * sums.unit();
+        let n = N as f32;
+        let (snr, amplitude) = if R::IQ {
+            (fit.power / n, libm::sqrtf(line) / n)
+        } else {
+            (2.0 * fit.power / n, 2.0 * libm::sqrtf(line) / n)
+        };
+        let tone = Tone {
+            frequency,
+            sigma: libm::sqrt(variance) as f32 / n,
+            snr,
+            amplitude,
+            verdict: reasons.verdict(),
+            also: reasons.also(),
+            rate_hz: terms.rate_hz,
+        };
+        Accumulated { tone, ln_chance, blocks }
+    }
+}

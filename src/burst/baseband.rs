@@ -1,0 +1,97 @@
+//! A burst's signal about its frequency: 64 bins transformed back to 64 points in time.
+
+use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use core::mem::MaybeUninit;
+use num_complex::Complex;
+
+/// Points in time, and bins.
+pub(super) const POINTS: usize = 64;
+/// Points at each end of the record over which it is tapered, so that its ends do not ring in the others.
+const TAPERED: f32 = 6.0;
+/// Points whose taper is below this are not used.
+const LEAST: f32 = 0.2;
+/// Bins on each side that pass whole; from there to 32 the bins are tapered, too.
+const WHOLE: f32 = 16.0;
+
+/// The mean of the squares of the bins' taper: by this the noise of a point is below that of the bins that pass whole.
+pub(super) const PASSED: f32 = 0.6875;
+/// The correlation of the noise of neighbouring points: the sum of the taper's squares times `cos(2 pi k / 64)` over that of its squares.
+pub(super) const CORRELATION: f32 = 0.370_397_7;
+
+/// The factor of the record's taper at a place, in records from its begin.
+pub(super) fn taper(place: f32) -> f32 {
+    let end = place.min(1.0 - place) * POINTS as f32 / TAPERED;
+    let sine = f32::unit(0.25 * end.clamp(0.0, 1.0)).im;
+    sine * sine
+}
+
+/// The signal within 32 bins of a bin, moved to frequency 0.
+pub(super) struct Baseband {
+    /// In codes: half a real tone's amplitude, all of an I/Q tone's. 0 where the taper is small.
+    pub points: [Complex<f32>; POINTS],
+}
+
+/// The place of a point, in records.
+pub(super) fn place(index: usize) -> f32 {
+    index as f32 / POINTS as f32
+}
+
+/// Whether a point is used.
+pub(super) fn used(index: usize) -> bool {
+    taper(place(index)) > LEAST
+}
+
+impl Baseband {
+    /// Of the spectrum of a tapered record, about bin `centre`.
+    pub fn of<R: Record, const N: usize, E: Engine>(
+        spectrum: &Spectrum<R, N, E>,
+        centre: i32,
+    ) -> Self {
+        let zero = Complex::new(0.0, 0.0);
+        let unit = libm::ldexpf(1.0, spectrum.exponent()) / N as f32;
+        let mut places = [const { MaybeUninit::uninit() }; POINTS];
+        let half = POINTS as i32 / 2;
+        let read = spectrum.fill(centre.saturating_sub(half), &mut places);
+        let mut bins = [zero; POINTS];
+        for (&[re, im], k) in read.iter().zip(-half..) {
+            let at = centre.saturating_add(k);
+            // Beside the spectrum of a real record is its image.
+            if !R::IQ && !(1..N as i32 / 2).contains(&at) {
+                continue;
+            }
+            let end = (half as f32 - k.unsigned_abs() as f32) / (half as f32 - WHOLE);
+            let sine = f32::unit(0.25 * end.clamp(0.0, 1.0)).im;
+            let factor = unit * sine * sine;
+            if let Some(bin) = bins.get_mut(k as usize & (POINTS - 1)) {
+                *bin = Complex::new(re as f32 * factor, im as f32 * factor);
+            }
+        }
+        let mut points = inverse(&bins);
+        for (index, point) in points.iter_mut().enumerate() {
+            let factor = taper(place(index));
+            *point = if factor > LEAST { *point / factor } else { zero };
+        }
+        Self { points }
+    }
+}
+
+/// `sum over k of bins[k] exp(j 2 pi k n / 64)`, as eight times eight.
+fn inverse(bins: &[Complex<f32>; POINTS]) -> [Complex<f32>; POINTS] {
+    const SIDE: usize = 8;
+    let zero = Complex::new(0.0f32, 0.0);
+    let turns: [Complex<f32>; POINTS] = core::array::from_fn(|k| f32::unit(place(k)));
+    let turn = |k: usize| turns.get(k & (POINTS - 1)).copied().unwrap_or(zero);
+    let of = |values: &[Complex<f32>; POINTS], k: usize| values.get(k).copied().unwrap_or(zero);
+    // inner[a + 8 b] = sum over c of bins[8 c + b] exp(j 2 pi c a / 8)
+    let inner: [Complex<f32>; POINTS] = core::array::from_fn(|at| {
+        let (a, b) = (at % SIDE, at / SIDE);
+        (0..SIDE).fold(zero, |sum, c| sum + of(bins, SIDE * c + b) * turn(SIDE * c * a))
+    });
+    core::array::from_fn(|n| {
+        let a = n % SIDE;
+        (0..SIDE).fold(zero, |sum, b| sum + of(&inner, a + SIDE * b) * turn(b * n))
+    })
+}

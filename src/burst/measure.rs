@@ -1,0 +1,393 @@
+//! The frequency of a burst, its sigma, and whether it is one particle's.
+
+use super::baseband::{Baseband, CORRELATION, PASSED, POINTS, place, taper, used};
+use super::envelope::{self, Envelope, median};
+use super::{Burst, Validation};
+use crate::acquire::burst::Cut;
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Record, Statistics};
+use crate::math::scalar::Scalar as _;
+use crate::plan::Terms;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::peak::Band;
+use crate::tone::frequency::Frequency;
+use crate::tone::sigma::CLIPPED;
+use crate::tone::{Reasons, Tone, Verdict};
+use core::f32::consts::PI;
+use num_complex::Complex;
+
+/// Looks at the envelope: each moves the weight of the search to the envelope that the last one found.
+const ROUNDS: usize = 3;
+/// The probability that the noise of a record passes for a burst's line. A detector cuts few records out of noise.
+const FALSE_ALARM: f32 = 1e-5;
+/// The fewest cycles between the points where the power is down by `exp(-2)`.
+const CYCLES: f32 = 4.0;
+/// Standard deviations on each side of the middle within which a burst is tested for a second particle.
+const NEAR: f32 = 2.5;
+/// Normal deviations that a single particle's residual exceeds in one of a hundred bursts: of its power over the noise beside the burst, and (seen
+/// in simulation, in one of a thousand) of the correlation of its neighbouring points.
+const POWER_LIMIT: f32 = 2.33;
+const CORRELATION_LIMIT: f32 = 3.2;
+/// Orders of change of the envelope's own that are no second particle: its level to the fourth order of time, which is in phase with the
+/// tone and does not move it.
+const ORDERS: usize = 5;
+
+/// Measures a burst in the record cut around it.
+pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
+    spectrum: &mut Spectrum<R, N, E>,
+    terms: &Terms,
+    cut: &Cut<R, N>,
+) -> Burst {
+    let clipped = Statistics::clipped::<R>(cut.samples, terms.codes);
+    let mut guess = Envelope {
+        middle: cut.middle / N as f32,
+        deviation: (cut.deviation / N as f32).clamp(envelope::LEAST, envelope::MOST),
+    };
+    let mut burst = Burst {
+        arrival: cut.clock as f64 + f64::from(cut.middle),
+        deviation: cut.deviation,
+        validation: Validation::Weak,
+        tone: Tone { verdict: Verdict::Weak, rate_hz: terms.rate_hz, ..Tone::ZERO },
+    };
+    let offset = Statistics::of::<R>(cut.samples, terms.codes).mean(N);
+    let mut samples = *cut.samples;
+    // Codes about the offset: as far from it as the farther rail.
+    let codes = around(terms.codes);
+    for round in 1..=ROUNDS {
+        weigh::<R, N, 8>(cut.samples, &mut samples, offset, codes, |t| guess.at(t));
+        spectrum.transform(&samples, codes);
+        let Some((peak, ratio, limit)) = strongest(spectrum, terms.band, &guess) else {
+            return burst;
+        };
+        // The points are divided by the taper, so it must be exact.
+        weigh::<R, N, 1>(cut.samples, &mut samples, offset, codes, taper);
+        spectrum.transform(&samples, codes);
+        let points = Baseband::of(spectrum, peak).points;
+        let found = guess.fitted(&points.map(|z| z.norm_sqr()));
+        let near = (found.middle - guess.middle).abs() < 0.3 * guess.deviation;
+        let alike = (0.75..1.33).contains(&(found.deviation / guess.deviation));
+        guess = found;
+        if !(near && alike) && round < ROUNDS {
+            continue;
+        }
+        burst.arrival = cut.clock as f64 + f64::from(guess.middle * N as f32);
+        burst.deviation = guess.deviation * N as f32;
+        let Some(line) = Line::fitted(&points, &guess) else {
+            return burst;
+        };
+        let Some(frequency) = Frequency::of_bins(peak, line.offset, N) else {
+            return burst;
+        };
+        let bins = frequency.bins(N).abs() as f32;
+        let cycles = bins * guess.deviation * 8.0f32.root();
+        burst.validation = if clipped as f32 > CLIPPED * N as f32 {
+            Validation::Clipped
+        } else if ratio < limit {
+            Validation::Weak
+        } else if guess.deviation < 1.02 * envelope::LEAST {
+            Validation::Short
+        } else if guess.deviation > 0.98 * envelope::MOST {
+            Validation::Long
+        } else if cycles < CYCLES || peak.abs() <= pedestal(&guess) + 1 {
+            Validation::FewCycles
+        } else if line.mixed {
+            Validation::TwoParticles
+        } else {
+            Validation::Valid
+        };
+        let engine = E::error(N, R::IQ);
+        let sigma = (line.variance + engine * engine).root() / N as f32;
+        let amplitude = if R::IQ { line.level } else { 2.0 * line.level };
+        // A point holds the noise of 64 of N bins.
+        let noise = line.noise * (N / POINTS) as f32;
+        let power = if R::IQ { amplitude * amplitude } else { 0.5 * amplitude * amplitude };
+        let reasons = match burst.validation {
+            Validation::Valid => Reasons::NONE,
+            Validation::TwoParticles => Reasons::NONE.with(Verdict::Unresolved),
+            Validation::FewCycles => Reasons::NONE.with(Verdict::NearEdge),
+            Validation::Short | Validation::Long => Reasons::NONE.with(Verdict::Moving),
+            Validation::Weak => Reasons::NONE.with(Verdict::Weak),
+            Validation::Clipped => Reasons::NONE.with(Verdict::Clipped),
+        };
+        burst.tone = Tone {
+            frequency,
+            sigma,
+            snr: power / noise.max(f32::MIN_POSITIVE),
+            amplitude,
+            verdict: reasons.verdict(),
+            also: reasons.also(),
+            rate_hz: terms.rate_hz,
+        };
+        return burst;
+    }
+    burst
+}
+
+/// Codes as far around 0 as any is from the middle of others, and twice as far: the offset may lie anywhere between.
+fn around(codes: Codes) -> Codes {
+    let (low, high) = codes.rails();
+    let most = (i32::from(high) - i32::from(low)).min(i16::MAX.into()) as i16;
+    Codes::between(most.saturating_neg(), most).unwrap_or(Codes::signed::<16>())
+}
+
+/// Writes the samples less their offset times a weight of 0 to 1, which is a straight line over `STEP` samples.
+fn weigh<R: Record, const N: usize, const STEP: usize>(
+    from: &[R::Sample; N],
+    to: &mut [R::Sample; N],
+    offset: Complex<f32>,
+    codes: Codes,
+    weight: impl Fn(f32) -> f32,
+) {
+    let (low, high) = codes.rails();
+    let [i0, q0] = [offset.re, offset.im].map(|x| libm::rintf(x) as i32);
+    let q15 = |index: usize| libm::rintf(32768.0 * weight(index as f32 / N as f32)) as i32;
+    let mut next = q15(0);
+    for (group, (from, to)) in from.chunks(STEP).zip(to.chunks_mut(STEP)).enumerate() {
+        let first = next;
+        next = q15((group + 1) * STEP);
+        for ((sample, place), part) in from.iter().zip(to).zip(0i32..) {
+            let factor = first + (((next - first) * part) >> STEP.trailing_zeros());
+            let parts = R::parts(*sample);
+            let weighed = |part: i16, offset: i32| {
+                // At most 16 bits times 15. No clamp, which would panic if the rails were in the wrong order.
+                let product = i32::from(part).wrapping_sub(offset).wrapping_mul(factor);
+                (product.saturating_add(1 << 14) >> 15).max(low.into()).min(high.into()) as i16
+            };
+            *place = R::of_parts([weighed(parts[0], i0), weighed(parts[1], q0)]);
+        }
+    }
+}
+
+/// The highest bin that the pedestal of a burst reaches: the light of the particle without its fringes, four standard deviations of the spectrum of the weighted
+/// envelope.
+fn pedestal(envelope: &Envelope) -> i32 {
+    let bins = 4.0 / (2.0 * PI * envelope.deviation * core::f32::consts::SQRT_2);
+    (bins as i32).max(3)
+}
+
+/// The strongest bin of a weighted record outside of the pedestal; its power over the mean of the others, and the least that is no noise's.
+fn strongest<R: Record, const N: usize, E: Engine>(
+    spectrum: &Spectrum<R, N, E>,
+    band: Band,
+    envelope: &Envelope,
+) -> Option<(i32, f32, f32)> {
+    let low = pedestal(envelope);
+    let half = N as i32 / 2;
+    let ranges = if R::IQ { [(low, half - 1), (-half, -low)] } else { [(low, half - 3), (1, 0)] };
+    // An I/Q band may count negative frequencies from 0 down, or on from N/2.
+    let turns: &[i32] = if R::IQ { &[0, N as i32] } else { &[0] };
+    let (mut best, mut total, mut bins): (Option<(i32, u64)>, u64, u32) = (None, 0, 0);
+    for (first, last) in ranges {
+        for turn in turns {
+            let (first, last) = (first.max(band.low - turn), last.min(band.high - turn));
+            if first > last {
+                continue;
+            }
+            let wrapped = if first < 0 { N as i32 } else { 0 };
+            let scan = spectrum.search(Band::new(first + wrapped, last + wrapped));
+            if best.is_none_or(|(_, power)| scan.power > power) {
+                best = Some((scan.bin - wrapped, scan.power));
+            }
+            total = total.saturating_add(scan.total);
+            bins = bins.saturating_add((last - first) as u32 + 1);
+        }
+    }
+    let (peak, power) = best?;
+    // The line's own skirt, three deviations of its spectrum to each side.
+    let reach = (3.0 / (2.0 * PI * envelope.deviation) * core::f32::consts::SQRT_2) as i32 + 2;
+    let mut skirt = 0u64;
+    let mut count = 0u32;
+    for k in peak - reach..=peak + reach {
+        let inside = ranges.iter().any(|&(first, last)| (first..=last).contains(&k))
+            && turns.iter().any(|turn| (band.low..=band.high).contains(&(k + turn)));
+        if inside {
+            skirt = skirt.saturating_add(spectrum.power(k));
+            count += 1;
+        }
+    }
+    // A scan may sum points for bins: at least nothing is left.
+    let left = total.saturating_sub(skirt) as f32;
+    let others = bins.saturating_sub(count) as f32;
+    if power == 0 || others < 8.0 {
+        return None;
+    }
+    let ratio = power as f32 * others / left.max(1.0);
+    // As many of the bins are independent as the weight has of the record: the root of pi times its deviation.
+    let freedom = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
+    let limit = freedom * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / freedom) - 1.0);
+    Some((peak, ratio, limit))
+}
+
+/// A tone with a Gaussian envelope in the points.
+struct Line {
+    /// Bins beyond the points' centre.
+    offset: f32,
+    /// Squared bins.
+    variance: f32,
+    /// The amplitude at the envelope's top.
+    level: f32,
+    /// The noise power of a point in the bins that pass whole.
+    noise: f32,
+    /// Whether more is in the points than this tone and noise.
+    mixed: bool,
+}
+
+impl Line {
+    /// The frequency at which the points, weighted with the envelope, add up to most: maximum likelihood in white noise.
+    fn fitted(points: &[Complex<f32>; POINTS], envelope: &Envelope) -> Option<Self> {
+        const STEPS: usize = 8;
+        let zero = Complex::new(0.0f32, 0.0);
+        let level: [f32; POINTS] =
+            core::array::from_fn(|index| if used(index) { envelope.at(place(index)) } else { 0.0 });
+        let time = |index: usize| place(index) - envelope.middle;
+        let mut offset = 0.0f32;
+        let mut sum = zero;
+        for _ in 0..STEPS {
+            let mut moments = [zero; 3];
+            for (index, (&z, &e)) in points.iter().zip(&level).enumerate() {
+                if e > 0.0 {
+                    let t = time(index);
+                    let term = z * e * f32::unit(-offset * t);
+                    moments[0] += term;
+                    moments[1] += term * t;
+                    moments[2] += term * (t * t);
+                }
+            }
+            let [s0, s1, s2] = moments;
+            sum = s0;
+            // The slope and the curvature of |s0|^2 over 4 pi.
+            let slope = (s0.conj() * s1).im;
+            let bend = 2.0 * PI * (s1.norm_sqr() - (s0.conj() * s2).re);
+            if bend >= 0.0 {
+                return None;
+            }
+            let step = (-slope / bend).clamp(-0.7, 0.7);
+            offset = (offset + step).clamp(-8.0, 8.0);
+            if step.abs() < 1e-6 {
+                break;
+            }
+        }
+        let power: f32 = level.iter().map(|e| e * e).sum();
+        let size = sum.norm_sqr().root();
+        if !(size > 0.0 && power > 0.0) {
+            return None;
+        }
+        let amplitude = size / power;
+        // The points in phase with the tone, and across.
+        let turned: [Complex<f32>; POINTS] = core::array::from_fn(|index| {
+            let z = points.get(index).copied().unwrap_or(zero);
+            z * f32::unit(-offset * time(index)) * (sum.conj() / size)
+        });
+        let left = residual(&turned, &level, envelope);
+        let judged = Judged::of(&left, envelope);
+        let (mut weight, mut first, mut second, mut noise) = (0.0, 0.0, 0.0, 0.0);
+        for (index, e) in level.iter().enumerate() {
+            let (t, e) = (time(index), e * e);
+            weight += e;
+            first += e * t;
+            second += e * t * t;
+        }
+        let mean = first / weight;
+        // The weights are the levels: noise passes by their squares, as the tone does.
+        let spread = second - mean * first;
+        noise += judged.noise;
+        let slope = 2.0 * PI * amplitude;
+        let variance = 0.5 * noise / (slope * slope * spread);
+        let line = Self { offset, variance, level: amplitude, noise, mixed: judged.mixed };
+        (variance.is_finite() && offset.is_finite()).then_some(line)
+    }
+}
+
+/// What is left of the points without what one tone with its own level over time explains: in phase the envelope times a polynomial of
+/// fourth order, across (the frequency and the phase) one of first order.
+fn residual(
+    turned: &[Complex<f32>; POINTS],
+    level: &[f32; POINTS],
+    envelope: &Envelope,
+) -> [Complex<f32>; POINTS] {
+    let zero = Complex::new(0.0f32, 0.0);
+    let mut left: [Complex<f32>; POINTS] = core::array::from_fn(|index| {
+        if used(index) { turned.get(index).copied().unwrap_or(zero) } else { zero }
+    });
+    let mut basis = [[0.0f32; POINTS]; ORDERS];
+    for order in 0..ORDERS {
+        let (known, rest) = basis.split_at_mut_checked(order).unwrap_or_default();
+        let Some(new) = rest.first_mut() else {
+            continue;
+        };
+        for (index, (value, &e)) in new.iter_mut().zip(level).enumerate() {
+            let u = (place(index) - envelope.middle) / envelope.deviation;
+            *value = (0..order).fold(e, |value, _| value * u);
+        }
+        // Twice, so that rounding leaves nothing of the others.
+        for other in known.iter().chain(known.iter()) {
+            let along: f32 = other.iter().zip(&*new).map(|(a, b)| a * b).sum();
+            new.iter_mut().zip(other).for_each(|(value, other)| *value -= along * other);
+        }
+        let length = new.iter().map(|x| x * x).sum::<f32>().root();
+        if length > 0.0 {
+            new.iter_mut().for_each(|value| *value /= length);
+        }
+        let mut along = zero;
+        for (z, &b) in left.iter().zip(&*new) {
+            along += z * b;
+        }
+        if order > 1 {
+            along.im = 0.0;
+        }
+        left.iter_mut().zip(&*new).for_each(|(z, &b)| *z -= along * b);
+    }
+    left
+}
+
+/// The noise of the points, and whether they hold something else.
+struct Judged {
+    noise: f32,
+    mixed: bool,
+}
+
+impl Judged {
+    fn of(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
+        let near =
+            |index: usize| (place(index) - envelope.middle).abs() < NEAR * envelope.deviation;
+        let (mut inside, mut count) = (0.0f32, 0.0f32);
+        let mut beside = heapless::Vec::<f32, POINTS>::new();
+        let mut product = Complex::new(0.0f32, 0.0);
+        let mut before: Option<Complex<f32>> = None;
+        for (index, &z) in left.iter().enumerate() {
+            let power = z.norm_sqr();
+            // What leaks in at the record's ends is largest under the taper.
+            if !used(index) || taper(place(index)) < 0.9 {
+                before = None;
+            } else if near(index) {
+                inside += power;
+                count += 1.0;
+                if let Some(before) = before {
+                    product += before.conj() * z;
+                }
+                before = Some(z);
+            } else {
+                // There is room.
+                let _ = beside.push(power);
+                before = None;
+            }
+        }
+        // Seven real numbers were taken off, all in the bins that pass whole.
+        let taken = 0.5 * (ORDERS + 2) as f32 / PASSED;
+        let free = (count - taken).max(1.0);
+        let own = inside / free;
+        let others = beside.len() as f32;
+        let told = others >= 8.0;
+        let quiet = if told { median(&beside) / core::f32::consts::LN_2 } else { own };
+        // The logarithm of a ratio of two means is nearly normal; points of the taper count for fewer.
+        let spread = (2.0 / (1.6 * free) + 2.0 / others.max(1.0)).root();
+        let loud = told && own > quiet * libm::expf(POWER_LIMIT * spread);
+        let correlation = product / inside.max(f32::MIN_POSITIVE) - CORRELATION;
+        let alike = correlation.norm_sqr().root() * count.root() > CORRELATION_LIMIT;
+        let noise = if told { (inside + quiet * others) / (free + others) } else { own };
+        // What is louder than the noise beside it is the noise of this burst.
+        let noise = if loud { own.max(noise) } else { noise };
+        Self { noise: noise / PASSED, mixed: loud || alike }
+    }
+}

@@ -1,0 +1,162 @@
+//! Bursts: the signal of one particle that crosses a beam, or of any source that is on for less than a record.
+//!
+//! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins anywhere
+//! holds a part of it, and a fit of a steady tone errs by 2 to 26 times what the burst tells. So a burst is a measurement of its own,
+//! as in the processors of such instruments: a detector on the stream cuts a record around it
+//! ([`BurstDetector`]), and [`Pipeline::burst`](crate::Pipeline::burst) measures its
+//! frequency with its envelope as the weight.
+//!
+//! ```
+//! use picket::{BurstProcessor, Codes, Config, Real};
+//!
+//! let plan = Config::new(1e6, Codes::signed::<12>()).plan()?;
+//! let mut processor = BurstProcessor::<Real, 1024>::new(plan);
+//! # let mut state = 1u32;
+//! # let mut noise = || { state = state.wrapping_mul(1664525).wrapping_add(1013904223); f64::from(state >> 8) / 16777216.0 - 0.5 };
+//! # let stream: Vec<i16> = (0..20_000).map(|n| { let t = f64::from(n) - 9000.0; (500.0 * (-t * t / 2.0 / 1e4).exp() * (0.8 * t).cos() + 60.0 * noise()) as i16 }).collect();
+//! # let mut bursts = Vec::new();
+//! for chunk in stream.chunks(256) {
+//!     processor.push(chunk, |burst| {
+//!         println!("{} at {:.0}: {}", burst.validation.name(), burst.arrival, burst.tone);
+//! #       bursts.push(*burst);
+//!     });
+//! }
+//! # assert_eq!(bursts.len(), 1);
+//! # assert_eq!(bursts[0].validation, picket::Validation::Valid);
+//! # assert!((bursts[0].tone.frequency.cycles() - 0.8 / std::f64::consts::TAU).abs() < 5.0 * f64::from(bursts[0].tone.sigma));
+//! # Ok::<(), picket::ConfigError>(())
+//! ```
+//!
+//! # How good
+//!
+//! With the envelope `A exp(-(t - c)^2 / 2 s^2)` known, the bound of the frequency of a real tone in noise of variance v is
+//!
+//! ```text
+//! var f = v / (2 pi^2 A^2 sum of (t - c)^2 exp(-(t - c)^2 / s^2)) = v / (pi^2.5 A^2 s^3)      cycles per sample, squared
+//! ```
+//!
+//! and twice that for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] beside it: whoever reads
+//! tones reads it as any other, and whoever validates bursts reads [`Validation`].
+
+mod baseband;
+mod envelope;
+pub(crate) mod measure;
+
+use crate::acquire::burst::{BurstDetector, Counters, Trigger};
+use crate::acquire::sample::Record;
+use crate::pipeline::Pipeline;
+use crate::plan::Plan;
+use crate::tone::Tone;
+
+/// What is known against a burst.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Validation {
+    /// One particle.
+    #[default]
+    Valid = 0,
+    /// More than one tone with one Gaussian envelope explains: two particles at once. The tone is unresolved.
+    TwoParticles = 1,
+    /// Fewer than four cycles within the envelope's two standard deviations and a half each side of its middle, or a frequency beside that of the
+    /// pedestal. The tone is near an edge.
+    FewCycles = 2,
+    /// The envelope is shorter than a thirtieth of a record: use shorter records, or a higher sample rate.
+    Short = 3,
+    /// The envelope is longer than two fifths of a record: use longer records, or measure it as a steady tone.
+    Long = 4,
+    /// No line stands out: noise, or a particle outside of the fringes.
+    Weak = 5,
+    /// More than 1 % of the record's samples touch a rail.
+    Clipped = 6,
+}
+
+impl Validation {
+    /// All, from the best on.
+    pub const ALL: [Self; 7] = [
+        Self::Valid,
+        Self::TwoParticles,
+        Self::FewCycles,
+        Self::Short,
+        Self::Long,
+        Self::Weak,
+        Self::Clipped,
+    ];
+
+    /// A short name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Valid => "valid",
+            Self::TwoParticles => "two-particles",
+            Self::FewCycles => "few-cycles",
+            Self::Short => "short",
+            Self::Long => "long",
+            Self::Weak => "weak",
+            Self::Clipped => "clipped",
+        }
+    }
+}
+
+/// One burst.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Burst {
+    /// The tone within it. Its amplitude and its signal-to-noise ratio are those at the envelope's top.
+    pub tone: Tone,
+    /// The middle of the envelope, samples since the stream's first.
+    pub arrival: f64,
+    /// The standard deviation of the Gaussian envelope of the amplitude, samples. Between the points at which the power is down by
+    /// `exp(-2)` lie `2 sqrt(2)` of it: the transit time.
+    pub deviation: f32,
+    /// Whether it is one particle's.
+    pub validation: Validation,
+}
+
+/// Samples in, bursts out: a detector, and a pipeline that measures what it cuts.
+#[derive(Clone, Debug)]
+pub struct BurstProcessor<R: Record, const N: usize> {
+    detector: BurstDetector<R, N>,
+    pipeline: Pipeline<R, N>,
+    /// The arrival of the last burst.
+    last: f64,
+}
+
+impl<R: Record, const N: usize> BurstProcessor<R, N> {
+    /// A processor with the plan's codes, band and rate.
+    pub fn new(plan: Plan<R, N>) -> Self {
+        Self::with_trigger(plan, Trigger::default())
+    }
+
+    /// A processor whose bursts begin and end as `trigger` says.
+    pub fn with_trigger(plan: Plan<R, N>, trigger: Trigger) -> Self {
+        Self {
+            detector: BurstDetector::new(plan.codes, trigger),
+            pipeline: Pipeline::new(plan),
+            last: -1.0,
+        }
+    }
+
+    /// Takes samples, as codes: a [`Format`](crate::Format) makes codes of a driver's words. Calls `each` with every burst that is complete.
+    pub fn push(&mut self, samples: &[R::Sample], mut each: impl FnMut(&Burst)) {
+        let Self { detector, pipeline, last } = self;
+        detector.push(samples, |cut| {
+            let burst = pipeline.burst(cut);
+            // The flank of a burst whose record holds all of it may trigger once more.
+            if burst.arrival - *last > 0.5 * f64::from(burst.deviation) || *last < 0.0 {
+                each(&burst);
+                *last = burst.arrival;
+            }
+        });
+    }
+
+    /// Says that so many samples are missing before the next. A burst in progress is dropped and counted as lost.
+    pub fn lost(&mut self, samples: u64) {
+        self.detector.lost(samples);
+    }
+
+    /// What was counted so far.
+    pub const fn counters(&self) -> &Counters {
+        self.detector.counters()
+    }
+}

@@ -1,0 +1,135 @@
+//! The causes that are seen in the bins themselves: slow terms, leakage, and lines farther off.
+
+use super::belief::{Belief, size, sizes};
+use super::causes::{Best, Ground, Place};
+use super::constants::{NEAR, PEAKS, WIDTH};
+use super::factor::{Factor, Rows, product};
+use super::joint::{COLUMNS, Joint, Solution};
+use super::line::Bins;
+use super::shape::{NOTHING, Shape, dot};
+use super::window::Window;
+use super::{leak, slow};
+use crate::math::scalar::Scalar as _;
+
+/// Further columns, less what the fit takes of them.
+struct Beside<const K: usize> {
+    gram: Rows<K>,
+    along: [f32; K],
+    pull: [f32; K],
+}
+
+impl<const K: usize> Beside<K> {
+    fn new(solution: &Solution, column: impl Fn(usize) -> Shape) -> Self {
+        let mut beside = Self { gram: [[0.0; K]; K], along: [0.0; K], pull: [0.0; K] };
+        let mut taken = [[0.0; COLUMNS]; K];
+        for a in 0..K {
+            let shape = column(a);
+            let (mine, pull) = solution.taken(&shape);
+            if let (Some(along), Some(own)) = (beside.along.get_mut(a), beside.pull.get_mut(a)) {
+                (*along, *own) = (dot(&shape, &solution.left), -pull);
+            }
+            if let Some(taken) = taken.get_mut(a) {
+                *taken = mine;
+            }
+            let row = beside.gram.get_mut(a).into_iter().flatten();
+            for (b, (cell, theirs)) in row.zip(&taken).take(a + 1).enumerate() {
+                *cell = dot(&shape, &column(b)) - product(&mine, theirs);
+            }
+        }
+        beside
+    }
+
+    /// The belief at one size, and the columns' most probable values.
+    fn sized(&self, ground: &Ground, t: f32) -> (Belief, [f32; K]) {
+        let (mut gram, over) = (self.gram, 1.0 / t);
+        for (i, row) in gram.iter_mut().enumerate() {
+            if let Some(own) = row.get_mut(i) {
+                *own = own.max(0.0) + over;
+            }
+        }
+        let factor = Factor::of(&gram, K);
+        let (seen, pull) = (factor.forward(&self.along), factor.forward(&self.pull));
+        let cost = 0.5 * (factor.log_determinant() + K as f32 * t.log_e());
+        let (offset, variance) = (product(&pull, &seen), product(&pull, &pull));
+        let belief = ground.belief(product(&seen, &seen), cost, offset, variance);
+        (belief, factor.backward(&seen))
+    }
+
+    fn weigh(&self, ground: &Ground, most: f32) -> (Belief, Best, [f32; K]) {
+        let (count, log) = sizes(most);
+        let (mut all, mut best, mut value) = (Belief::NEVER, Best::NONE, [0.0; K]);
+        for number in 0..count {
+            let t = size(number);
+            let (belief, values) = self.sized(ground, t);
+            let belief = belief.times(-log);
+            if belief.log > best.log {
+                (best, value) = (Best { log: belief.log, variance: t }, values);
+            }
+            all = all.or(belief);
+        }
+        (all, best, value)
+    }
+}
+
+/// How probable slow terms are, of any size up to ten times the tone.
+#[inline(never)]
+pub fn slow(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
+    let columns = slow::columns(window);
+    let column = |term: usize| columns.get(term).copied().unwrap_or(NOTHING);
+    let beside = Beside::<{ slow::TERMS }>::new(solution, column);
+    beside.weigh(ground, 100.0 * ground.strength).0
+}
+
+/// How probable leakage is, of lines as strong as the tone or weaker.
+#[inline(never)]
+pub fn leak(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
+    let beside = Beside::<{ leak::TERMS }>::new(solution, |term| leak::column(window, term));
+    beside.weigh(ground, ground.strength).0
+}
+
+/// Lines beyond those that are close, a quarter of a bin on each side of the strongest peaks of what is left.
+#[inline(never)]
+pub fn lines(
+    ground: &Ground,
+    window: &Window,
+    joint: &Joint,
+    solution: &Solution,
+    prior: impl Fn(f32) -> f32,
+) -> [[Place; 2]; PEAKS] {
+    let mut powers = [0.0; WIDTH];
+    for ((power, left), i) in powers.iter_mut().zip(&solution.left).zip(Window::places()) {
+        *power = if i.abs() >= 2 { left.norm_sqr() } else { 0.0 };
+    }
+    let mut peaks = [(0.0, 0); PEAKS];
+    for (place, i) in Window::places().enumerate() {
+        let at = |place: usize| powers.get(place).copied().unwrap_or(0.0);
+        let power = at(place);
+        if power > 0.0 && power >= at(place.wrapping_sub(1)) && power >= at(place + 1) {
+            let mut this = (power, i);
+            for peak in &mut peaks {
+                if this.0 > peak.0 {
+                    core::mem::swap(peak, &mut this);
+                }
+            }
+        }
+    }
+    peaks.map(|(power, i)| {
+        [-0.25, 0.25].map(|aside| {
+            let offset = i as f32 + aside;
+            let distance = offset - joint.tone.offset;
+            let bins = window.peak as f32 + offset;
+            let inside = window.iq || (0.5 < bins && bins < window.n as f32 * 0.5 - 0.5);
+            if power == 0.0 || distance.abs() <= NEAR || !inside {
+                return Place::NONE;
+            }
+            let [real, imaginary, _] =
+                Bins::at(window, offset).columns(num_complex::Complex::new(0.0, 0.0));
+            let beside =
+                Beside::<2>::new(solution, |term| if term == 0 { real } else { imaginary });
+            let (belief, best, value) = beside.weigh(ground, 2.0 * ground.strength);
+            let prior = prior(distance);
+            let best = Best { log: best.log + prior, ..best };
+            Place { distance, belief: belief.times(prior), best, value }
+        })
+    })
+}

@@ -1,0 +1,181 @@
+//! Every constant of the model, with the probability, the prior, the limit of effort or the formula that it is.
+//!
+//! | constant | what it is | used by |
+//! |---|---|---|
+//! | [`NOTHING_MORE`] | the prior probability that nothing beside the tone is there | `round` |
+//! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
+//! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
+//! | [`CHANCE`] | how often noise alone may do what is called impossible | `round` |
+//! | [`GATE`] | the share of noise's blocks that are looked at closely | `look` |
+//! | [`NEAR`] | the distance from which another line is no change of the tone | `round` |
+//! | [`ORDERS`], [`SMOOTH`] | how fast a change may be | `moments`, `joint` |
+//! | [`ROUNDS`], [`LINES`], [`PEAKS`], [`STEPS`] | limits of effort | `round`, `joint` |
+
+/// Bins on each side of the peak.
+pub const REACH: usize = 16;
+/// All bins of a window.
+pub const WIDTH: usize = 2 * REACH + 1;
+
+/// The prior probability that nothing more than the tone is there: even odds. The causes share the rest equally.
+pub const NOTHING_MORE: f32 = 0.5;
+
+/// The prior probability that the noise at the tone is louder than the ring's, by up to so many e-folds of its power, each as
+/// probable as the next.
+pub const LOUDER: f32 = 0.1;
+/// See [`LOUDER`]: up to 8,000 times.
+pub const LOUDER_RANGE: f32 = 9.0;
+
+/// The odds over nothing at which a cause joins the fit. Noise alone reaches them in less than one block of a hundred (Markov's
+/// inequality).
+pub const KEPT_AT: f32 = 100.0;
+
+/// How often noise alone may leave more beside the tone than away from it before that is called another thing than noise. In
+/// standard deviations of a normal distribution: 1e-6.
+pub const CHANCE: f32 = 4.753_424;
+
+/// The share of noise's blocks that are looked at closely, of each of four tests: a sixteenth, in standard deviations of a normal
+/// distribution.
+pub const GATE: f32 = 1.534_121;
+
+/// Bins: a line nearer than this counts as a change of the tone. Half a bin inside the first zero of the fifth moment's
+/// function it is what the moments can see.
+pub const NEAR: f32 = 1.5;
+
+/// The orders of the moments beside order 0.
+pub const ORDERS: usize = 8;
+/// The orders of amplitude and of phase that join the fit if a change is kept.
+pub const SMOOTH: usize = 6;
+
+/// The most causes that join the fit.
+pub const ROUNDS: usize = 3;
+/// How many of them may be lines.
+pub const LINES: usize = 3;
+/// The peaks of the residual that are tried as lines.
+pub const PEAKS: usize = 4;
+/// The most steps of one fit.
+pub const STEPS: usize = 8;
+
+/// The number of causes.
+pub const CAUSES: usize = 6;
+
+/// Within so many bins of an end of a real spectrum the mirror image is as strong as the moments.
+pub const EDGE: i32 = 4;
+/// Slow terms matter to real tones up to this bin.
+pub const SLOW_TO: i32 = 48;
+
+/// A random walk's variances along unit Legendre functions of order 1 and up: `5 / ((2 p - 1) (2 p + 3))`, so that order 1 has 1.
+pub const WALK: [f32; ORDERS] = {
+    let (mut walk, mut p) = ([0.0; ORDERS], 1);
+    while p <= ORDERS {
+        // At compile time an index out of range would not compile.
+        #[allow(clippy::indexing_slicing)]
+        {
+            walk[p - 1] = 5.0 / ((2 * p - 1) * (2 * p + 3)) as f32;
+        }
+        p += 1;
+    }
+    walk
+};
+
+/// `sqrt(2 p + 1)` for order 0 and up: the length of Legendre's functions.
+pub const LENGTHS: [f32; ORDERS + 1] = [
+    1.0,
+    1.732_050_8,
+    2.236_068,
+    2.645_751_2,
+    3.0,
+    3.316_624_9,
+    3.605_551_2,
+    3.872_983_5,
+    4.123_105_6,
+];
+
+/// Close lines are tried at these distances on each side, a quarter of a bin apart.
+pub const DISTANCES: [f32; 6] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5];
+
+/// The moments of a line at each of [`DISTANCES`], of order 1 and up: `sqrt(2 p + 1) j_p(pi d)`.
+pub const CLOSE: [[f32; ORDERS]; 6] = [
+    [
+        4.260_88e-1,
+        8.797_18e-2,
+        1.179_504_6e-2,
+        1.174_479_8e-3,
+        9.311_105_5e-5,
+        6.134_829e-6,
+        3.458_827_4e-7,
+        1.704_434e-8,
+    ],
+    [
+        7.019_737_4e-1,
+        3.072_738_6e-1,
+        8.500_093e-2,
+        1.725_965_2e-2,
+        2.773_268_8e-3,
+        3.690_022e-4,
+        4.191_670_5e-5,
+        4.155_164e-6,
+    ],
+    [
+        7.404_069_3e-1,
+        5.459_841_5e-1,
+        2.399_007_7e-1,
+        7.563_313e-2,
+        1.865_642_7e-2,
+        3.786_202_8e-3,
+        6.533_242_4e-4,
+        9.810_874e-5,
+    ],
+    [
+        5.513_289e-1,
+        6.796_831_5e-1,
+        4.377_743e-1,
+        1.941_489e-1,
+        6.611_828_5e-2,
+        1.833_686_2e-2,
+        4.297_015e-3,
+        8.727_278_3e-4,
+    ],
+    [
+        2.324_594_6e-1,
+        6.318_961_4e-1,
+        5.968_748_3e-1,
+        3.586_288_4e-1,
+        1.604_409_2e-1,
+        5.754_782_3e-2,
+        1.728_338_6e-2,
+        4.472_724e-3,
+    ],
+    [
+        -7.799_708e-2,
+        4.104_046_8e-1,
+        6.343_773_6e-1,
+        5.178_899e-1,
+        2.982_537e-1,
+        1.344_288_1e-1,
+        5.006_813_3e-2,
+        1.593_902_7e-2,
+    ],
+];
+
+/// Leakage of a line 17 to 120 bins off has bins `(-1)^i / (d - i)`: its four principal components over the window, each with its
+/// size over the first. From the middle on: they are even, odd, even and odd.
+pub const LEAKS: [[f32; REACH + 1]; 4] = [
+    [
+        0.131416, -0.131623, 0.132251, -0.133317, 0.134852, -0.136904, 0.139540, -0.142856,
+        0.146986, -0.152124, 0.158551, -0.166700, 0.177268, -0.191465, 0.211651, -0.243280,
+        0.303697,
+    ],
+    [
+        0.0, 0.004624, -0.009316, 0.014146, -0.019194, 0.024551, -0.030331, 0.036676, -0.043776,
+        0.051893, -0.061405, 0.072888, -0.087275, 0.106209, -0.132945, 0.175182, -0.258076,
+    ],
+    [
+        0.032984, -0.032913, 0.032696, -0.032321, 0.031766, -0.030998, 0.029966, -0.028598,
+        0.026786, -0.024369, 0.021095, -0.016559, 0.010060, -0.000290, -0.015503, 0.044252,
+        -0.110203,
+    ],
+    [
+        0.0, 0.001785, -0.003571, 0.005360, -0.007150, 0.008939, -0.010718, 0.012471, -0.014165,
+        0.015747, -0.017117, 0.018092, -0.018316, 0.017046, -0.012552, 0.000001, 0.039296,
+    ],
+];

@@ -1,0 +1,322 @@
+//! The joint fit: the tone with all that was found beside it.
+
+use super::constants::{LINES, NEAR, SMOOTH, STEPS};
+use super::factor::{Factor, product};
+use super::line::{Bins, Line, changes};
+use super::shape::{NOTHING, Shape, dot, take};
+use super::window::Window;
+use super::{leak, slow};
+use crate::math::scalar::Scalar as _;
+use num_complex::Complex;
+
+/// The most columns: the tone's three with a level and a phase that both change, or with leakage and another line. A cause joins the
+/// fit only where there is room.
+pub const COLUMNS: usize = 3 + SMOOTH + (SMOOTH - 1);
+
+/// Another line, with the priors of its strength and of its place.
+#[derive(Clone, Copy, Debug)]
+pub struct Other {
+    /// The line.
+    pub line: Line,
+    /// One over the prior variances: of the strength's parts, and of a step of the offset.
+    pub precision: [f32; 2],
+}
+
+/// The tone and what is kept beside it.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// The tone.
+    pub tone: Line,
+    /// Other lines, the first `count` of them.
+    pub others: [Other; LINES],
+    /// How many there are.
+    pub count: usize,
+    /// One over the prior variance of each order of the amplitude that changes.
+    pub level: [Option<f32>; SMOOTH],
+    /// The same of the phase.
+    pub phase: [Option<f32>; SMOOTH],
+    /// By how much amplitude and phase change, in parts of the tone and in radians.
+    pub changes: [[f32; SMOOTH]; 2],
+    /// The prior variance of a frequency that a wandering phase has within the record and that nothing shows, bins squared.
+    pub hidden: f32,
+    /// Whether slow terms are kept, and leakage.
+    pub slow: bool,
+    /// See [`Joint::slow`].
+    pub leak: bool,
+}
+
+/// A fit's columns, and the posterior of their sizes, all linear. It is the memory that a fit works in.
+#[derive(Debug)]
+pub struct Solution {
+    shapes: [Shape; COLUMNS],
+    /// One over the prior variance of each column.
+    precision: [f32; COLUMNS],
+    count: usize,
+    factor: Factor<COLUMNS>,
+    /// The mean.
+    pub values: [f32; COLUMNS],
+    /// What is left.
+    pub left: Shape,
+    /// Its energy with the priors taken into account.
+    pub energy: f32,
+    /// The real numbers that are free.
+    pub free: f32,
+    /// The tone's frequency in the factor: its square is the variance.
+    frequency: [f32; COLUMNS],
+    hidden: f32,
+}
+
+impl Solution {
+    /// Before any fit.
+    pub const fn new() -> Self {
+        Self {
+            shapes: [NOTHING; COLUMNS],
+            precision: [0.0; COLUMNS],
+            count: 0,
+            factor: Factor::NONE,
+            values: [0.0; COLUMNS],
+            left: NOTHING,
+            energy: 0.0,
+            free: 0.0,
+            frequency: [0.0; COLUMNS],
+            hidden: 0.0,
+        }
+    }
+
+    fn add(&mut self, shape: &Shape, precision: f32) {
+        let place = self.count;
+        if let (Some(cell), Some(prior)) =
+            (self.shapes.get_mut(place), self.precision.get_mut(place))
+        {
+            (*cell, *prior) = (*shape, precision);
+            self.count += 1;
+        }
+    }
+
+    fn shapes(&self) -> &[Shape] {
+        self.shapes.get(..self.count).unwrap_or_default()
+    }
+
+    fn along(&self, shape: &Shape) -> [f32; COLUMNS] {
+        let mut along = [0.0; COLUMNS];
+        for (along, column) in along.iter_mut().zip(self.shapes()) {
+            *along = dot(column, shape);
+        }
+        along
+    }
+
+    /// The variance of the offset in noise as loud as the ring's.
+    pub fn variance(&self) -> f32 {
+        product(&self.frequency, &self.frequency) + self.hidden
+    }
+
+    /// What of a further column the fit cannot take: as a vector whose products are to be taken off those of the columns, and what
+    /// one unit of the column does to the offset.
+    pub fn taken(&self, column: &Shape) -> ([f32; COLUMNS], f32) {
+        let taken = self.factor.forward(&self.along(column));
+        let pull = product(&self.frequency, &taken);
+        (taken, pull)
+    }
+
+    /// The logarithm of how much less probable the fit is for being able to take what it does: beyond the energy that it leaves.
+    pub fn cost(&self) -> f32 {
+        let priors = self.precision.iter().take(self.count).filter(|prior| **prior > 0.0);
+        0.5 * (self.factor.log_determinant() - priors.map(|prior| prior.log_e()).sum::<f32>())
+    }
+
+    /// The numbers of the fit that have no prior.
+    pub fn fitted(&self, window: &Window) -> f32 {
+        window.numbers() - self.free
+    }
+}
+
+impl Joint {
+    /// The tone alone, at so many bins from the peak.
+    pub fn at(offset: f32) -> Self {
+        let none = Other { line: Line::NONE, precision: [0.0; 2] };
+        Self {
+            tone: Line { offset, ..Line::NONE },
+            others: [none; LINES],
+            count: 0,
+            level: [None; SMOOTH],
+            phase: [None; SMOOTH],
+            changes: [[0.0; SMOOTH]; 2],
+            hidden: 0.0,
+            slow: false,
+            leak: false,
+        }
+    }
+
+    /// The other lines.
+    pub fn lines(&self) -> &[Other] {
+        self.others.get(..self.count).unwrap_or_default()
+    }
+
+    /// The tone's phase.
+    fn unit(&self) -> Complex<f32> {
+        let size = self.tone.value.norm_sqr();
+        if size > 0.0 { self.tone.value * (1.0 / size.root()) } else { Complex::new(1.0, 0.0) }
+    }
+
+    /// The changes that are kept.
+    fn kept(&self) -> impl Iterator<Item = &f32> {
+        self.level.iter().chain(&self.phase).flatten()
+    }
+
+    /// How many columns it has.
+    fn width(&self) -> usize {
+        let slow = if self.slow { slow::TERMS } else { 0 };
+        let leak = if self.leak { leak::TERMS } else { 0 };
+        3 + self.kept().count() + 3 * self.count + slow + leak
+    }
+
+    /// Whether it has no more columns than there is room for.
+    pub fn has_room(&self) -> bool {
+        self.width() <= COLUMNS
+    }
+
+    #[inline(never)]
+    fn columns(&self, window: &Window, columns: &mut Solution) {
+        columns.count = 0;
+        let bins = Bins::at(window, self.tone.offset);
+        let [strength, mut turn, mut slope] = bins.columns_along(self.unit(), self.tone.value);
+        for column in [&strength, &turn, &slope] {
+            columns.add(column, 0.0);
+        }
+        if self.kept().next().is_some() {
+            let mut places = [[None; SMOOTH]; 2];
+            let priors = self.level.iter().chain(&self.phase);
+            for (place, prior) in places.as_flattened_mut().iter_mut().zip(priors) {
+                if let Some(prior) = prior {
+                    *place = Some(columns.count);
+                    columns.add(&NOTHING, *prior);
+                }
+            }
+            let tone = &self.tone;
+            let whole = [&mut turn, &mut slope];
+            changes(window, tone, &self.changes, &mut columns.shapes, &places, whole);
+            let [_, second, third, ..] = &mut columns.shapes;
+            (*second, *third) = (turn, slope);
+        }
+        for Other { line, precision: [strength, place] } in self.lines() {
+            let precisions = [*strength, *strength, *place];
+            let shapes = Bins::at(window, line.offset).columns(line.value);
+            shapes.iter().zip(precisions).for_each(|(shape, prior)| columns.add(shape, prior));
+        }
+        if self.slow {
+            slow::columns(window).iter().for_each(|shape| columns.add(shape, 0.0));
+        }
+        if self.leak {
+            (0..leak::TERMS).for_each(|term| columns.add(&leak::column(window, term), 0.0));
+        }
+    }
+
+    /// Fits all strengths and changes, and a step of each frequency, to the window's bins times `scale`.
+    #[inline(never)]
+    pub fn solve(&self, window: &Window, scale: f32, solution: &mut Solution) {
+        self.columns(window, solution);
+        let Solution { shapes, precision, count, factor, .. } = &mut *solution;
+        let shapes = shapes.get(..*count).unwrap_or_default();
+        let rows = factor.rows().iter_mut();
+        for (i, ((row, shape), prior)) in rows.zip(shapes).zip(precision).enumerate() {
+            for (j, (cell, other)) in row.iter_mut().zip(shapes).take(i + 1).enumerate() {
+                *cell = dot(shape, other) + if i == j { *prior } else { 0.0 };
+            }
+        }
+        solution.factor.set(solution.count);
+        for (left, bin) in solution.left.iter_mut().zip(&window.bins) {
+            *left = bin * scale;
+        }
+        solution.values = [0.0; COLUMNS];
+        // Once more on what is left: single precision needs it where columns are much alike.
+        for _ in 0..if solution.count > 3 { 2 } else { 1 } {
+            let mut along = solution.along(&solution.left);
+            let own = along.iter_mut().zip(&solution.values).zip(solution.precision);
+            own.for_each(|((along, value), prior)| *along -= prior * value);
+            let step = solution.factor.backward(&solution.factor.forward(&along));
+            let Solution { values, shapes, left, count, .. } = solution;
+            for ((value, step), shape) in values.iter_mut().zip(step).zip(shapes).take(*count) {
+                *value += step;
+                take(left, shape, step);
+            }
+        }
+        let priors = solution.precision.iter().take(solution.count);
+        let own = solution.values.iter().zip(priors.clone());
+        solution.energy = dot(&solution.left, &solution.left)
+            + own.map(|(value, prior)| prior * value * value).sum::<f32>();
+        let unbound = priors.filter(|prior| **prior == 0.0).count();
+        solution.free = (window.numbers() - unbound as f32).max(1.0);
+        let mut third = [0.0; COLUMNS];
+        let [_, _, place, ..] = &mut third;
+        *place = 1.0;
+        solution.frequency = solution.factor.forward(&third);
+        solution.hidden = self.hidden;
+    }
+
+    /// Gauss and Newton's steps on the frequencies, until they are a hundredth of what noise moves. The solution is that of the last.
+    #[inline(never)]
+    pub fn fit(&mut self, window: &Window, scale: f32, steps: usize, solution: &mut Solution) {
+        let mut current = false;
+        for _ in 0..=steps.min(STEPS) {
+            let known = self.tone.value.norm_sqr() > 0.0;
+            self.solve(window, scale, solution);
+            current = self.step(solution, known);
+            if current {
+                break;
+            }
+        }
+        // Of two that are close the stronger one is the tone.
+        for other in self.others.iter_mut().take(self.count) {
+            let near = (other.line.offset - self.tone.offset).abs() < NEAR;
+            if near && other.line.value.norm_sqr() > self.tone.value.norm_sqr() {
+                core::mem::swap(&mut other.line, &mut self.tone);
+                current = false;
+            }
+        }
+        if !current {
+            self.solve(window, scale, solution);
+        }
+    }
+
+    /// Goes where a solution says; whether that is nowhere. Without a strength a line has no slope yet.
+    fn step(&mut self, solution: &Solution, known: bool) -> bool {
+        /// The limit of a step in bins, and of one of another line as a share of the distance.
+        const STEP: f32 = 0.3;
+        const SHARE: f32 = 0.5;
+        /// Bins from the peak.
+        const FARTHEST: f32 = 1.2;
+        /// The square of a step, over the variance, that ends the fit.
+        const SETTLED: f32 = 1e-4;
+        let [re, im, slope, rest @ ..] = solution.values;
+        let (before, mut rest) = (self.tone.offset, rest.iter());
+        let priors = self.level.iter().chain(&self.phase);
+        let mut changes = self.changes;
+        for (change, prior) in changes.as_flattened_mut().iter_mut().zip(priors) {
+            if prior.is_some() {
+                *change = rest.next().copied().unwrap_or(0.0);
+            }
+        }
+        let lines = rest.as_slice().as_chunks().0;
+        let mut moved = slope * slope / solution.variance().max(1e-30);
+        for (other, values) in self.others.iter().take(self.count).zip(lines) {
+            let &[_, _, slope]: &[f32; 3] = values;
+            moved = moved.max(slope * slope * other.line.value.norm_sqr());
+        }
+        if known && moved < SETTLED {
+            return true;
+        }
+        self.changes = changes;
+        self.tone.value = self.unit() * Complex::new(re, im);
+        let go = |offset: f32, step: f32, most: f32| {
+            if known { offset + step.clamp(-most, most) } else { offset }
+        };
+        self.tone.offset = go(before, slope, STEP).clamp(-FARTHEST, FARTHEST);
+        for (other, values) in self.others.iter_mut().take(self.count).zip(lines) {
+            let &[re, im, slope] = values;
+            other.line.value = Complex::new(re, im);
+            let most = ((other.line.offset - self.tone.offset).abs() * SHARE).min(STEP);
+            other.line.offset = go(other.line.offset, slope, most);
+        }
+        false
+    }
+}

@@ -1,0 +1,209 @@
+//! One model of a tone and of what else may be in its bins.
+//!
+//! ```text
+//! bins = tone(f, a) + kept causes + noise
+//! ```
+//!
+//! A fit gives the tone, a ring of bins beside it the noise. If what the fit leaves is nothing unusual, that is all. Otherwise a few
+//! [causes](Cause) are tried on it, each a set of directions with normal priors of unknown size, and each has an evidence against
+//! `nothing more`. A cause with high odds joins the fit, and what is left then is tried again, at most three times. Causes that lose keep
+//! their weight: frequency and sigma are mean and deviation of the mixture. What joined the fit is the verdict.
+
+pub mod belief;
+mod beside;
+mod bessel;
+pub mod block;
+mod causes;
+mod chance;
+pub mod constants;
+mod factor;
+mod joint;
+mod leak;
+mod leftover;
+mod line;
+mod moments;
+mod pair;
+mod round;
+mod shape;
+mod slow;
+mod window;
+
+pub use round::{Cause, HYPOTHESES, Kept};
+pub use window::Window;
+
+use crate::math::scalar::Scalar as _;
+use belief::Belief;
+use constants::{CAUSES, GATE, ROUNDS};
+use joint::{Joint, Solution};
+use leftover::Leftover;
+use moments::Moments;
+use num_complex::Complex;
+use round::{Round, belief_in, density, is_near};
+
+/// The noise of a bin, as bins beside the window tell it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// The power of a bin, in squared codes.
+    pub power: f32,
+    /// The independent real numbers whose mean square is as accurate.
+    pub freedom: f32,
+}
+
+/// How much is tried at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Effort {
+    /// The causes are weighed once, and none joins the fit: a wide sigma, and unresolved where one would.
+    Look,
+    /// One joins the fit.
+    One,
+    /// Three do.
+    #[default]
+    Full,
+}
+
+impl Effort {
+    const fn rounds(self) -> usize {
+        match self {
+            Self::Look => 0,
+            Self::One => 1,
+            Self::Full => ROUNDS,
+        }
+    }
+}
+
+/// What the bins say of a tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// The tone's distance from the peak, bins.
+    pub offset: f32,
+    /// Its variance, bins squared.
+    pub variance: f32,
+    /// The tone's line in the middle of the record: its amplitude and phase there times N/2 (I/Q: N), in codes.
+    pub line: Complex<f32>,
+    /// The noise's power over the ring's.
+    pub scale: f32,
+    /// The real numbers whose mean square is as accurate as the noise.
+    pub freedom: f32,
+    /// How often each cause joined the fit.
+    pub kept: Kept,
+    /// The weights of `nothing more`, of each cause, and of lines elsewhere than the best one, in the last round.
+    pub weights: [f32; HYPOTHESES],
+    /// The tone changes, or another line is so near that it looks like a change.
+    pub moves: bool,
+    /// Something is left that the effort was not enough for, or that is neither noise nor any of the causes.
+    pub unresolved: bool,
+    /// How many causes joined the fit.
+    pub rounds: usize,
+    /// Whether more than the first look was needed.
+    pub closer: bool,
+}
+
+/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted.
+pub fn measure(window: &Window, noise: &Noise, offset: f32, effort: Effort, gate: bool) -> Answer {
+    let scale = (2.0 / noise.power).root();
+    let mut joint = Joint::at(offset);
+    let mut solution = Solution::new();
+    joint.fit(window, scale, 3, &mut solution);
+    let mut answer = Answer {
+        offset: joint.tone.offset,
+        variance: 0.0,
+        line: joint.tone.value * (1.0 / scale),
+        scale: 1.0,
+        freedom: noise.freedom,
+        kept: [0; CAUSES],
+        weights: [0.0; HYPOTHESES],
+        moves: false,
+        unresolved: false,
+        rounds: 0,
+        closer: false,
+    };
+    if gate && first_look(window, &joint, &solution, noise, &mut answer) {
+        return answer;
+    }
+    answer.closer = true;
+    let mut rivals = Belief::NEVER;
+    for number in 0..=effort.rounds() {
+        let round = Round::of(window, &joint, &solution, noise.freedom, &answer.kept);
+        let Belief { offset, variance, .. } = round.all().or(rivals);
+        (answer.offset, answer.variance) = (offset, variance);
+        answer.weights = round.weights();
+        answer.moves = is_near(&joint, &answer.kept);
+        answer.unresolved = round.stays.is_some() || round.lumpy;
+        (answer.scale, answer.freedom) = (round.scale, noise.freedom + round.free);
+        answer.line = joint.tone.value * (1.0 / scale);
+        let Some((cause, odds)) = round.stays else { break };
+        if number == effort.rounds() {
+            break;
+        }
+        rivals = rivals.times(-odds).or(round.rivals(cause));
+        let before = joint.clone();
+        let place = round.keep(cause, &mut joint);
+        if !joint.has_room() {
+            break;
+        }
+        joint.fit(window, scale, constants::STEPS, &mut solution);
+        let mut cause = cause;
+        if place && !answer.moves {
+            let other = second(window, scale, &round, &before, &mut joint, &mut solution);
+            rivals = rivals.or(other.0);
+            if other.1 {
+                cause = Cause::Line;
+            }
+        }
+        if let Some(count) = answer.kept.get_mut(cause as usize) {
+            *count += 1;
+        }
+        answer.rounds += 1;
+    }
+    answer
+}
+
+/// Tries two strong lines in place of a tone with the change that is kept. The more probable fit stays; the belief in the other one,
+/// with the weight of the one that stays as unit, and whether two lines are more probable.
+#[inline(never)]
+fn second(
+    window: &Window,
+    scale: f32,
+    round: &Round,
+    before: &Joint,
+    joint: &mut Joint,
+    solution: &mut Solution,
+) -> (Belief, bool) {
+    let belief = |joint: &Joint, solution: &Solution| {
+        let belief = belief_in(joint, solution, &round.leftover);
+        belief.times(joint.lines().last().map_or(0.0, density))
+    };
+    let change = belief(joint, solution);
+    let Some(pair) = pair::fitted(window, scale, before, &round.moments, solution) else {
+        return (Belief::NEVER, false);
+    };
+    let two = belief(&pair, solution);
+    if two.log > change.log {
+        *joint = pair;
+        return (change.times(-two.log), true);
+    }
+    joint.solve(window, scale, solution);
+    (two.times(-change.log), false)
+}
+
+/// Whether what the fit leaves is nothing unusual; the answer is complete then.
+fn first_look(
+    window: &Window,
+    joint: &Joint,
+    solution: &Solution,
+    noise: &Noise,
+    answer: &mut Answer,
+) -> bool {
+    let leftover = Leftover::new(solution.energy, solution.free, noise.freedom);
+    let (_, power) = leftover.less(0.0);
+    let [_, _, step, ..] = solution.values;
+    answer.offset = joint.tone.offset + step;
+    answer.variance = power * solution.variance();
+    answer.scale = power;
+    answer.freedom = noise.freedom + solution.free;
+    let Moments { amplitude, phase } = Moments::of(window, &joint.tone, &solution.left);
+    let changes = amplitude.iter().take(3).chain(phase.iter().skip(1).take(2));
+    let changes: f32 = changes.map(|value| value * value).sum();
+    let limit = |free| free * chance::ratio(GATE, free, noise.freedom);
+    changes < limit(5.0) && solution.energy < limit(solution.free)
+}

@@ -1,0 +1,67 @@
+//! The bins around a peak, with the phase's origin in the middle of the record: amplitude, phase and frequency of a tone are
+//! uncorrelated there.
+
+use super::constants::{REACH, WIDTH};
+use super::shape::{NOTHING, Shape};
+use crate::math::series::circle;
+use num_complex::Complex;
+
+/// The bins within [`REACH`] of a peak.
+#[derive(Clone, Debug)]
+pub struct Window {
+    /// Samples of the record.
+    pub n: usize,
+    /// Whether the record is one of I/Q pairs.
+    pub iq: bool,
+    /// The peak's bin; negative at negative frequencies.
+    pub peak: i32,
+    /// The bins, turned to the record's middle, in codes; those not to be used are 0.
+    pub bins: Shape,
+    /// 1 for each bin that is used, 0 for one at or beyond an end of a real spectrum, and for the offset's of I/Q.
+    pub used: [f32; WIDTH],
+    /// Cosine and sine of `pi (2 peak + i) / N` of a real record's bins, for the mirror image.
+    pub(super) across: Shape,
+}
+
+impl Window {
+    /// Of any bins: `bin(i)` is the one i bins from the peak, in codes, with i from -16 to 16. It is asked for no bin that is not used.
+    pub fn new(n: usize, iq: bool, peak: i32, bin: impl Fn(i32) -> Complex<f32>) -> Self {
+        let length = (n as i32).max(2);
+        let half = length / 2;
+        let peak = if iq && peak > half { peak - length } else { peak };
+        let (mut bins, mut used, mut across) = (NOTHING, [0.0; WIDTH], NOTHING);
+        let places = bins.iter_mut().zip(&mut used).zip(&mut across);
+        for (i, ((place, used), across)) in Self::places().zip(places) {
+            let k = peak.wrapping_add(i);
+            let inside = if iq {
+                k.checked_rem_euclid(length).unwrap_or(0) != 0 || peak == 0
+            } else {
+                0 < k && k < half
+            };
+            if inside {
+                *used = 1.0;
+                let turned = bin(i) * circle::<f32>(k, 2 * length).conj();
+                *place = if k & 1 == 0 { turned } else { -turned };
+            }
+            if !iq {
+                *across = circle::<f32>(k.wrapping_add(peak), 2 * length);
+            }
+        }
+        Self { n, iq, peak, bins, used, across }
+    }
+
+    /// The real numbers in it.
+    pub fn numbers(&self) -> f32 {
+        2.0 * self.used.iter().sum::<f32>()
+    }
+
+    /// Bins from the peak of a real record to the nearer end of its spectrum; far for I/Q.
+    pub fn from_end(&self) -> i32 {
+        if self.iq { i32::MAX } else { self.peak.min(self.n as i32 / 2 - self.peak) }
+    }
+
+    /// The places of the bins from the peak.
+    pub fn places() -> impl Iterator<Item = i32> {
+        -(REACH as i32)..=REACH as i32
+    }
+}

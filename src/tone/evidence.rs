@@ -1,0 +1,178 @@
+//! What is known of a tone beside its fit, and the one place that makes a verdict of it.
+
+use super::judge::Line;
+use super::verdict::{Reasons, Verdict};
+use crate::tone::Tone;
+use crate::tone::sigma::CLIPPED;
+
+/// A fit to a real tone nearer to DC or Nyquist than so many bins cannot separate the mirror image from the tone, nor one to an I/Q
+/// tone nearer to DC the offset: the peak is the next bin then.
+pub const EDGE_BINS: f32 = 1.5;
+
+/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is. `bins` is its frequency
+/// in a record of `n` samples; negative ones of I/Q may count from 0 down or from N down.
+#[inline(always)]
+pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
+    let from_dc = bins.abs();
+    let end = if iq { n } else { n / 2 };
+    from_dc.min(end as f32 - from_dc)
+}
+
+/// A sigma of so many cycles per sample is as wide as the spectrum, and tells nothing.
+pub const WHOLE_SPECTRUM: f32 = 1.0;
+
+/// What is known of a tone beside its fit. Whoever measures fills in what it knows and leaves the rest as in
+/// [`Evidence::NONE`]; [`verdict`] alone knows what follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// What is known of the tones that this one was made of.
+    pub said: Reasons,
+    /// There is a peak in the band, and a fit to it.
+    pub found: bool,
+    /// The line exceeds the noise.
+    pub detected: bool,
+    /// What the line is, by what the fit leaves.
+    pub line: Line,
+    /// An I/Q record has too strong a line at minus the frequency.
+    pub image: bool,
+    /// Samples are missing before the record.
+    pub gap: bool,
+    /// The frequency lies more than half a bin outside of the band.
+    pub outside: bool,
+    /// Samples beyond the rails of the stated codes.
+    pub beyond: u32,
+    /// The share of the samples that touch a rail. Its limit is [`CLIPPED`].
+    pub clipped: f32,
+    /// Bins to the nearer of DC and Nyquist, of an I/Q tone to DC; infinite if that is far. Its limit is [`EDGE_BINS`].
+    pub edge_bins: f32,
+    /// Sigma in cycles per sample, without the engine's error. Its limit is [`WHOLE_SPECTRUM`].
+    pub sigma: f32,
+}
+
+impl Evidence {
+    /// Nothing against a tone.
+    pub const NONE: Self = Self::of(Reasons::NONE);
+
+    /// No tone at all.
+    pub const NOTHING: Self = Self { found: false, ..Self::NONE };
+
+    /// What was said of a tone before.
+    pub const fn of(said: Reasons) -> Self {
+        Self {
+            said,
+            found: true,
+            detected: true,
+            line: Line::Steady,
+            image: false,
+            gap: false,
+            outside: false,
+            beyond: 0,
+            clipped: 0.0,
+            edge_bins: f32::INFINITY,
+            sigma: 0.0,
+        }
+    }
+
+    /// The rules, each with the verdict that it leads to if it applies: the only place where evidence becomes a verdict. In
+    /// order: no peak, not detected, a sigma as wide as the spectrum, a change, several tones, an image, an edge, outside of
+    /// the band, clipped, wrong codes, a gap.
+    #[inline]
+    pub fn rules(&self) -> [(bool, Verdict); 11] {
+        // A sigma or a place that is no number is no good one.
+        let known = self.sigma < WHOLE_SPECTRUM;
+        let inside = self.edge_bins >= EDGE_BINS;
+        [
+            (!self.found, Verdict::NoSignal),
+            (!self.detected, Verdict::Weak),
+            (!known, Verdict::Weak),
+            (self.line == Line::Moving, Verdict::Moving),
+            (self.line == Line::Unresolved, Verdict::Unresolved),
+            (self.image, Verdict::Image),
+            (!inside, Verdict::NearEdge),
+            (self.outside, Verdict::NearEdge),
+            (self.clipped > CLIPPED, Verdict::Clipped),
+            (self.beyond > 0, Verdict::WrongCodes),
+            (self.gap, Verdict::Gap),
+        ]
+    }
+
+    /// All that applies.
+    #[inline]
+    pub fn reasons(&self) -> Reasons {
+        self.rules().into_iter().fold(
+            self.said,
+            |said, (applies, verdict)| {
+                if applies { said.with(verdict) } else { said }
+            },
+        )
+    }
+}
+
+/// The verdict on a tone: the most severe of what applies.
+pub fn verdict(evidence: &Evidence) -> Verdict {
+    evidence.reasons().verdict()
+}
+
+impl Tone {
+    /// What is said of it so far.
+    pub(crate) fn said(&self) -> Reasons {
+        Reasons::of(self.verdict, self.also)
+    }
+
+    /// Has wrong codes if another tone of its record has.
+    pub(crate) fn keep_to_codes_of(&mut self, tone: &Self) {
+        let beyond = u32::from(tone.verdict == Verdict::WrongCodes);
+        self.conclude(&Evidence { beyond, ..Evidence::of(self.said()) });
+    }
+
+    /// Takes its verdict, and what applies besides, from the evidence.
+    #[inline]
+    pub(crate) fn conclude(&mut self, evidence: &Evidence) {
+        let reasons = evidence.reasons();
+        (self.verdict, self.also) = (reasons.verdict(), reasons.also());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Each part of the evidence alone leads to its verdict, at its limit to none.
+    #[test]
+    fn every_part_has_its_verdict() {
+        let none = Evidence::NONE;
+        for (evidence, expected) in [
+            (none, Verdict::Good),
+            (Evidence { line: Line::Moving, ..none }, Verdict::Moving),
+            (Evidence { line: Line::Unresolved, ..none }, Verdict::Unresolved),
+            (Evidence { edge_bins: 1.49, ..none }, Verdict::NearEdge),
+            (Evidence { edge_bins: EDGE_BINS, ..none }, Verdict::Good),
+            (Evidence { edge_bins: f32::NAN, ..none }, Verdict::NearEdge),
+            (Evidence { outside: true, ..none }, Verdict::NearEdge),
+            (Evidence { clipped: CLIPPED, ..none }, Verdict::Good),
+            (Evidence { clipped: 0.0101, ..none }, Verdict::Clipped),
+            (Evidence { image: true, ..none }, Verdict::Image),
+            (Evidence { gap: true, ..none }, Verdict::Gap),
+            (Evidence { detected: false, ..none }, Verdict::Weak),
+            (Evidence { sigma: WHOLE_SPECTRUM, ..none }, Verdict::Weak),
+            (Evidence { sigma: f32::NAN, ..none }, Verdict::Weak),
+            (Evidence::NOTHING, Verdict::NoSignal),
+            (Evidence { beyond: 1, ..none }, Verdict::WrongCodes),
+        ] {
+            assert_eq!(verdict(&evidence), expected, "{evidence:?}");
+        }
+    }
+
+    #[test]
+    fn a_tone_says_all_that_applies_and_the_worst_first() {
+        let mut tone = Tone::ZERO;
+        tone.conclude(&Evidence { line: Line::Moving, clipped: 0.5, ..Evidence::NONE });
+        let reasons: Vec<Verdict> = tone.reasons().collect();
+        assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
+        assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
+        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::of(tone.said()) });
+        let reasons: Vec<Verdict> = tone.reasons().collect();
+        assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
+    }
+}

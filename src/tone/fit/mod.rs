@@ -1,0 +1,481 @@
+//! Least squares over FFT bins: the default methods.
+//!
+//! Without noise the bins around a line are an exact function of the line's offset and complex
+//! amplitude. Gauss-Newton fits that function to `2 K + 1` bins and so uses nearly all the
+//! information of the record: 1.00 to 1.03 times the Cramer-Rao bound for K = 16, 1.05 for K = 8,
+//! at any offset and at any SNR above the threshold. It reads nothing but bins: no second pass
+//! over the samples, no window. Both fits are this project's own.
+//!
+//! - [`iq`]: complex tones.
+//! - [`real`]: real tones, by a model that contains the mirror image; no other method of the
+//!   registry is free of bias on real samples.
+//! - [`fixed`]: both again, with the sums over the bins in integers, for cores without an FPU.
+//!
+//! Beside the offset a [`Fit`] holds amplitude, phase and the information that gives sigma.
+
+pub mod fixed;
+pub mod iq;
+pub(crate) mod leaked;
+mod model;
+pub mod real;
+mod rest;
+mod slow;
+
+pub(crate) use model::Model;
+pub use rest::Rest;
+
+use crate::acquire::sample::{Iq, Real, Record};
+use crate::math::scalar::Scalar;
+use crate::math::series::circle;
+use crate::spectrum::Spectrum;
+use crate::spectrum::bins::{Bins, REACH, Rectangular};
+use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
+use crate::spectrum::fft::twiddle::sin_cos;
+use crate::spectrum::neighbourhood::Neighbourhood;
+use crate::tone::arithmetic::Arithmetic;
+use core::mem::MaybeUninit;
+use num_complex::Complex;
+
+/// A fit's limits in bins: the start, a step, the offset, and how near DC or Nyquist a real tone
+/// may come.
+const START_LIMIT: f64 = 0.75;
+const STEP_LIMIT: f64 = 0.5;
+const OFFSET_LIMIT: f64 = 0.9;
+const EDGE_LIMIT: f64 = 0.3;
+
+/// A further step follows only if the last one moved more than this, in bins. Gauss-Newton then
+/// squares the error to less than the bound.
+const SETTLED: f64 = 0.02;
+
+/// A fit to a line that is no steady tone nears its end by a share of the way at each step. It is there when a step moves no
+/// more than this, in bins: less than the bound of a tone of 60 dB.
+const ENDED: f64 = 1e-5;
+
+/// The least curvature of a line over a steady tone's: that of a tone which is on for a tenth of a record.
+const FLATTEST: f64 = 0.01;
+
+/// Where a fit begins, and how many steps it may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course<T> {
+    /// From the three middle bins. Two steps, three near DC and Nyquist; each further one only if
+    /// the last moved more than 0.02 bin.
+    Usual,
+    /// From a given offset, with this many steps. Without a step: amplitude and information at
+    /// that offset.
+    From(T, u32),
+    /// From a given offset, until a step hardly moves it, with this many steps at most. They end at least squares even if the residual is more than noise,
+    /// as of a tone whose amplitude changes. The usual steps to I/Q tones end a little beside it
+    /// then. I/Q fits leave out bin 0, which holds a constant offset.
+    Further(T, u32),
+}
+
+/// The steps of a [`Course`]. A step of Gauss and Newton takes the line for that of a steady tone. A tone that is on for a share p
+/// of the record has a wider one, of `p^2` of its curvature, and each step goes `p^2` of the way that is left. Two steps tell the
+/// curvature, and so the way, by a secant.
+struct Pace<T> {
+    further: bool,
+    /// The last step as Gauss and Newton have it, and as it was taken.
+    last: Option<[T; 2]>,
+    /// The line's curvature over a steady tone's.
+    curvature: T,
+}
+
+impl<T: Scalar> Pace<T> {
+    fn new(course: &Course<T>) -> Self {
+        Self { further: matches!(course, Course::Further(..)), last: None, curvature: T::one() }
+    }
+
+    /// The step to take for one of Gauss and Newton.
+    fn step(&mut self, own: T) -> T {
+        let Some([before, moved]) = self.last.filter(|_| self.further) else { return own };
+        let curvature = (before - own) / moved;
+        if curvature < T::of(FLATTEST) {
+            return own;
+        }
+        self.curvature = curvature;
+        limit(own / curvature, STEP_LIMIT)
+    }
+
+    fn took(&mut self, own: T, moved: T) {
+        self.last = Some([own, moved]);
+    }
+
+    /// The information about the line's place over a steady tone's. Noise moves the gradient by as much, and a gradient is a
+    /// longer way where the curvature is less.
+    fn sharpness(&self) -> T {
+        let curvature = self.curvature.min(T::one());
+        curvature * curvature
+    }
+}
+
+/// The result of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit<T> {
+    /// The tone's distance from the peak bin, in bins.
+    pub offset: T,
+    /// The tone's amplitude times half the record (real) or the record (I/Q), turned as the line is:
+    /// `amplitude * exp(j phase)` follows by [`Fit::tone`].
+    pub line: Complex<T>,
+    /// The information about the offset: the noise power of a bin divided by twice this is the
+    /// variance of the offset in bins^2.
+    pub information: T,
+    /// The model's value of the peak bin.
+    pub(crate) peak: Complex<T>,
+    /// The distance of the peak bin from the tone as the noise estimate uses it: `p` of [`real`],
+    /// or `1 - exp(j 2 pi offset / N)` for I/Q.
+    pub(crate) lever: Complex<T>,
+    /// The power that the model leaves in the fitted bins, in squared codes.
+    pub residual: T,
+    /// The real numbers of the bins less the parameters. Noise alone leaves half this number times
+    /// the noise power of a bin.
+    pub freedom: u32,
+    /// What the model leaves near the line.
+    pub rest: Rest<T>,
+}
+
+impl<T: Scalar> Fit<T> {
+    /// The tone's complex amplitude in ADC codes, `A exp(j phase)`: the record's samples are
+    /// `A cos(2 pi f n / N + phase)`, or `A exp(j (2 pi f n / N + phase))` for I/Q.
+    pub fn tone<R: Record>(&self, n: usize) -> Complex<T> {
+        self.tone_of(R::IQ, n)
+    }
+
+    /// The same in single precision.
+    pub fn single(&self) -> Fit<f32> {
+        let one = |x: T| x.wide() as f32;
+        let pair = |z: Complex<T>| Complex::new(one(z.re), one(z.im));
+        let Rest { within, along, cosine_squared } = self.rest;
+        Fit {
+            offset: one(self.offset),
+            line: pair(self.line),
+            information: one(self.information),
+            peak: pair(self.peak),
+            lever: pair(self.lever),
+            residual: one(self.residual),
+            freedom: self.freedom,
+            rest: Rest {
+                within: within.map(one),
+                along: along.map(pair),
+                cosine_squared: one(cosine_squared),
+            },
+        }
+    }
+
+    /// The same fit of a record `unit` times as strong.
+    fn scaled(self, unit: T) -> Self {
+        let Rest { within, along, cosine_squared } = self.rest;
+        let power = unit * unit;
+        let rest = Rest {
+            within: within.map(|part| part * power),
+            along: along.map(|part| part * unit),
+            cosine_squared,
+        };
+        Fit {
+            line: self.line * unit,
+            information: self.information * power,
+            peak: self.peak * unit,
+            residual: self.residual * power,
+            rest,
+            ..self
+        }
+    }
+
+    pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
+        let turn = if iq { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
+        self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T>(iq, n)
+    }
+
+    /// The square of the amplitude in ADC codes.
+    pub fn amplitude_squared<R: Record>(&self, n: usize) -> T {
+        let gain = gain::<T>(R::IQ, n);
+        self.line.norm_sqr() * (gain * gain)
+    }
+}
+
+impl Fit<f32> {
+    /// The offset in fixed point; `None` if it is not a number. A fit's offset is below 1.
+    pub(crate) fn offset_in_fixed_point(&self) -> Option<::fixed::types::I2F30> {
+        let bits = || fixed::quantised(self.offset, 30);
+        (self.offset.abs() < 2.0).then(|| ::fixed::types::I2F30::from_bits(bits()))
+    }
+
+    /// The line in ADC codes, and how far on the tone's phase is at the first sample, in turns of 2^32: half
+    /// the offset back, as in [`Fit::tone`].
+    pub(crate) fn line_of(&self, iq: bool, n: usize) -> (Complex<f32>, i32) {
+        let bits = n.trailing_zeros() as i32;
+        let (half, gain) = (f32::two_to(31), f32::two_to(-bits));
+        let (half, gain) = if iq { (half - half * gain, gain) } else { (half, gain + gain) };
+        (self.line * gain, (-self.offset * half) as i32)
+    }
+}
+
+fn gain<T: Scalar>(iq: bool, n: usize) -> T {
+    T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
+}
+
+/// The bins that a fit reads on each side of the peak.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Reach {
+    /// Four: 1.1 times the bound.
+    Four,
+    /// Eight: 1.02 times the bound.
+    Eight,
+    /// Sixteen: 1.01 times the bound.
+    #[default]
+    Sixteen,
+}
+
+impl Reach {
+    /// The number of bins on each side: 4, 8 or 16.
+    pub const fn bins(self) -> usize {
+        4 << self as usize
+    }
+}
+
+/// Fits a tone to `2 reach + 1` bins of either kind of record; `None` if nothing can be fitted: no
+/// signal, or the peak of a real record at DC or Nyquist.
+pub fn fit<T: Scalar, R: Record>(
+    bins: &Bins<T, R, Rectangular>,
+    reach: Reach,
+    course: Course<T>,
+) -> Option<Fit<T>> {
+    fit_bins(bins, reach.bins(), course)
+}
+
+/// Fits a tone to the bins within `reach` of a peak, in either arithmetic; `None` if nothing can be fitted: no signal, or the
+/// peak of a real record at DC or Nyquist.
+///
+/// A program links the fits that it can reach: of its kind of records, of an arithmetic that is a constant, for its lengths.
+#[inline(always)]
+pub fn fit_near<R: Record, const N: usize>(
+    near: &Neighbourhood,
+    arithmetic: Arithmetic,
+    reach: Reach,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let Neighbourhood { peak, exponent, .. } = *near;
+    let bins = near.within(reach.bins());
+    match arithmetic {
+        Arithmetic::Fixed => fixed::fit_points::<R, N>(bins, peak, exponent, course),
+        Arithmetic::Float if R::IQ => {
+            iq::fit(&Bins::<f32, R, _>::of_points(N, peak, bins, exponent), reach.bins(), course)
+        }
+        Arithmetic::Float => fit_points::<N>(bins, peak, exponent, course),
+    }
+}
+
+/// Fits a real tone to an odd number of bins around `peak`, in units of `2^exponent` codes. What depends on N alone is computed
+/// at compile time.
+#[cfg_attr(not(target_arch = "wasm32"), inline(never))] // so that all who fit share one
+fn fit_points<const N: usize>(
+    points: &[Point],
+    peak: i32,
+    exponent: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    real_points(N as i32, peak, points, exponent, course, const { &singles::<N>() })
+}
+
+/// [`fit_points`] with a table. A page takes it once for all lengths, since its size counts; elsewhere it is part of each
+/// length's fit, which is 2,000 instructions less.
+#[cfg_attr(target_arch = "wasm32", inline(never))]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn real_points(
+    n: i32,
+    peak: i32,
+    points: &[Point],
+    exponent: i32,
+    course: Course<f32>,
+    table: &[Distance<f32>; REACH + 1],
+) -> Option<Fit<f32>> {
+    let (centre, beside) = bins(points, table)?;
+    Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
+}
+
+/// The middle one of a fit's bins and those beside it.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn bins<'a>(
+    points: &'a [Point],
+    table: &'a [Distance<f32>; REACH + 1],
+) -> Option<(Complex<f32>, impl Iterator<Item = real::Both<f32>> + 'a)> {
+    let bin = |&[re, im]: &Point| Complex::new(re as f32, im as f32);
+    let (below, rest) = points.split_at_checked(points.len() / 2)?;
+    let (centre, above) = rest.split_first()?;
+    let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = beside.map(move |((&distance, high), low)| ([bin(low), bin(high)], distance));
+    Some((bin(centre), beside))
+}
+
+/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
+/// the slow terms do not matter or cannot be told from the tone. `fit` is the fit without them, in this noise power per sample: none
+/// is tried where bins 1 and 2 hold too little to explain what it leaves.
+///
+/// Cost: three times that of a fit.
+pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    reach: Reach,
+    fit: &Fit<f32>,
+    noise: f32,
+) -> Option<Fit<f32>> {
+    if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
+        return None;
+    }
+    let model = Model::new(fit, peak, N as i32);
+    let unit = f32::two_to(spectrum.exponent());
+    let slow = [1, 2].map(|k| {
+        let Complex { re, im } = spectrum.bin(k);
+        (Complex::new(re as f32, im as f32) * unit - model.bin::<R>(k)).norm_sqr()
+    });
+    if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
+        return None;
+    }
+    let mut place = MaybeUninit::<[Point; 2 * REACH + 1]>::uninit();
+    let points = spectrum.window(peak.wrapping_sub(REACH as i32), &mut place);
+    let table = const { &singles::<N>() };
+    beside_slow(N as i32, peak, points, spectrum.exponent(), reach.bins(), table)
+}
+
+/// The same from the bins within [`REACH`] of the peak, in units of `2^exponent` codes. It is compiled
+/// once for all lengths.
+#[inline(never)]
+fn beside_slow(
+    n: i32,
+    peak: i32,
+    points: &[Point],
+    exponent: i32,
+    reach: usize,
+    table: &[Distance<f32>; REACH + 1],
+) -> Option<Fit<f32>> {
+    let middle = points.len() / 2;
+    let points = points.get(middle.checked_sub(reach)?..=middle + reach)?;
+    let (centre, beside) = bins(points, table)?;
+    Some(real::fit_beside_slow(n, peak, centre, beside)?.scaled(f32::two_to(exponent)))
+}
+
+/// The constants of a bin i bins from the peak for the fit of a real tone, with `e = 2 pi / N`.
+#[derive(Clone, Copy)]
+pub(crate) struct Distance<T> {
+    /// `sin(e i)`
+    sine: T,
+    /// `1 - cos(e i)`
+    versine: T,
+}
+
+/// Of the peak itself.
+const NO_DISTANCE: Distance<f32> = Distance { sine: 0.0, versine: 0.0 };
+
+impl<T: Scalar> Distance<T> {
+    fn new(i: i32, n: i32) -> Self {
+        let half = circle::<T>(i, n.saturating_mul(2));
+        let two = T::of(2.0);
+        Distance { sine: two * half.im * half.re, versine: two * half.im * half.im }
+    }
+}
+
+/// The constants of every distance up to the reach.
+const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
+    let mut table = [NO_DISTANCE; REACH + 1];
+    let mut i = 1;
+    while i <= REACH {
+        // By half the angle, so that 1 - cos does not cancel.
+        let (sin, cos) = sin_cos(i, 2 * N);
+        // This runs at compile time: an index out of range would not compile.
+        #[allow(clippy::indexing_slicing)]
+        {
+            table[i] =
+                Distance { sine: (2.0 * sin * cos) as f32, versine: (2.0 * sin * sin) as f32 };
+        }
+        i += 1;
+    }
+    table
+}
+
+/// [`fit`] to an odd number of bins around `peak` of a record of N samples, at most `2 REACH + 1`. What
+/// depends on N alone is computed at compile time.
+#[inline(never)]
+pub(crate) fn fit_around<R: Record, const N: usize>(
+    bins: &[Complex<f32>],
+    peak: i32,
+    course: Course<f32>,
+) -> Option<Fit<f32>> {
+    let reach = bins.len() / 2;
+    if R::IQ {
+        return iq::fit(&Bins::<f32, R, _>::of_middle(N, peak, bins), reach, course);
+    }
+    let (below, rest) = bins.split_at_checked(reach)?;
+    let (&centre, above) = rest.split_first()?;
+    let table = const { &singles::<N>() };
+    let beside = table.get(1..)?.iter().zip(above).zip(below.iter().rev());
+    let beside = beside.map(|((&distance, &high), &low)| ([low, high], distance));
+    real::fit(N as i32, peak, centre, beside, course)
+}
+
+/// Takes a tone's model from an odd number of bins around `peak` of a record of N samples.
+pub(crate) fn take_around<R: Record, const N: usize>(
+    model: &Model<f32>,
+    peak: i32,
+    bins: &mut [Complex<f32>],
+) {
+    if R::IQ {
+        model.take_from(peak.wrapping_sub((bins.len() / 2) as i32), bins);
+    } else {
+        model.take_around(peak, const { &singles::<N>() }, bins);
+    }
+}
+
+/// [`fit`] with any reach up to 16.
+pub(crate) fn fit_bins<T: Scalar, R: Record>(
+    bins: &Bins<T, R, Rectangular>,
+    reach: usize,
+    course: Course<T>,
+) -> Option<Fit<T>> {
+    if R::IQ {
+        return iq::fit(bins, reach, course);
+    }
+    let n = bins.n() as i32;
+    let beside = distances(reach).map(|i| ([bins.at(-i), bins.at(i)], Distance::new(i, n)));
+    real::fit(n, bins.peak(), bins.at(0), beside, course)
+}
+
+/// `least-squares`: the offset of a complex tone, in bins, within -0.9..=0.9; 0 if there is no
+/// signal.
+///
+/// 1.00 to 1.03 times the Cramer-Rao bound (K = 16). Cost for K = 16, counted at 20 dB: about
+/// 1000 multiplications and 180 divisions beyond the FFT.
+pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>) -> T {
+    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+}
+
+/// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 if there is no
+/// signal. Valid for 1.5 < f < N/2 - 1.5 bins. A DC offset has no effect.
+///
+/// 1.03 (K = 16) to 1.05 (K = 8) times the Cramer-Rao bound. Cost for K = 16, counted at 20 dB:
+/// about 1250 multiplications and 120 divisions beyond the FFT.
+pub fn least_squares_real<T: Scalar, const K: usize>(bins: &Bins<T, Real, Rectangular>) -> T {
+    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+}
+
+/// The distances 1..=reach from the peak, at most [`REACH`].
+fn distances(reach: usize) -> core::ops::RangeInclusive<i32> {
+    1..=reach.min(REACH) as i32
+}
+
+fn limit<T: Scalar>(x: T, bound: f64) -> T {
+    let bound = T::of(bound);
+    // `max` and `min` return the number if the other is NaN.
+    if x.is_nan() { T::zero() } else { x.max(-bound).min(bound) }
+}
+
+/// The first two items, the peak's neighbours. Collecting into a full vector panics, and a
+/// compiler that optimises for size does not see that it never is full.
+fn first_two<T>(sides: impl Iterator<Item = T>) -> heapless::Vec<T, 2> {
+    let mut near = heapless::Vec::new();
+    for side in sides.take(2) {
+        let _ = near.push(side);
+    }
+    near
+}

@@ -1,0 +1,190 @@
+//! One fundamental from all its harmonics: of the mains, a motor, blades, a string.
+//!
+//! The error of a harmonic of order k tells k times as much about the fundamental as its own does. The
+//! lines of a record are fitted together ([`super::lines`]). A fundamental is a line's frequency over a
+//! whole number; the right one explains the most lines, and of those that explain the same lines it is
+//! the highest. So a fundamental that is weaker than its harmonics, or missing, is not taken for one of
+//! them as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
+//! frequency of order k and its sigma by the noise alone,
+//!
+//! ```text
+//! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2
+//! ```
+
+use super::evidence::Evidence;
+use super::frequency::Frequency;
+use super::judge::Line;
+use super::lines::every_line;
+use super::measure::Options;
+use super::phasor::Phasor;
+use crate::acquire::sample::{Record, Stamp};
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::peak::Band;
+use crate::tone::{Reasons, Tone};
+use fixed::types::I0F32;
+
+/// The highest order.
+pub const HIGHEST: u32 = 32;
+
+/// A fundamental and what it was found by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Harmonic {
+    /// The fundamental: its frequency and sigma from all lines. The signal-to-noise ratio is that of
+    /// all lines together, the amplitude is that of order 1, 0 if it is not seen.
+    pub tone: Tone,
+    /// The orders that were seen: bit k stands for order k + 1.
+    pub orders: u32,
+}
+
+impl Harmonic {
+    /// The orders that were seen, in order: 1 is the fundamental itself.
+    pub fn seen(&self) -> impl Iterator<Item = u32> + use<> {
+        let orders = self.orders;
+        (1..=HIGHEST).filter(move |order| orders >> (order - 1) & 1 == 1)
+    }
+}
+
+/// Lines that are off by more sigmas are none of its harmonics, and those that are off by less are
+/// always seen as such: sigma of a line does not know what is in it besides.
+const OFF: f32 = 6.0;
+const LEAST_BINS: f32 = 0.02;
+
+/// From so many sigmas on a line contradicts the others.
+const CONTRADICTS: f32 = 5.0;
+
+/// The fundamental within `band`, from its harmonics up to `order`, at most [`HIGHEST`]; `None` if
+/// nothing is seen. `tone` is the one that was measured in this spectrum.
+///
+/// One line alone tells no order. It is taken for the lowest one that the band admits; if the band
+/// admits another, the verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
+pub fn harmonic<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    band: Band,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+    order: u32,
+) -> Option<Harmonic> {
+    let lines = every_line(spectrum, tone, clipped, stamp, options);
+    let order = order.clamp(1, HIGHEST) as i32;
+    let mut best: Option<Series> = None;
+    let mut rivals = 0;
+    for seed in &lines {
+        for h in 1..=order {
+            if !holds::<N>(band, &seed.tone, h) {
+                continue;
+            }
+            let series = Series::of(&lines, &seed.tone, h, order, N);
+            rivals += 1;
+            if best.as_ref().is_none_or(|best| series.explains_more(best)) {
+                best = Some(series);
+            }
+        }
+    }
+    let best = best?;
+    let mut harmonic = best.harmonic(&lines, N)?;
+    let alone = best.count == 1 && rivals > lines.len();
+    if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
+        let said = harmonic.tone.said();
+        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::of(said) });
+    }
+    Some(harmonic)
+}
+
+/// Whether a band holds a line's frequency over h, with half a bin at each end.
+fn holds<const N: usize>(band: Band, line: &Tone, h: i32) -> bool {
+    let bins = line.frequency.bins(N) as f32 / h as f32;
+    let inside = |bins: f32| bins > band.low as f32 - 0.5 && bins < band.high as f32 + 0.5;
+    inside(bins) || inside(bins + N as f32)
+}
+
+/// A fundamental that may be: a line's frequency over a whole number.
+struct Series {
+    seed: Tone,
+    over: i32,
+    highest: i32,
+    /// The sum of the logarithms of its lines' powers over the noise.
+    evidence: f32,
+    count: u32,
+    /// The fundamental, cycles per sample.
+    cycles: f32,
+}
+
+impl Series {
+    fn of(lines: &[Phasor], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
+        let cycles = seed.frequency.cycles_f32() / over as f32;
+        let mut series = Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles };
+        for line in lines {
+            if series.place(&line.tone, n).is_some() {
+                series.evidence += libm::logf(1.0 + line.tone.snr * n as f32);
+                series.count += 1;
+            }
+        }
+        series
+    }
+
+    /// More evidence, or the same with a higher fundamental.
+    fn explains_more(&self, other: &Self) -> bool {
+        let margin = 1e-3 * other.evidence;
+        self.evidence > other.evidence + margin
+            || self.evidence > other.evidence - margin && self.cycles.abs() > other.cycles.abs()
+    }
+
+    /// A line's order and its distance from that multiple of the fundamental, cycles per sample.
+    fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
+        const STEPS: f32 = 4_294_967_296.0;
+        let (ours, theirs) = (self.seed.frequency.0.to_bits(), line.frequency.0.to_bits());
+        let ratio = theirs as f32 / ours as f32 * self.over as f32;
+        let order = libm::rintf(ratio) as i32;
+        if !(1..=self.highest).contains(&order) {
+            return None;
+        }
+        let rest = i64::from(theirs) * i64::from(self.over) - i64::from(ours) * i64::from(order);
+        let rest = rest as f32 / STEPS / self.over as f32;
+        let own = self.seed.sigma * order as f32 / self.over as f32;
+        let within = (OFF * libm::hypotf(line.sigma, own)).max(LEAST_BINS / n as f32);
+        (rest.abs() < within).then_some((order, rest))
+    }
+
+    /// The fundamental from all its lines.
+    fn harmonic(&self, lines: &[Phasor], n: usize) -> Option<Harmonic> {
+        let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n)?)));
+        let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
+        let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
+        (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
+        let mut said = Reasons::NONE;
+        for (Phasor { tone, .. }, (order, rest)) in placed() {
+            // A movement widens every line's sigma, but they all move together: noise alone weighs.
+            let k = order as f32;
+            let share = k * tone.snr;
+            // In bins, so that no square is too small.
+            let sigma = tone.sigma * n as f32;
+            along += share * (rest * n as f32);
+            weight += share * k;
+            variance += (share * sigma) * (share * sigma);
+            harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
+            harmonic.tone.snr += tone.snr;
+            said = said.and(tone.said());
+            if order == 1 {
+                harmonic.tone.amplitude = tone.amplitude;
+            }
+        }
+        let more = along / weight / n as f32;
+        let contradicts = placed().any(|(line, (order, rest))| {
+            (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
+        });
+        let line = if contradicts { Line::Unresolved } else { Line::Steady };
+        harmonic.tone.conclude(&Evidence { line, ..Evidence::of(said) });
+        let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
+        let steps = libm::rint(cycles * 4_294_967_296.0);
+        if !steps.is_finite() {
+            return None;
+        }
+        harmonic.tone.frequency = Frequency(I0F32::from_bits(steps as i64 as i32));
+        harmonic.tone.sigma = libm::sqrtf(variance) / weight / n as f32;
+        Some(harmonic)
+    }
+}

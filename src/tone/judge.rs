@@ -1,0 +1,376 @@
+//! Is a line one steady tone? The tests compare what a fit leaves in its bins with the noise
+//! beside them.
+//!
+//! Another tone, a jump of the phase or a sweep leaves power in the few bins nearest the peak.
+//! Something far away leaks into all of them. So there are tests at several scales. One more test
+//! looks along the five directions in which a tone's amplitude and frequency change over the
+//! record (see [`crate::tone::fit::Rest`]). Noise alone fires one of the tests in a block of a
+//! million.
+//!
+//! If those directions explain the power, the tone moves; otherwise there are several tones. Sigma
+//! grows with the error of the frequency that goes along with the power. It already grows a little
+//! before any test fires, because a disturbance can be suspicious without being improbable.
+
+use super::noise::ring::Beside;
+use super::observer::{Observer, Statistic, Test};
+use crate::math::scalar::Scalar as _;
+use crate::tone::Rise;
+use crate::tone::fit::Fit;
+
+/// What a line is, judged by its residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Line {
+    /// One tone, as far as the bins show.
+    Steady,
+    /// One tone whose frequency or level changes.
+    Moving,
+    /// More than one tone.
+    Unresolved,
+}
+
+/// The result of the tests.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// What the line is.
+    pub line: Line,
+    /// The factor by which the variance exceeds what the noise beside the tone causes.
+    pub widening: f32,
+}
+
+impl Judgement {
+    /// Nothing is suspicious.
+    pub const STEADY: Self = Self { line: Line::Steady, widening: 1.0 };
+}
+
+/// The share of a line that the integer transform itself leaves.
+const TRANSFORM: f32 = 1e-9;
+
+/// The threshold of four tests in normal deviations: each fires by chance in 2.5e-7 of all blocks.
+const FIRES: f32 = 5.026;
+
+/// The residual after the directions is clean if each of two tests on it is more probable than
+/// 5e-4.
+const CLEAN: f32 = 3.291;
+
+/// A noise estimate of fewer free numbers is one of [`Beside::on_an_edge`].
+const FEW: f32 = 20.0;
+
+/// A tone still moves if the directions leave less than this share of what they explain. A tone that
+/// wanders, or swings once or twice within the record, mostly leaves less; two lines 1.5 bins apart
+/// leave more.
+const SHARE: f32 = 0.5;
+
+/// Above this power in the five directions sigma grows: three blocks of noise in a hundred.
+const SUSPICIOUS: f32 = 12.37;
+
+/// Above this power in the bins up to 2 and up to 4 from the peak the tests are made.
+const UNLIKELY: [f32; 2] = [35.0, 50.0];
+
+/// The power that a disturbance has along the direction of the frequency, in units of the power it
+/// leaves in the residual: 3 for a jump of the phase in the middle of a record, 5 for a second
+/// tone half a bin away.
+const HIDDEN: f32 = 5.0;
+
+/// The largest ratio that two lines make of the power along changes of the phase to that along
+/// changes of the amplitude.
+const PAIRED: f32 = 12.0;
+
+/// One block of noise in a hundred has this much power in two directions, one in four hundred this
+/// much.
+const ODD: f32 = 9.0;
+const LIKELY: f32 = 12.0;
+
+/// Free real numbers in the bins up to 2, 4 and 8 from the peak, and directions of change.
+const SCALES: [f32; 3] = [7.0, 15.0, 31.0];
+const DIRECTIONS: f32 = 5.0;
+
+/// The share of the squares of the three functions (see [`crate::tone::fit::Rest`]) in bins
+/// beyond 8 from the peak, divided by the square of a sine or cosine; then the same beyond 4.
+const BEYOND: [f32; 2] = [0.0238, 0.045];
+
+/// The part of the first of them in bins up to 16.
+const OUTSIDE: f32 = 0.485;
+
+/// The largest power along a function divided by the square of the sum along it: one over the sum
+/// of the function's squares.
+const MOST: [f32; 3] = [3.23, 5.68, 8.40];
+
+/// How far a change of the amplitude pulls the frequency, as a share of the power along the changes: squared bins times
+/// the information of one unit of power, which is `pi^2 / 3`. The mirror image of a real tone changes, too, and the fit's
+/// own image does not: that falls with the square of the distance from the nearer end of the spectrum. The rest is
+/// beyond the bins of the fit. Both were measured with levels that fall by half, and that swing once or less.
+const MIRROR: f32 = 0.066;
+const CUT: f32 = 6.6e-5;
+
+/// The share of that power that shows as changes of the phase, beside the mirror image's.
+const LEAK: f32 = 5e-4;
+
+/// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. That of I/Q has none:
+/// it is far.
+pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
+    if iq { i32::MAX } else { peak.min(n as i32 / 2 - peak).max(1) }
+}
+
+/// Judges the fit of a record of `n` samples to a tone so many bins from the nearer end of the spectrum, see
+/// [`from_end`]. `bends` says that its phase may bend without any change of the frequency in the middle, see
+/// [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty operations if nothing is suspicious.
+#[inline(never)]
+pub fn judge(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    bends: bool,
+    observer: impl Observer,
+) -> Judgement {
+    let Beside { noise, .. } = beside;
+    // In units of half the noise power of a bin, so that each free number leaves 1.
+    let unit = 2.0 / (noise.power * n as f32);
+    let rest = &fit.rest;
+    let free = fit.freedom.max(1) as f32;
+    let along: f32 = rest.along.iter().zip(MOST).map(|(along, most)| along.norm_sqr() * most).sum();
+    let [two, four, _] = rest.within;
+    let all = fit.residual;
+    for (statistic, power, limit) in [
+        (Statistic::Changes, along, SUSPICIOUS),
+        (Statistic::Within2, two, UNLIKELY[0]),
+        (Statistic::Within4, four, UNLIKELY[1]),
+        (Statistic::WithinAll, all, 2.0 * free),
+    ] {
+        observer.hear(|| Test { statistic, value: power * unit, limit });
+    }
+    // Less than this is not improbable for any number of bins, and widens nothing in the
+    // directions. Most blocks end here.
+    if along * unit < SUSPICIOUS
+        && two * unit < UNLIKELY[0]
+        && four * unit < UNLIKELY[1]
+        && all * unit < 2.0 * free
+    {
+        return Judgement::STEADY;
+    }
+    judge_closely(fit, n, from_end, beside, bends, observer)
+}
+
+#[inline(never)]
+fn judge_closely(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    bends: bool,
+    observer: impl Observer,
+) -> Judgement {
+    let Beside { noise, loud, .. } = beside;
+    let unit = 2.0 / (noise.power * n as f32);
+    let size = fit.line.norm_sqr();
+    let transform = TRANSFORM * size;
+    let rest = |power: f32| (power - transform).max(0.0) * unit;
+    let [two, four, eight] = fit.rest.within.map(rest);
+    let all = rest(fit.residual);
+    let free = fit.freedom.max(1) as f32;
+    let [free2, free4, free8] = SCALES;
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
+        Changes::of(fit, bends);
+    let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
+    let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
+    let explained = moved + fourth * unit;
+    let outside = if free > 2.0 * free8 { outside * unit } else { 0.0 };
+    let left = free - DIRECTIONS;
+    let tail = |deviations| Tail { deviations, noise: noise.freedom };
+    let from_end = from_end as f32;
+    let mirror = MIRROR / (from_end * from_end);
+    let strange = |deviations: f32| {
+        let beyond = |statistic, power, free| {
+            observer.exceeds(statistic, power, tail(deviations).limit(free))
+        };
+        beyond(Statistic::Unexplained8, eight - explained, free8 - DIRECTIONS)
+            || beyond(Statistic::Unexplained, all - explained - outside, left)
+    };
+    for (statistic, value) in
+        [(Statistic::Level, a1 + a2 + a3), (Statistic::Bend, p2), (Statistic::Twist, p3)]
+    {
+        observer.hear(|| Test { statistic, value, limit: f32::INFINITY });
+    }
+    let fires =
+        |statistic, power, free| observer.exceeds(statistic, power, tail(FIRES).limit(free));
+    if bends {
+        // The bend is the motion's; that of the mirror image pulls the frequency. What is left must be as small as beside a
+        // steady tone's.
+        let others = (moved - p2).max(0.0);
+        let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0) + p2 * mirror;
+        if !(fires(Statistic::Moves, others, DIRECTIONS - 1.0) || strange(FIRES)) {
+            return Judgement { line: Line::Steady, widening: soft };
+        }
+    }
+    let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
+    // On an edge the noise is what the fit leaves five bins off. It may rise towards the tone.
+    let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
+    // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
+    // noise.
+    if !(fires(Statistic::Moves, moved, DIRECTIONS)
+        || fires(Statistic::Near2, two, free2)
+        || fires(Statistic::Near4, four, free4)
+        || fires(Statistic::All, all * (noise.power / loud), free))
+    {
+        return Judgement { line: Line::Steady, widening: soft };
+    }
+    let beyond = (all - explained - outside - left).max(0.0);
+    if strange(CLEAN) && {
+        observer.hear(|| Test { statistic: Statistic::Share, value: beyond / moved, limit: SHARE });
+        beyond > SHARE * moved
+    } {
+        let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
+        return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
+    }
+    // A wrong frequency of two lines comes with changes of the amplitude of order 2 and of the
+    // phase of order 3. A tone of changing level has the one without the other.
+    let odd = (a2 + p3 - ODD).max(0.0);
+    let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
+    let level = a1 + a2 + a3;
+    let odd = odd.min(PAIRED * (p2 + p3 - LIKELY - level * (mirror + LEAK)).max(0.0));
+    Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
+}
+
+/// Of a fit that was chosen because another failed, and is steady. More terms explain a part of
+/// anything: if one of the four tests is less probable than 5e-4, sigma grows as with several
+/// tones.
+#[inline(never)]
+pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judgement) -> Judgement {
+    let Beside { noise, loud, .. } = beside;
+    let unit = 2.0 / (noise.power * n as f32);
+    let transform = TRANSFORM * fit.line.norm_sqr();
+    let rest = |power: f32| (power - transform).max(0.0) * unit;
+    let tail = Tail { deviations: CLEAN, noise: noise.freedom };
+    let clean = |power: f32, free| power > tail.limit(free);
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
+    let [two, four, _] = fit.rest.within.map(rest);
+    let [free2, free4, _] = SCALES;
+    let moved = rest(a1 + a2 + a3 + p2 + p3);
+    if !(clean(moved, DIRECTIONS)
+        || clean(two, free2)
+        || clean(four, free4)
+        || clean(rest(fit.residual) * (noise.power / loud), fit.freedom.max(1) as f32))
+    {
+        return judgement;
+    }
+    let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
+    Judgement { widening: judgement.widening.max(1.0 + HIDDEN * most), ..judgement }
+}
+
+/// The powers that a line leaves along the directions of a tone's change.
+struct Changes {
+    /// Of the amplitude, order 1 to 3.
+    amplitude: [f32; 3],
+    /// Of the phase, order 2 and 3.
+    phase: [f32; 2],
+    /// What they have in bins 9 to 16 from the peak.
+    outside: f32,
+    /// What a phase of order 2 contributes to amplitudes of order 4, see [`Changes::of`].
+    fourth: f32,
+    /// The phase of order 2, in radians, and the power of one radian.
+    bent: f32,
+    second: f32,
+}
+
+impl Rise {
+    /// Of a fit to a record of `n` samples in this noise power per sample.
+    pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
+        let Changes { bent, second, .. } = Changes::of(fit, false);
+        // A rise of r bins is a phase of order 2 of pi/6 r.
+        let cycles = 6.0 / core::f32::consts::PI / n as f32;
+        Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
+    }
+}
+
+impl Changes {
+    /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
+    /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
+    /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
+    fn of(fit: &Fit<f32>, bends: bool) -> Self {
+        let cosine2 = fit.rest.cosine_squared;
+        let sine2 = 1.0 - cosine2;
+        let [narrow, wide] = BEYOND;
+        let beyond = if fit.freedom > 2 * 9 { narrow } else { wide };
+        let size = fit.line.norm_sqr();
+        let [n1, n2, n3] = [
+            1.0 / 3.0 - beyond * cosine2,
+            1.0 / 5.0 - beyond * sine2,
+            1.0 / 7.0 - beyond * cosine2,
+        ];
+        // Components are shares of the line. Those of order 1 and 3 are a quarter turn on.
+        let back = fit.line.conj() / size;
+        let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
+        // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times
+        // the distance, so what the bins beyond lack has one shape, and Sherman and Morrison's formula inverts the
+        // functions' products. Where a bend is no evidence it is thousands of times as strong as what is, and only this tells them
+        // apart; the limits of the tests were measured with the functions taken one by one.
+        let [w1, w2, w3] = if bends {
+            let half = f32::unit(0.5 * fit.offset);
+            let tails = [-half.re, -half.im, half.re];
+            let common = (a3 * 7.0 - a1 * 3.0) * half.re - a2 * (5.0 * half.im);
+            let common = common * (beyond / (1.0 - beyond * (10.0 * cosine2 + 5.0 * sine2)));
+            [
+                (a1 + common * tails[0]) * 3.0,
+                (a2 + common * tails[1]) * 5.0,
+                (a3 + common * tails[2]) * 7.0,
+            ]
+        } else {
+            [a1 / n1, a2 / n2, a3 / n3]
+        };
+        let bent = w2.im * w2.im;
+        let level = bent * (1.0 / 7.0) - w2.re;
+        let [s1, s2, s3] = [n1, n2, n3].map(|n| n * size);
+        let odd = w1.im * w1.im + w3.norm_sqr();
+        Self {
+            amplitude: [w1.im * w1.im * s1, level * level * s2, w3.im * w3.im * s3],
+            phase: [bent * s2, w3.re * w3.re * s3],
+            outside: OUTSIDE * beyond * size * (odd * cosine2 + (bent + level * level) * sine2),
+            fourth: bent * bent * size * (81.0 / 1225.0 / 9.0),
+            bent: -w2.im,
+            second: s2,
+        }
+    }
+}
+
+/// What is improbable against a noise estimate that averages this many real numbers.
+struct Tail {
+    deviations: f32,
+    noise: f32,
+}
+
+impl Tail {
+    /// The power in this many free numbers above which it is improbable. The ratio of two noise
+    /// estimates follows Fisher's distribution; its cube root is nearly normal (Wilson and
+    /// Hilferty 1931).
+    #[inline(never)]
+    fn limit(&self, free: f32) -> f32 {
+        let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * self.noise));
+        let (mean, other, square) = (1.0 - a, 1.0 - b, self.deviations * self.deviations);
+        let below = other * other - square * b;
+        let inside = a * other * other + b * mean * mean - a * b * square;
+        let root = (mean * other + self.deviations * inside.root()) / below;
+        if below > 0.0 { free * root * root * root } else { f32::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantiles of Fisher's distribution for the probabilities 2.5e-7 and 5e-4.
+    #[test]
+    fn tails_are_fishers() {
+        for (deviations, noise, free, exact) in [
+            (FIRES, 52.0, 5.0, 11.145),
+            (FIRES, 52.0, 7.0, 9.168),
+            (FIRES, 52.0, 15.0, 6.329),
+            (FIRES, 52.0, 63.0, 4.138),
+            (FIRES, 30.0, 15.0, 8.924),
+            (CLEAN, 52.0, 31.0, 2.803),
+        ] {
+            let tail = Tail { deviations, noise };
+            let limit = tail.limit(free) / free;
+            assert!((0.99 * exact..1.06 * exact).contains(&limit), "{noise} {free}: {limit}");
+        }
+    }
+}

@@ -1,0 +1,341 @@
+//! All the lines of a record that are tones, each with its phase: up to [`MOST`].
+//!
+//! The first tone is the pipeline's own. Each further one is sought in the second differences of the
+//! bins, which are Hann's window: a tone's leakage falls by 18 dB an octave there, and models of the
+//! tones found need to be subtracted only near them. A candidate exceeds the floor of its own
+//! neighbourhood. Then tones are fitted anew to nine bins, each less the models of the others, until
+//! what one leaves in the bins of another does not change. In the end each is fitted once more: to 17 bins,
+//! or to 33 if it shares these with another.
+//!
+//! A line that is no target of its own is refused:
+//!
+//! - It does not exceed the noise beside it at the plan's false-alarm rate, with all models subtracted.
+//! - It is the skirt of a tone that moves.
+//! - It is a harmonic that the front end makes of a stronger tone: at 2 to 5 times its frequency,
+//!   folded, and [`HARMONIC`] weaker.
+//! - It is the image that an I/Q front end makes: at minus the frequency of a stronger tone, and
+//!   [`IMAGE`] weaker. Stronger images give both tones the verdict `Image`.
+//! - It is a step of the converter: weaker than half a code where no noise blurs the steps.
+//! - It is what the transform leaves: [`TRANSFORM`] weaker than the strongest.
+
+mod fit;
+mod floor;
+mod leak;
+mod refusal;
+mod report;
+mod rest;
+
+use super::evidence::Evidence;
+use super::judge::Judgement;
+use super::measure::Options;
+use super::noise::ring::Beside;
+use super::phasor::Phasor;
+use crate::acquire::sample::{Record, Stamp};
+use crate::list::{first, remove};
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::peak::Band;
+use crate::tone::fit::Course;
+use crate::tone::{Reasons, Tone, Verdict};
+use floor::{Blocks, Candidate};
+use heapless::Vec;
+use leak::{LEAKS, Leak};
+pub use refusal::{HARMONIC, IMAGE, TRANSFORM};
+use report::{noise_power, phase_of, place};
+use rest::{Found, Rest};
+
+/// The most tones a record is searched for.
+pub const MOST: usize = 4;
+
+/// Room for the tones and for lines that a front end makes of them, which are subtracted, too.
+pub(super) const ROOM: usize = 2 * MOST;
+
+/// Bins beside a tone in which no other is sought.
+const BESIDE: i32 = 1;
+
+/// No further tone is sought below this bin, where a drift is.
+const DRIFT: i32 = 4;
+
+/// Bins around a tone whose second differences change when another is found.
+const CLOSE: i32 = 4;
+
+/// The most searches of a record.
+const SEARCHES: usize = 10;
+
+/// Bins in which nothing is sought, around one of them.
+#[derive(Clone, Copy)]
+struct Hidden {
+    bin: i32,
+    width: i32,
+}
+
+/// What is known of a line beside its fit.
+#[derive(Clone, Copy)]
+struct Mark {
+    /// Whether it is a tone of its own, and not made of a stronger one.
+    own: bool,
+    /// Whether it is to be fitted anew.
+    due: bool,
+    /// The noise's power in a bin near it.
+    noise: f32,
+    /// How far it leaks into second differences of bins.
+    reach: i32,
+}
+
+/// The tones of a record while they are sought.
+struct Hunt<'a, R: Record, const N: usize, E: Engine> {
+    rest: Rest<'a, R, N, E>,
+    options: &'a Options,
+    clipped: f32,
+    /// Whether the record is of a ramp, on which a target's motion bends the phase.
+    bends: bool,
+    /// Whether lines that are made of others count, too.
+    every: bool,
+    /// Of each line found.
+    marks: Vec<Mark, ROOM>,
+    hidden: Vec<Hidden, SEARCHES>,
+    leaks: Vec<Leak, { 2 * ROOM }>,
+    blocks: Blocks,
+    /// What each line is, when all are found.
+    judged: Vec<(Beside, Judgement), ROOM>,
+}
+
+/// The tones of a record with their phases, the strongest first: `most` of them, at most [`MOST`].
+/// `tone` is the one that was measured in this spectrum, and among them.
+///
+/// Sigma of each tone is that of the joint fit.
+pub fn lines<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    band: Band,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+    most: usize,
+) -> Vec<Phasor, MOST> {
+    let alone = || first(phase_of(spectrum, tone, options).into_iter());
+    if most <= 1 && tone.verdict == Verdict::Good {
+        return alone();
+    }
+    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
+    if !hunt.start(tone, band) {
+        return Vec::new();
+    }
+    hunt.seek(most.clamp(1, MOST));
+    let only = hunt.rest.found.len() == 1;
+    if only && tone.verdict == Verdict::Good {
+        return alone();
+    }
+    let mut phasors = hunt.phasors(stamp);
+    as_measured::<N>(&mut phasors, tone);
+    for Phasor { tone, .. } in &mut phasors {
+        let outside = tone.is_outside::<N>(band);
+        tone.conclude(&Evidence { outside, ..Evidence::of(tone.said()) });
+    }
+    strongest_first(&mut phasors);
+    phasors
+}
+
+/// Says of the measured tone what is known against it. The only tone is known better by what measured it, and so is one of
+/// several whose line looks worse less the others. Else what the others did to it is gone, and nothing else.
+fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
+    let is_measured = |phasor: &&mut Phasor| {
+        phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
+    };
+    let only = phasors.len() == 1;
+    const OF_LINE: [Verdict; 3] = [Verdict::Moving, Verdict::Unresolved, Verdict::Weak];
+    let others = OF_LINE.into_iter().fold(tone.said(), Reasons::without);
+    for phasor in phasors.iter_mut().filter(is_measured) {
+        let said = phasor.tone.verdict;
+        if only || OF_LINE.contains(&said) && tone.verdict < said {
+            phasor.tone = *tone;
+        }
+        phasor.tone.conclude(&Evidence::of(phasor.tone.said().and(others)));
+    }
+}
+
+/// Orders tones by their amplitude.
+fn strongest_first(phasors: &mut [Phasor]) {
+    // By insertion: there are four.
+    for end in 1..phasors.len() {
+        for place in (1..=end).rev() {
+            if let Some([before, here]) = phasors.get_mut(place - 1..=place)
+                && here.tone.amplitude > before.tone.amplitude
+            {
+                core::mem::swap(before, here);
+            }
+        }
+    }
+}
+
+/// Every line of a record that stands out of the noise, also those that are made of another: up to
+/// [`ROOM`].
+pub(super) fn every_line<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+) -> Vec<Phasor, ROOM> {
+    let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
+    let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
+    if !hunt.start(tone, band) {
+        return Vec::new();
+    }
+    hunt.every = true;
+    hunt.seek(ROOM);
+    let mut phasors = hunt.phasors(stamp);
+    as_measured::<N>(&mut phasors, tone);
+    phasors
+}
+
+impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))] // a large object is made in its place
+    fn new(
+        spectrum: &'a Spectrum<R, N, E>,
+        clipped: u32,
+        stamp: &Stamp,
+        options: &'a Options,
+    ) -> Self {
+        Self {
+            rest: Rest { spectrum, unit: f32::two_to(spectrum.exponent()), found: Vec::new() },
+            options,
+            clipped: clipped as f32 / N as f32,
+            bends: stamp.segment.bends(),
+            every: false,
+            marks: Vec::new(),
+            hidden: Vec::new(),
+            leaks: Vec::new(),
+            blocks: Blocks::new(),
+            judged: Vec::new(),
+        }
+    }
+
+    /// Begins with the tone that was measured; false if there is none.
+    fn start(&mut self, tone: &Tone, band: Band) -> bool {
+        let Some((peak, offset)) = place::<R, N>(tone) else { return false };
+        if tone.verdict == Verdict::NoSignal {
+            return false;
+        }
+        self.blocks.start::<R, N>(band);
+        // A peak at DC is no tone that could be fitted, but there may be others.
+        let noise = noise_power::<R, N>(tone) * N as f32;
+        let mark = Mark { own: true, due: false, noise, reach: LEAKS };
+        if self.add(peak, Course::From(offset, 1), mark) {
+            self.leak();
+        }
+        true
+    }
+
+    /// The tones as they are now.
+    fn phasors<const COUNT: usize>(&mut self, stamp: &Stamp) -> Vec<Phasor, COUNT> {
+        if self.judged.is_empty() {
+            self.judge_all();
+        }
+        first((0..self.rest.found.len()).filter_map(|index| self.phasor(index, stamp)))
+    }
+
+    /// Looks for tones until there are `most`, or no more. What does not stand out of the noise is
+    /// known only when all others are subtracted.
+    fn seek(&mut self, most: usize) {
+        for _ in 0..SEARCHES {
+            let own = self.marks.iter().filter(|mark| mark.own).count();
+            let full = own >= most || self.rest.found.is_full();
+            let Some(candidate) = (if full { None } else { self.search() }) else {
+                if self.refuse() {
+                    continue;
+                }
+                return;
+            };
+            let Candidate { bin, floor } = candidate;
+            if self.is_drift(bin) || self.is_skirt(bin) {
+                continue;
+            }
+            // Half the second differences of white noise have 3/2 of a bin's power.
+            let reach = Leak::reach(self.power(bin), floor);
+            let mark = Mark { own: true, due: false, noise: floor / 1.5, reach };
+            if !self.add(bin, Course::Usual, mark) {
+                self.hide(bin, BESIDE);
+                continue;
+            }
+            self.settle();
+            self.renewed();
+            if self.is_remainder() {
+                self.drop(self.rest.found.len() - 1);
+            } else {
+                self.disown();
+            }
+        }
+        for _ in 0..ROOM {
+            if !self.refuse() {
+                break;
+            }
+        }
+    }
+
+    /// The newest line has changed what is around it, and a little around the others.
+    fn renewed(&mut self) {
+        let newest = self.rest.found.len().wrapping_sub(1);
+        for (index, (found, mark)) in self.rest.found.iter().zip(&self.marks).enumerate() {
+            let reach = if index == newest { mark.reach } else { CLOSE };
+            self.blocks.touch::<R, N>(found.peak, reach);
+        }
+    }
+
+    /// Marks the newest line if it is made of another.
+    fn disown(&mut self) {
+        let target = self.rest.found.last().is_none_or(|newest| self.is_target(newest));
+        if let Some(mark) = self.marks.last_mut() {
+            mark.own = self.every || target;
+        }
+    }
+
+    /// Judges all lines, and takes out the last further one that does not stand out of the noise.
+    /// Returns whether there is one.
+    fn refuse(&mut self) -> bool {
+        self.judged.clear();
+        if self.rest.found.len() < 2 {
+            return false;
+        }
+        self.judge_all();
+        let mut further = self.rest.found.iter().zip(&self.judged).enumerate().skip(1).rev();
+        let wrong = further.find(|(_, (found, (beside, _)))| !self.stands_out(found, beside));
+        let Some((index, _)) = wrong else { return false };
+        self.drop(index);
+        true
+    }
+
+    /// Takes out a line.
+    fn drop(&mut self, index: usize) {
+        let Some(&Found { peak, .. }) = self.rest.found.get(index) else { return };
+        self.tell(index, None);
+        remove(&mut self.rest.found, index);
+        remove(&mut self.marks, index);
+        self.hide(peak, BESIDE);
+        self.blocks.touch::<R, N>(peak, LEAKS);
+        self.settle();
+    }
+
+    fn hide(&mut self, bin: i32, width: i32) {
+        self.blocks.touch::<R, N>(bin, width);
+        // A full list ends the search soon.
+        let _ = self.hidden.push(Hidden { bin, width });
+    }
+
+    fn is_hidden(&self, k: i32) -> bool {
+        self.rest.nearest(k) <= BESIDE
+            || self.hidden.iter().any(|hidden| apart::<R, N>(k, hidden.bin) <= hidden.width)
+            || R::IQ && apart::<R, N>(k, 0) < DRIFT
+    }
+}
+
+/// Bins from one to another, round the circle for I/Q.
+fn apart<R: Record, const N: usize>(a: i32, b: i32) -> i32 {
+    let (apart, n) = (a.wrapping_sub(b), N as i32);
+    if !R::IQ {
+        return apart.abs();
+    }
+    let apart = apart.checked_rem_euclid(n).unwrap_or(0);
+    apart.min(n - apart)
+}

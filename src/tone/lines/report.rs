@@ -1,0 +1,183 @@
+//! From a line to a tone with sigma, phase and verdict.
+
+use super::super::judge::{Judgement, Line, from_end, judge};
+use super::super::measure::{Options, Seen};
+use super::super::noise::ring::{self, Beside};
+use super::super::noise::whole;
+use super::super::phasor::{Phasor, phase};
+use super::fit::Window;
+use super::rest::Found;
+use super::{Hunt, IMAGE, apart};
+use crate::acquire::sample::{Record, Stamp};
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::neighbourhood::{Neighbourhood, Places, has_ring};
+use crate::tone::Tone;
+use crate::tone::arithmetic::Arithmetic;
+use crate::tone::fit::{Course, Model, Reach, fit_around, fit_near};
+use crate::tone::sigma::{sigma_bins, widened};
+use heapless::Vec;
+
+/// The peak bin of a tone and its distance from there, in bins.
+pub(super) fn place<R: Record, const N: usize>(tone: &Tone) -> Option<(i32, f32)> {
+    let bins = tone.frequency.bins(N);
+    let nearest = libm::rint(bins);
+    let turn = if R::IQ { N as i32 } else { i32::MAX };
+    Some(((nearest as i32).checked_rem_euclid(turn)?, (bins - nearest) as f32))
+}
+
+/// The noise power per sample that a tone was measured in.
+pub(super) fn noise_power<R: Record, const N: usize>(tone: &Tone) -> f32 {
+    let power = tone.amplitude * tone.amplitude;
+    // The ratio lacks the noise within the amplitude.
+    let (power, own) = if R::IQ { (power, 1.0) } else { (0.5 * power, 2.0) };
+    power / (tone.snr + own / N as f32)
+}
+
+/// A good tone with its phase, as it was measured.
+pub(super) fn phase_of<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    tone: &Tone,
+    options: &Options,
+) -> Option<Phasor> {
+    let (peak, offset) = place::<R, N>(tone)?;
+    // The frequency hardly turns the phase in the middle.
+    let steps = u32::from(!options.method.is_least_squares());
+    let mut places = Places::new();
+    let (near, course) =
+        (Neighbourhood::read(spectrum, peak, &mut places), Course::From(offset, steps));
+    let fit = fit_near::<R, N>(&near, Arithmetic::Float, options.reach, course)?;
+    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::freedom(N, R::IQ));
+    let [phase, sigma_phase] = phase::<R>(&fit, peak, N, options.reach, noise);
+    Some(Phasor { tone: *tone, phase, sigma_phase })
+}
+
+/// A tone with no other within so many bins has eight bins on each side for itself.
+const ALONE: i32 = 8;
+
+impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
+    /// The noise beside a line, less what the others leave there.
+    pub(super) fn beside(&self, found: &Found) -> Beside {
+        if !has_ring(N, R::IQ) {
+            let freedom = whole::freedom(N, R::IQ) as f32;
+            return ring::of_power(self.rest.noise(), freedom);
+        }
+        let &Found { peak, ref fit, .. } = found;
+        let mut places = Places::new();
+        let near = Neighbourhood::read(self.rest.spectrum, peak, &mut places);
+        let alone = self.rest.found.len() == 1;
+        let others = if alone { Vec::new() } else { self.others_near(peak, ring::OUTERMOST) };
+        if others.is_empty() {
+            return ring::beside::<R, N>(&near, fit, Arithmetic::Float);
+        }
+        ring::beside_others(&near, fit, |k, stretch| {
+            others.iter().for_each(|other| other.take(k - peak, stretch));
+        })
+    }
+
+    /// The bins that a tone is fitted to in the end. Of several tones each has fewer: 1.02 times the bound
+    /// instead of 1.01, for half the cost. One that shares these with another makes up for it by those farther off.
+    fn reach(&self, peak: i32) -> Reach {
+        let within = |found: &&Found| apart::<R, N>(found.peak, peak) <= ALONE;
+        let found = &self.rest.found;
+        match self.options.reach {
+            // It is itself the one that is near.
+            Reach::Sixteen if found.len() > 1 && found.iter().filter(within).count() == 1 => {
+                Reach::Eight
+            }
+            reach => reach,
+        }
+    }
+
+    /// Fits every tone to all its bins and judges it.
+    pub(super) fn judge_all(&mut self) {
+        self.judged.clear();
+        for index in 0..self.rest.found.len() {
+            let Some((found, beside, judgement)) = self.judged(index) else { return };
+            self.take(index, found);
+            // There is room for all that were found.
+            let _ = self.judged.push((beside, judgement));
+        }
+    }
+
+    /// One tone as fitted to all its bins less the others, and what it is.
+    pub(super) fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
+        let &Found { peak, fit: old, .. } = self.rest.found.get(index)?;
+        let mut window = Window::new();
+        let reach = self.reach(peak);
+        let bins = self.bins(peak, reach, Some(index), &mut window);
+        let fitted = |reach: Reach| {
+            let outer = (bins.len() / 2).checked_sub(reach.bins())?;
+            let bins = bins.get(outer..bins.len() - outer)?;
+            let fit = fit_around::<R, N>(bins, peak, Course::From(old.offset, 1))?;
+            Some(Found { peak, fit, model: Model::new(&fit, peak, N as i32) })
+        };
+        let mut found = fitted(reach)?;
+        let beside = self.beside(&found);
+        let from_end = from_end(peak, N, R::IQ);
+        let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends, ());
+        // What another line leaves far off may be in the outer bins.
+        if judgement.line != Line::Steady
+            && self.rest.found.len() > 1
+            && let Some(narrow) = fitted(Reach::Four)
+        {
+            let inner = judge(&narrow.fit, N, from_end, &beside, self.bends, ());
+            if inner.line == Line::Steady {
+                (found, judgement) = (narrow, inner);
+            }
+        }
+        Some((found, beside, judgement))
+    }
+
+    pub(super) fn phasor(&self, index: usize, stamp: &Stamp) -> Option<Phasor> {
+        self.marks.get(index).filter(|mark| mark.own)?;
+        let found = *self.rest.found.get(index)?;
+        let &(beside, Judgement { line, widening }) = self.judged.get(index)?;
+        let near = beside.noise.power * widening;
+        // What is only suspicious widens the frequency's sigma alone.
+        let turned = if line == Line::Steady { beside.noise.power } else { near };
+        // The mean of one over an estimated power is larger than one over its mean.
+        let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
+        let sigma = sigma_bins(&found.fit, N, near) * libm::sqrtf(self.shared(index));
+        let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
+        let seen = Seen {
+            noise: beside.noise.power,
+            line: if crowded { Line::Unresolved } else { line },
+            clipped: self.clipped,
+            image: R::IQ && self.has_image(index),
+            gap: stamp.gap,
+            weak: index == 0 && !self.stands_out(&found, &beside),
+            sigma: widened(sigma, self.clipped),
+            engine: self.rest.spectrum.error(),
+        };
+        let (mut tone, evidence) = seen.tone::<R, N>(found.peak, &found.fit)?;
+        tone.conclude(&evidence);
+        let [phase, sigma_phase] =
+            phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);
+        Some(Phasor { tone, phase, sigma_phase })
+    }
+
+    /// Whether another tone is at minus this one's frequency, and stronger than a front end should make it.
+    fn has_image(&self, index: usize) -> bool {
+        let Some(found) = self.rest.found.get(index) else { return false };
+        let least = IMAGE * found.fit.line.norm_sqr();
+        let mirrored = |other: &Found| {
+            apart::<R, N>(found.peak.wrapping_neg(), other.peak) <= 1
+                && other.fit.line.norm_sqr() > least
+        };
+        let mut others = self.rest.found.iter().enumerate().filter(|(other, _)| *other != index);
+        others.any(|(_, other)| mirrored(other))
+    }
+
+    /// The factor by which the others widen a tone's variance. A tone D bins away shares `3/8 / D^2` of
+    /// the information about the frequency.
+    fn shared(&self, index: usize) -> f32 {
+        let Some(one) = self.rest.found.get(index) else { return 1.0 };
+        let lost = self.rest.found.iter().enumerate().filter(|(other, _)| *other != index);
+        let lost = lost.fold(0.0, |sum, (_, other)| {
+            let apart = apart::<R, N>(one.peak, other.peak).max(2) as f32;
+            sum + 0.375 / (apart * apart)
+        });
+        1.0 / (1.0 - lost.min(0.5))
+    }
+}

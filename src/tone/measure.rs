@@ -1,0 +1,396 @@
+//! From a spectrum and its peak to a tone with sigma and verdict.
+
+use super::arithmetic::Arithmetic;
+use super::clipped::part::Part;
+use super::detection::Threshold;
+use super::detector::stands_out;
+use super::evidence::{Evidence, edge_bins};
+use super::fit::{self, Course, Fit, Reach};
+use super::frequency::Frequency;
+use super::image::mirrored;
+use super::judge::{Judgement, Line, chosen, judge};
+use super::noise::ring::{self, Beside};
+use super::noise::{Noise, ratio};
+use super::observer::{Observer, Statistic, Step, Test};
+use super::sigma::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Iq, Real, Record, Stamp};
+use crate::math::scalar::Scalar;
+use crate::methods::registry::Method;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::neighbourhood::{Neighbourhood, Places};
+use crate::spectrum::peak::Peak;
+use crate::tone::clipped::Unclipped;
+use crate::tone::fit::leaked::{Leakage, Nearest};
+use crate::tone::{Rise, Tone};
+
+/// What the measurement of a tone needs to know beside the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// The method of estimation.
+    pub method: Method,
+    /// How many bins least squares reads.
+    pub reach: Reach,
+    /// The arithmetic of least squares.
+    pub arithmetic: Arithmetic,
+    /// The detection threshold.
+    pub threshold: Threshold,
+}
+
+/// The most further steps of a fit to a line that is no steady tone.
+const FURTHER: u32 = 8;
+
+/// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
+///
+/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset
+/// alone. The amplitude at that offset then follows linearly from nine bins. Sigma is the
+/// Cramer-Rao bound at the estimated signal-to-noise ratio times the method's own efficiency; it
+/// does not include the method's bias on real samples. The noise estimate is the same for all
+/// methods.
+///
+/// If more than 1 % of the samples clip, noise and sigma come from the other samples (see
+/// [`Unclipped`]), whatever the method. That costs one more pass over the samples.
+pub fn measure<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    samples: &[R::Sample; N],
+    peak: &Peak,
+    codes: Codes,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+) -> Tone {
+    let (mut tone, evidence) = weigh(spectrum, samples, peak, codes, clipped, stamp, options, ());
+    tone.conclude(&evidence);
+    tone
+}
+
+/// Measures as [`measure`] does, and leaves the verdict to whom knows more: the tone, which is good so far, and the evidence.
+#[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
+pub(crate) fn weigh<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    samples: &[R::Sample; N],
+    peak: &Peak,
+    codes: Codes,
+    clipped: u32,
+    stamp: &Stamp,
+    options: &Options,
+    observer: impl Observer,
+) -> (Tone, Evidence) {
+    const NOTHING: (Tone, Evidence) = (Tone::ZERO, Evidence::NOTHING);
+    let arithmetic = options.arithmetic.available();
+    let mut places = Places::new();
+    let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
+    let fitted = |reach, course| fit::fit_near::<R, N>(around, arithmetic, reach, course);
+    let method = options.method;
+    let own = method.is_least_squares();
+    let mut fit = if own {
+        fitted(options.reach, Course::Usual)
+    } else {
+        // A checked plan has no method that its records or the program cannot use.
+        let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
+            return NOTHING;
+        };
+        fitted(Reach::Four, Course::From(offset.to_num(), 0))
+    };
+    // In place, because a fit would be copied.
+    let Some(fit) = &mut fit else {
+        return NOTHING;
+    };
+    let mut beside = ring::beside::<R, N>(around, fit, arithmetic);
+    let clipped = clipped as f32 / N as f32;
+    // In software floats a fit to few bins takes a quarter of a block's time.
+    let few = own && clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
+    let nearest = || Nearest::of(around);
+    let mut leakage = Leakage::default();
+    if own {
+        observer.hear(|| beside.edge());
+    }
+    if own && beside.has_edge() {
+        leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
+    }
+    let noise = beside.noise.power;
+    let from_end = around.from_end();
+    let judged = |fit: &Fit<f32>, step| {
+        observer.begin(step);
+        judged(fit, N, from_end, &beside, clipped, stamp.segment.bends(), observer)
+    };
+    let mut judgement = if own { judged(fit, Step::Usual) } else { Judgement::STEADY };
+    observer.judged(&judgement, true);
+    // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
+    // lessens.
+    if judgement.line != Line::Steady
+        && clipped <= CLIPPED
+        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
+    {
+        *fit = more;
+        judgement = judged(fit, Step::Further);
+        observer.judged(&judgement, true);
+        // A steady tone beside a drift is steady.
+        if judgement.line != Line::Steady
+            && let Some(other) = fit::fit_beside_slow(spectrum, peak.bin, options.reach, fit, noise)
+        {
+            let beside_slow = judged(&other, Step::BesideDrift);
+            observer.judged(&beside_slow, beside_slow.line < judgement.line);
+            if beside_slow.line < judgement.line {
+                judgement = match beside_slow.line {
+                    Line::Steady => chosen(&other, N, &beside, beside_slow),
+                    _ => beside_slow,
+                };
+                *fit = other;
+            }
+        }
+    }
+    let Judgement { line, widening } = judgement;
+    let mut near = noise * widening;
+    let mut free = None;
+    if clipped > CLIPPED {
+        free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        // If the line is not a single tone, its residual counts.
+        if line == Line::Steady {
+            near = near_of(&free, fit, N, clipped, near);
+        }
+    }
+    let sigma = if own {
+        sigma_bins(fit, N, near + ring::unseen_rounding(around, &beside))
+    } else {
+        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
+        method.efficiency() * bound_bins::<R>(N, snr)
+    };
+    let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
+    beside.loud = beside.loud.max(leakage.loud);
+    let standing = stands_out(spectrum, around, peak, fit, &beside, options, observer);
+    let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
+    let mut sigma = sigma;
+    if few && line == Line::Unresolved {
+        let refined = leakage.refined(&nearest(), noise, fit, sigma);
+        observer.hear(|| Test {
+            statistic: Statistic::Nearest,
+            value: sigma / refined,
+            limit: 1.0,
+        });
+        sigma = refined;
+    }
+    observer.fitted(peak.bin, fit, noise);
+    let seen = Seen {
+        noise: free.map_or(noise, |free| free.noise),
+        line,
+        clipped,
+        image,
+        gap: stamp.gap,
+        weak: standing.is_none(),
+        sigma: sigma * standing.unwrap_or(1.0),
+        engine: around.engine,
+    };
+    seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
+}
+
+/// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
+/// squares finds no tone.
+///
+/// Cost: as [`measure`], once more.
+pub fn rise<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    options: &Options,
+) -> Option<Rise> {
+    let mut places = Places::new();
+    let near = Neighbourhood::read(spectrum, peak, &mut places);
+    let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, Course::Usual)?;
+    let beside = ring::beside::<R, N>(&near, &fit, Arithmetic::Float);
+    Some(Rise::of(&fit, N, beside.noise.power))
+}
+
+/// What a line is, and the factor by which its variance exceeds what the noise causes.
+///
+/// Of a clipped record, whose harmonics are no movement, only whether the residual is too large.
+fn judged(
+    fit: &Fit<f32>,
+    n: usize,
+    from_end: i32,
+    beside: &Beside,
+    clipped: f32,
+    bends: bool,
+    observer: impl Observer,
+) -> Judgement {
+    if clipped <= CLIPPED {
+        return judge(fit, n, from_end, beside, bends, observer);
+    }
+    // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
+    // Sigma includes them, see [`Unclipped`].
+    let noise = Noise { power: 2.0 * beside.loud, ..beside.noise };
+    let widening = excess_over(fit, n, noise);
+    observer.hear(|| Test {
+        statistic: Statistic::ClippedResidual,
+        value: fit.residual / (noise.power * expected(fit, n)),
+        limit: excess_limit(fit.freedom, noise),
+    });
+    let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
+    Judgement { line, widening }
+}
+
+/// The noise at an edge: that which the fit leaves from five bins off, see [`Beside::on_an_edge`], or that of the quieter
+/// side if the edge is a line's and no noise's.
+#[inline(never)]
+fn leakage_at_edge(
+    beside: &mut Beside,
+    nearest: Option<&Nearest>,
+    fit: &Fit<f32>,
+    n: usize,
+) -> Leakage {
+    /// The free real numbers of the bins five to eight off.
+    const MIDDLE: f32 = 16.0;
+    /// Another line leaks if a fit that leaves out leakage leaves this much less.
+    const LEAKED: f32 = 6.0;
+    let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
+    let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
+        return leakage;
+    };
+    leakage.nine = nearest.and_then(|nearest| nearest.nine(fit.offset));
+    let leaks = leakage.nine.is_some_and(|nine| rest > LEAKED * nine.left);
+    leakage.on_an_edge = !leaks;
+    *beside = if leaks { beside.quieter(MIDDLE) } else { beside.on_an_edge(rest, MIDDLE) };
+    leakage
+}
+
+/// The noise power per sample that a fit leaves from five bins off. In five to eight bins there are so many free real numbers.
+fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
+    /// Those of the bins beyond, in a fit that reaches them.
+    const FAR: f32 = 32.0;
+    const LINE: f32 = 11.0;
+    if fit.freedom < 31 {
+        return None;
+    }
+    let [two, four, eight] = fit.rest.within;
+    // If five bins off is this much louder than three bins off, it is another line and no noise.
+    if eight - four > LINE * (four - two) {
+        return None;
+    }
+    let (middle, all) = ((eight - four) / free, (fit.residual - four) / (free + FAR));
+    // The edge may be among these bins. Then the nearer ones are louder, or the tone is on the
+    // quiet side.
+    let power = if middle > 1.5 * all { middle } else { all };
+    Some(power * (2.0 / n as f32))
+}
+
+// Both are compiled once for all kinds and lengths of records.
+#[inline(never)]
+fn near_of(free: &Option<Unclipped>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
+    free.map_or(noise, |free| free.near(residual(fit, n), clipped))
+}
+
+#[inline(never)]
+fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32 {
+    match free {
+        Some(free) => free.widened(sigma, near),
+        None => sigma::widened(sigma, clipped),
+    }
+}
+
+/// What is known of a tone beside its fit.
+pub(super) struct Seen {
+    /// Noise power per sample.
+    pub noise: f32,
+    /// What the line is.
+    pub line: Line,
+    /// The share of the samples that touch a rail.
+    pub clipped: f32,
+    /// An I/Q record has as strong a line at minus the frequency.
+    pub image: bool,
+    /// Samples are missing.
+    pub gap: bool,
+    /// The peak is below the detection threshold.
+    pub weak: bool,
+    /// Sigma in bins, without the engine's error.
+    pub sigma: f32,
+    /// The engine's error in bins.
+    pub engine: f32,
+}
+
+impl Seen {
+    /// The tone, good so far, and the evidence on it; `None` if the offset is not a number.
+    pub(super) fn tone<R: Record, const N: usize>(
+        &self,
+        peak: i32,
+        fit: &Fit<f32>,
+    ) -> Option<(Tone, Evidence)> {
+        self.tone_of(R::IQ, N, peak, fit)
+    }
+
+    // The page's module has it once; elsewhere quotients by the length are constants.
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<(Tone, Evidence)> {
+        let evidence = Evidence {
+            detected: !self.weak,
+            line: self.line,
+            image: self.image,
+            gap: self.gap,
+            clipped: self.clipped,
+            edge_bins: edge_bins_at(iq, n, peak, fit.offset),
+            sigma: self.sigma / n as f32,
+            ..Evidence::NONE
+        };
+        let power =
+            if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
+        let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
+        let tone = Tone {
+            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
+            sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
+            snr: ratio(n, power, self.noise),
+            amplitude: power.root(),
+            ..Tone::ZERO
+        };
+        Some((tone, evidence))
+    }
+}
+
+/// [`edge_bins`] of a tone at an offset from its peak; infinite if it is far from any edge.
+#[inline(always)]
+fn edge_bins_at(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
+    let half = n as i32 / 2;
+    // An I/Q peak may count negative frequencies from 0 down or from N down.
+    let peak = if iq && peak > half { peak.wrapping_sub(n as i32) } else { peak };
+    if (4..half - 4).contains(&peak.abs()) {
+        return f32::INFINITY;
+    }
+    edge_bins(iq, n, peak as f32 + offset)
+}
+
+/// The noise power per sample that a fit leaves in its own bins.
+pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+    fit.residual / expected(fit, n)
+}
+
+/// The residual that noise of power 1 per sample leaves in a fit's bins: half the fit's freedom
+/// times the power of a bin, `n`.
+pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
+    T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
+}
+
+/// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 shows so much by
+/// chance; otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency
+/// moves.
+///
+/// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
+/// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
+pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
+    const TRANSFORM: f64 = 1e-9;
+    let expected = T::of(noise.power.into()) * expected(fit, n);
+    // No fit has enough freedom to make twice the noise improbable.
+    if fit.residual <= expected + expected {
+        return T::one();
+    }
+    let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
+    let ratio = rest / expected;
+    if ratio > T::of(excess_limit(fit.freedom, noise).into()) { ratio } else { T::one() }
+}
+
+/// The ratio of a residual of so much freedom to the noise power that one record in 10^6 exceeds by chance.
+pub fn excess_limit(freedom: u32, noise: Noise) -> f32 {
+    const DEVIATIONS: f32 = 5.0;
+    let freedom = freedom.max(1) as f32;
+    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();
+    let root = 1.0 + DEVIATIONS * deviation;
+    root * root * root
+}

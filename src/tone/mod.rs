@@ -1,0 +1,116 @@
+//! From the bins around a peak to a tone with everything a reader needs to trust it.
+//!
+//! A fit answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record), positive
+//! towards higher frequency, usually in -0.5..=0.5.
+
+pub mod arithmetic;
+pub mod clipped;
+pub mod detection;
+mod detector;
+pub mod evidence;
+pub mod fit;
+pub mod frequency;
+pub mod harmonic;
+pub mod image;
+pub mod judge;
+pub mod lines;
+pub mod lock;
+pub mod measure;
+pub mod noise;
+pub mod observer;
+pub mod phasor;
+pub mod sigma;
+pub mod verdict;
+pub mod zoomed;
+
+use crate::spectrum::peak::Band;
+use frequency::Frequency;
+
+pub use verdict::{Reasons, Usable, Verdict, Verdicts};
+
+/// One measured tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tone {
+    /// The frequency.
+    pub frequency: Frequency,
+    /// One standard deviation of the frequency, in cycles per sample.
+    pub sigma: f32,
+    /// Signal-to-noise ratio per sample, as a power ratio: A^2 / (2 s^2) for a real tone of amplitude
+    /// A in noise of variance s^2, A^2 / s^2 for a complex tone in complex noise of power s^2.
+    pub snr: f32,
+    /// Amplitude in ADC codes.
+    pub amplitude: f32,
+    /// Whether it may be used: the most severe of what applies.
+    pub verdict: Verdict,
+    /// What applies besides, less severe than the verdict.
+    pub also: Verdicts,
+    /// The sample rate, Hz, for the methods that answer in hertz; 0 if it is not known.
+    pub rate_hz: f64,
+}
+
+/// In hertz, with two digits of sigma: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`. What applies beside the verdict
+/// follows it: `clipped, moving`.
+impl core::fmt::Display for Tone {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let (hertz, sigma) = (self.hertz(), self.sigma_hertz());
+        // Casts saturate.
+        let digits = (1.0 - libm::floor(libm::log10(sigma))).clamp(0.0, 9.0) as usize;
+        write!(f, "{hertz:.digits$} Hz ± {sigma:.digits$} Hz, ")?;
+        write!(f, "SNR {:.1} dB", self.snr_db())?;
+        self.reasons().try_for_each(|verdict| write!(f, ", {verdict}"))
+    }
+}
+
+impl Tone {
+    /// All zeros and `Good`: a placeholder.
+    pub(crate) const ZERO: Self = Self {
+        frequency: Frequency(fixed::types::I0F32::ZERO),
+        sigma: 0.0,
+        snr: 0.0,
+        amplitude: 0.0,
+        verdict: Verdict::Good,
+        also: Verdicts::NONE,
+        rate_hz: 0.0,
+    };
+
+    /// The frequency in hertz.
+    pub fn hertz(&self) -> f64 {
+        self.frequency.hertz(self.rate_hz)
+    }
+
+    /// One standard deviation of the frequency, in hertz.
+    pub fn sigma_hertz(&self) -> f64 {
+        f64::from(self.sigma) * self.rate_hz
+    }
+
+    /// All that applies to the tone, the most severe first: its verdict, and what else does.
+    pub fn reasons(&self) -> impl Iterator<Item = Verdict> + use<> {
+        core::iter::once(self.verdict).chain(self.also.iter())
+    }
+
+    /// Whether its frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
+    pub(crate) fn is_outside<const N: usize>(&self, band: Band) -> bool {
+        !band.holds(self.frequency, N)
+    }
+
+    /// The signal-to-noise ratio in decibels.
+    pub fn snr_db(&self) -> f32 {
+        10.0 * libm::log10f(self.snr)
+    }
+}
+
+/// How far a tone's frequency rises from the beginning of a record to its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Rise {
+    /// The rise, cycles per sample. It is within 1 % up to half a bin, and too small beyond.
+    pub cycles: f32,
+    /// One standard deviation of the rise, cycles per sample.
+    pub sigma: f32,
+}
+
+/// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.
+pub(crate) fn within<T: crate::math::scalar::Scalar>(x: T, limit: T) -> T {
+    if x.is_nan() { T::zero() } else { x.min(limit).max(-limit) }
+}

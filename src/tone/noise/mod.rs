@@ -1,0 +1,40 @@
+//! How strong the noise is.
+//!
+//! - [`ring`]: beside the tone, in records that are long enough for that.
+//! - [`whole`], [`whole_fixed`]: in bins all over the spectrum, for shorter records.
+
+mod own;
+pub mod ring;
+pub mod whole;
+pub mod whole_fixed;
+
+use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar;
+
+/// The least noise of a converter: its own rounding, one twelfth of a squared code for each part.
+pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
+
+/// A noise power and its accuracy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's
+    /// rounding.
+    pub power: f32,
+    /// The number of independent real numbers whose mean square is as accurate. The relative
+    /// variance of the power is two over this.
+    pub freedom: f32,
+}
+
+/// The rounding of a record's samples.
+pub(crate) const fn rounding(iq: bool) -> f32 {
+    ROUNDING as f32 * if iq { 2.0 } else { 1.0 }
+}
+
+/// The signal-to-noise ratio per sample of a squared amplitude over a noise power. The noise
+/// within the fitted amplitude is subtracted. Not negative.
+pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, power: T) -> T {
+    let ratio = amplitude_squared / power;
+    let n = T::of_i32(n.max(1) as i32);
+    let ratio = if R::IQ { ratio - n.recip() } else { ratio * T::of(0.5) - T::of(2.0) * n.recip() };
+    ratio.max(T::zero())
+}

@@ -1,0 +1,431 @@
+//! The noise beside a tone, from the bins of a ring around it. There the noise is as strong as
+//! under the tone itself.
+//!
+//! Noise is seldom white. A filter, a converter's own noise and hum make it as much as a hundred
+//! times stronger in one part of a spectrum than in another. So only the noise near the tone tells
+//! how far the tone may be off. But the tone leaks into the bins near it, and so does anything
+//! that moves along with the tone. Second differences of the bins, which are Hann's window, lessen
+//! leakage by 18 dB an octave. The tone's own leakage is known and subtracted. With c the tone's
+//! line, d its offset and x the distance of a bin from the tone in bins,
+//!
+//! ```text
+//! (X[k-1] + X[k+1]) / 2 - X[k]  =  noise + c sin(pi d) / (pi x (x^2 - 1))          white noise of power P: 3/2 P
+//! ```
+//!
+//! The error of this equation is of the order of `(pi x / N)^4`: a tone's bins are cotangents less
+//! a constant, and the difference of a cotangent from `1/x` is nearly a straight line.
+//!
+//! The estimate takes every second difference from 7 bins off, in stretches of four. Other lines
+//! are no noise, so it leaves out the loudest third of each side's stretches. That lowers white
+//! noise by a known factor. The geometric mean of both sides cancels any slope in decibels.
+//!
+//! With four stretches on each side the standard deviation is 0.85 dB, as good as fifty
+//! independent numbers.
+
+use super::own::{Own, Whole};
+use super::{Noise, rounding, whole, whole_fixed};
+use crate::acquire::sample::Record;
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::Spectrum;
+use crate::spectrum::bins::REACH;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::fft::integer::Point;
+use crate::spectrum::neighbourhood::{
+    GROUP, GROUPS, GUARD, LENT, Neighbourhood, groups, has_ring, room,
+};
+use crate::tone::arithmetic::Arithmetic;
+use crate::tone::fit::Fit;
+use crate::tone::observer::{Statistic, Test};
+use core::mem::MaybeUninit;
+use core::ops::Range;
+
+/// The noise beside a tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// The noise at the tone.
+    pub noise: Noise,
+    /// The power on the louder side, which a peak must exceed.
+    pub loud: f32,
+    /// Two powers that enclose the noise: the quieter side's and the louder side's. If there is
+    /// only one side, they are that of its quieter stretches and that of its loudest one.
+    range: [f32; 2],
+    sides: [Side; 2],
+}
+
+/// Bins from the tone to the middle of the first difference.
+pub(crate) const FIRST: i32 = GUARD;
+
+/// Differences in a stretch, and bins from one stretch to the next.
+pub(crate) const STEP: usize = GROUP;
+pub(crate) const EACH: usize = STEP / 2;
+
+/// The differences of a stretch, in stored units.
+pub(crate) type Stretch = [[f32; 2]; EACH];
+
+/// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
+/// two more: the noise farther away is a different one.
+const WANTED: usize = GROUPS;
+const MOST: usize = WANTED + LENT;
+
+/// For each number of stretches: the mean of all but the loudest third, as a share of white
+/// noise's power, and its relative variance.
+const KEPT: [(f32, f32); WIDE + 1] = [
+    (1.0, 1.0),
+    (1.0, 0.2600),
+    (1.0, 0.1310),
+    (0.7798, 0.1136),
+    (0.8149, 0.0789),
+    (0.8391, 0.0604),
+    (0.7499, 0.0577),
+    (0.7738, 0.0472),
+];
+
+/// Bins from the tone to the last one of the ring, if there is room on one side alone.
+pub(crate) const OUTERMOST: i32 = FIRST - 1 + (STEP * MOST) as i32;
+
+/// The bins of one side.
+type Window = [MaybeUninit<Point>; STEP * MOST + 1];
+
+/// The freedom of a side of three stretches: it tells little by itself.
+const FEW: f32 = 24.0;
+
+/// Stretches on each side of the wide ring, which decides whether a weak peak is a tone.
+const WIDE: usize = 7;
+
+/// The noise beside the tone that `fit` found. Records of fewer than 256 samples (I/Q: 128) have no room for a ring. Their
+/// noise comes from all bins, see [`whole::power`].
+///
+/// Cost: 32 differences.
+#[inline(always)]
+pub fn beside<R: Record, const N: usize>(
+    near: &Neighbourhood,
+    fit: &Fit<f32>,
+    arithmetic: Arithmetic,
+) -> Beside {
+    let (n, iq) = (N, R::IQ);
+    if !const { has_ring(N, R::IQ) } {
+        let power = match arithmetic {
+            Arithmetic::Float => whole::power(near, fit),
+            Arithmetic::Fixed => whole_fixed::power(near, fit),
+        };
+        return of_power(power.max(least(near)), whole::freedom(n, iq) as f32);
+    }
+    let own = Own::new(iq, near.peak, n, fit, near.exponent);
+    let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
+    of_sides(sides, unit(near), least(near))
+}
+
+/// The noise beside one tone of several, in a record that has room for a ring. `less_others(k, stretch)` takes what the others
+/// leave in the differences around `k`, `k + 2` and so on.
+pub(crate) fn beside_others(
+    near: &Neighbourhood,
+    fit: &Fit<f32>,
+    less_others: impl Fn(i32, &mut Stretch),
+) -> Beside {
+    let own = Own::new(near.iq, near.peak, near.n, fit, near.exponent);
+    let sides = sides(near)
+        .map(|(bins, first)| powers(bins, first, |bins, k| own.power(bins, k, &less_others)));
+    of_sides(sides, unit(near), least(near))
+}
+
+/// The bins of the ring below a peak and above it, and the first one's place.
+fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
+    let [left, right] = near.groups.map(|groups| STEP * groups);
+    let (low, high) = (near.peak - FIRST + 1 - left as i32, near.peak + FIRST - 1);
+    [(near.from(low, left + 1), low), (near.from(high, right + 1), high)]
+}
+
+/// The same from a power per sample that an average of `freedom` real numbers gave.
+pub(crate) fn of_power(power: f32, freedom: f32) -> Beside {
+    let noise = Noise { power, freedom };
+    Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
+}
+
+/// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
+/// X[k+1]) / 2 - X[k]|^2` for a record of `n` samples. The noise is at least the smallest normal
+/// float.
+pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
+    let [left, right] = groups(n, iq, peak);
+    let side = |towards: i32, count: usize| {
+        let mut side = Side::default();
+        for index in 0..count {
+            let first = FIRST + (STEP * index) as i32;
+            side.add((0..EACH as i32).map(|i| rest(peak + towards * (first + 2 * i))).sum());
+        }
+        side
+    };
+    of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
+}
+
+/// The noise in a ring nearly twice as wide as the one of `beside`. A peak that is hardly stronger
+/// than the noise must exceed this one, too.
+///
+/// Cost: up to 50 bins read, 24 differences.
+#[inline(never)]
+pub fn loud<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    at: &Neighbourhood,
+    fit: &Fit<f32>,
+    beside: &Beside,
+    arithmetic: Arithmetic,
+) -> Option<Beside> {
+    if !has_ring(N, R::IQ) {
+        return None;
+    }
+    let own = Own::new(R::IQ, at.peak, N, fit, at.exponent);
+    let [left, right] = room(N, R::IQ, at.peak);
+    let [near_left, near_right] = beside.sides;
+    let side = |outward: i32, near: Side, room: usize| {
+        let places = near.count..room.min(WIDE).max(near.count);
+        let all = near.and(own.read(spectrum, outward, places, arithmetic));
+        let (share, variance) = all.kept();
+        if all.count == 0 { (0.0, 0.0) } else { (all.quiet() / share, 2.0 / variance) }
+    };
+    let (left, right) = (side(-1, near_left, left), side(1, near_right, right));
+    let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
+    let power = (louder.0 * unit(at)).max(least(at));
+    let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
+    // A side that is quieter by more than chance is of another noise, and makes the louder one no more accurate.
+    let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
+    let freedom = if apart { louder.1 } else { louder.1 + quieter.1 };
+    (freedom > 0.0).then_some(Beside {
+        noise: Noise { power, freedom },
+        loud: power,
+        range: [power; 2],
+        sides: beside.sides,
+    })
+}
+
+/// The freedom of the noise beside a tone away from the ends of the spectrum.
+pub(crate) const fn freedom(n: usize, iq: bool) -> f32 {
+    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::freedom(n, iq) as f32 }
+}
+
+/// The noise power of a sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves
+/// of four differences; a bin's power is N times a sample's.
+fn unit(near: &Neighbourhood) -> f32 {
+    f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32) / 6.0
+}
+
+/// The least noise power of a sample: the converter's rounding, or the engine's. A tone just on its bin leaves nothing in the
+/// others that a rounding would show in.
+fn least(near: &Neighbourhood) -> f32 {
+    let rounding = rounding(near.iq);
+    if near.rounding == 0.0 {
+        return rounding;
+    }
+    let bin = near.rounding * f32::two_to(2 * near.exponent);
+    rounding.max(bin / near.n as f32)
+}
+
+/// The noise power of a sample that moves a fit besides, where an engine's rounding is no white noise; 0 of engines whose rounding is
+/// negligible.
+///
+/// Where a tone lies on its bin, numbers that are alike are rounded alike. Such errors have one sign on each side of the
+/// line and change little from bin to bin: second differences are blind to them, and the ring shows less than half of
+/// what is rounded away. What it lacks of that half moves the offset as far as errors of `1/i` in bin `i` do that add up,
+/// not those that are independent.
+pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &Beside) -> f32 {
+    /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
+    const ALIKE: f32 = {
+        let (mut sum, mut squares, mut i) = (0.0, 0.0, 1);
+        while i <= REACH {
+            let share = 1.0 / i as f32;
+            (sum, squares, i) = (sum + share, squares + share * share, i + 1);
+        }
+        2.0 * sum * sum / squares
+    };
+    let [left, right] = &beside.sides;
+    let count = left.count + right.count;
+    if near.rounding == 0.0 || count == 0 {
+        return 0.0;
+    }
+    let seen = (left.sum + right.sum) * unit(near);
+    ALIKE * (0.5 * least(near) - seen / count as f32).max(0.0)
+}
+
+/// If one side is this many times as loud as the other, the noise has an edge between them: a
+/// slope is less steep.
+const EDGE: f32 = 8.0;
+
+impl Beside {
+    /// Whether the noise is that of a ring.
+    pub(crate) fn has_sides(&self) -> bool {
+        self.sides.iter().any(|side| side.count > 0)
+    }
+
+    /// Whether the noise has an edge between both sides.
+    #[inline]
+    pub fn has_edge(&self) -> bool {
+        let [quiet, loud] = self.range;
+        loud > EDGE * quiet
+    }
+
+    /// The test for such an edge.
+    pub(crate) fn edge(&self) -> Test {
+        let [quiet, loud] = self.range;
+        Test { statistic: Statistic::NoiseEdge, value: loud / quiet, limit: EDGE }
+    }
+
+    /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The
+    /// fit's residual from five bins off does: this power, an average of `freedom` real numbers,
+    /// held between the powers of both sides.
+    #[inline]
+    pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
+        let [quiet, loud] = self.range;
+        let power = power.max(quiet).min(loud);
+        Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
+    }
+
+    /// The noise of the quieter side, where the louder one's is a line that leaks into the tone's bins.
+    #[inline]
+    pub fn quieter(self, freedom: f32) -> Self {
+        let [power, _] = self.range;
+        Self { noise: Noise { power, freedom }, loud: power, ..self }
+    }
+}
+
+/// The noise from both sides.
+#[inline]
+fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
+        return of_whole_sides(sides, scale, least);
+    }
+    let [left, right] = sides.map(|side| {
+        let (share, variance) = side.kept();
+        (side.quiet() * scale / share, variance)
+    });
+    let [none, nothing] = sides.map(|side| side.count == 0);
+    let (power, variance, loud, range) = if none || nothing {
+        let ((power, variance), side) = if none { (right, 1) } else { (left, 0) };
+        let loudest = sides.get(side).map_or(0.0, |side: &Side| side.loudest * scale);
+        (power, variance, power, [power, loudest])
+    } else {
+        let variance = (left.1 + right.1) * 0.25;
+        // A quarter of the variance makes the mean right. The rest halves the bias of (error /
+        // sigma)^2.
+        let middle = (left.0 * right.0).root() * (1.0 + 0.75 * variance);
+        let loud = left.0.max(right.0);
+        (middle, variance, loud, [left.0.min(right.0), loud])
+    };
+    let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
+    Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
+}
+
+/// The same, of four stretches on each side.
+#[inline]
+fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    const SHARE: f32 = KEPT[WANTED].0;
+    const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
+    let scale = scale * const { 1.0 / (SHARE * (WANTED - WANTED / 3) as f32) };
+    let [left, right] = sides.map(|side| (side.sum - side.loudest) * scale);
+    let (quiet, loud) = if left < right { (left, right) } else { (right, left) };
+    let power = (left * right).root() * const { 1.0 + 0.75 * VARIANCE };
+    let noise = Noise { power: power.max(least), freedom: const { 2.0 / VARIANCE } };
+    Beside { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
+}
+
+/// The powers of the stretches on one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Side {
+    sum: f32,
+    loudest: f32,
+    second: f32,
+    count: usize,
+}
+
+impl Side {
+    #[inline(always)]
+    fn add(&mut self, power: f32) {
+        self.count += 1;
+        self.sum += power;
+        // `max` would test for NaN as well.
+        if power > self.loudest {
+            self.second = self.loudest;
+            self.loudest = power;
+        } else if power > self.second {
+            self.second = power;
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            loudest: self.loudest.max(other.loudest),
+            second: self.second.max(other.second).max(self.loudest.min(other.loudest)),
+            count: self.count + other.count,
+        }
+    }
+
+    /// The mean of the quieter stretches as a share of white noise, and its relative variance.
+    fn kept(&self) -> (f32, f32) {
+        KEPT.get(self.count).copied().unwrap_or((1.0, 1.0))
+    }
+
+    /// The mean without the loudest third, which is at most two stretches.
+    fn quiet(&self) -> f32 {
+        let without = self.count / 3;
+        let loud = match without {
+            0 => 0.0,
+            1 => self.loudest,
+            _ => self.loudest + self.second,
+        };
+        (self.sum - loud) / self.count.saturating_sub(without).max(1) as f32
+    }
+}
+
+impl Own {
+    /// Reads stretches on one side. `outward` is -1 or 1; stretch 0 is the one nearest to the
+    /// tone.
+    fn read<R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        arithmetic: Arithmetic,
+    ) -> Side {
+        let mut window: Window = [MaybeUninit::uninit(); _];
+        let (bins, first) = self.window(spectrum, outward, stretches, &mut window);
+        self.side(bins, first, arithmetic)
+    }
+
+    /// The bins of stretches on one side, and the first one's place.
+    #[inline(always)]
+    fn window<'w, R: Record, const N: usize>(
+        &self,
+        spectrum: &Spectrum<R, N, impl Engine>,
+        outward: i32,
+        stretches: Range<usize>,
+        window: &'w mut Window,
+    ) -> (&'w [Point], i32) {
+        let count = stretches.len().min(MOST);
+        let near = FIRST - 1 + (STEP * stretches.start) as i32;
+        let first =
+            if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
+        let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
+        (spectrum.fill(first, window), first)
+    }
+
+    /// The stretches of the bins from `first` on.
+    #[inline(never)]
+    fn side(&self, bins: &[Point], first: i32, arithmetic: Arithmetic) -> Side {
+        match arithmetic {
+            Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k, |_, _| ())),
+            Arithmetic::Fixed => {
+                let own = Whole::of(self);
+                powers(bins, first, |bins, k| own.power(bins, k))
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn powers(bins: &[Point], first: i32, power: impl Fn(&[Point; STEP + 1], i32) -> f32) -> Side {
+    let (mut side, mut rest, mut centre) = (Side::default(), bins, first + 1);
+    while let Some(bins) = rest.first_chunk() {
+        side.add(power(bins, centre));
+        rest = rest.get(STEP..).unwrap_or(&[]);
+        centre += STEP as i32;
+    }
+    side
+}
