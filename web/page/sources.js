@@ -99,6 +99,7 @@ export class Board {
     this.told = told;
     this.pieces = [];
     this.known = [];
+    this.asked = -Infinity;
   }
 
   /** Asks for the port and opens it; gives what is wrong. */
@@ -116,7 +117,7 @@ export class Board {
     }
     this.listen();
     await this.order("identify");
-    await this.order("settings");
+    await this.askSettings();
     return "";
   }
 
@@ -134,6 +135,13 @@ export class Board {
     }
   }
 
+  /** It may be deaf for a while: it is asked again after a second. */
+  async askSettings() {
+    if (performance.now() - this.asked < 1000) return;
+    this.asked = performance.now();
+    await this.order("settings");
+  }
+
   async order(name, count = 1) {
     if (!this.port?.writable) return;
     const writer = this.port.writable.getWriter();
@@ -148,11 +156,8 @@ export class Board {
       rows.push(...heard.rows);
       this.known = heard.known;
     }
-    // It has started anew, or tells of another rate. It may be deaf for a while.
-    if (this.known.some(([name]) => name === "settings") && !(performance.now() - this.asked < 1000)) {
-      this.asked = performance.now();
-      this.order("settings");
-    }
+    // It has started anew, or tells of another rate.
+    if (this.known.some(([name]) => name === "settings")) this.askSettings();
     return rows;
   }
 

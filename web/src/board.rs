@@ -87,8 +87,11 @@ impl Board {
                     }
                 }
                 Some(Said::Lines(lines)) => {
-                    self.lines_hz = self.rate_of(lines.sequence);
-                    self.lines = lines;
+                    // Without a rate its tones have no frequencies to show.
+                    let rate_hz = self.rate_of(lines.sequence);
+                    if rate_hz > 0.0 {
+                        (self.lines, self.lines_hz) = (lines, rate_hz);
+                    }
                 }
                 Some(Said::Fundamental(said)) => {
                     let rate_hz = self.rate_of(said.sequence);

@@ -16,6 +16,9 @@ use std::path::PathBuf;
 
 const SESSION: &[u8] = include_bytes!("../../../docs/session.bin");
 
+/// The block of the session's last record.
+const LAST: u32 = 29;
+
 /// A block of seeded noise about a tone, by integers and a sine: codes of 16 bits.
 fn recording(samples: usize, iq: bool) -> std::vec::Vec<i16> {
     let mut state = 0x1234_5678_9ABC_DEF1u64;
@@ -70,13 +73,13 @@ pub fn lines() -> Lines {
         sigma_phase: 0.02,
     };
     let two = [tone(0.1, 1000.0, Verdict::Good), tone(-0.2, 100.0, Verdict::Moving)];
-    Lines::of(&Stamp::default(), Vec::from_slice(&two).unwrap())
+    Lines::of(&Stamp { sequence: LAST, ..Stamp::default() }, Vec::from_slice(&two).unwrap())
 }
 
 fn fundamental() -> Fundamental {
     let frequency = Frequency(I0F32::from_num(0.0002));
     let tone = Tone { frequency, sigma: 4e-8, verdict: Verdict::Good, ..Tone::default() };
-    Fundamental::of(&Stamp::default(), Harmonic { tone, orders: 7 })
+    Fundamental::of(&Stamp { sequence: LAST, ..Stamp::default() }, Harmonic { tone, orders: 7 })
 }
 
 /// What a board said, with two records lost and a frame damaged on the way, and one block of samples behind.

@@ -223,7 +223,7 @@ fn bad(said: &Value) {
         "bad-empty.wav" => "holds no samples",
         "bad-rate.i16" => "does not tell its sample rate",
         "bad-short.wav" => "300 samples are fewer than a block of 1024",
-        "bad-name.xyz" => "the name does not tell what it is",
+        "bad-name.xyz" => "neither its name nor its first bytes tell what it is",
         "bad-chunk.wav" => "is not a readable wav file",
         other => panic!("{other}"),
     };
