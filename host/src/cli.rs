@@ -8,6 +8,7 @@ use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -136,7 +137,7 @@ fn fail(failure: impl Into<Failure>) -> ExitCode {
         // What failed is what the signal ended; whoever listens for it ends the program.
         std::thread::sleep(Duration::from_secs(5));
     }
-    let _ = writeln!(std::io::stderr(), "error: {message}");
+    let _ = writeln!(std::io::stderr(), "error: {}", printed(&message));
     ExitCode::from(code)
 }
 
@@ -178,10 +179,13 @@ pub fn hertz(text: &str) -> Result<f64, String> {
     number.map(|number| number * factor).map_err(|_| "give hertz: 48000, 48k or 1M".into())
 }
 
+/// Sizes of what is given in units: sums and quotients of them have a meaning, and light is among the frequencies.
+pub const MAGNITUDES: RangeInclusive<f64> = 1e-18..=1e18;
+
 /// A frequency above 0.
 pub fn positive_hertz(text: &str) -> Result<f64, String> {
     let wrong = || "give a positive number of hertz: 48000, 48k or 1M".into();
-    hertz(text).ok().filter(|hz| *hz > 0.0 && hz.is_finite()).ok_or_else(wrong)
+    hertz(text).ok().filter(|hz| MAGNITUDES.contains(hz)).ok_or_else(wrong)
 }
 
 /// A count from 1 to `MOST`: what is counted takes memory.
@@ -192,7 +196,8 @@ pub fn count<const MOST: usize>(text: &str) -> Result<usize, String> {
 
 /// A number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
-    number(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "give a positive number".into())
+    let number = number(text).ok().filter(|number| MAGNITUDES.contains(number));
+    number.ok_or_else(|| "give a positive number, 1e-18 to 1e18".into())
 }
 
 /// The file of a picture: its name tells its kind.
@@ -204,11 +209,24 @@ pub fn picture(text: &str) -> Result<PathBuf, String> {
 
 /// What a file says of itself, short enough for a message.
 pub fn short(text: &str) -> String {
-    const MOST: usize = 60;
-    match text.char_indices().nth(MOST) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.into(),
+    excerpt(text, 60)
+}
+
+/// The first so many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
+fn excerpt(text: &str, most: usize) -> String {
+    let shown = |character: char| if character.is_control() { '\u{fffd}' } else { character };
+    let mut words: String = text.chars().take(most).map(shown).collect();
+    if text.chars().nth(most).is_some() {
+        words += "...";
     }
+    words
+}
+
+/// An error as it is printed: its lines, none of them longer than anybody reads.
+fn printed(message: &str) -> String {
+    const LINES: usize = 100;
+    let lines: Vec<String> = message.lines().take(LINES).map(|line| excerpt(line, 2000)).collect();
+    lines.join("\n")
 }
 
 /// A word as a shell takes it.

@@ -18,6 +18,7 @@ mod rates;
 mod readme;
 mod report;
 mod scenes;
+mod security;
 mod session;
 mod signals;
 mod sixty;

@@ -1,6 +1,7 @@
 //! Every command of the documents: README, the pages in docs/ and the recipes. What can run here is run as it stands there, from a clean folder,
 //! and prints what is shown; the others are at least commands that exist.
 
+use crate::cli::fresh;
 use clap::Parser;
 use picket_host::cli::Picket;
 use rand::SeedableRng;
@@ -320,6 +321,43 @@ fn shells_and_man_are_served() {
         assert!(String::from_utf8_lossy(&output.stdout).contains(says), "{command}");
         assert!(output.stderr.is_empty(), "{command}");
     }
+}
+
+/// A frame on the line: kind and body with their checksum, stuffed, a zero behind.
+fn frame(kind: u8, body: &[u8]) -> Vec<u8> {
+    let mut plain = [&[kind], body].concat();
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&plain);
+    plain.extend(checksum.to_le_bytes());
+    let runs = plain.split(|&byte| byte == 0);
+    let stuffed = runs.flat_map(|run| [&[run.len() as u8 + 1], run].concat());
+    stuffed.chain([0]).collect()
+}
+
+/// The reader of docs/protocol.md passes over frames of other kinds, lengths and versions. Every one of them has a right checksum.
+#[test]
+fn the_reader_in_python_stumbles_over_no_frame() {
+    let page = fs::read_to_string(Path::new(ROOT).join("docs/protocol.md")).unwrap();
+    let program = page.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    let mut bytes = Vec::new();
+    for kind in 0..=255 {
+        for length in [0, 1, 2, 3, 7, 8, 27, 28, 36, 63, 92, 200] {
+            for version in [1, 2, 255] {
+                // Bytes that are all alike are the largest counts that a body can tell.
+                let mut body = vec![255; length];
+                body.iter_mut().take(1).for_each(|byte| *byte = version);
+                bytes.extend(frame(kind, &body));
+            }
+        }
+    }
+    let recording = fresh("frames.bin");
+    fs::write(&recording, bytes).unwrap();
+    let Ok(output) = Command::new("python3").args(["-c", program]).arg(&recording).output() else {
+        println!("skipped: there is no python3");
+        return;
+    };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // Measurements of 28 bytes or more, and tones: none, 1, 3 and 6 of the long bodies.
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 5 + (1 + 1 + 3 + 6));
 }
 
 /// The reader of docs/protocol.md reads the recording that docs/board.md replays.

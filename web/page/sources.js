@@ -50,10 +50,6 @@ export class Recording {
   stop() {}
 }
 
-const WORKLET = `registerProcessor("chunks", class extends AudioWorkletProcessor {
-  process([[channel]]) { if (channel) this.port.postMessage(channel.slice()); return true; }
-});`;
-
 /** The microphone. */
 export class Microphone {
   constructor(core, told) {
@@ -72,9 +68,7 @@ export class Microphone {
       return { wrong: error.name === "NotFoundError" ? "There is no microphone." : "The microphone was not allowed." };
     }
     this.context = new AudioContext();
-    const script = URL.createObjectURL(new Blob([WORKLET], { type: "text/javascript" }));
-    await this.context.audioWorklet.addModule(script);
-    URL.revokeObjectURL(script);
+    await this.context.audioWorklet.addModule("microphone.js");
     const node = new AudioWorkletNode(this.context, "chunks", { numberOfOutputs: 0 });
     node.port.onmessage = ({ data }) => { if (this.chunks.length < 4000) this.chunks.push(data); };
     this.context.createMediaStreamSource(this.stream).connect(node);

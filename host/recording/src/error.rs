@@ -23,7 +23,7 @@ pub enum RecordingError {
     Truncated(PathBuf, u64, u64),
     /// This many channels, and whether I/Q was asked for.
     Channels(PathBuf, usize, bool),
-    /// The sample rate is not a positive number.
+    /// The sample rate is none of [`crate::RATES_HZ`].
     Rate(f64),
     /// The line and what is wrong with it.
     Line(PathBuf, u64, String),
@@ -111,7 +111,10 @@ impl fmt::Display for RecordingError {
                 )
             }
             Rate(rate) => {
-                write!(f, "the sample rate must be a positive number of hertz, not {rate}")
+                write!(
+                    f,
+                    "the sample rate must be a positive number of hertz, 1e-6 to 1e12, not {rate}"
+                )
             }
             Npy(path, what) => write!(f, "{}: not a readable npy file: {what}", path.display()),
             Either(path) => write!(

@@ -54,11 +54,16 @@ use num_complex::Complex;
 use scaling::Unit;
 use source::{Held, Source};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Samples that are read at once.
 const CHUNK: usize = 4096;
+
+/// Sample rates, from one sample in eleven days to a terahertz.
+pub const RATES_HZ: RangeInclusive<f64> = 1e-6..=1e12;
+
 /// Samples of a pipe that decide its scale.
 const BEGINNING: usize = 8192;
 
@@ -156,10 +161,13 @@ impl Recording {
         options: Options,
         again: Option<&dyn Fn() -> Result<Input, RecordingError>>,
     ) -> Result<Self, RecordingError> {
-        if let Some(rate) = options.rate_hz.filter(|&rate| !(rate > 0.0 && rate.is_finite())) {
-            return Err(RecordingError::Rate(rate));
-        }
+        let possible = |rate: Option<f64>| match rate.filter(|rate| !RATES_HZ.contains(rate)) {
+            Some(rate) => Err(RecordingError::Rate(rate)),
+            None => Ok(()),
+        };
+        possible(options.rate_hz)?;
         let mut opened = opened(path, input, &options)?;
+        possible(options.rate_hz.or(opened.rate_hz))?;
         let usual = opened.unit.usual;
         let scaling = match (options.scale, again) {
             (Some(scale), _) => {

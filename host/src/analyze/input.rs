@@ -77,8 +77,8 @@ fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
 impl Input {
     /// How the file is read.
     pub fn read(&self) -> Result<recording::Options, String> {
-        if self.scale.is_some_and(|scale| !(scale.is_finite() && scale > 0.0)) {
-            return Err("--scale must be a positive number".into());
+        if self.scale.is_some_and(|scale| !cli::MAGNITUDES.contains(&scale)) {
+            return Err("--scale must be a positive number, 1e-18 to 1e18".into());
         }
         Ok(recording::Options {
             format: self.format,
