@@ -73,6 +73,88 @@ fn an_answer_without_a_sigma_is_not_good() {
     println!("{without} answers without a sigma");
 }
 
+/// A record's lines and the frequency in bins that an answer is about: none where the band has nothing but noise.
+struct Drawn {
+    name: &'static str,
+    lines: Vec<Line>,
+    truth: Option<f64>,
+}
+
+/// A steady tone, one beside the band of bins 60 to 180, one with sidebands, and two tones.
+fn drawn(rng: &mut ChaCha8Rng, snr_db: f64) -> [Drawn; 4] {
+    let place = rng.random_range(70.0..170.0);
+    let outside =
+        if rng.random() { rng.random_range(20.0..50.0) } else { rng.random_range(190.0..230.0) };
+    let (cycles, apart) = (rng.random_range(0.5..1.5), rng.random_range(1.5..6.5));
+    let mut line = |bins: f64, share: f64| Line {
+        bins,
+        amplitude: share * amplitude(snr_db),
+        phase: rng.random_range(0.0..TAU),
+    };
+    [
+        Drawn { name: "steady", lines: vec![line(place, 0.9)], truth: Some(place) },
+        Drawn { name: "beside the band", lines: vec![line(outside, 0.9)], truth: None },
+        Drawn {
+            name: "with sidebands",
+            lines: vec![line(place, 0.6), line(place + cycles, 0.15), line(place - cycles, 0.15)],
+            truth: Some(place),
+        },
+        Drawn {
+            name: "two tones",
+            lines: vec![line(place, 0.6), line(place + apart, 0.3)],
+            truth: Some(place),
+        },
+    ]
+}
+
+/// How many answers of a method are usable and more than five sigma off, of a thousand.
+fn usable_and_wrong<R: crate::signal::Kind>(method: Method) -> Option<[(&'static str, u32); 4]> {
+    const N: usize = 512;
+    let mut config = Config::new(N as f64, CODES);
+    config.band_hz = Some((60.0, 180.0));
+    config.method = method;
+    let plan = config.plan::<R, N>().ok()?;
+    let wrong = trials(17, 1000, |rng| {
+        let snr_db = rng.random_range(0.0..50.0);
+        drawn(rng, snr_db).map(|Drawn { name, lines, truth }| {
+            let samples = R::record::<N>(rng, &lines, sigma(amplitude(snr_db), snr_db));
+            let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
+            let usable = tone.verdict.usable() <= Usable::WithinSigma;
+            let off = |truth: f64| {
+                (tone.frequency.bins(N) - truth).abs() > 5.0 * f64::from(tone.sigma) * N as f64
+            };
+            (name, u32::from(usable && truth.is_none_or(off)))
+        })
+    });
+    Some([0, 1, 2, 3].map(|case| {
+        let of_case = wrong.iter().map(|cases| cases[case]);
+        (wrong[0][case].0, of_case.map(|(_, wrong)| wrong).sum())
+    }))
+}
+
+/// No method's answers are usable and wrong more often than those of least squares, but for chance: five of a thousand.
+fn as_least_squares<R: crate::signal::Kind>() -> usize {
+    let least = usable_and_wrong::<R>(Method::LeastSquaresReal.of_kind::<R>()).unwrap();
+    println!("least squares: {least:?} of 1000");
+    assert!(least.iter().all(|&(_, wrong)| wrong <= 15), "{least:?}");
+    let methods = Method::ALL.iter().copied();
+    let found: Vec<_> = methods
+        .filter_map(|method| Some((method.name(), usable_and_wrong::<R>(method)?)))
+        .collect();
+    found.iter().for_each(|(name, cases)| println!("{name}: {cases:?} of 1000"));
+    for (name, cases) in &found {
+        let most = least.iter().map(|&(_, wrong)| wrong + 5);
+        assert!(cases.iter().zip(most).all(|(&(_, wrong), most)| wrong <= most), "{name}");
+    }
+    found.len()
+}
+
+#[test]
+fn good_means_one_thing_whatever_the_method() {
+    let methods = as_least_squares::<Real>() + as_least_squares::<Iq>();
+    assert!(methods > 10, "{methods}");
+}
+
 /// How a record of one tone changes over its time.
 #[derive(Clone, Copy, Debug)]
 struct Change {

@@ -44,10 +44,9 @@ const FURTHER: u32 = 8;
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset
-/// alone. The amplitude at that offset then follows linearly from nine bins. Sigma is the
-/// Cramer-Rao bound at the estimated signal-to-noise ratio times the method's own efficiency; it
-/// does not include the method's bias on real samples. The noise estimate is the same for all
-/// methods.
+/// alone: amplitude, noise and verdict are those of least squares, so that `good` means one thing. Sigma is then
+/// the largest of three: least squares' own, the Cramer-Rao bound times the method's efficiency, and the distance between
+/// the two answers, which includes the method's bias.
 ///
 /// If more than 1 % of the samples clip, noise and sigma come from the other samples (see
 /// [`Unclipped`]), whatever the method. That costs one more pass over the samples.
@@ -83,30 +82,26 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
     let fitted = |reach, course| fit::fit_near::<R, N>(around, arithmetic, reach, course);
     let method = options.method;
-    let own = method.is_least_squares();
-    let mut fit = if own {
-        fitted(options.reach, Course::Usual)
-    } else {
+    let mut answer = None;
+    if !method.is_least_squares() {
         // A checked plan has no method that its records or the program cannot use.
         let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
             return NOTHING;
         };
-        fitted(Reach::Four, Course::From(offset.to_num(), 0))
-    };
+        answer = Some(offset.to_num::<f32>());
+    }
     // In place, because a fit would be copied.
-    let Some(fit) = &mut fit else {
+    let Some(fit) = &mut fitted(options.reach, Course::Usual) else {
         return NOTHING;
     };
     let mut beside = ring::beside::<R, N>(around, fit, arithmetic);
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
-    let few = own && clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
+    let few = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::of(around);
     let mut leakage = Leakage::default();
-    if own {
-        observer.hear(|| beside.edge());
-    }
-    if own && beside.has_edge() {
+    observer.hear(|| beside.edge());
+    if beside.has_edge() {
         leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
     }
     let noise = beside.noise.power;
@@ -115,7 +110,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         observer.begin(step);
         judged(fit, N, from_end, &beside, clipped, stamp.segment.bends(), observer)
     };
-    let mut judgement = if own { judged(fit, Step::Usual) } else { Judgement::STEADY };
+    let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
     // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
     // lessens.
@@ -151,12 +146,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             near = near_of(&free, fit, N, clipped, near);
         }
     }
-    let sigma = if own {
-        sigma_bins(fit, N, near + ring::unseen_rounding(around, &beside))
-    } else {
-        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
-        method.efficiency() * bound_bins::<R>(N, snr)
-    };
+    let sigma = sigma_bins(fit, N, near + ring::unseen_rounding(around, &beside));
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     beside.loud = beside.loud.max(leakage.loud);
     let standing = stands_out(spectrum, around, peak, fit, &beside, options, observer);
@@ -172,6 +162,13 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         sigma = refined;
     }
     observer.fitted(peak.bin, fit, noise);
+    let mut sigma = sigma * standing.unwrap_or(1.0);
+    if let Some(offset) = answer {
+        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
+        let theirs = method.efficiency() * bound_bins::<R>(N, snr);
+        sigma = sigma.max(theirs).max((offset - fit.offset).abs());
+        fit.offset = offset;
+    }
     let seen = Seen {
         noise: free.map_or(noise, |free| free.noise),
         line,
@@ -179,7 +176,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         image,
         gap: stamp.gap,
         weak: standing.is_none(),
-        sigma: sigma * standing.unwrap_or(1.0),
+        sigma,
         engine: around.engine,
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)

@@ -144,7 +144,7 @@ fn the_sketch_links_with_the_teensys_core() {
 }
 
 /// What the sketch asks of Arduino's interface, and no more, for a machine without a core of it.
-const ARDUINO: &str = r#"#include <math.h>
+const ARDUINO: &str = r#"#include <stddef.h>
 #include <stdint.h>
 enum { A0 = 14 };
 uint32_t micros();
@@ -218,8 +218,14 @@ fn the_sketch_runs_on_arduinos_interface() {
     let image = place.join("doppler.elf");
     let mut command = Command::new(compiler);
     command.args(M4F.0).args(["-std=gnu++17", "-O2", "-fno-exceptions", "-fno-rtti", "-Wall"]);
-    command.args(["-nostdlib", "-nostartfiles", "-Wl,--gc-sections,-z,noexecstack", "-I"]);
-    command.arg(&place).arg("-I").arg(dist.join("src")).arg("-T").arg(source("mps2.ld"));
+    // The compiler may be here without a C library.
+    command.args([
+        "-ffreestanding",
+        "-nostdlib",
+        "-nostartfiles",
+        "-Wl,--gc-sections,-z,noexecstack",
+    ]);
+    command.arg("-I").arg(&place).arg("-I").arg(dist.join("src")).arg("-T").arg(source("mps2.ld"));
     command.arg(&sketch).arg(place.join("board.cpp")).arg(&start);
     command.arg(dist.join("src").join(M4F.1).join("libpicket.a")).args(["-lgcc", "-o"]).arg(&image);
     said(&mut command);

@@ -201,7 +201,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             clipped,
             line: power,
             near,
-            fit: Some((sigma, line)),
+            fit: Some(Fitted { bins: cycles * n, sigma, line }),
             free,
             ring: Some(ring),
             image,
@@ -219,8 +219,8 @@ struct Seen {
     line: f32,
     /// The noise power per sample near the tone.
     near: f64,
-    /// Of the least-squares fit: sigma in bins, and what the line is by what it leaves in its own bins.
-    fit: Option<(f64, Line)>,
+    /// What least squares says.
+    fit: Option<Fitted>,
     /// The noise beside the tone.
     ring: Option<Beside>,
     /// Whether an I/Q record has as strong a line at minus the frequency.
@@ -229,15 +229,30 @@ struct Seen {
     free: Option<(f64, Unclipped)>,
 }
 
+/// What least squares says of a tone.
+#[derive(Clone, Copy)]
+struct Fitted {
+    /// The frequency in bins.
+    bins: f64,
+    /// One standard deviation, in bins.
+    sigma: f64,
+    /// What the line is, by what the fit leaves in its own bins.
+    line: Line,
+}
+
+/// A difference of frequencies in bins, of `n` samples, by the shorter way round.
+fn wrapped(bins: f64, n: usize) -> f64 {
+    let n = n as f64;
+    (bins + n / 2.0).rem_euclid(n) - n / 2.0
+}
+
 impl Seen {
     /// One standard deviation of a frequency, in bins, of which noise alone would make `sigma`.
     fn sigma(&self, bins: f64, n: usize, sigma: f64) -> f64 {
         let Some((truth, free)) = self.free else {
             return sigma.hypot(widened(0.0, self.clipped).into());
         };
-        let n = n as f64;
-        let offset = (truth - bins + n / 2.0).rem_euclid(n) - n / 2.0;
-        let free = Unclipped { offset: offset as f32, ..free };
+        let free = Unclipped { offset: wrapped(truth - bins, n) as f32, ..free };
         free.widened(sigma as f32, self.near as f32).into()
     }
 }
@@ -291,11 +306,15 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
         let detected = self.detects(&peak, unit, &seen, observer);
         let estimate = |(estimator, bins): (&Estimator, f64)| {
-            // As in the core, only least squares knows its own sigma and its residual.
-            let (sigma, line) = seen
-                .fit
-                .filter(|_| estimator.least_squares())
-                .unwrap_or((f64::from(estimator.about().efficiency) * bound, Line::Steady));
+            // As in the core, see `picket::tone::measure`. Without a fit nobody knows what the line is.
+            let theirs = f64::from(estimator.about().efficiency) * bound;
+            let (sigma, line) = match seen.fit {
+                Some(fit) if estimator.least_squares() => (fit.sigma, fit.line),
+                Some(fit) => {
+                    (fit.sigma.max(theirs).max(wrapped(bins - fit.bins, self.n).abs()), fit.line)
+                }
+                None => (theirs, Line::Unresolved),
+            };
             let sigma_bins = seen.sigma(bins, self.n, sigma);
             let evidence = Evidence {
                 detected,
