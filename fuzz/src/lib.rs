@@ -4,26 +4,30 @@
 mod input;
 mod line;
 mod measure;
+mod paths;
 mod recordings;
 
 pub use line::{command, frame, message, settings};
 pub use measure::{pipeline, tracker};
-pub use recordings::{csv, json, npy, raw, wav};
+pub use paths::paths;
+pub use recordings::{archive, csv, json, npy, raw, wav};
 
 /// A target: its name, which is also its corpus's folder, and its body.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 13] = [
     ("frame", frame),
     ("message", message),
     ("command", command),
     ("settings", settings),
     ("pipeline", pipeline),
     ("tracker", tracker),
+    ("paths", paths),
     ("wav", wav),
     ("npy", npy),
     ("raw", raw),
     ("csv", csv),
+    ("archive", archive),
     ("json", json),
 ];

@@ -39,13 +39,13 @@ pub fn pipeline(bytes: &[u8]) {
                     if sequence % 2 == 0 {
                         real.adopt(plan);
                     }
-                    real.block(stamp, &samples::<Real>(&mut input))
+                    real.block(stamp, &samples::<Real, N>(&mut input))
                 }
                 picket::plan::EitherPlan::Iq(plan) => {
                     if sequence % 2 == 0 {
                         iq.adopt(plan);
                     }
-                    iq.block(stamp, &samples::<Iq>(&mut input))
+                    iq.block(stamp, &samples::<Iq, N>(&mut input))
                 }
             };
             calibration.apply(&mut measurement);
@@ -77,7 +77,7 @@ fn follow<R: Record>(config: &Config, input: &mut Input) {
             segment: phase.unwrap_or(Segment::Continuous),
             gap: input.byte() & 1 != 0,
         };
-        let measurement = tracker.block(stamp, &samples::<R>(input));
+        let measurement = tracker.block(stamp, &samples::<R, N>(input));
         self::number(&measurement);
         for track in tracker.tracks(stamp.segment) {
             assert!(track.tone.sigma >= 0.0 && !track.rate().is_nan(), "{track:?}");
@@ -90,7 +90,7 @@ fn follow<R: Record>(config: &Config, input: &mut Input) {
 }
 
 /// A record: a tone of any frequency, amplitude and noise, or any bits.
-fn samples<R: Record>(input: &mut Input) -> [R::Sample; N] {
+pub(super) fn samples<R: Record, const N: usize>(input: &mut Input) -> [R::Sample; N] {
     let [kind, shift, frequency, phase] = input.take();
     if kind & 1 == 0 {
         return std::array::from_fn(|_| {
@@ -112,7 +112,7 @@ fn samples<R: Record>(input: &mut Input) -> [R::Sample; N] {
     })
 }
 
-fn config(input: &mut Input) -> Config {
+pub(super) fn config(input: &mut Input) -> Config {
     let [method, reach, arithmetic, scene, most, refresh, low, high] = input.take();
     let codes = match low % 4 {
         0 => Codes::between(i16::from(low) << 7, i16::MAX - (i16::from(high) << 7)),

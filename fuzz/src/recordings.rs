@@ -25,6 +25,13 @@ pub fn raw(bytes: &[u8]) {
     recording(formats[usize::from(which) % formats.len()], rest);
 }
 
+/// FLAC, npz, mat and SigMF; the first byte tells which.
+pub fn archive(bytes: &[u8]) {
+    let Some((&which, rest)) = bytes.split_first() else { return };
+    let formats = [Format::Flac, Format::Npz, Format::Mat, Format::Sigmf];
+    recording(formats[usize::from(which) % formats.len()], rest);
+}
+
 /// JSON lines.
 pub fn json(bytes: &[u8]) {
     let Ok(records) = Records::of_bytes(NAME.as_ref(), bytes.to_vec(), Options::default()) else {

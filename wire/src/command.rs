@@ -55,6 +55,8 @@ pub enum Refusal {
     Flash,
     /// A capture is impossible because the instrument is stopped.
     Stopped,
+    /// Settings were saved too often: each save wears the flash.
+    Often,
 }
 
 impl Refusal {
@@ -65,6 +67,7 @@ impl Refusal {
             Refusal::Settings([what, how]) => [3, what, how],
             Refusal::Flash => [4, 0, 0],
             Refusal::Stopped => [5, 0, 0],
+            Refusal::Often => [6, 0, 0],
         }
     }
 
@@ -75,6 +78,7 @@ impl Refusal {
             3 => Some(Refusal::Settings([what, how])),
             4 => Some(Refusal::Flash),
             5 => Some(Refusal::Stopped),
+            6 => Some(Refusal::Often),
             _ => None,
         }
     }
@@ -88,6 +92,9 @@ impl core::fmt::Display for Refusal {
             Refusal::Settings(code) => SettingsError::message_of(*code),
             Refusal::Flash => "the board's flash did not take the settings",
             Refusal::Stopped => "the board is not measuring: start it first",
+            Refusal::Often => {
+                "settings were saved too often, and each save wears the flash: wait ten minutes"
+            }
         })
     }
 }

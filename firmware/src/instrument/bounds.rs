@@ -1,4 +1,4 @@
-//! What the loop bounds: answers to noise, and counters that a host has set to 0.
+//! What the loop bounds: answers to noise, saves, and counters that a host has set to 0.
 
 use picket::acquire::frontend::Counters;
 use picket_wire::telemetry::Health;
@@ -35,6 +35,46 @@ impl Refusals {
     }
 }
 
+/// Saves at once, by this program and those that it restarts.
+const SAVES: u32 = 16;
+/// Seconds until one more is permitted. A page of flash stands 10,000 erasures: two pages by turns then last 139 days of a host that
+/// saves as often as it may, and longer than anybody's instrument of one that saves as it is set up.
+const SECONDS_A_SAVE: u32 = 600;
+
+/// The saves that were made of late. Each wears a page of flash.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Saves {
+    used: u32,
+    seconds: u32,
+}
+
+impl Saves {
+    /// So many were made before this start.
+    pub const fn new(used: u32) -> Self {
+        Self { used, seconds: 0 }
+    }
+
+    /// How many were made of late.
+    pub const fn used(&self) -> u32 {
+        self.used
+    }
+
+    /// A second has passed.
+    pub fn second(&mut self) {
+        self.seconds = self.seconds.saturating_add(1);
+        if self.seconds >= SECONDS_A_SAVE {
+            *self = Self::new(self.used.saturating_sub(1));
+        }
+    }
+
+    /// Counts one more, if it is permitted.
+    pub fn permit(&mut self) -> bool {
+        let permitted = self.used < SAVES;
+        self.used = self.used.saturating_add(permitted.into());
+        permitted
+    }
+}
+
 /// What was lost up to a block since a host has set the counters to 0, when they stood at `zero`. By a block that was
 /// filled before, and waited, nothing.
 pub fn health(counters: &Counters, zero: &Counters) -> Health {
@@ -62,6 +102,25 @@ mod tests {
         // What comes once in a while is always answered.
         let once = |n: u32| start.wrapping_add(n.wrapping_mul(hz));
         assert!((3..100).all(|n| refusals.answers(once(n), hz)));
+    }
+
+    /// A host that saves as often as it may, and restarts the board each time, for a day.
+    #[test]
+    fn saves_are_few_whoever_asks() {
+        let (mut saves, mut made) = (Saves::default(), 0);
+        for second in 0..86_400 {
+            made += u32::from(saves.permit());
+            saves.second();
+            if second % 3 == 0 {
+                saves = Saves::new(saves.used());
+            }
+        }
+        assert_eq!(made, 16);
+        for _ in 0..86_400 {
+            made += u32::from(saves.permit());
+            saves.second();
+        }
+        assert_eq!(made, 16 + 86_400 / 600);
     }
 
     /// A block that waited while the counters were set to 0 once had lost 4,294,967,295.

@@ -30,7 +30,7 @@ macro_rules! no_interrupts {
 
 /// Restarts the board, which then reports this end.
 pub fn end(last: LastEnd) -> ! {
-    Legacy { last, settings: None }.leave()
+    Legacy { last, ..Legacy::default() }.leave()
 }
 
 /// Passes the stack with the interrupted program's registers to the fault handler.

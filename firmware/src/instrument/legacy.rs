@@ -16,11 +16,13 @@ pub struct Legacy {
     pub last: LastEnd,
     /// Settings that the last program received through the serial port, for the next one to use.
     pub settings: Option<[u32; WORDS]>,
+    /// Saves of late, see [`Saves`](super::bounds::Saves).
+    pub saves: u32,
 }
 
 const MAGIC: u32 = 0x5049_434B;
-/// Magic, last end, a flag for settings, settings, CRC.
-const LENGTH: usize = 1 + 4 + 1 + WORDS + 1;
+/// Magic, last end, saves, a flag for settings, settings, CRC.
+const LENGTH: usize = 1 + 4 + 1 + 1 + WORDS + 1;
 
 #[unsafe(link_section = ".uninit.retained")]
 static RETAINED: Retained<LENGTH> = Retained::new();
@@ -40,20 +42,21 @@ impl Legacy {
         let words = RETAINED.words();
         RETAINED.keep(&[0; LENGTH]);
         let Some((&crc, body)) = words.split_last() else { return Self::default() };
-        let Some((&[MAGIC, kind, pc, a, b, some], settings)) = body.split_first_chunk() else {
+        let Some((&[MAGIC, kind, pc, a, b, saves, some], settings)) = body.split_first_chunk()
+        else {
             return Self::default();
         };
         if crc != checksum::of_words(body.iter().copied()) {
             return Self::default();
         }
         let settings = settings.first_chunk().filter(|_| some != 0).copied();
-        Legacy { last: LastEnd { kind, pc, more: [a, b] }, settings }
+        Legacy { last: LastEnd { kind, pc, more: [a, b] }, settings, saves }
     }
 
     /// Leaves this to the next program, and starts it by a reset.
     pub fn leave(self) -> ! {
         let LastEnd { kind, pc, more: [a, b] } = self.last;
-        let head = [MAGIC, kind, pc, a, b, u32::from(self.settings.is_some())];
+        let head = [MAGIC, kind, pc, a, b, self.saves, u32::from(self.settings.is_some())];
         let body = head.into_iter().chain(self.settings.unwrap_or([0; WORDS]));
         let mut words = [0; LENGTH];
         words.iter_mut().zip(body).for_each(|(place, word)| *place = word);

@@ -4,7 +4,7 @@
 //! settings, leaves them to the next program and resets the chip. Start and stop are settings like
 //! the others.
 
-use super::bounds::{HEARD, Refusals, health};
+use super::bounds::{HEARD, Refusals, Saves, health};
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
@@ -42,6 +42,7 @@ pub struct Instrument<
     reader: Reader,
     refused: u32,
     refusals: Refusals,
+    saves: Saves,
     /// Frames dropped because the line had no room.
     dropped: u32,
     blocks: Option<Blocks<'static, Slot<SLOT>>>,
@@ -103,7 +104,7 @@ where
     // Not inlined, so that the stack of the start is free again afterwards.
     #[inline(never)]
     pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
-        let Legacy { last, settings: left } = Legacy::take();
+        let Legacy { last, settings: left, saves } = Legacy::take();
         let causes = B::causes();
         let kept = storage::load::<WORDS, _>(&B::Storage::default()).map(|(_, _, words)| words);
         let stored = left.is_none() && kept.is_some();
@@ -132,6 +133,7 @@ where
             reader: Reader::default(),
             refused: 0,
             refusals: Refusals::new(since),
+            saves: Saves::new(saves),
             dropped: 0,
             blocks,
             measurer: Measurer::new(meters?, &plan.plan),
@@ -164,6 +166,7 @@ where
                 self.board.feed();
             }
             if self.board.ticks().wrapping_sub(self.since) > self.board.ticks_hz() {
+                self.saves.second();
                 self.send_status();
             }
             if !measured {
@@ -337,8 +340,7 @@ where
             Command::Reboot => self.reboot(answer),
             Command::Save => {
                 let words = words(&self.plan.settings, N);
-                let saved = self.save(&words);
-                saved.map_err(|_| Refusal::Flash)?;
+                self.save(&words)?;
                 self.send(&answer.reply(&[]));
             }
             Command::Capture(blocks) => {
@@ -363,17 +365,20 @@ where
 
     /// Saves settings. Flash that is erased holds the core for a second or two: the samples stop
     /// before, and start again after it.
-    fn save(&mut self, words: &[u32; WORDS]) -> Result<(), ()> {
+    fn save(&mut self, words: &[u32; WORDS]) -> Result<(), Refusal> {
         let mut storage = B::Storage::default();
         if storage::load::<WORDS, _>(&storage).is_some_and(|(_, _, newest)| newest == *words) {
             return Ok(());
+        }
+        if !self.saves.permit() {
+            return Err(Refusal::Often);
         }
         let measuring = self.blocks.is_some();
         if measuring {
             self.board.pause();
         }
         self.board.feed();
-        let saved = storage::save(&mut storage, words).map_err(drop);
+        let saved = storage::save(&mut storage, words).map_err(|_| Refusal::Flash);
         self.board.feed();
         if measuring {
             self.board.resume();
@@ -395,14 +400,14 @@ where
         self.send(&answer.reply(&settings.to_bytes(N)));
         self.board.flush();
         let settings = Some(words(&settings, N));
-        Legacy { last: LastEnd::default(), settings }.leave()
+        Legacy { settings, saves: self.saves.used(), ..Legacy::default() }.leave()
     }
 
     /// Restarts as from power-on.
     fn reboot(&mut self, answer: Answer) {
         self.send(&answer.reply(&[]));
         self.board.flush();
-        Legacy::default().leave()
+        Legacy { saves: self.saves.used(), ..Legacy::default() }.leave()
     }
 }
 

@@ -29,7 +29,7 @@ picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
-    let Legacy { last, settings: left } = Legacy::take();
+    let Legacy { last, settings: left, .. } = Legacy::take();
     let causes = Nucleo::causes();
     // Power and the button begin the list, a reset by program or watchdog goes on with it.
     let goes_on = matches!(causes.message(), "software" | "watchdog");
@@ -142,5 +142,5 @@ fn next(mut bench: Bench) -> ! {
     };
     state.save();
     bench.board.flush();
-    Legacy { last: LastEnd::default(), settings: bench.left }.leave()
+    Legacy { settings: bench.left, ..Legacy::default() }.leave()
 }
