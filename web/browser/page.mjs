@@ -1,6 +1,7 @@
 // What the page does, as a test sees it: node page.mjs BROWSER ADDRESS INPUTS
 // INPUTS is a folder of recordings and sessions. Each scenario prints one line of JSON.
 import { readFileSync, readdirSync } from "node:fs";
+import { createRequire } from "node:module";
 import { join } from "node:path";
 import { DESKTOP, PHONE, launch, open, rest, slide } from "./browser.mjs";
 
@@ -67,13 +68,29 @@ async function measured(page) {
   await drawn(page);
 }
 
-/** Drops a file on the page as a person does. */
-const drop = (page, name) => page.evaluate(([title, base64]) => {
+/** Drops a file on the page as a person does; it may have another name there. */
+const drop = (page, name, title = name) => page.evaluate(([title, base64]) => {
   const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   const dataTransfer = new DataTransfer();
   dataTransfer.items.add(new File([bytes], title));
   document.querySelector("main").dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer }));
-}, [name, input(name).toString("base64")]);
+}, [title, input(name).toString("base64")]);
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** What hinders people with a screen reader, a keyboard or weak eyes, by the rules of axe: in the light and in the dark. */
+async function hindrances(page, place) {
+  const found = [];
+  await page.evaluate(AXE);
+  for (const colorScheme of ["light", "dark"]) {
+    await page.emulateMedia({ colorScheme });
+    await drawn(page);
+    const { violations, passes } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+    const rows = violations.map(({ id, nodes }) => [id, nodes.map(({ target, failureSummary }) => `${target}: ${failureSummary}`)]);
+    found.push({ place, colorScheme, rules: passes.length, violations: rows });
+  }
+  return found;
+}
 
 /** A serial port that plays these bytes in pieces and keeps what is written. */
 const serial = (bytes) => (page) => page.addInitScript((base64) => {
@@ -144,6 +161,103 @@ async function hands() {
   await drawn(page);
   const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   tell("hands", { errors, widths, held, moved, nameless, labels, png, ground });
+  await context.close();
+}
+
+/** Whether a control is in view before anything is scrolled. */
+const inView = (page, name) => page.locator(`#${name}`).evaluate((tag) => {
+  const { top, bottom, height } = tag.getBoundingClientRect();
+  return scrollY === 0 && height > 0 && top >= 0 && bottom <= innerHeight;
+});
+
+/** Without a mouse, and without eyes. */
+async function access() {
+  const { page, errors, context } = await open(browser, DESKTOP, serial(input("session.bin")));
+  const found = [];
+  const look = async (place) => found.push(...await hindrances(page, place));
+  // Whoever listens is not drowned: the times between two sentences.
+  await page.evaluate(() => {
+    window.told = [];
+    new MutationObserver(() => {
+      const words = document.querySelector("#said").textContent;
+      if (words) window.told.push([performance.now(), words]);
+    }).observe(document.querySelector("#said"), { childList: true, characterData: true, subtree: true });
+  });
+  await look("chirp");
+  await page.selectOption("#scene", "doppler");
+  await look("doppler");
+  await page.selectOption("#scene", "tone");
+  await page.selectOption("#tones-most", "4");
+  await page.waitForFunction(() => document.querySelectorAll("#tones tbody tr").length);
+  await look("tone");
+  await slide(page, "snr_db", -25);
+  const weak = await until(page, ({ word }) => word === "weak" || word === "no-signal");
+  const order = await page.evaluate(() => {
+    const [reason, figures] = ["#reason", "#figures"].map((name) => document.querySelector(name));
+    return reason.compareDocumentPosition(figures) & Node.DOCUMENT_POSITION_FOLLOWING;
+  });
+  const digits = await page.evaluate(() => {
+    const colour = (name) => getComputedStyle(document.querySelector(name)).color;
+    return [colour(".figure .value"), colour(".figure .name"), colour("#word")];
+  });
+  await page.waitForTimeout(1500);
+  await look("weak");
+  // The arrows go through the sources, round and back; each is looked at.
+  await page.focus("#tab-scene");
+  const walked = [];
+  for (const key of ["ArrowLeft", "ArrowRight", "ArrowRight", "ArrowRight", "End", "Home"]) {
+    await page.keyboard.press(key);
+    const chosen = await page.evaluate(() => [document.activeElement.id, document.querySelector("[aria-selected=true]").id, document.querySelectorAll("[role=tab][tabindex='0']").length]);
+    walked.push(chosen);
+    if (key === "ArrowRight") await look(chosen[0]);
+  }
+  await page.keyboard.press("2");
+  await drop(page, "bad-short.wav");
+  await measured(page);
+  await look("a file that cannot be read");
+  await drop(page, "good-tone.wav");
+  await measured(page);
+  await look("a file");
+  await page.keyboard.press("4");
+  await page.click("#connect");
+  await page.waitForFunction(() => window.played);
+  await drawn(page);
+  await look("a board");
+  const charts = await page.evaluate(() => [...document.querySelectorAll("figure")].filter((figure) => figure.checkVisibility()).map((figure) => {
+    const [picture] = figure.querySelectorAll("canvas");
+    return [picture.getAttribute("role"), picture.ariaLabel];
+  }));
+  const told = await page.evaluate(() => window.told);
+  await context.close();
+  // On a phone what begins a measurement is in view.
+  const phone = await open(browser, PHONE);
+  const begins = [];
+  for (const [key, name] of [["2", "open"], ["3", "listen"], ["4", "connect"]]) {
+    await phone.page.keyboard.press(key);
+    await drawn(phone.page);
+    begins.push([name, await inView(phone.page, name)]);
+  }
+  found.push(...await hindrances(phone.page, "a phone"));
+  await phone.context.close();
+  tell("access", { errors: [...errors, ...phone.errors], found, weak, order, digits, walked, charts, told, begins });
+}
+
+/** A file's name is text, whatever it says. */
+async function strange() {
+  const { page, errors, context } = await open(browser);
+  const title = `<img src=x onerror="window.struck = true">`;
+  const images = await page.locator("img").count();
+  const seen = [];
+  await page.keyboard.press("2");
+  for (const name of ["good-tone.wav", "bad-short.wav", "bad-name.xyz"]) {
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await drop(page, name, title);
+    await measured(page);
+    seen.push([await page.locator("#file-name").textContent(), (await answer(page)).notice]);
+  }
+  await page.waitForTimeout(200);
+  const struck = await page.evaluate(() => Boolean(window.struck));
+  tell("strange", { errors, title, seen, struck, images: [images, await page.locator("img").count()] });
   await context.close();
 }
 
@@ -248,5 +362,5 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), access(), strange(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await browser.close();

@@ -53,8 +53,9 @@ function axes(words, left) {
 
 /** A chart in its place, as wide and high as that; made anew when the colours change. */
 class Chart {
-  constructor(place, options) {
+  constructor(place, name, options) {
     this.place = place;
+    this.name = name;
     this.options = options;
     this.data = null;
     this.make();
@@ -74,6 +75,15 @@ class Chart {
       ...options,
       hooks: { drawAxes: [label], ...options.hooks },
     }, this.data ?? options.series.map(() => []), this.place);
+    this.describe(this.name);
+  }
+
+  /** What the picture shows, for whom it is read out. Its labels are text beside it. */
+  describe(name) {
+    this.name = name;
+    const picture = this.chart.root.querySelector("canvas");
+    picture.setAttribute("role", "img");
+    picture.setAttribute("aria-label", name);
   }
 
   fit() {
@@ -116,7 +126,7 @@ export class SpectrumChart extends Chart {
   constructor(place) {
     let shown = [];
     let floor = -100;
-    super(place, () => ({
+    super(place, "Spectrum of the block", () => ({
       scales: { x: { time: false }, y: { range: () => [floor - 30, Math.max(5, floor + 40)] } },
       axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
       series: [
@@ -151,7 +161,7 @@ export class ZoomChart extends Chart {
   constructor(place) {
     let shown = null;
     let range = [-100, 0];
-    super(place, () => ({
+    super(place, "Bins around the tone, and the tone that was fitted to them", () => ({
       scales: { x: { time: false }, y: { range: () => range } },
       axes: axes([hertz, (value) => `${plain(value, 1)} dB`], 58),
       series: [
@@ -183,7 +193,7 @@ export class ZoomChart extends Chart {
 export class TimeChart extends Chart {
   constructor(place) {
     const view = { low: 0, high: 1 };
-    super(place, () => ({
+    super(place, "The answer over time, with sigma", () => ({
       scales: { x: { time: false }, y: { range: () => [view.low, view.high] } },
       axes: axes([(value, step) => `${plain(value, step)} s`, plain], 74),
       series: [

@@ -6,7 +6,7 @@ import { SCENES, instrumentForm, sceneForm } from "./controls.js";
 import { Board, Microphone, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
 import { Tones, row as toneRow } from "./tones.js";
-import { SIGNS, figure, note, rank, signed } from "./words.js";
+import { SIGNS, USES, figure, hertz, note, rank, signed } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const KEPT = 200_000;
@@ -15,7 +15,7 @@ const SOUND_MPS = 343;
 
 const page = {
   core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
-  counts: {}, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
+  counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, mixing: 0, tones: 1, band_low_hz: 0, band_high_hz: 0 },
     file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
@@ -38,7 +38,10 @@ function setAll(settings) {
 function forget() {
   page.rows = [];
   page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
-  [page.drawn, page.shown, page.target, page.ramp] = [-1, 0, null, null];
+  [page.drawn, page.shown, page.target, page.ramp, page.pictured] = [-1, 0, null, null, null];
+  page.spokenWord = "";
+  $("said").textContent = "";
+  $("answer").classList.remove("unusable");
   charts.waterfall.clear();
   charts.first.clear();
   charts.second.clear();
@@ -49,6 +52,7 @@ function forget() {
   listTones([]);
   verdict(null);
   counters();
+  titles();
 }
 
 /** Has the library measure by the settings of the source in use, from the start. */
@@ -69,11 +73,18 @@ function begin() {
   return () => turn !== page.turn;
 }
 
+const tabs = () => [...document.querySelectorAll("[data-source]")];
+
 async function choose(name) {
   begin();
   page.source?.stop();
   [page.source, page.name] = [null, name];
-  for (const tab of document.querySelectorAll("[data-source]")) tab.setAttribute("aria-selected", tab.dataset.source === name);
+  for (const tab of tabs()) {
+    tab.setAttribute("aria-selected", tab.dataset.source === name);
+    tab.tabIndex = tab.dataset.source === name ? 0 : -1;
+  }
+  $("controls").setAttribute("aria-labelledby", `tab-${name}`);
+  $("side").dataset.chosen = name;
   for (const form of document.querySelectorAll("[data-for]")) form.hidden = !form.dataset.for.split(" ").includes(name);
   instrumentForm($("instrument-form"), name, page.values[name], (setting, value) => {
     page.values[name][setting] = value;
@@ -171,7 +182,39 @@ function verdict(number) {
   $("verdict").className = said ? rank(said) : "none";
   $("sign").textContent = said ? SIGNS[said.name] : "";
   $("word").textContent = said?.name ?? "no answer yet";
+  $("use").textContent = said && said.usable !== "yes" ? USES[said.usable] : "";
   $("reason").textContent = said?.reason ?? "No block has been measured yet.";
+  $("answer").classList.toggle("unusable", said?.usable === "no");
+}
+
+/** The answer for whom it is read out: a new verdict after a second at the earliest, new digits after five. */
+function speak(now) {
+  const word = $("word").textContent;
+  if (now - page.spoken < (word === page.spokenWord ? 5000 : 1000)) return;
+  const part = (box, name) => box.querySelector(`.${name}`).textContent;
+  const figures = [...document.querySelectorAll("#figures .figure:not(.small)")];
+  const read = figures.map((box) => `${part(box, "name")} ${part(box, "value")} ${part(box, "sigma")}`).join(", ");
+  const usable = !$("answer").classList.contains("unusable");
+  const said = usable ? `${word}: ${read}` : `Not usable, ${word}: ${$("reason").textContent}`;
+  [page.spoken, page.spokenWord] = [now, word];
+  if ($("said").textContent !== said) $("said").textContent = said;
+  describe();
+}
+
+/** The names of the charts, with what can be read from them. */
+function describe() {
+  const { spectrum, tones, seen } = page.pictured ?? {};
+  if (spectrum) {
+    const at = (value) => hertz(Math.round(value), 1, Math.abs(value));
+    const last = spectrum.first + spectrum.step * (spectrum.bins.length - 1);
+    const places = (tones.length ? tones : seen ? [spectrum] : []).map((tone) => at(tone.hertz));
+    const lines = places.length ? `lines at ${places.join(", ")}` : "no line";
+    const above = Math.round(Math.max(...spectrum.bins) - spectrum.floor);
+    charts.spectrum.describe(`Spectrum of the block from ${at(spectrum.first)} to ${at(last)}: ${lines}, the strongest bin ${above} dB above the noise floor`);
+    charts.zoom.describe(seen ? `Bins around the tone at ${at(spectrum.hertz)}, and the tone that was fitted to them` : "There is no line");
+  }
+  charts.first.describe(`${$("first-title").textContent}, over time, with sigma`);
+  charts.second.describe(`${$("second-title").textContent}, over time, with sigma`);
 }
 
 function figureOf(name, value, sigma, unit, small) {
@@ -198,12 +241,15 @@ function show(row) {
   const ramp = page.ramp ?? row;
   const tone = [own(ramp.frequency_hz), ramp.sigma_hz];
   const target = page.target;
+  const outcome = Number.isFinite(target?.outcome_verdict) ? target.outcome_verdict : row.verdict;
+  const usable = page.core.verdicts[outcome].usable !== "no";
   const figures = [];
   const truths = [];
   const truth = (known, value, sigma, unit) => {
     if (!Number.isFinite(known) || !(sigma > 0)) return;
-    const off = (value - known) / sigma;
-    truths.push(`${signed(known.toFixed(Math.min(9, figure(value, sigma)[1].length - 1)))} ${unit} (${signed(off.toFixed(2))} sigma off)`);
+    // Of an answer that is not to be used it does not matter how far it is off.
+    const off = usable ? ` (${signed(((value - known) / sigma).toFixed(2))} sigma off)` : "";
+    truths.push(`${signed(known.toFixed(Math.min(9, figure(value, sigma)[1].length - 1)))} ${unit}${off}`);
   };
   if (target && Number.isFinite(target.range_m)) {
     figures.push(figureOf("Range", target.range_m, target.sigma_range_m, "m"));
@@ -227,8 +273,7 @@ function show(row) {
   $("figures").replaceChildren(...figures);
   $("truth").hidden = !truths.length;
   $("truth").textContent = truths.length ? `Truth ${truths.join(", ")}` : "";
-  const outcome = target?.outcome_verdict;
-  verdict(Number.isFinite(outcome) ? outcome : row.verdict);
+  verdict(outcome);
 }
 
 function count(row) {
@@ -300,6 +345,7 @@ function draw(now) {
   if (spectrum && raw) {
     const seen = page.core.verdicts[row.verdict].name !== "no-signal" && Number.isFinite(spectrum.hertz) && spectrum.sigma > 0;
     charts.spectrum.show(spectrum, seen, tones);
+    page.pictured = { spectrum, tones, seen };
     if (seen) charts.zoom.show(page.core, spectrum);
     else charts.zoom.empty("There is no line.");
     // Thirty rows a second: eight seconds are in sight. A recording pours its own.
@@ -317,6 +363,7 @@ function draw(now) {
   if (now - page.shown > 200) {
     page.shown = now;
     show(row);
+    speak(now);
     listTones(tones);
     counters();
     known();
@@ -358,6 +405,9 @@ function frame(now) {
         page.shown = 0;
         draw(now);
         page.shown = Infinity;
+        // What a recording ends with is read out, too.
+        page.spokenWord = "";
+        setTimeout(() => speak(performance.now()), 1000);
       }
     } catch (error) {
       // An instance that has stopped stays so.
@@ -378,7 +428,17 @@ function pause() {
 }
 
 function listenToPeople() {
-  for (const tab of document.querySelectorAll("[data-source]")) tab.addEventListener("click", () => choose(tab.dataset.source));
+  for (const tab of tabs()) tab.addEventListener("click", () => choose(tab.dataset.source));
+  $("sources").addEventListener("keydown", (event) => {
+    const all = tabs();
+    const at = all.indexOf(document.activeElement);
+    const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: all.length - 1 }[event.key];
+    if (at < 0 || to === undefined) return;
+    event.preventDefault();
+    const next = all[(to + all.length) % all.length];
+    next.focus();
+    choose(next.dataset.source);
+  });
   for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
   for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
   const presses = {
@@ -389,6 +449,7 @@ function listenToPeople() {
     },
   };
   for (const [id, press] of Object.entries(presses)) $(id).addEventListener("click", press);
+  $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", ({ target }) => target.files[0] && drop(target.files[0]));
   addEventListener("dragover", (event) => { event.preventDefault(); document.body.classList.add("dragging"); });
   addEventListener("dragleave", () => document.body.classList.remove("dragging"));
@@ -400,9 +461,9 @@ function listenToPeople() {
   addEventListener("keydown", (event) => {
     const typing = event.target.matches("input, select, textarea");
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-    const tabs = ["scene", "file", "microphone", "board"];
+    const names = ["scene", "file", "microphone", "board"];
     if (event.key === " " && !event.target.matches("button")) { event.preventDefault(); pause(); }
-    else if (tabs[event.key - 1]) choose(tabs[event.key - 1]);
+    else if (names[event.key - 1]) choose(names[event.key - 1]);
     else if (event.key === "p") picture();
     else if (event.key === "c") table(page.core, page.rows);
     else if (event.key === "j") jsonLines(page.core, page.rows);

@@ -31,6 +31,14 @@ export const SIGNS = {
   "wrong-codes": "\u2260",
 };
 
+/** What an answer may be used for, by the library's word; of one that may be used without a thought nothing is said. */
+export const USES = {
+  "within sigma": "use it within its sigma",
+  "without its sign": "use it without its sign",
+  "as a rough value": "use it as a rough value",
+  no: "do not use it",
+};
+
 /** How far a number may be trusted: use it, use it with care, do not. */
 export function rank(verdict) {
   return { yes: "good", no: "bad" }[verdict.usable] ?? "care";

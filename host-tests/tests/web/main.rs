@@ -141,6 +141,51 @@ fn hands(said: &Value) {
     assert_eq!(said["ground"], "rgb(14, 18, 22)", "it is dark");
 }
 
+/// Without a mouse, and without eyes.
+fn access(said: &Value) {
+    let found = said["found"].as_array().unwrap();
+    for looked in found {
+        assert!(looked["rules"].as_u64().unwrap() > 10, "{looked}");
+        assert_eq!(looked["violations"], Value::Array(vec![]), "{looked}");
+    }
+    println!("axe finds nothing in {} looks", found.len());
+    assert_eq!(found.len(), 2 * 11, "{said}");
+    assert!(said["order"].as_u64().unwrap() > 0, "the reason comes first: {said}");
+    let [value, name, word] = [0, 1, 2].map(|place| &said["digits"][place]);
+    assert!(value == name && value != word, "the digits are grey: {said}");
+    let walked: Vec<Vec<&str>> = said["walked"].as_array().unwrap().iter().map(cells).collect();
+    let tabs = ["tab-board", "tab-scene", "tab-file", "tab-microphone", "tab-board", "tab-scene"];
+    assert_eq!(walked, tabs.map(|tab| [tab; 2]), "focused and chosen, one of them by Tab: {said}");
+    assert!(said["walked"].as_array().unwrap().iter().all(|walked| walked[2] == 1), "{said}");
+    for chart in said["charts"].as_array().unwrap() {
+        assert!(chart[0] == "img" && chart[1].as_str().unwrap().len() > 20, "{chart}");
+    }
+    let told = said["told"].as_array().unwrap();
+    let times: Vec<f64> = told.iter().map(|told| told[0].as_f64().unwrap()).collect();
+    let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    println!("{} sentences are read out, {gaps:.0?} ms apart", told.len());
+    // A frame late is soon enough.
+    assert!(told.len() > 3 && gaps.iter().all(|&gap| gap > 900.0), "{told:?}");
+    let read = |words: &str| told.iter().any(|told| told[1].as_str().unwrap().contains(words));
+    assert!(read("good: Range") && read("Not usable, "), "{told:?}");
+    for begins in said["begins"].as_array().unwrap() {
+        assert_eq!(begins[1], true, "out of view on a phone: {begins}");
+    }
+}
+
+/// A file's name is text, whatever it says.
+fn strange(said: &Value) {
+    assert_eq!(said["struck"], false, "{said}");
+    assert_eq!(said["images"][0], said["images"][1], "{said}");
+    let title = word(said, "title");
+    let seen = said["seen"].as_array().unwrap();
+    assert!(seen[0][0].as_str().unwrap().starts_with(title), "{said}");
+    // What is wrong with such a file names it.
+    for notice in [&seen[1][1], &seen[2][1]] {
+        assert!(notice.as_str().unwrap().contains(title), "{said}");
+    }
+}
+
 fn file(said: &Value, folder: &Path) {
     assert_eq!(word(said, "notice"), "", "{said}");
     let lines = word(said, "json").lines().map(|line| serde_json::from_str(line).unwrap());
@@ -327,6 +372,8 @@ fn the_page_in_a_browser() {
         match name.as_str() {
             "scenes" => scenes(&said),
             "hands" => hands(&said),
+            "access" => access(&said),
+            "strange" => strange(&said),
             "file" => file(&said, &folder),
             "bad" => bad(&said),
             "board" => board(&said),
@@ -342,7 +389,19 @@ fn the_page_in_a_browser() {
     names.dedup();
     assert_eq!(
         names,
-        ["after", "bad", "board", "file", "hands", "hasty", "microphone", "scenes", "several"]
+        [
+            "access",
+            "after",
+            "bad",
+            "board",
+            "file",
+            "hands",
+            "hasty",
+            "microphone",
+            "scenes",
+            "several",
+            "strange"
+        ]
     );
 }
 
