@@ -242,6 +242,51 @@ async function access() {
   tell("access", { errors: [...errors, ...phone.errors], found, weak, order, digits, walked, charts, told, begins });
 }
 
+/** The tests behind a verdict as the page shows them, and its sentence above them. */
+const why = (page) => page.evaluate(() => ({
+  answer: document.querySelector("#why-answer").textContent,
+  tests: [...document.querySelector("#tests").tBodies[0].rows].map((row) => {
+    const [about, value, limit, followed] = row.cells;
+    return [...about.children].map((part) => part.textContent).concat([value.textContent, limit.textContent, followed.textContent]);
+  }),
+}));
+
+/** A press on the verdict explains it, and holds the page still meanwhile. */
+async function explained() {
+  const { page, errors, context } = await open(browser);
+  const blocks = async () => (await answer(page)).counters.blocks;
+  await page.click("#verdict");
+  await page.waitForSelector("#why:not([hidden])");
+  const chirp = await why(page);
+  await page.waitForTimeout(300);
+  const held = [await blocks(), (await page.waitForTimeout(500), await blocks())];
+  const focus = [await page.evaluate(() => document.activeElement.id)];
+  const found = await hindrances(page, "the tests behind a verdict");
+  await page.keyboard.press("Escape");
+  focus.push(await page.evaluate(() => document.activeElement.id));
+  const moved = (await until(page, ({ counters }) => counters.blocks !== held[1])).counters.blocks;
+  const files = [];
+  await page.keyboard.press("2");
+  for (const name of ["good-tone.wav", "good-iq.i16", "bad-silence.wav"]) {
+    await slide(page, "file_rate_hz", name.endsWith(".wav") ? "" : 48000);
+    if (name.includes("iq")) await page.check("#iq");
+    else await page.uncheck("#iq");
+    await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+    await drop(page, name);
+    await measured(page);
+    await page.click("#verdict");
+    await page.waitForSelector("#why:not([hidden])");
+    files.push({ file: name, ...await why(page) });
+    await page.click("#why-close");
+  }
+  // Without a block there is nothing to explain.
+  await page.keyboard.press("3");
+  await page.click("#verdict");
+  const { notice } = await until(page, (said) => said.notice);
+  tell("explained", { errors, chirp, held, moved, focus, found, files, notice });
+  await context.close();
+}
+
 /** A file's name is text, whatever it says. */
 async function strange() {
   const { page, errors, context } = await open(browser);
@@ -362,5 +407,5 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), access(), strange(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), access(), explained(), strange(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await browser.close();

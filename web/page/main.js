@@ -5,7 +5,7 @@ import { Waterfall } from "./waterfall.js";
 import { SCENES, instrumentForm, sceneForm } from "./controls.js";
 import { Board, Microphone, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
-import { Tones, row as toneRow } from "./tones.js";
+import { Tones, row as toneRow, testRow } from "./tones.js";
 import { SIGNS, USES, figure, hertz, note, rank, signed } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
@@ -77,6 +77,7 @@ const tabs = () => [...document.querySelectorAll("[data-source]")];
 
 async function choose(name) {
   begin();
+  unexplain();
   page.source?.stop();
   [page.source, page.name] = [null, name];
   for (const tab of tabs()) {
@@ -155,11 +156,55 @@ async function connect() {
   page.source = board;
 }
 
-/** Loads what finds more than one tone, once that is wanted. */
+/** Loads what finds more than one tone and explains a verdict, once that is wanted. */
+async function finder() {
+  page.finder ??= await Tones.load().catch((error) => void notice(`This cannot be had: ${error.message}.`));
+  return page.finder;
+}
+
 async function several() {
   page.shown = 0;
-  if (page.finder || page.values[page.name].tones < 2) return;
-  page.finder = await Tones.load().catch((error) => void notice(`More tones cannot be had: ${error.message}.`));
+  if (page.values[page.name].tones > 1) await finder();
+}
+
+/** Which of a chirp's segments a block is. */
+const SEGMENTS = ["", ", rising ramp", ", flat segment", ", falling ramp"];
+
+/** Explains the verdict on the block that is drawn; the page holds still until that is closed. */
+async function explain() {
+  if (!$("why").hidden) return unexplain();
+  const turn = page.turn;
+  const held = page.paused;
+  pause(true);
+  const found = await finder();
+  const explained = turn === page.turn ? found?.explain(page.core.shown()) : null;
+  const row = page.rows.findLast(({ segment }) => segment <= 1);
+  if (!explained || !row) {
+    pause(held);
+    if (found && turn === page.turn) notice(page.name === "board" ? "The board sends figures, not samples. Capture a block to have it explained." : "There is no block to explain yet.");
+    return;
+  }
+  page.held = held;
+  const { reason, usable } = page.core.verdicts.find(({ name }) => name === explained.verdict);
+  const block = page.name === "board" ? "The captured block" : `Block ${row.block}${SEGMENTS[row.segment]}`;
+  const measured = page.name === "board" || !(row.sigma_hz > 0) ? "" : ` ${figure(row.frequency_hz, row.sigma_hz).join(" \u00b1 ")} Hz,`;
+  $("why-answer").textContent = `${block}:${measured} ${explained.verdict}. ${reason} Usable: ${usable}.`;
+  $("tests").tBodies[0].replaceChildren(...explained.tests.map(testRow));
+  $("why").hidden = false;
+  $("verdict").setAttribute("aria-expanded", true);
+  // The digits follow five times a second: they are those of the block that is explained.
+  page.shown = 0;
+  draw(performance.now());
+  $("why").focus({ preventScroll: true });
+}
+
+function unexplain() {
+  if ($("why").hidden) return;
+  const inside = $("why").contains(document.activeElement);
+  $("why").hidden = true;
+  $("verdict").setAttribute("aria-expanded", false);
+  if (inside) $("verdict").focus();
+  pause(page.held && page.paused);
 }
 
 /** The tones of the newest block: a board tells its own. */
@@ -421,8 +466,10 @@ function frame(now) {
   requestAnimationFrame(frame);
 }
 
-function pause() {
-  page.paused = !page.paused;
+function pause(held = !page.paused) {
+  page.paused = held;
+  // What goes on is no longer what was explained.
+  if (!page.paused) unexplain();
   $("pause").setAttribute("aria-pressed", page.paused);
   $("pause").querySelector("span").textContent = page.paused ? "Go on" : "Pause";
 }
@@ -442,7 +489,7 @@ function listenToPeople() {
   for (const button of document.querySelectorAll("[data-order]")) button.addEventListener("click", () => page.source?.order?.(button.dataset.order));
   for (const form of document.forms) form.addEventListener("submit", (event) => event.preventDefault());
   const presses = {
-    pause, connect, listen, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
+    pause: () => pause(), connect, listen, verdict: explain, "why-close": unexplain, png: picture, csv: () => table(page.core, page.rows), json: () => jsonLines(page.core, page.rows),
     take: () => {
       page.reference = page.rows.at(-1)?.frequency_hz ?? 0;
       $("reference").textContent = page.reference ? `Reference ${page.reference.toFixed(1)} Hz` : "Listen first.";
@@ -459,6 +506,7 @@ function listenToPeople() {
     if (event.dataTransfer.files[0]) drop(event.dataTransfer.files[0]);
   });
   addEventListener("keydown", (event) => {
+    if (event.key === "Escape") unexplain();
     const typing = event.target.matches("input, select, textarea");
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
     const names = ["scene", "file", "microphone", "board"];

@@ -165,7 +165,7 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
         terms.extend([f64::from(*clipped), stamp.gap.into()]);
         terms.extend([tone.frequency.cycles(), tone.sigma.into(), tone.snr.into()]);
         terms.extend([tone.amplitude.into(), f64::from(tone.verdict as u8)]);
-        terms.push(tone.also.bits().into());
+        terms.extend([tone.also.bits().into(), f64::from(stamp.segment as u8)]);
     }
 
     fn terms(&self) -> &Terms {

@@ -1,33 +1,8 @@
 //! An answer with every test behind its verdict.
 
 use super::Estimate;
+pub use crate::explain::rows::{Fitted, Note, Notes};
 use picket::tone::evidence::Evidence;
-use picket::tone::fit::Fit;
-use picket::tone::judge::Judgement;
-use picket::tone::observer::{Observer, Step, Test};
-use std::cell::{Cell, RefCell};
-
-/// What an observer heard, in order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Note {
-    /// A fit begins to be judged.
-    Begin(Step),
-    /// A test was made.
-    Test(Test),
-    /// What the tests of the last fit amount to, and whether it takes the place of the fit before.
-    Judged(Judgement, bool),
-}
-
-/// The last fit of a tone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fitted {
-    /// The peak bin.
-    pub peak: i32,
-    /// The fit about it.
-    pub fit: Fit<f32>,
-    /// The noise power per sample beside the tone, in squared codes.
-    pub noise: f32,
-}
 
 /// An answer, and why its verdict is what it is.
 #[derive(Clone, Debug)]
@@ -42,38 +17,9 @@ pub struct Explained {
     pub fitted: Option<Fitted>,
 }
 
-/// An observer that writes all down.
-#[derive(Debug, Default)]
-pub(super) struct Notes {
-    notes: RefCell<Vec<Note>>,
-    fitted: Cell<Option<Fitted>>,
-}
-
-impl Notes {
-    pub fn explained(self, estimate: Estimate, evidence: Evidence) -> Explained {
-        let (notes, fitted) = (self.notes.into_inner(), self.fitted.get());
+impl Explained {
+    pub(super) fn of(notes: Notes, estimate: Estimate, evidence: Evidence) -> Self {
+        let (notes, fitted) = notes.taken();
         Explained { estimate, evidence, notes, fitted }
-    }
-
-    fn push(&self, note: Note) {
-        self.notes.borrow_mut().push(note);
-    }
-}
-
-impl Observer for &Notes {
-    fn hear(self, test: impl FnOnce() -> Test) {
-        self.push(Note::Test(test()));
-    }
-
-    fn begin(self, step: Step) {
-        self.push(Note::Begin(step));
-    }
-
-    fn judged(self, judgement: &Judgement, taken: bool) {
-        self.push(Note::Judged(*judgement, taken));
-    }
-
-    fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32) {
-        self.fitted.set(Some(Fitted { peak, fit: *fit, noise }));
     }
 }

@@ -282,7 +282,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let measured = self.weigh(record, &[estimator], false, &notes);
         let (estimate, evidence) =
             measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NOTHING));
-        notes.explained(estimate, evidence)
+        Explained::of(notes, estimate, evidence)
     }
 }
 

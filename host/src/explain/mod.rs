@@ -1,21 +1,17 @@
 //! `picket explain`: why a block's verdict is what it is.
 
 mod picture;
-mod words;
+pub mod rows;
 
 use crate::analyze::input::Input;
 use crate::analyze::{self, Answer, Explanation};
-use crate::arithmetic::Note;
 use crate::cli;
 use crate::output::Output;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
-use picket::Verdict;
-use picket::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
-use picket::tone::judge::Line;
-use picket::tone::observer::Step;
-use picket::tone::sigma::CLIPPED;
-use serde::Serialize;
+pub use rows::Row;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -35,31 +31,6 @@ pub struct Options {
     /// One JSON object
     #[arg(long)]
     json: bool,
-}
-
-/// One test, as people and programs read it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
-    /// Its name.
-    pub test: &'static str,
-    /// What is compared, in a sentence.
-    pub about: &'static str,
-    /// The fit whose line is judged.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fit: Option<&'static str>,
-    /// The value.
-    pub value: Option<f64>,
-    /// Its limit.
-    pub limit: Option<f64>,
-    /// What both are in.
-    pub unit: &'static str,
-    /// Whether the test says something against the tone.
-    pub fired: bool,
-    /// Whether it can: another only tells which tests are made, or what a sum is made of.
-    #[serde(skip)]
-    pub decides: bool,
-    /// What followed.
-    pub followed: String,
 }
 
 /// What the command prints as JSON: the keys of an analysis' answer, and the tests.
@@ -101,82 +72,26 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
 
 /// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
 pub fn rows(explanation: &Explanation) -> Vec<Row> {
-    let explained = &explanation.explained;
-    let (mut rows, mut fit) = (Vec::new(), None);
-    for note in &explained.notes {
-        match note {
-            Note::Begin(step) => fit = Some(of_step(*step)),
-            Note::Test(test) => rows.push(words::row(test, fit)),
-            Note::Judged(judgement, taken) => {
-                let line = match judgement.line {
-                    Line::Steady => "one steady tone",
-                    Line::Moving => "one tone that changes: moving",
-                    Line::Unresolved => "more than one tone: unresolved",
-                };
-                let taken = if *taken { "" } else { "; not better, so this fit is dropped" };
-                rows.push(Row {
-                    test: "line",
-                    about: "variance over that of the noise alone",
-                    fit,
-                    value: Some(judgement.widening.into()),
-                    limit: None,
-                    unit: "",
-                    fired: judgement.line != Line::Steady,
-                    decides: true,
-                    followed: format!("{line}{taken}"),
-                });
-                fit = None;
-            }
+    let Explanation { explained, samples, .. } = explanation;
+    rows::rows(&explained.notes, &explained.evidence, samples.len())
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut object = serializer.serialize_struct("Row", 8)?;
+        object.serialize_field("test", self.test)?;
+        object.serialize_field("about", self.about)?;
+        match self.fit {
+            Some(fit) => object.serialize_field("fit", fit)?,
+            None => object.skip_field("fit")?,
         }
+        object.serialize_field("value", &self.value)?;
+        object.serialize_field("limit", &self.limit)?;
+        object.serialize_field("unit", self.unit)?;
+        object.serialize_field("fired", &self.fired)?;
+        object.serialize_field("followed", &self.followed)?;
+        object.end()
     }
-    rows.extend(of_evidence(&explained.evidence, explanation.samples.len()));
-    rows
-}
-
-const fn of_step(step: Step) -> &'static str {
-    match step {
-        Step::Usual => "usual",
-        Step::Further => "more steps",
-        Step::BesideDrift => "beside a drift",
-    }
-}
-
-/// The rules of the verdict itself, with what they are about in the order of [`Evidence::rules`].
-fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
-    let n = n as f64;
-    let sigma = Some((f64::from(evidence.sigma) * n, f64::from(WHOLE_SPECTRUM) * n));
-    let edge = Some((f64::from(evidence.edge_bins), f64::from(EDGE_BINS)));
-    let clipped = Some((f64::from(evidence.clipped) * 100.0, f64::from(CLIPPED) * 100.0));
-    let about = [
-        ("found", "there is a peak in the band, and a fit to it", None, ""),
-        ("detection", "the line is told from noise", None, ""),
-        ("sigma", "sigma is less than the whole spectrum", sigma, "bins"),
-        ("steady", "the line does not change within the block", None, ""),
-        ("alone", "the line is a single tone", None, ""),
-        ("image", "no strong line at minus the frequency", None, ""),
-        ("edge", "distance from DC or Nyquist, at least", edge, "bins"),
-        ("band", "the frequency is within the band", None, ""),
-        ("clipped", "share of the samples that touch a rail", clipped, "%"),
-        ("codes", "samples beyond the stated rails", Some((evidence.beyond.into(), 0.0)), ""),
-        ("gap", "no samples are missing before the block", None, ""),
-    ];
-    let finite = |x: f64| x.is_finite().then_some(x);
-    let row =
-        |((test, about, value, unit), (fired, verdict)): ((_, _, Option<(f64, f64)>, _), _)| {
-            let verdict: Verdict = verdict;
-            Row {
-                test,
-                about,
-                fit: None,
-                value: value.and_then(|(value, _)| finite(value)),
-                limit: value.and_then(|(_, limit)| finite(limit)),
-                unit,
-                fired,
-                decides: true,
-                followed: if fired { verdict.name() } else { "-" }.to_owned(),
-            }
-        };
-    about.into_iter().zip(evidence.rules()).map(row).collect()
 }
 
 fn text(explanation: &Explanation, rows: &[Row]) -> String {
@@ -226,11 +141,7 @@ fn text(explanation: &Explanation, rows: &[Row]) -> String {
             &number(row.value),
             &number(row.limit),
             row.unit,
-            match (row.decides, row.fired) {
-                (false, _) => "-",
-                (true, true) => "fired",
-                (true, false) => "passed",
-            },
+            row.outcome(),
             &row.followed,
         ]);
     }

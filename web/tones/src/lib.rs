@@ -1,14 +1,18 @@
-//! All tones of a block, each with its sigma and its phase.
+//! More of a block than its answer: all its tones, each with its sigma and its phase, and every test behind its verdict.
 //!
 //! The page's own module measures one tone of a block. This one is loaded when somebody asks for more, and takes up what the
 //! other has measured.
 
 #[path = "../../src/row.rs"]
 pub mod row;
+#[path = "../../../host/src/explain/rows.rs"]
+pub mod rows;
 
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
+use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket::methods::registry::Method;
+use picket::pipeline::Pipeline;
+use picket::plan::{self, Plan};
 use picket::spectrum::Spectrum;
 use picket::spectrum::peak::Band;
 use picket::tone::arithmetic::Arithmetic;
@@ -18,59 +22,75 @@ use picket::tone::frequency::Frequency;
 use picket::tone::lines::lines;
 use picket::tone::measure::Options;
 use picket::tone::{Tone, Verdict, Verdicts};
+use rows::{Notes, Row};
 use std::cell::RefCell;
 
-/// What the page says of a block, as numbers.
-pub type Terms = [f64; 14];
+/// What the page says of a block, as numbers: the samples' number, 1 for I/Q, the bits of a code (those from 0 as a negative number), the
+/// rate in Hz, the band's first and last bin, the count of clipped samples, 1 behind a gap, then the block's tone: frequency and
+/// sigma in cycles per sample, signal-to-noise ratio, amplitude, the verdict's number, the bits of what applies besides; then the
+/// segment of the waveform.
+pub type Terms = [f64; 15];
 
-/// The tones of a block, at most `most`, the strongest first: a [`row`](row::row) each. `terms` are the samples' number, 1 for
-/// I/Q, the bits of a code (those from 0 as a negative number), the rate in Hz, the band's first and last bin, the count
-/// of clipped samples, 1 behind a gap, then the block's tone: frequency and sigma in cycles per sample, signal-to-noise ratio,
-/// amplitude, the verdict's number, the bits of what applies besides. None where they cannot work.
-pub fn tones(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Vec<f64> {
-    // A cast saturates.
-    match (terms[0] as usize, terms[1] != 0.0) {
-        (1024, false) => of::<Real, 1024>(terms, samples, most),
-        (2048, false) => of::<Real, 2048>(terms, samples, most),
-        (4096, false) => of::<Real, 4096>(terms, samples, most),
-        (1024, true) => of::<Iq, 1024>(terms, samples, most),
-        (2048, true) => of::<Iq, 2048>(terms, samples, most),
-        (4096, true) => of::<Iq, 4096>(terms, samples, most),
-        _ => None,
-    }
-    .unwrap_or_default()
+/// Calls `$of::<R, N>` for the records that `$terms` are of; `None` for others.
+macro_rules! of_records {
+    ($of:ident, $terms:expr, $samples:expr $(, $more:expr)*) => {
+        // A cast saturates.
+        match ($terms[0] as usize, $terms[1] != 0.0) {
+            (1024, false) => $of::<Real, 1024>($terms, $samples $(, $more)*),
+            (2048, false) => $of::<Real, 2048>($terms, $samples $(, $more)*),
+            (4096, false) => $of::<Real, 4096>($terms, $samples $(, $more)*),
+            (1024, true) => $of::<Iq, 1024>($terms, $samples $(, $more)*),
+            (2048, true) => $of::<Iq, 2048>($terms, $samples $(, $more)*),
+            (4096, true) => $of::<Iq, 4096>($terms, $samples $(, $more)*),
+            _ => None,
+        }
+    };
 }
 
-fn of<R: Record, const N: usize>(
-    terms: &Terms,
-    samples: &[[i16; 2]],
-    most: usize,
-) -> Option<Vec<f64>> {
-    let &[
-        _,
-        _,
-        bits,
-        rate_hz,
-        low,
-        high,
-        clipped,
-        gap,
-        frequency,
-        sigma,
-        snr,
-        amplitude,
-        verdict,
-        also,
-    ] = terms;
+/// The tones of a block, at most `most`, the strongest first: a [`row`](row::row) each. None where they cannot work.
+pub fn tones(terms: &Terms, samples: &[[i16; 2]], most: usize) -> Vec<f64> {
+    of_records!(tones_of, terms, samples, most).unwrap_or_default()
+}
+
+/// The verdict on a block, and every test behind it.
+pub fn explained(terms: &Terms, samples: &[[i16; 2]]) -> Option<(Verdict, Vec<Row>)> {
+    of_records!(explained_of, terms, samples)
+}
+
+/// A plan for blocks as `terms` tell of them. A whole configuration would bring its solvers along, and their size.
+fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
+    let &[_, _, bits, rate_hz, low, high, ..] = terms;
     let codes = Codes::of_bits(bits > 0.0, bits.abs() as u32)?;
     let band = Band::new(low as i32, high as i32);
-    // As a plan has them. A whole configuration would bring its solvers along, and their size.
     let options = Options {
         method: Method::default().of_kind::<R>(),
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
     };
+    let idle = *Plan::<R, N>::IDLE;
+    Plan::of_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })
+        .ok()
+}
+
+fn stamp(terms: &Terms) -> Option<Stamp> {
+    let &[.., gap, _, _, _, _, _, _, segment] = terms;
+    let segment = Segment::from_u8(segment as u8)?;
+    Some(Stamp { segment, gap: gap != 0.0, ..Stamp::default() })
+}
+
+fn record<R: Record, const N: usize>(samples: &[[i16; 2]]) -> [R::Sample; N] {
+    let mut parts = samples.iter().copied();
+    std::array::from_fn(|_| R::of_parts(parts.next().unwrap_or_default()))
+}
+
+fn tones_of<R: Record, const N: usize>(
+    terms: &Terms,
+    samples: &[[i16; 2]],
+    most: usize,
+) -> Option<Vec<f64>> {
+    let &[.., clipped, _, frequency, sigma, snr, amplitude, verdict, also, _] = terms;
+    let plan = plan::<R, N>(terms)?;
     let tone = Tone {
         frequency: Frequency::of_bins(0, frequency, 1)?,
         sigma: sigma as f32,
@@ -80,13 +100,21 @@ fn of<R: Record, const N: usize>(
         also: Verdicts::of_bits(also as u8),
         ..Tone::default()
     };
-    let mut parts = samples.iter().copied();
-    let record = std::array::from_fn(|_| R::of_parts(parts.next().unwrap_or_default()));
     let mut spectrum = Box::new(Spectrum::<R, N>::new());
-    spectrum.transform(&record, codes);
-    let stamp = Stamp { gap: gap != 0.0, ..Stamp::default() };
-    let found = lines(&spectrum, &tone, band, clipped as u32, &stamp, &options, most);
-    Some(found.iter().flat_map(|tone| row::row(tone, rate_hz)).collect())
+    spectrum.transform(&record::<R, N>(samples), plan.codes);
+    let stamp = stamp(terms)?;
+    let found = lines(&spectrum, &tone, plan.band, clipped as u32, &stamp, &plan.options, most);
+    Some(found.iter().flat_map(|tone| row::row(tone, plan.rate_hz)).collect())
+}
+
+fn explained_of<R: Record, const N: usize>(
+    terms: &Terms,
+    samples: &[[i16; 2]],
+) -> Option<(Verdict, Vec<Row>)> {
+    let (stamp, notes) = (stamp(terms)?, Notes::default());
+    let mut pipeline = Box::new(Pipeline::<R, N>::new(plan::<R, N>(terms)?));
+    let (_, tone, evidence) = pipeline.explain(&stamp, &record::<R, N>(samples), &notes);
+    Some((tone.verdict, rows::rows(&notes.taken().0, &evidence, N)))
 }
 
 /// What goes in and what comes out.
@@ -95,6 +123,7 @@ struct Exchange {
     terms: Terms,
     samples: Vec<[i16; 2]>,
     numbers: Vec<f64>,
+    text: Vec<u8>,
 }
 
 thread_local! {
@@ -124,6 +153,38 @@ pub extern "C" fn tones_find(most: usize) -> usize {
         exchange.numbers = tones(&exchange.terms, &exchange.samples, most);
         exchange.numbers.len()
     })
+}
+
+/// Explains the verdict on those samples: the text has the verdict, and a line for each test with its name, what is compared, the fit, the unit,
+/// the outcome and what followed; its value and its limit are numbers. Gives how many numbers it leaves: none where it cannot work.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_explain() -> usize {
+    EXCHANGE.with_borrow_mut(|exchange| {
+        let explained = explained(&exchange.terms, &exchange.samples);
+        let (verdict, rows) = explained.unwrap_or_default();
+        let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+        exchange.numbers = rows.iter().flat_map(|row| [row.value, row.limit]).map(number).collect();
+        exchange.text = verdict.name().into();
+        for row in &rows {
+            let fit = row.fit.unwrap_or_default();
+            let cells = [row.test, row.about, fit, row.unit, row.outcome(), &row.followed];
+            exchange.text.push(b'\n');
+            exchange.text.extend(cells.join("\t").bytes());
+        }
+        exchange.numbers.len()
+    })
+}
+
+/// The text that it left: its address.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_text() -> *const u8 {
+    EXCHANGE.with_borrow(|exchange| exchange.text.as_ptr())
+}
+
+/// How many bytes that has.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_text_length() -> usize {
+    EXCHANGE.with_borrow(|exchange| exchange.text.len())
 }
 
 /// Those numbers: their address.

@@ -1,0 +1,183 @@
+//! Every test behind a verdict as a row: for `picket explain`, and for the page, which has this file, too.
+
+#[path = "words.rs"]
+mod words;
+
+use picket::tone::Verdict;
+use picket::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
+use picket::tone::fit::Fit;
+use picket::tone::judge::{Judgement, Line};
+use picket::tone::observer::{Observer, Step, Test};
+use picket::tone::sigma::CLIPPED;
+use std::cell::{Cell, RefCell};
+
+/// What an observer heard, in order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Note {
+    /// A fit begins to be judged.
+    Begin(Step),
+    /// A test was made.
+    Test(Test),
+    /// What the tests of the last fit amount to, and whether it takes the place of the fit before.
+    Judged(Judgement, bool),
+}
+
+/// The last fit of a tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fitted {
+    /// The peak bin.
+    pub peak: i32,
+    /// The fit about it.
+    pub fit: Fit<f32>,
+    /// The noise power per sample beside the tone, in squared codes.
+    pub noise: f32,
+}
+
+/// An observer that writes all down.
+#[derive(Debug, Default)]
+pub struct Notes {
+    notes: RefCell<Vec<Note>>,
+    fitted: Cell<Option<Fitted>>,
+}
+
+impl Notes {
+    /// What it heard, in order, and of the last fit, if there was one.
+    pub fn taken(self) -> (Vec<Note>, Option<Fitted>) {
+        (self.notes.into_inner(), self.fitted.get())
+    }
+
+    fn push(&self, note: Note) {
+        self.notes.borrow_mut().push(note);
+    }
+}
+
+impl Observer for &Notes {
+    fn hear(self, test: impl FnOnce() -> Test) {
+        self.push(Note::Test(test()));
+    }
+
+    fn begin(self, step: Step) {
+        self.push(Note::Begin(step));
+    }
+
+    fn judged(self, judgement: &Judgement, taken: bool) {
+        self.push(Note::Judged(*judgement, taken));
+    }
+
+    fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32) {
+        self.fitted.set(Some(Fitted { peak, fit: *fit, noise }));
+    }
+}
+
+/// One test, as people and programs read it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its name.
+    pub test: &'static str,
+    /// What is compared, in a sentence.
+    pub about: &'static str,
+    /// The fit whose line is judged.
+    pub fit: Option<&'static str>,
+    /// The value.
+    pub value: Option<f64>,
+    /// Its limit.
+    pub limit: Option<f64>,
+    /// What both are in.
+    pub unit: &'static str,
+    /// Whether the test says something against the tone.
+    pub fired: bool,
+    /// Whether it can: another only tells which tests are made, or what a sum is made of.
+    pub decides: bool,
+    /// What followed.
+    pub followed: String,
+}
+
+impl Row {
+    /// What came of it, in a word; nothing of a test that cannot speak against the tone.
+    pub const fn outcome(&self) -> &'static str {
+        match (self.decides, self.fired) {
+            (false, _) => "-",
+            (true, true) => "fired",
+            (true, false) => "passed",
+        }
+    }
+}
+
+/// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
+pub fn rows(notes: &[Note], evidence: &Evidence, n: usize) -> Vec<Row> {
+    let (mut rows, mut fit) = (Vec::new(), None);
+    for note in notes {
+        match note {
+            Note::Begin(step) => fit = Some(of_step(*step)),
+            Note::Test(test) => rows.push(words::row(test, fit)),
+            Note::Judged(judgement, taken) => {
+                let line = match judgement.line {
+                    Line::Steady => "one steady tone",
+                    Line::Moving => "one tone that changes: moving",
+                    Line::Unresolved => "more than one tone: unresolved",
+                };
+                let taken = if *taken { "" } else { "; not better, so this fit is dropped" };
+                rows.push(Row {
+                    test: "line",
+                    about: "variance over that of the noise alone",
+                    fit,
+                    value: Some(judgement.widening.into()),
+                    limit: None,
+                    unit: "",
+                    fired: judgement.line != Line::Steady,
+                    decides: true,
+                    followed: format!("{line}{taken}"),
+                });
+                fit = None;
+            }
+        }
+    }
+    rows.extend(of_evidence(evidence, n));
+    rows
+}
+
+const fn of_step(step: Step) -> &'static str {
+    match step {
+        Step::Usual => "usual",
+        Step::Further => "more steps",
+        Step::BesideDrift => "beside a drift",
+    }
+}
+
+/// The rules of the verdict itself, with what they are about in the order of [`Evidence::rules`].
+fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
+    let n = n as f64;
+    let sigma = Some((f64::from(evidence.sigma) * n, f64::from(WHOLE_SPECTRUM) * n));
+    let edge = Some((f64::from(evidence.edge_bins), f64::from(EDGE_BINS)));
+    let clipped = Some((f64::from(evidence.clipped) * 100.0, f64::from(CLIPPED) * 100.0));
+    let about = [
+        ("found", "there is a peak in the band, and a fit to it", None, ""),
+        ("detection", "the line is told from noise", None, ""),
+        ("sigma", "sigma is less than the whole spectrum", sigma, "bins"),
+        ("steady", "the line does not change within the block", None, ""),
+        ("alone", "the line is a single tone", None, ""),
+        ("image", "no strong line at minus the frequency", None, ""),
+        ("edge", "distance from DC or Nyquist, at least", edge, "bins"),
+        ("band", "the frequency is within the band", None, ""),
+        ("clipped", "share of the samples that touch a rail", clipped, "%"),
+        ("codes", "samples beyond the stated rails", Some((evidence.beyond.into(), 0.0)), ""),
+        ("gap", "no samples are missing before the block", None, ""),
+    ];
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let row =
+        |((test, about, value, unit), (fired, verdict)): ((_, _, Option<(f64, f64)>, _), _)| {
+            let verdict: Verdict = verdict;
+            Row {
+                test,
+                about,
+                fit: None,
+                value: value.and_then(|(value, _)| finite(value)),
+                limit: value.and_then(|(_, limit)| finite(limit)),
+                unit,
+                fired,
+                decides: true,
+                followed: if fired { verdict.name() } else { "-" }.to_owned(),
+            }
+        };
+    about.into_iter().zip(evidence.rules()).map(row).collect()
+}
