@@ -333,6 +333,25 @@ async function files() {
   await context.close();
 }
 
+/** Of a recording with two channels: either of them, both as I and Q, at another rate. */
+async function choices() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("2");
+  await drop(page, "two-channels.wav");
+  await measured(page);
+  const { notice } = await answer(page);
+  for (const [channel, q, rate] of [[2, "", ""], [1, "", 96000], [2, 1, ""]]) {
+    for (const [name, value] of [["channel", channel], ["channel_q", q], ["file_rate_hz", rate]]) {
+      await page.evaluate(() => { document.querySelector("#file-name").textContent = ""; });
+      await slide(page, name, value);
+      await measured(page);
+    }
+    const told = await page.locator("#file_rate_hz").getAttribute("placeholder");
+    tell("choice", { errors, file: "two-channels.wav", channel, q, rate, told, wrong: notice, ...await answer(page), json: (await saved(page, "json")).toString() });
+  }
+  await context.close();
+}
+
 /** All tones of a block: two of a scene, then those of a recording's last block. */
 async function several() {
   const { page, errors, context } = await open(browser);
@@ -407,5 +426,5 @@ async function microphone() {
 
 // Frames are timed while nothing else runs; the others share the time that they wait.
 await scenes();
-await Promise.all([hands(), access(), explained(), strange(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
+await Promise.all([hands(), access(), explained(), strange(), files(), choices(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await browser.close();

@@ -109,6 +109,8 @@ export function instrumentForm(form, source, values, changed) {
     field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
       number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),
+    source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "the only one" }), "Q",
+      number("channel_q", { min: 1, step: 1, placeholder: "none", ariaLabel: "Channel of Q" }))) : "",
     source === "file" ? field("file_rate_hz", "Rate, Hz", number("file_rate_hz", { min: 0, placeholder: "as the file says" })) : "",
     source === "file" ? field("scale", "Scale", number("scale", { min: 0, step: "any", placeholder: "1" })) : "",
   ];

@@ -18,7 +18,7 @@ const page = {
   counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
     scene: { n: 1024, bits: 12, iq: 1, mixing: 0, tones: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1 },
+    file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1, channel: 0, channel_q: 0 },
     microphone: { n: 4096, bits: 16, iq: 0, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
@@ -128,6 +128,7 @@ async function drop(file) {
     return notice(recording.wrong);
   }
   $("file-name").textContent = file.name;
+  $("file_rate_hz").placeholder = `${page.core.state().rate}, as the file says`;
   page.source = recording;
 }
 

@@ -22,9 +22,12 @@ impl File {
     /// # Errors
     /// It cannot be read or measured; the sentence says what to do.
     pub fn open(name: &str, bytes: Vec<u8>, settings: &mut Settings) -> Result<Self, String> {
+        let chosen = |channel: usize| (channel != 0).then_some(channel);
+        let (channel, q) = settings.channel;
         let options = Options {
             rate_hz: (settings.file_rate_hz != 0.0).then_some(settings.file_rate_hz),
             iq: settings.iq,
+            channel: chosen(channel).map(|channel| (channel, chosen(q))),
             scale: None,
             ..Options::default()
         };
@@ -96,10 +99,12 @@ fn sentence(name: &str, error: &RecordingError) -> String {
             "{name} is cut off: its header announces {said} bytes of samples, the file holds {held}. Copy it again."
         ),
         Channels(_, 2, false) => {
-            format!("{name} has two channels: tick I/Q if that is what they are.")
+            format!(
+                "{name} has two channels: choose one under Channel, or tick I/Q if that is what they are."
+            )
         }
         Channels(_, channels, _) => {
-            format!("{name} has {channels} channels: I/Q needs two, anything else one.")
+            format!("{name} has {channels} channels: choose one under Channel, or two for I and Q.")
         }
         Rate(rate) => format!("A sample rate of {rate} Hz cannot be: type another."),
         Either(_) => format!(
@@ -113,6 +118,9 @@ fn sentence(name: &str, error: &RecordingError) -> String {
         ),
         Line(_, line, what) => format!("{name}, line {line}: {what}."),
         Npy(_, what) => format!("{name} is not a readable npy file: {what}."),
-        other => format!("{other}."),
+        other => {
+            let words = other.to_string().replace("by --channel", "under Channel");
+            format!("{}.", words.replace("by --column", "under Channel"))
+        }
     }
 }

@@ -44,6 +44,8 @@ pub struct Settings {
     pub scale: f64,
     /// The rate, Hz, of a file that does not know its own; 0 where nothing is said.
     pub file_rate_hz: f64,
+    /// The channel of a file, from 1, and the one that is Q; 0 where nothing is said.
+    pub channel: (usize, usize),
 }
 
 impl Default for Settings {
@@ -61,6 +63,7 @@ impl Default for Settings {
             most: 4,
             scale: 1.0,
             file_rate_hz: 0.0,
+            channel: (0, 0),
         }
     }
 }
@@ -85,6 +88,8 @@ impl Settings {
             "most" => self.most = value as u8,
             "scale" => self.scale = value,
             "file_rate_hz" => self.file_rate_hz = value,
+            "channel" => self.channel.0 = value as usize,
+            "channel_q" => self.channel.1 = value as usize,
             "kind" => {
                 self.kind = match value as u8 {
                     1 => Kind::Doppler,

@@ -43,16 +43,18 @@ fn bytes_of(samples: &[i16]) -> std::vec::Vec<u8> {
     samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
 }
 
-/// A wav file of one channel.
-fn wav(samples: &[i16]) -> std::vec::Vec<u8> {
+/// A wav file.
+fn wav(channels: u16, samples: &[i16]) -> std::vec::Vec<u8> {
     let data = bytes_of(samples);
     let size = data.len() as u32;
     let rate = RATE_HZ as u32;
     let mut file = b"RIFF".to_vec();
     file.extend((36 + size).to_le_bytes());
-    file.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
-    file.extend([rate, 2 * rate].map(u32::to_le_bytes).concat());
-    file.extend(b"\x02\0\x10\0data");
+    file.extend(b"WAVEfmt \x10\0\0\0\x01\0");
+    file.extend(channels.to_le_bytes());
+    file.extend([rate, 2 * u32::from(channels) * rate].map(u32::to_le_bytes).concat());
+    file.extend((2 * channels).to_le_bytes());
+    file.extend(b"\x10\0data");
     file.extend(size.to_le_bytes());
     file.extend(data);
     file
@@ -110,17 +112,18 @@ pub fn inputs() -> PathBuf {
     let write = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).unwrap();
     let real = recording(100_000, false);
     let iq = recording(40_000, true);
-    write("good-tone.wav", &wav(&real));
+    write("good-tone.wav", &wav(1, &real));
     write("good-iq.i16", &bytes_of(&iq));
+    write("two-channels.wav", &wav(2, &iq));
     let lines: String = real.iter().take(20_000).map(|sample| format!("{sample}\n")).collect();
     write("good-column.csv", lines.as_bytes());
-    let whole = wav(&real);
+    let whole = wav(1, &real);
     write("bad-truncated.wav", &whole[..whole.len() / 2]);
-    write("bad-silence.wav", &wav(&[0; 4096]));
+    write("bad-silence.wav", &wav(1, &[0; 4096]));
     write("bad-stranger.wav", &bytes_of(&real)[..5000]);
     write("bad-empty.wav", &[]);
     write("bad-rate.i16", &bytes_of(&real));
-    write("bad-short.wav", &wav(&real[..300]));
+    write("bad-short.wav", &wav(1, &real[..300]));
     write("bad-name.xyz", b"stranger");
     write("bad-chunk.wav", b"RIFF\xff\xff\xff\xffWAVEJUNK\xff\xff\xff\xffdata\0\0\0\0");
     write("session.bin", &session());

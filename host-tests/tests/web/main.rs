@@ -52,11 +52,10 @@ fn analysis(file: &Path) -> Analysis {
 }
 
 /// What `picket analyze FILE --arith target --json` prints, one value a line.
-fn analyzed(file: &Path) -> Vec<Value> {
-    let analysis = analysis(file);
+fn analyzed(file: &Path, analysis: &Analysis) -> Vec<Value> {
     let mut lines = Vec::new();
     let sink = |answer| lines.push(serde_json::to_value(answer).unwrap());
-    let summary = analyze::run(file, &analysis, sink, |_| ()).unwrap();
+    let summary = analyze::run(file, analysis, sink, |_| ()).unwrap();
     lines.push(serde_json::to_value(summary).unwrap());
     lines
 }
@@ -237,12 +236,28 @@ fn strange(said: &Value) {
 }
 
 fn file(said: &Value, folder: &Path) {
+    let file = folder.join(word(said, "file"));
+    as_analyzed(said, &file, &analysis(&file));
+}
+
+/// Of two channels those that were chosen, at a rate that the file does not tell.
+fn choice(said: &Value, folder: &Path) {
+    assert!(word(said, "wrong").contains("two channels: choose one under Channel"), "{said}");
+    assert!(said["rate"].is_u64() || word(said, "told") == "48000, as the file says", "{said}");
+    let file = folder.join(word(said, "file"));
+    let channel = |name: &str| said[name].as_u64().map(|channel| channel as usize);
+    let channel = channel("channel").map(|first| (first, channel("q")));
+    let rate_hz = said["rate"].as_f64();
+    let read = Options { channel, rate_hz, ..Options::default() };
+    as_analyzed(said, &file, &Analysis { read, ..analysis(&file) });
+}
+
+fn as_analyzed(said: &Value, file: &Path, analysis: &Analysis) {
     assert_eq!(word(said, "notice"), "", "{said}");
     let lines = word(said, "json").lines().map(|line| serde_json::from_str(line).unwrap());
     let ours: Vec<Value> = lines.collect();
-    let name = word(said, "file");
-    let theirs = analyzed(&folder.join(name));
-    println!("{name}: {} blocks", ours.len() - 1);
+    let theirs = analyzed(file, analysis);
+    println!("{}: {} blocks", word(said, "file"), ours.len() - 1);
     assert!(theirs.len() > 15);
     assert_eq!(ours.len(), theirs.len());
     ours.iter().zip(&theirs).for_each(|(ours, theirs)| assert_alike(ours, theirs));
@@ -426,6 +441,7 @@ fn the_page_in_a_browser() {
             "explained" => explained(&said, &folder),
             "strange" => strange(&said),
             "file" => file(&said, &folder),
+            "choice" => choice(&said, &folder),
             "bad" => bad(&said),
             "board" => board(&said),
             "after" => assert_eq!(word(&said, "word"), "good", "{said}"),
@@ -445,6 +461,7 @@ fn the_page_in_a_browser() {
             "after",
             "bad",
             "board",
+            "choice",
             "explained",
             "file",
             "hands",
