@@ -9,6 +9,7 @@ mod design;
 mod device;
 mod end;
 mod explain;
+mod five;
 mod formats;
 mod impair;
 mod left_out;

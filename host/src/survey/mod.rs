@@ -11,6 +11,7 @@ use crate::estimator::Estimator;
 use crate::recording::{Levels, Options, Recording, RecordingError, Sample, Scaling};
 use crate::with_kind;
 use nature::{Finding, Known, Nature};
+use picket::Usable;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::tone::fit::Reach;
@@ -62,6 +63,8 @@ pub struct Survey {
     pub tone: Option<usize>,
     /// What ways of measuring did on the recording.
     finding: Finding,
+    /// What measures the line where none of them held.
+    longest: Option<String>,
 }
 
 /// How the codes of a recording differ from those of 16 bits.
@@ -114,6 +117,7 @@ impl Survey {
             hum_hz: None,
             tone: None,
             finding: Finding { nature: Nature::Noise, held: None },
+            longest: None,
         };
         survey.lines = survey.peaks(&samples);
         survey.hum_hz = survey.hum();
@@ -124,6 +128,11 @@ impl Survey {
             survey.tone = Some(0);
         }
         survey.finding = survey.tried(&samples);
+        if survey.finding.held.is_none() {
+            let line = survey.tone.and_then(|tone| survey.lines.get(tone));
+            let line = line.filter(|line| line.verdict == "good");
+            survey.longest = line.and_then(|line| survey.longest(line, &samples));
+        }
         Ok(survey)
     }
 
@@ -182,14 +191,18 @@ impl Survey {
 
     fn measured(&self, samples: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
         let start = (samples.len() - self.n) / 2;
-        let record = &samples[start..start + self.n];
+        self.estimate(&samples[start..start + self.n], band)
+    }
+
+    /// What a record of any length shows in a band.
+    fn estimate(&self, record: &[Complex<f64>], band: (f64, f64)) -> Option<Estimate> {
         let half = self.rate_hz / 2.0;
         let low = if self.iq { -half } else { 0.0 };
         let band_hz = Some((band.0.max(low), band.1.min(half)));
         let config = Config { band_hz, ..Config::new(self.rate_hz, Codes::signed::<16>()) };
         with_kind!(self.iq, R => {
-            let plan = config.terms::<R>(self.n).ok()?;
-            let mut engine = engine::<R>(Arithmetic::F64, self.n, plan).ok()?;
+            let plan = config.terms::<R>(record.len()).ok()?;
+            let mut engine = engine::<R>(Arithmetic::F64, record.len(), plan).ok()?;
             engine.measure(record, &[Estimator::best(self.iq, Reach::Four)], false).pop()
         })
     }
@@ -258,8 +271,8 @@ impl Survey {
         }
     }
 
-    /// What to type, after the file and how it is read: the way that held; else, of a line that stands where it is in the longest record,
-    /// what measures it.
+    /// What to type, after the file and how it is read: the way that held; else, of a line that stands where it is in long records, what
+    /// measures it.
     pub fn proposal(&self) -> Option<String> {
         let width = match self.width() {
             Some(Width::Unsigned12) => " --bits 12 --unsigned".into(),
@@ -269,8 +282,7 @@ impl Survey {
         if let Some((way, ..)) = &self.finding.held {
             return Some(self.words(way) + &width);
         }
-        let line = self.lines.get(self.tone?).filter(|line| line.verdict == "good")?;
-        Some(self.longest(line)? + &width)
+        Some(self.longest.clone()? + &width)
     }
 
     /// The words of a way.
@@ -304,8 +316,13 @@ impl Survey {
         format!(" --band {low:.0$}:{high:.0$}", digits as usize)
     }
 
-    /// What measures a line beside others that are near it.
-    fn longest(&self, tone: &Spectral) -> Option<String> {
+    /// What measures a line beside another that is near it, if records of that length bear each other out. Beside several others it may be one of
+    /// the sidebands of a tone whose frequency swings: those stand still, and none is where the tone is.
+    fn longest(&self, tone: &Spectral, samples: &[Complex<f64>]) -> Option<String> {
+        let hum = |line: &&Spectral| self.hum_hz.is_some_and(|hum| self.of_hum(line, hum));
+        if self.lines.iter().filter(|line| !hum(line)).count() > 2 {
+            return None;
+        }
         let others = || self.lines.iter().filter(|line| !std::ptr::eq(*line, tone));
         let apart = others().map(|line| (line.frequency_hz - tone.frequency_hz).abs());
         let apart = apart.fold(tone.frequency_hz.abs(), f64::min);
@@ -317,10 +334,25 @@ impl Survey {
         if 3 * n > self.samples {
             return None;
         }
+        let band = self.band(tone, n);
+        let answers: Vec<Estimate> =
+            samples.chunks_exact(n).filter_map(|record| self.estimate(record, band)).collect();
+        let usable: Vec<&Estimate> = answers
+            .iter()
+            .filter(|answer| answer.verdict.usable() <= Usable::WithinSigma)
+            .collect();
+        let alike = usable.windows(2).filter(|pair| {
+            let sigma = pair[0].sigma_bins.hypot(pair[1].sigma_bins);
+            (pair[0].bins - pair[1].bins).abs() <= 3.0 * sigma
+        });
+        if 2 * usable.len() <= answers.len() || usable.len() < 2 || alike.count() + 1 < usable.len()
+        {
+            return None;
+        }
         let mut words = format!("--n {n}");
         let stronger = self.tone != Some(0);
         if stronger || self.hum_hz.is_some() {
-            words += &self.band_words(self.band(tone, n), n);
+            words += &self.band_words(band, n);
         }
         Some(words)
     }

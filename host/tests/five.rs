@@ -1,0 +1,46 @@
+//! Five recordings that a front door must know, by name, of the kinds in `sixty.rs`: what `picket analyze FILE` proposes gives usable answers of
+//! which 95 % are within three sigma, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
+
+use crate::cli::seed;
+use crate::sixty::{Outcome, folder, outcome};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Recordings of each.
+const DRAWN: usize = 4;
+
+/// None is wrong; gives how many are right.
+fn right(kind: &str, snr_db: Option<f64>) -> usize {
+    let folder = folder(&format!("five-{kind}"));
+    let mut rng = ChaCha8Rng::seed_from_u64(seed(45));
+    let outcomes: Vec<Outcome> =
+        (0..DRAWN).map(|index| outcome(&folder, index, kind, snr_db, &mut rng)).collect();
+    println!("{kind}: {outcomes:?}");
+    assert!(!outcomes.contains(&Outcome::Wrong), "{kind}: {outcomes:?}");
+    outcomes.iter().filter(|&&outcome| outcome == Outcome::Right).count()
+}
+
+#[test]
+fn an_accelerating_target() {
+    assert_eq!(right("accelerating", Some(26.0)), DRAWN);
+}
+
+#[test]
+fn a_walker_before_an_hb100_with_mains_hum() {
+    assert!(right("walker", None) > 0);
+}
+
+#[test]
+fn bursts() {
+    assert_eq!(right("bursts", None), DRAWN);
+}
+
+#[test]
+fn fmcw() {
+    assert_eq!(right("chirps", None), DRAWN);
+}
+
+#[test]
+fn slow_fm() {
+    assert_eq!(right("slow-fm", None), DRAWN);
+}
