@@ -37,6 +37,7 @@ mod q15;
 mod recordings;
 mod registers;
 mod sequence;
+mod sigma_jumps;
 mod signal;
 mod slips;
 mod solver;
