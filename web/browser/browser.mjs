@@ -13,13 +13,15 @@ const QUIET = [
 ];
 
 // A browser that hangs is ended.
-setTimeout(() => { console.error("no end in two minutes"); process.exit(1); }, 120_000).unref();
+setTimeout(() => { console.error("no end in four minutes"); process.exit(1); }, 240_000).unref();
 
 export const launch = () => chromium.launch({ executablePath, args: QUIET });
 
 /** Opens the page; `errors` gathers what its console complains of. */
 export async function open(browser, options = DESKTOP, prepare = async () => {}) {
   const context = await browser.newContext({ acceptDownloads: true, ...options });
+  // A machine with other work draws few frames a second.
+  context.setDefaultTimeout(60_000);
   const page = await context.newPage();
   const errors = [];
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && errors.push(message.text()));

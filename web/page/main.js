@@ -34,8 +34,9 @@ function setAll(settings) {
   for (const [name, value] of Object.entries(settings)) page.core.set(name, value);
 }
 
-/** Forgets what was shown. */
+/** Forgets what was shown, and what was explained of it. */
 function forget() {
+  unexplain();
   page.rows = [];
   page.counts = { blocks: 0, good: 0, gaps: 0, clipped: 0 };
   [page.drawn, page.shown, page.target, page.ramp, page.pictured] = [-1, 0, null, null, null];
@@ -77,7 +78,6 @@ const tabs = () => [...document.querySelectorAll("[data-source]")];
 
 async function choose(name) {
   begin();
-  unexplain();
   page.source?.stop();
   [page.source, page.name] = [null, name];
   for (const tab of tabs()) {
