@@ -32,8 +32,9 @@ fn seeds_at_minus_ten_decibels() {
     for ratio in
         [ours.rms_range_m / theirs.rms_range_m, ours.rms_velocity_mps / theirs.rms_velocity_mps]
     {
-        // At any offset alike it would be 1.03 over 1.39; 1400 targets leave 3 %.
-        assert!((0.66..0.80).contains(&ratio), "{ratio}");
+        // Of single tones at any offset alike it would be 1.03 over 1.39. A trapezoid weighs its three tones by their sigmas, and Z-Rife's are no
+        // less than their distance from least squares: its worse tones count less.
+        assert!((0.74..0.87).contains(&ratio), "{ratio}");
     }
     assert!(ours.gross * 100 <= ours.targets, "{ours:?}");
     // 1400 squares of a normal number: 4 % of spread.
