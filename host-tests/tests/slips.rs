@@ -254,3 +254,73 @@ fn a_verdict_does_not_depend_on_the_direction_of_time_or_of_the_spectrum() {
         }
     }
 }
+
+/// A record's mirror in the plane of I and Q, and what becomes of its frequency's sign: none of them adds or takes away anything.
+type Mirror = (&'static str, fn([i16; 2]) -> [i16; 2], f64);
+
+const MIRRORS: [Mirror; 4] = [
+    ("negated", |[i, q]| [-i, -q], 1.0),
+    ("a quarter turn on", |[i, q]| [-q, i], 1.0),
+    ("conjugated", |[i, q]| [i, -q], -1.0),
+    ("I and Q exchanged", |[i, q]| [q, i], -1.0),
+];
+
+/// How many of 2,500 records, steady or not, change between usable and not as they are mirrored; and the most sigmas by which an answer
+/// moves that is usable in both. No sample of them comes near the rails.
+fn mirrored<R: crate::signal::Kind, const N: usize>(
+    arithmetic: Arithmetic,
+    of: impl Fn(R::Sample) -> R::Sample + Sync,
+    sign: f64,
+) -> (u32, f64) {
+    let config = Config { arithmetic, ..Config::new(1.0, CODES) };
+    let plan = config.plan::<R, N>().unwrap();
+    let seen = trials(18, 2500, |rng| {
+        let half = N as f64 / 2.0;
+        let low = if R::IQ { -half + 3.0 } else { 3.0 };
+        let mut line = |share: f64| {
+            let bins = rng.random_range(low..half - 3.0);
+            Line { bins, amplitude: share, phase: rng.random_range(0.0..TAU) }
+        };
+        // One tone in four has another beside it, nearby as often as not.
+        let (first, mut second) = (line(300.0), line(100.0));
+        let (two, near) = (rng.random_range(0..4) == 0, rng.random_range(0..2) == 0);
+        if near {
+            second.bins = first.bins + rng.random_range(0.3..3.0);
+        }
+        let lines = if two { vec![first, second] } else { vec![first] };
+        let noise = sigma(300.0, rng.random_range(-5.0..50.0));
+        let samples = R::record::<N>(rng, &lines, noise);
+        let mut pipeline = Pipeline::<R, N>::new(plan);
+        let [it, other] = [samples, samples.map(&of)]
+            .map(|samples| pipeline.block(Stamp::default(), &samples).tone);
+        let [usable, still] = [it, other].map(|tone| tone.verdict.usable() <= Usable::WithinSigma);
+        let moved = other.frequency.cycles() - sign * it.frequency.cycles();
+        let moved = (moved - moved.round()).abs() / f64::from(it.sigma.max(other.sigma));
+        (usable != still, if usable && still { moved } else { 0.0 })
+    });
+    let changed = seen.iter().filter(|(changed, _)| *changed).count() as u32;
+    (changed, seen.iter().map(|&(_, moved)| moved).fold(0.0, f64::max))
+}
+
+/// Real and I/Q records of 256 and 1024 samples, by both arithmetics.
+#[test]
+fn a_mirrored_record_has_the_mirrored_answer() {
+    println!("seed 18");
+    for arithmetic in [Arithmetic::Float, Arithmetic::Fixed] {
+        let negated = |sample: i16| -sample;
+        let mut found = vec![
+            ("negated, real", mirrored::<Real, 256>(arithmetic, negated, 1.0)),
+            ("negated, real", mirrored::<Real, 1024>(arithmetic, negated, 1.0)),
+        ];
+        for (name, of, sign) in MIRRORS {
+            found.push((name, mirrored::<Iq, 256>(arithmetic, of, sign)));
+            found.push((name, mirrored::<Iq, 1024>(arithmetic, of, sign)));
+        }
+        for (name, (changed, moved)) in found {
+            println!(
+                "{arithmetic:?}, {name}: {changed} of 2500 change, by {moved:.3} sigma at most"
+            );
+            assert!(changed == 0 && moved < 0.01, "{name}: {changed}, {moved}");
+        }
+    }
+}
