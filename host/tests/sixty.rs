@@ -2,6 +2,7 @@
 //! type are right, or it says that it does not know. `PICKET_TYPED_SEED` gives others.
 
 use crate::cli::seed;
+use crate::unknown::picket;
 use picket::{Chirp, Mixing, Shape};
 use picket_simulator::{Receiver, Sensor, Target, Waveform};
 use rand::{RngExt, SeedableRng};
@@ -10,7 +11,6 @@ use rand_distr::StandardNormal;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 const RECORDINGS: usize = 60;
 const LIGHT: f64 = 299_792_458.0;
@@ -300,17 +300,6 @@ fn write(folder: &Path, index: usize, format: usize, scene: &Scene) -> (String, 
     let name = format!("{index}.{suffix}");
     fs::write(folder.join(&name), bytes).unwrap();
     (name, options)
-}
-
-fn picket(folder: &Path, arguments: &[String]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_picket"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {errors}");
-    String::from_utf8(output.stdout).unwrap()
 }
 
 /// The usable answers within three sigma of the truth, and all usable ones.

@@ -130,7 +130,8 @@ fn make(folder: &Path, index: usize, rng: &mut ChaCha8Rng) -> Truth {
     }
 }
 
-fn picket(folder: &Path, arguments: &[String]) -> String {
+/// What the tool prints in this folder, which must succeed.
+pub fn picket(folder: &Path, arguments: &[String]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_picket"))
         .args(arguments)
         .current_dir(folder)

@@ -2,11 +2,11 @@
 
 use super::circuit::{CODE_V, Circuit, STEPS, Section};
 use super::{Random, Recorded, Wanted, snr_db};
+use picket::config::SPEED_OF_LIGHT;
 use picket::{Chirp, Mixing, Shape};
 use picket_simulator::{Receiver, Sensor, Target, Waveform};
 
 const CARRIER_HZ: f64 = 24.0e9;
-const LIGHT: f64 = 299_792_458.0;
 const BANDWIDTH_HZ: f64 = 200e6;
 /// A ramp, s: 1,000 samples.
 const RAMP_S: f64 = 5e-3;
@@ -40,7 +40,7 @@ pub fn record(wanted: Wanted, random: &mut Random) -> Result<Recorded, String> {
     }
     let chirp = Chirp {
         shape: Shape::Sawtooth,
-        wavelength_m: LIGHT / CARRIER_HZ,
+        wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ,
         bandwidth_hz: BANDWIDTH_HZ,
         duration_s: RAMP_S,
         ..Chirp::default()

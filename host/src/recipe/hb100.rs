@@ -3,6 +3,7 @@
 use super::circuit::{CODE_V, Circuit, STEPS, Section};
 use super::{Random, Recorded, Wanted, snr_db};
 use picket::Mixing;
+use picket::config::SPEED_OF_LIGHT;
 use picket_simulator::{Receiver, Target, Waveform};
 use std::f64::consts::TAU;
 
@@ -61,7 +62,7 @@ pub fn record(wanted: Wanted, random: &mut Random) -> Result<Recorded, String> {
         volts.extend(part.iter().map(|volt| volt[0]));
     }
     volts.truncate(volts.len() / STEPS * STEPS);
-    let shift_hz = 2.0 * speed.abs() * CARRIER_HZ / 299_792_458.0;
+    let shift_hz = 2.0 * speed.abs() * CARRIER_HZ / SPEED_OF_LIGHT;
     let noise = AMPLIFIER.noise_codes(density);
     let codes_at = |range: f64| level(range) * AMPLIFIER.at(shift_hz) / CODE_V;
     let last_m = range_m - speed * seconds;
