@@ -24,6 +24,7 @@ mod session;
 mod signals;
 mod sixty;
 mod soak;
+mod speed;
 mod tones;
 mod trust;
 mod typed;

@@ -41,9 +41,11 @@ impl Record for Real {
     type Sample = i16;
     type Cells<T: Part, const N: usize> = [T; N];
     const IQ: bool = false;
+    #[inline]
     fn of_parts([value, _]: [i16; 2]) -> i16 {
         value
     }
+    #[inline]
     fn parts(sample: i16) -> [i16; 2] {
         [sample, 0]
     }
@@ -56,9 +58,11 @@ impl Record for Iq {
     type Sample = [i16; 2];
     type Cells<T: Part, const N: usize> = [[T; 2]; N];
     const IQ: bool = true;
+    #[inline]
     fn of_parts(parts: [i16; 2]) -> [i16; 2] {
         parts
     }
+    #[inline]
     fn parts(sample: [i16; 2]) -> [i16; 2] {
         sample
     }
@@ -214,7 +218,11 @@ impl Statistics {
         }
         let inside = Between::of(codes.rails());
         let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
-        samples.iter().fold(0, |count, &sample| count + u32::from(touches(R::parts(sample))))
+        let mut count = 0u32;
+        for &sample in samples {
+            count = count.wrapping_add(touches(R::parts(sample)).into());
+        }
+        count
     }
 
     /// Samples with a part beyond the rails: codes that the converter cannot make. The caller asks

@@ -12,6 +12,8 @@ pub struct Blocks {
     /// Samples to leave out before the next block.
     pending: u64,
     samples: Vec<Sample>,
+    /// Whether a block was given.
+    begun: bool,
     /// The numbers of the samples that are missing, of the last block or later ones.
     missing: VecDeque<u64>,
 }
@@ -19,7 +21,8 @@ pub struct Blocks {
 impl Blocks {
     pub(super) fn new(recording: Recording, n: usize, hop: usize, skip: u64) -> Self {
         let samples = Vec::with_capacity(n);
-        Self { recording, n, hop, pending: skip, samples, missing: VecDeque::new() }
+        let missing = VecDeque::new();
+        Self { recording, n, hop, pending: skip, samples, begun: false, missing }
     }
 
     /// The recording.
@@ -36,37 +39,60 @@ impl Blocks {
     /// The next block and the number of its first sample, or `None` at the end. An error if the
     /// recording does not fill even one block.
     pub fn next_block(&mut self) -> Result<Option<(u64, &[Sample])>, RecordingError> {
-        let first = self.samples.is_empty();
-        self.samples.drain(..self.hop.min(self.samples.len()));
+        let mut samples = std::mem::take(&mut self.samples);
+        samples.drain(..self.hop.min(samples.len()));
+        let start = self.append(&mut samples, self.n);
+        self.samples = samples;
+        Ok(start?.map(|start| (start, &*self.samples)))
+    }
+
+    /// Appends the next block to `into`, and gives the number of its first sample, as [`Blocks::next_block`]: without a copy
+    /// where blocks do not overlap.
+    pub fn append_block(&mut self, into: &mut Vec<Sample>) -> Result<Option<u64>, RecordingError> {
+        if self.hop >= self.n {
+            return self.append(into, into.len() + self.n);
+        }
+        let Some((start, samples)) = self.next_block()? else { return Ok(None) };
+        into.extend_from_slice(samples);
+        Ok(Some(start))
+    }
+
+    /// Fills `samples` with the rest of a block, up to so many of them.
+    fn append(
+        &mut self,
+        samples: &mut Vec<Sample>,
+        wanted: usize,
+    ) -> Result<Option<u64>, RecordingError> {
         while self.pending > 0 {
             let mut left_out = Vec::new();
             let some = self.pending.min(1 << 16) as usize;
             self.recording.fill(&mut left_out, some)?;
             if left_out.is_empty() {
-                return self.end(first);
+                return self.end(0);
             }
             self.pending -= left_out.len() as u64;
         }
-        let wanted = self.n - self.samples.len();
-        self.recording.fill(&mut self.samples, wanted)?;
-        if self.samples.len() < self.n {
-            return self.end(first);
+        self.recording.fill(samples, wanted - samples.len())?;
+        if samples.len() < wanted {
+            return self.end(samples.len() + self.n - wanted);
         }
+        self.begun = true;
         self.pending = self.hop.saturating_sub(self.n) as u64;
         let start = self.recording.read - self.n as u64;
         self.missing.extend(self.recording.missing.drain(..));
         while self.missing.front().is_some_and(|&number| number < start) {
             self.missing.pop_front();
         }
-        Ok(Some((start, &self.samples)))
+        Ok(Some(start))
     }
 
-    fn end(&self, first: bool) -> Result<Option<(u64, &[Sample])>, RecordingError> {
+    /// The end, with so many samples of a block.
+    fn end(&self, samples: usize) -> Result<Option<u64>, RecordingError> {
         let path = || self.recording.path.clone();
-        match (first, self.recording.read) {
-            (true, 0) => Err(RecordingError::Empty(path())),
-            (true, _) => Err(RecordingError::Short(path(), self.samples.len() as u64, self.n)),
-            (false, _) => Ok(None),
+        match (self.begun, self.recording.read) {
+            (false, 0) => Err(RecordingError::Empty(path())),
+            (false, _) => Err(RecordingError::Short(path(), samples as u64, self.n)),
+            (true, _) => Ok(None),
         }
     }
 }

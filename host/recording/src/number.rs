@@ -100,6 +100,11 @@ impl Frame {
             read(number)
         };
         let (first, second) = self.picked;
+        if self.bytes == W && second.is_none() && !self.big {
+            let (numbers, _) = bytes.as_chunks::<W>();
+            into.extend(numbers.iter().map(|&number| Sample::of(read(number), None)));
+            return;
+        }
         let frames = bytes.chunks_exact(self.bytes);
         match second {
             None => into.extend(frames.map(|frame| Sample::of(part(frame, first), None))),

@@ -272,41 +272,44 @@ impl<'a> Analyst<'a> {
         progress: &mut impl FnMut(u64),
     ) -> Result<(), String> {
         let (iq, rate_hz, analysis) = (blocks.recording().iq(), self.rate_hz, self.analysis);
-        let most = (BATCH / n).clamp(1, 1024);
+        let station = |_| Station::new(analysis, rate_hz, iq, n);
+        let stations: Result<Vec<_>, _> = (0..rayon::current_num_threads()).map(station).collect();
+        let (mut stations, mut ready, mut next) = (stations?, Batch::default(), Batch::default());
+        ready.read(blocks, n);
         loop {
-            let mut batch: Vec<(u64, Vec<Sample>, bool)> = Vec::with_capacity(most);
-            let mut end = None;
-            while batch.len() < most && end.is_none() {
-                match blocks.next_block() {
-                    Ok(Some((start, samples))) => batch.push((start, samples.to_vec(), false)),
-                    Ok(None) => end = Some(Ok(())),
-                    Err(error) => end = Some(Err(text(error))),
-                }
-                if let Some(block) = batch.last_mut().filter(|_| end.is_none()) {
-                    block.2 = blocks.missing() > 0;
-                }
-            }
-            let each = batch.len().div_ceil(rayon::current_num_threads()).clamp(1, 64);
-            let measured: Vec<Result<Measured, String>> = batch
-                .par_chunks(each)
-                .flat_map_iter(|blocks| {
-                    let mut station = Station::new(analysis, rate_hz, iq, n);
-                    blocks.iter().map(move |(_, samples, gap)| match &mut station {
-                        Ok(station) => Ok(station.measured(samples, *gap, analysis)),
-                        Err(error) => Err(error.clone()),
-                    })
-                })
-                .collect();
-            for ((start, ..), found) in batch.iter().zip(measured) {
-                let (block, start, carrier) = (self.blocks, *start, analysis.carrier);
+            let each = ready.starts.len().div_ceil(stations.len()).max(1);
+            let (starts, samples) =
+                (ready.starts.par_chunks(each), ready.samples.par_chunks(each * n));
+            // The next blocks are read meanwhile.
+            let (measured, ()) = rayon::join(
+                || {
+                    let work = starts.zip(samples).zip(&mut stations);
+                    let each = work.map(|((starts, samples), station)| {
+                        let blocks = starts.iter().zip(samples.chunks_exact(n));
+                        let measured = |((_, gap), samples): (&(u64, bool), &[Sample])| {
+                            station.measured(samples, *gap, analysis)
+                        };
+                        blocks.map(measured).collect::<Vec<Measured>>()
+                    });
+                    each.collect::<Vec<_>>()
+                },
+                || {
+                    if ready.end.is_none() {
+                        next.read(blocks, n)
+                    }
+                },
+            );
+            for (&(start, _), found) in ready.starts.iter().zip(measured.into_iter().flatten()) {
+                let (block, carrier) = (self.blocks, analysis.carrier);
                 let place = Place { id: None, block, start, n, iq, rate_hz, carrier };
-                self.give(&place, found?);
+                self.give(&place, found);
                 self.blocks += 1;
                 progress(hop as u64);
             }
-            if let Some(end) = end {
+            if let Some(end) = ready.end.take() {
                 return end;
             }
+            std::mem::swap(&mut ready, &mut next);
         }
     }
 
@@ -476,8 +479,36 @@ impl Place {
 /// Answers that are held back at most.
 const HELD: usize = 1 << 16;
 
-/// Samples that are measured at a time.
-const BATCH: usize = 1 << 20;
+/// Samples that are measured at a time: they stay in a processor's caches.
+const BATCH: usize = 1 << 18;
+
+/// Blocks that are measured at a time.
+#[derive(Default)]
+struct Batch {
+    /// Of each, the number of its first sample and whether it is behind a gap.
+    starts: Vec<(u64, bool)>,
+    /// Their samples, one block after the other.
+    samples: Vec<Sample>,
+    /// How the recording ended, where it did.
+    end: Option<Result<(), String>>,
+}
+
+impl Batch {
+    /// Reads other blocks of so many samples.
+    fn read(&mut self, blocks: &mut Blocks, n: usize) {
+        self.starts.clear();
+        self.samples.clear();
+        self.end = None;
+        while self.starts.len() < (BATCH / n).clamp(1, 1024) && self.end.is_none() {
+            match blocks.append_block(&mut self.samples) {
+                Ok(Some(start)) => self.starts.push((start, blocks.missing() > 0)),
+                Ok(None) => self.end = Some(Ok(())),
+                Err(error) => self.end = Some(Err(text(error))),
+            }
+        }
+        self.samples.truncate(self.starts.len() * n);
+    }
+}
 
 /// What each method answered to a block, and why integers do not take it.
 type Measured = (Vec<(&'static str, Estimate)>, Option<Unfit>);
@@ -499,10 +530,7 @@ impl Station {
         let answers = match unfit {
             Some(Unfit::Quiet) => vec![Estimate::NOTHING; self.estimators.len()],
             // Codes beyond the rails have a verdict of their own.
-            _ => {
-                let values: Vec<Complex<f64>> = samples.iter().map(|it| it.value).collect();
-                self.engine.measure(&values, &self.estimators, gap)
-            }
+            _ => self.engine.measure_samples(samples, &self.estimators, gap),
         };
         let names = self.estimators.iter().map(|estimator| estimator.name());
         (names.zip(answers).collect(), unfit)

@@ -19,12 +19,17 @@ impl Unfit {
         let (low, high) = codes.rails();
         let beyond = |part: i16| part < low || part > high;
         let value = |sample: &Sample| sample.value.re.abs().max(sample.value.im.abs());
-        if samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
+        // Codes of all 16 bits end at their rails.
+        let narrow = low > i16::MIN || high < i16::MAX;
+        if narrow && samples.iter().any(|sample| sample.code().into_iter().any(beyond)) {
             return Some(Unfit::Beyond);
         }
-        let largest = samples.iter().map(value).fold(0.0, f64::max);
+        if samples.iter().any(|sample| value(sample) >= 1.5) {
+            return None;
+        }
+        let silent = samples.iter().all(|sample| value(sample) == 0.0);
         let whole = samples.iter().all(|sample| sample.value.re.fract() == 0.0);
-        (largest > 0.0 && largest < 1.5 && !whole).then_some(Unfit::Quiet)
+        (!silent && !whole).then_some(Unfit::Quiet)
     }
 
     /// What is to be done.

@@ -4,10 +4,12 @@
 mod explained;
 mod floats;
 mod target;
+mod wide;
 
 pub use explained::{Explained, Fitted, Note};
 
 use crate::estimator::Estimator;
+use crate::recording::Sample;
 use crate::simulate::Kind;
 use floats::Floats;
 use picket::acquire::codes::Codes;
@@ -135,6 +137,16 @@ pub trait Engine: Debug + Send {
         estimators: &[Estimator],
         gap: bool,
     ) -> Vec<Estimate>;
+    /// [`Engine::measure`] of a recording's samples.
+    fn measure_samples(
+        &mut self,
+        samples: &[Sample],
+        estimators: &[Estimator],
+        gap: bool,
+    ) -> Vec<Estimate> {
+        let record: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
+        self.measure(&record, estimators, gap)
+    }
     /// One method's answer with every test behind its verdict.
     fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained;
 }

@@ -1,9 +1,11 @@
 //! The firmware's way: the core's spectrum and pipeline.
 
 use super::explained::{Explained, Notes};
+use super::wide::Wide;
 use super::{Engine, Estimate, within};
 use crate::estimator::{Estimator, reached};
-use crate::simulate::{Kind, codes};
+use crate::recording::Sample;
+use crate::simulate::{Kind, code};
 use fixed::types::I2F30;
 use picket::acquire::sample::{Record, Stamp};
 use picket::pipeline::Pipeline;
@@ -22,9 +24,9 @@ use picket_transform::num_complex::Complex;
 #[derive(Debug)]
 pub(super) struct Target<R: Record, const N: usize> {
     plan: Plan<R, N>,
-    spectrum: Box<Spectrum<R, N>>,
+    spectrum: Box<Spectrum<R, N, Wide>>,
     /// A pipeline for each method that was asked for.
-    pipelines: Vec<(Estimator, Box<Pipeline<R, N>>)>,
+    pipelines: Vec<(Estimator, Box<Pipeline<R, N, Wide>>)>,
     sequence: u32,
 }
 
@@ -40,10 +42,32 @@ impl<R: Kind, const N: usize> Target<R, N> {
     }
 
     /// A pipeline by this method; `None` for one of the host's.
-    fn pipeline(&self, estimator: Estimator) -> Option<Box<Pipeline<R, N>>> {
+    fn pipeline(&self, estimator: Estimator) -> Option<Box<Pipeline<R, N, Wide>>> {
         let Estimator::Core { method, reach } = estimator else { return None };
         let options = Options { method, reach, ..self.plan.options };
         Some(Box::new(Pipeline::new(self.plan.with_options(options))))
+    }
+
+    /// What each method answers to a record.
+    fn estimates(
+        &mut self,
+        samples: &[R::Sample; N],
+        estimators: &[Estimator],
+        gap: bool,
+    ) -> Vec<Estimate> {
+        let stamp = Stamp { sequence: self.sequence, gap, ..Stamp::default() };
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut measure = |&estimator: &Estimator| {
+            if !self.pipelines.iter().any(|(known, _)| *known == estimator) {
+                let new = self.pipeline(estimator).map(|pipeline| (estimator, pipeline));
+                self.pipelines.extend(new);
+            }
+            let own = self.pipelines.iter_mut().find(|(known, _)| *known == estimator);
+            own.map_or(Estimate::NOTHING, |(_, pipeline)| {
+                estimate::<R, N>(&pipeline.block(stamp, samples).tone)
+            })
+        };
+        estimators.iter().map(&mut measure).collect()
     }
 
     fn offset(&self, estimator: Estimator, samples: &[R::Sample; N], peak: i32) -> f64 {
@@ -78,8 +102,18 @@ fn estimate<R: Record, const N: usize>(tone: &Tone) -> Estimate {
 
 /// The record as an array; what is missing reads zero.
 fn block<R: Kind, const N: usize>(record: &[Complex<f64>]) -> [R::Sample; N] {
-    let mut samples = codes::<R>(record).into_iter();
-    std::array::from_fn(|_| samples.next().unwrap_or_default())
+    array::<R, N, _>(record, |&value| value)
+}
+
+fn array<R: Kind, const N: usize, T>(
+    record: &[T],
+    value: impl Fn(&T) -> Complex<f64>,
+) -> [R::Sample; N] {
+    let mut samples = [R::Sample::default(); N];
+    for (sample, x) in samples.iter_mut().zip(record) {
+        *sample = code::<R>(value(x));
+    }
+    samples
 }
 
 impl<R: Kind, const N: usize> Engine for Target<R, N> {
@@ -100,20 +134,16 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
         estimators: &[Estimator],
         gap: bool,
     ) -> Vec<Estimate> {
-        let samples = block::<R, N>(record);
-        let stamp = Stamp { sequence: self.sequence, gap, ..Stamp::default() };
-        self.sequence = self.sequence.wrapping_add(1);
-        let mut measure = |&estimator: &Estimator| {
-            if !self.pipelines.iter().any(|(known, _)| *known == estimator) {
-                let new = self.pipeline(estimator).map(|pipeline| (estimator, pipeline));
-                self.pipelines.extend(new);
-            }
-            let own = self.pipelines.iter_mut().find(|(known, _)| *known == estimator);
-            own.map_or(Estimate::NOTHING, |(_, pipeline)| {
-                estimate::<R, N>(&pipeline.block(stamp, &samples).tone)
-            })
-        };
-        estimators.iter().map(&mut measure).collect()
+        self.estimates(&block::<R, N>(record), estimators, gap)
+    }
+
+    fn measure_samples(
+        &mut self,
+        samples: &[Sample],
+        estimators: &[Estimator],
+        gap: bool,
+    ) -> Vec<Estimate> {
+        self.estimates(&array::<R, N, _>(samples, |sample| sample.value), estimators, gap)
     }
 
     fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {

@@ -44,8 +44,8 @@ pub type Point = [i32; 2];
 pub type Pair = [i16; 2];
 
 /// How an `M`-point transform scales codes of `bits` signed bits (12..=16).
-#[derive(Clone, Copy)]
-pub(super) struct Scale {
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
     /// The radix of the first pass: 8 or 4.
     pub first: usize,
     /// How many bits the codes are shifted up.
@@ -55,7 +55,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    pub(super) const fn new(m: usize, bits: u32) -> Self {
+    /// That of `m` points, 32 to 4096.
+    pub const fn new(m: usize, bits: u32) -> Self {
         let odd = !m.trailing_zeros().is_multiple_of(2);
         let first = if odd { 8 } else { 4 };
         let halvings = (m / first).trailing_zeros() / 2;
@@ -118,7 +119,7 @@ pub(super) fn first_pass<const M: usize>(
 }
 
 /// The position of `group` among `count = 4^d` groups: its digits in base 4, reversed.
-pub(super) fn reversed(group: usize, count: usize) -> usize {
+pub fn reversed(group: usize, count: usize) -> usize {
     let bits = count.trailing_zeros();
     if bits == 0 {
         return 0;
@@ -403,7 +404,7 @@ fn scaled(x: i32, factor: i32) -> i32 {
 
 /// sqrt(1/2) in units of 2^-16, within 1.1e-6 of itself. A sum of eight codes of 13 bits times this
 /// fits in 32 bits.
-pub(super) const DIAGONAL: i32 = 46341;
+pub const DIAGONAL: i32 = 46341;
 
 /// x times [`DIAGONAL`], shifted up by `shift` and floored. Both ways give the same bits.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
