@@ -138,10 +138,80 @@ async function scenes() {
   await context.close();
 }
 
+/** Particles in a laser's fringes: the answers of the burst processor. */
+async function bursts() {
+  const { page, errors, context } = await open(browser);
+  await page.selectOption("#scene", "bursts");
+  await until(page, ({ figures }) => figures.some(({ name }) => name.startsWith("Burst, ")));
+  const seen = await readings(page, 12);
+  const instrument = await page.locator("#instrument").isVisible();
+  const found = await hindrances(page, "bursts");
+  await page.click("#verdict");
+  const { notice } = await until(page, (said) => said.notice);
+  // Another scene takes its place.
+  await page.selectOption("#scene", "tone");
+  const after = await until(page, ({ word, figures }) => word === "good" && figures[0]?.name === "Frequency");
+  tell("bursts", { errors, seen, instrument, found, told: notice, after });
+  await context.close();
+}
+
+/** The sheet of rates and lengths, as it answers several questions. */
+async function design() {
+  const { page, errors, context } = await open(browser);
+  await page.keyboard.press("5");
+  await page.waitForSelector("#design-table tbody tr");
+  const asked = [];
+  const ask = async (fields) => {
+    for (const [name, value] of Object.entries(fields)) {
+      if (name === "iq") await page.setChecked("#design-iq", value);
+      else if (["n", "unit"].includes(name)) await page.selectOption(`#design-${name}`, value);
+      else await slide(page, `design-${name}`, value);
+    }
+    asked.push(await page.evaluate(() => {
+      const text = (id) => document.querySelector(`#design-${id}`).textContent;
+      const shown = (id) => document.querySelector(`#design-${id}`).checkVisibility();
+      const table = document.querySelector("#design-table");
+      const cells = (row) => [...row.cells].map((cell) => cell.firstChild.textContent);
+      return {
+        wrong: shown("wrong") ? text("wrong") : "", settings: shown("chosen") ? text("settings") : "",
+        head: cells(table.tHead.rows[0]), rows: [...table.tBodies[0].rows].map(cells),
+        chosen: [...table.tBodies[0].rows].findIndex((row) => row.className === "chosen"),
+        sentences: [...document.querySelectorAll("#design-sentences li")].map((line) => line.textContent),
+        picture: document.querySelector("#design-chart canvas").ariaLabel, title: text("title"),
+      };
+    }));
+  };
+  await ask({});
+  const found = await hindrances(page, "design");
+  await ask({ sigma_mps: 0.002 });
+  await ask({ sigma_mps: "", snr_db: -5, n: "1024", iq: true });
+  await ask({ wave: 1550, unit: "2", velocity_mps: 0.1, n: "", iq: false });
+  await ask({ wave: 24, unit: "0", velocity_mps: "", bandwidth_hz: 200, chirp_s: 5, rate_hz: 200000, snr_db: 12, sigma_m: 0.01 });
+  found.push(...await hindrances(page, "design of a chirp"));
+  // What cannot be answered is said.
+  await ask({ chirp_s: "" });
+  await ask({ bandwidth_hz: "", sigma_m: "", rate_hz: "" });
+  await ask({ velocity_mps: 50, rate_hz: 1000 });
+  await ask({ rate_hz: "", sigma_mps: 1e-9 });
+  await ask({ wave: "" });
+  found.push(...await hindrances(page, "no design"));
+  const widths = [];
+  for (const width of [1280, 390]) {
+    await page.setViewportSize({ width, height: 844 });
+    await drawn(page);
+    widths.push([width, await page.evaluate(() => document.documentElement.scrollWidth)]);
+  }
+  // The others are as before.
+  await page.click("#tab-scene");
+  const after = await until(page, ({ word }) => word === "good");
+  tell("design", { errors, asked, found, widths, after });
+  await context.close();
+}
+
 async function hands() {
   const { page, errors, context } = await open(browser, PHONE);
   const widths = [];
-  for (const key of ["2", "3", "4", "1"]) {
+  for (const key of ["2", "3", "4", "5", "1"]) {
     await page.keyboard.press(key);
     const chosen = await page.locator("[aria-selected=true]").textContent();
     widths.push([chosen, await page.evaluate(() => document.documentElement.scrollWidth)]);
@@ -210,7 +280,7 @@ async function access() {
   // The arrows go through the sources, round and back; each is looked at.
   await page.focus("#tab-scene");
   const walked = [];
-  for (const key of ["ArrowLeft", "ArrowRight", "ArrowRight", "ArrowRight", "End", "Home"]) {
+  for (const key of ["ArrowLeft", "ArrowRight", "ArrowRight", "ArrowRight", "ArrowRight", "End", "Home"]) {
     await page.keyboard.press(key);
     const chosen = await page.evaluate(() => [document.activeElement.id, document.querySelector("[aria-selected=true]").id, document.querySelectorAll("[role=tab][tabindex='0']").length]);
     walked.push(chosen);
@@ -433,4 +503,5 @@ async function microphone() {
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await Promise.all([access(), explained(), strange(), choices()]);
+await Promise.all([bursts(), design()]);
 await browser.close();

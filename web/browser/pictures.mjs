@@ -8,6 +8,7 @@ const shots = {
   "web-desktop.png": { ...DESKTOP },
   "web-dark.png": { ...DESKTOP, colorScheme: "dark" },
   "web-phone.png": { ...PHONE },
+  "web-design.png": { ...DESKTOP },
 };
 for (const [name, options] of Object.entries(shots)) {
   const { page, context } = await open(browser, options);
@@ -16,8 +17,12 @@ for (const [name, options] of Object.entries(shots)) {
     await slide(page, "second_db", -6);
     await page.selectOption("#tones-most", "4");
   }
+  if (name.includes("design")) {
+    await page.keyboard.press("5");
+    await page.waitForSelector("#design-table tbody tr");
+  }
   // The waterfall and the histories fill.
-  await page.waitForTimeout(11_000);
+  await page.waitForTimeout(name.includes("design") ? 500 : 11_000);
   await page.screenshot({ path: join(folder, name) });
   console.log(name);
   await context.close();

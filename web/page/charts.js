@@ -18,6 +18,7 @@ function label(chart) {
     const most = Math.max(Math.abs(scale.min), Math.abs(scale.max));
     for (const value of splits) {
       const text = axis.words(value, step, most);
+      if (!text) continue;
       const key = `${index} ${text}`;
       const tag = spare.get(key) ?? chart.root.appendChild(document.createElement("span"));
       spare.delete(key);
@@ -185,6 +186,51 @@ export class ZoomChart extends Chart {
       const next = [Math.floor(bottom / 10) * 10, Math.ceil((spectrum.level + 3) / 10) * 10];
       if (Math.abs(next[0] - range[0]) >= 10 || next[1] !== range[1]) range = next;
       this.set(uPlot.join([fitted, bins, [[low, high], [spectrum.floor, spectrum.floor]]]));
+    };
+  }
+}
+
+/** Bin and sigma of each length over the time of its block, and the wanted sigma; both scales have factors of ten. */
+export class DesignChart extends Chart {
+  constructor(place) {
+    const powers = (value) => (Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9 ? signed(String(Number(value.toPrecision(1)))) : "");
+    let chosen = -1;
+    super(place, "Resolution and sigma of each length", () => {
+      const points = { show: true, size: 8 };
+      const made = axes([(value) => powers(value) && `${powers(value)} ms`, powers], 74);
+      // Between two powers of ten are eight lines, which have no words.
+      made.forEach((axis) => { axis.space = 24; axis.filter = undefined; });
+      return {
+        scales: { x: { time: false, distr: 3 }, y: { distr: 3 } },
+        axes: made,
+        series: [
+          {},
+          { stroke: colour("line"), width: 1.5, points: { ...points, fill: colour("line") } },
+          { stroke: colour("fit"), width: 2, points: { ...points, fill: colour("fit") } },
+          { stroke: colour("truth"), width: 1.5, dash: [6, 4], points: { show: false } },
+        ],
+        hooks: {
+          draw: [(chart) => {
+            const [x, y] = [chart.data[0][chosen], chart.data[2][chosen]];
+            if (!(x > 0)) return;
+            const { ctx } = chart;
+            ctx.save();
+            ctx.setLineDash([]);
+            ctx.strokeStyle = colour("fit");
+            ctx.lineWidth = 2 * devicePixelRatio;
+            ctx.beginPath();
+            ctx.arc(chart.valToPos(x, "x", true), chart.valToPos(y, "y", true), 9 * devicePixelRatio, 0, 2 * Math.PI);
+            ctx.stroke();
+            ctx.restore();
+          }],
+        },
+      };
+    });
+    this.show = (rows, wanted, index) => {
+      chosen = index;
+      if (!rows.length) return this.empty("There is no answer.");
+      const columns = [0, 1, 2].map((column) => rows.map((row) => row[column]));
+      this.set([...columns, rows.map(() => (wanted > 0 ? wanted : null))]);
     };
   }
 }

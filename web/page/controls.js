@@ -25,22 +25,31 @@ export const SCENES = [
     sliders: { tone_hz: 1000.3, motion: 0, snr_db: 20, second_db: OFF, second_off: 400 },
     second: { label: "Higher by", words: unit("Hz"), min: -1000, max: 8000, step: 1 },
   },
+  {
+    id: "bursts", name: "Laser velocimeter", kind: 3,
+    settings: { rate_hz: 200e3, iq: 0, mixing: 0, wavelength_m: 0.0125, bandwidth_hz: 200e6 },
+    sliders: { flow_mps: 0.05, turbulence: 0.05, particles_hz: 20, burst_snr_db: 20, level_db: -14 },
+  },
 ];
 
 const SLIDERS = [
+  { name: "flow_mps", label: "Flow", min: 0.01, max: 0.15, step: 0.005, words: unit("m/s", 3), kinds: [3] },
+  { name: "turbulence", label: "Turbulence", min: 0, max: 0.3, step: 0.01, words: (value) => unit("%")(100 * value), kinds: [3] },
+  { name: "particles_hz", label: "Particles", min: 1, max: 200, step: 1, words: unit("a second"), kinds: [3] },
+  { name: "burst_snr_db", label: "Signal to noise", min: -5, max: 40, step: 1, words: unit("dB"), kinds: [3] },
   { name: "tone_hz", label: "Tone", min: 20, max: 23900, step: 0.1, words: unit("Hz", 1), kinds: [0] },
   { name: "range_m", label: "Range", min: 1, max: 300, step: 0.5, words: unit("m", 1), kinds: [2] },
   { name: "velocity_mps", label: "Velocity", min: -40, max: 40, step: 0.1, words: unit("m/s", 1), kinds: [1, 2] },
   { name: "motion", label: "Motion", min: 0, max: 3, step: 0.1, words: (value) => (value ? value.toFixed(1) : "still"), kinds: [0, 1, 2] },
   { name: "snr_db", label: "Signal to noise", min: -25, max: 60, step: 1, words: unit("dB"), kinds: [0, 1, 2] },
-  { name: "level_db", label: "Level", min: -60, max: 20, step: 0.5, words: (value) => `${signed(value.toFixed(1))} dBFS`, kinds: [0, 1, 2], value: -6 },
+  { name: "level_db", label: "Level", min: -60, max: 20, step: 0.5, words: (value) => `${signed(value.toFixed(1))} dBFS`, kinds: [0, 1, 2, 3], value: -6 },
   { name: "dc", label: "DC offset", min: -1, max: 1, step: 0.01, words: (value) => unit("%")(100 * value), kinds: [0, 1, 2], value: 0 },
   { name: "hum_db", label: "50 Hz hum", min: OFF, max: 0, step: 1, words: decibels, kinds: [0, 1, 2], value: OFF },
   { name: "second_db", label: "Second line", min: OFF, max: 6, step: 1, words: decibels, kinds: [0, 1, 2] },
   { name: "second_off", kinds: [0, 1, 2] },
 ];
 
-function make(tag, properties = {}, ...children) {
+export function make(tag, properties = {}, ...children) {
   const made = Object.assign(document.createElement(tag), properties);
   made.append(...children);
   return made;

@@ -20,7 +20,7 @@ const TRACK = ["number", "hertz", "sigma", "misses"];
 const TONE = ["hertz", "sigma", "amplitude", "phase", "sigma_phase", "snr_db", "verdict"];
 
 /** Rows of numbers, one behind the other, as objects with these names. */
-function objects(numbers, names) {
+export function objects(numbers, names) {
   const rows = [];
   for (let at = 0; at < numbers.length; at += names.length) {
     rows.push(Object.fromEntries(names.map((name, index) => [name, numbers[at + index]])));

@@ -3,8 +3,9 @@ import { load } from "./core.js";
 import { SpectrumChart, TimeChart, ZoomChart } from "./charts.js";
 import { Waterfall } from "./waterfall.js";
 import { SCENES, instrumentForm, sceneForm } from "./controls.js";
-import { Board, Microphone, Recording, Simulated } from "./sources.js";
+import { Board, Microphone, Particles, Recording, Simulated } from "./sources.js";
 import { jsonLines, picture, table } from "./save.js";
+import { Design } from "./design.js";
 import { Tones, row as toneRow, testRow } from "./tones.js";
 import { SIGNS, USES, figure, hertz, note, rank, signed } from "./words.js";
 
@@ -59,7 +60,8 @@ function forget() {
 /** Has the library measure by the settings of the source in use, from the start. */
 function restart() {
   setAll({ ...page.values[page.name], kind: 0, scale: 1, file_rate_hz: 0 });
-  if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: page.scene.kind });
+  if (page.name === "scene") setAll({ ...page.scene.settings, iq: page.values.scene.iq, mixing: page.values.scene.mixing, kind: bursts() ? 0 : page.scene.kind });
+  if (bursts()) setAll({ n: 1024, bits: 12, iq: 0, band_low_hz: 0, band_high_hz: 0 });
   if (page.name === "file") setAll(page.values.file);
   if (page.name === "microphone" && page.rate) page.core.set("rate_hz", page.rate);
   forget();
@@ -80,12 +82,16 @@ async function choose(name) {
   begin();
   page.source?.stop();
   [page.source, page.name] = [null, name];
+  document.body.dataset.chosen = name;
+  $("design").hidden = name !== "design";
   for (const tab of tabs()) {
     tab.setAttribute("aria-selected", tab.dataset.source === name);
     tab.tabIndex = tab.dataset.source === name ? 0 : -1;
   }
   $("controls").setAttribute("aria-labelledby", `tab-${name}`);
   $("side").dataset.chosen = name;
+  notice("");
+  if (name === "design") return design();
   for (const form of document.querySelectorAll("[data-for]")) form.hidden = !form.dataset.for.split(" ").includes(name);
   instrumentForm($("instrument-form"), name, page.values[name], (setting, value) => {
     page.values[name][setting] = value;
@@ -98,15 +104,33 @@ async function choose(name) {
   if (name === "file" && page.file) await drop(page.file);
 }
 
+/** The sheet on which a rate and a length are chosen; its calculation is loaded with it. */
+async function design() {
+  forget();
+  const found = await finder();
+  if (found && page.name === "design") page.design ??= new Design(found);
+}
+
 function simulate(scene) {
   page.scene = scene;
   [page.values.scene.iq, page.values.scene.mixing] = [scene.settings.iq, scene.settings.mixing];
   const tick = $("iq");
   if (tick) tick.checked = Boolean(scene.settings.iq);
   if ($("mixing")) $("mixing").value = String(scene.settings.mixing);
-  sceneForm($("scene-form"), scene, (name, value) => page.core.set(name, value), simulate);
-  if (restart()) page.source = new Simulated(page.core);
+  page.flow = {};
+  sceneForm($("scene-form"), scene, (name, value) => { page.flow[name] = value; page.core.set(name, value); }, simulate);
+  // A burst has a record of its own length, and one tone.
+  $("instrument").hidden = bursts();
+  document.body.dataset.scene = scene.id;
+  const late = begin();
+  page.source = null;
+  if (!restart()) return;
+  if (!bursts()) page.source = new Simulated(page.core);
+  else finder().then((found) => { if (found && !late()) page.source = new Particles(page.core, found, page.flow); });
 }
+
+/** Whether the scene is one of bursts. */
+const bursts = () => page.name === "scene" && page.scene.kind === 3;
 
 async function drop(file) {
   if (page.name !== "file") {
@@ -174,6 +198,7 @@ const SEGMENTS = ["", ", rising ramp", ", flat segment", ", falling ramp"];
 /** Explains the verdict on the block that is drawn; the page holds still until that is closed. */
 async function explain() {
   if (!$("why").hidden) return unexplain();
+  if (bursts()) return notice("A burst is judged as a whole: its validation stands below the answer. Choose another scene for the tests behind a verdict.");
   const turn = page.turn;
   const held = page.paused;
   pause(true);
@@ -264,11 +289,15 @@ function describe() {
 }
 
 function figureOf(name, value, sigma, unit, small) {
-  const box = document.createElement("div");
-  box.className = small ? "figure small" : "figure";
   const known = Number.isFinite(value) && sigma > 0;
   const [digits, spread] = known ? figure(value, sigma) : ["\u2013", ""];
-  const parts = [["name", name], ["value", digits], ["unit", unit], ["sigma", spread && `\u00b1 ${spread} ${unit}`]];
+  return boxOf(name, digits, unit, spread && `\u00b1 ${spread} ${unit}`, small);
+}
+
+function boxOf(name, digits, unit, spread, small) {
+  const box = document.createElement("div");
+  box.className = small ? "figure small" : "figure";
+  const parts = [["name", name], ["value", digits], ["unit", unit], ["sigma", spread]];
   for (const [part, text] of parts) {
     const tag = document.createElement("span");
     tag.className = part;
@@ -307,6 +336,7 @@ function show(row) {
   }
   figures.push(figureOf(ramp.segment ? "Beat of the rising ramp" : "Frequency", ...tone, "Hz", Boolean(target)));
   if (!target) truth(ramp.truth_hz, ...tone, "Hz");
+  if (row.validation) figures.push(boxOf(`Burst, ${row.validation}`, `${(1e3 * row.transit_s).toFixed(2)}`, "ms in the beams", "", true));
   if (page.name === "microphone" && !nothing) {
     const { name, cents } = note(row.frequency_hz);
     figures.push(figureOf(`Note ${name}, off by`, cents, row.sigma_hz / row.frequency_hz * 1731, "cents", true));
@@ -334,7 +364,7 @@ function counters() {
   const { blocks, good, gaps, clipped, lost = 0, faults = 0 } = page.counts;
   const { missing, bad, raw } = page.core.state();
   const share = blocks ? `${Math.round(100 * good / blocks)} %` : "\u2013";
-  const list = [["blocks", blocks], ["good", share], ["clipped", clipped, clipped > 0], ["gaps", gaps, gaps > 0]];
+  const list = [[bursts() ? "bursts" : "blocks", blocks], ["good", share], ["clipped", clipped, clipped > 0], ["gaps", gaps, gaps > 0]];
   if (page.name === "board") {
     list.push(["lost", lost, lost > 0], ["faults", faults, faults > 0], ["missing", missing, missing > 0], ["bad frames", bad, bad > 0], ["raw blocks", raw]);
   }
@@ -385,14 +415,17 @@ function pour(spectrum, row) {
 
 function draw(now) {
   const row = page.rows.at(-1);
-  const spectrum = page.core.spectrum();
+  let spectrum = page.core.spectrum();
+  // A burst has a frequency of its own: its envelope is the weight.
+  if (spectrum && bursts()) spectrum = { ...spectrum, hertz: row.frequency_hz, sigma: row.sigma_hz };
   const raw = page.name !== "board" || page.core.state().raw > 0;
   const tones = tonesNow();
   if (spectrum && raw) {
     const seen = page.core.verdicts[row.verdict].name !== "no-signal" && Number.isFinite(spectrum.hertz) && spectrum.sigma > 0;
     charts.spectrum.show(spectrum, seen, tones);
     page.pictured = { spectrum, tones, seen };
-    if (seen) charts.zoom.show(page.core, spectrum);
+    if (bursts()) charts.zoom.empty("A burst has no steady line.");
+    else if (seen) charts.zoom.show(page.core, spectrum);
     else charts.zoom.empty("There is no line.");
     // Thirty rows a second: eight seconds are in sight. A recording pours its own.
     if (page.name !== "file" && now - page.poured > 30) {
@@ -510,7 +543,8 @@ function listenToPeople() {
     if (event.key === "Escape") unexplain();
     const typing = event.target.matches("input, select, textarea");
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-    const names = ["scene", "file", "microphone", "board"];
+    const names = ["scene", "file", "microphone", "board", "design"];
+    if (page.name === "design" && !"12345".includes(event.key)) return;
     if (event.key === " " && !event.target.matches("button")) { event.preventDefault(); pause(); }
     else if (names[event.key - 1]) choose(names[event.key - 1]);
     else if (event.key === "p") picture();

@@ -20,6 +20,27 @@ export class Simulated {
   stop() {}
 }
 
+/** Particles in a laser's fringes: the burst processor's answers, and the samples around each for its spectrum. */
+export class Particles {
+  constructor(core, finder, sliders) {
+    [this.core, this.finder, this.sliders] = [core, finder, sliders];
+    [this.due, this.bursts] = [0, 0];
+    this.nothing = Object.fromEntries(core.names.map((name) => [name, NaN]));
+    finder.flow();
+  }
+
+  advance(seconds) {
+    this.due += Math.min(seconds, 0.1) * this.core.state().rate;
+    const samples = Math.floor(this.due);
+    this.due -= samples;
+    const { around, bursts } = this.finder.flowed(this.sliders, samples);
+    if (around.length === this.core.state().n) this.core.floats(around);
+    return bursts.map((burst) => ({ ...this.nothing, ...burst, block: this.bursts++, segment: 0, gap: 0, clipped: 0, also: 0, outcome_verdict: burst.verdict }));
+  }
+
+  stop() {}
+}
+
 /** A recording: as fast as it can be measured, a slice in each frame. */
 export class Recording {
   constructor(core, name, contents, told, pour) {

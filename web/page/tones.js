@@ -1,5 +1,5 @@
 // All tones of a block, and the tests behind its verdict. Their module is loaded when somebody asks for either.
-import { compile, tones } from "./core.js";
+import { compile, objects, tones } from "./core.js";
 import { SIGNS, figure, rank, signed } from "./words.js";
 
 const decoder = new TextDecoder();
@@ -36,17 +36,58 @@ export class Tones {
   explain(block) {
     if (!block.terms.length) return null;
     this.put(block);
-    const { memory, tones_explain, tones_text, tones_text_length } = this.exports;
-    const numbers = this.numbers(tones_explain());
-    const bytes = new Uint8Array(memory.buffer, tones_text(), tones_text_length());
-    const [verdict, ...lines] = decoder.decode(bytes).split("\n");
+    const numbers = this.numbers(this.exports.tones_explain());
+    const [verdict, ...lines] = this.text().split("\n");
     const tests = lines.map((line, index) => {
       const [test, about, fit, unit, outcome, followed] = line.split("\t");
       return { test, about, fit, unit, outcome, followed, value: numbers[2 * index], limit: numbers[2 * index + 1] };
     });
     return { verdict, tests };
   }
+
+  /** Begins a flow of particles. */
+  flow(seed = 1) {
+    this.exports.tones_flow_begin(seed);
+    this.exports.tones_validations();
+    this.validations = this.text().split("\n");
+  }
+
+  /** Lets it flow for so many samples: the bursts that are complete, and the samples around the last of them. */
+  flowed(sliders, samples) {
+    const { memory, tones_terms, tones_flow, tones_text, tones_text_length } = this.exports;
+    new Float64Array(memory.buffer, tones_terms(), FLOW.length).set(FLOW.map((name) => sliders[name]));
+    const count = tones_flow(samples);
+    const floats = new Float32Array(memory.buffer.slice(tones_text(), tones_text() + tones_text_length()));
+    const bursts = objects(this.numbers(BURST.length * count), BURST);
+    return { around: floats, bursts: bursts.map((burst) => ({ ...burst, validation: this.validations[burst.validation] })) };
+  }
+
+  text() {
+    const { memory, tones_text, tones_text_length } = this.exports;
+    return decoder.decode(new Uint8Array(memory.buffer, tones_text(), tones_text_length()));
+  }
+
+  /** What a rate, a length and a level give: rows for every length, in words and as numbers; or why there are none. */
+  design(question) {
+    const { memory, tones_terms, tones_design } = this.exports;
+    new Float64Array(memory.buffer, tones_terms(), ASKED.length).set(ASKED.map((name) => question[name] || 0));
+    const count = tones_design();
+    const text = this.text();
+    if (!count) return { wrong: text };
+    const lines = text.split("\n");
+    const [chosen, settings, ...rest] = lines;
+    const [head, ...rows] = rest.slice(0, count + 1).map((line) => line.split("\t"));
+    const lengths = objects(this.numbers(LENGTH.length * count), LENGTH);
+    return { chosen: chosen === "" ? -1 : Number(chosen), settings, head, rows, lengths, sentences: rest.slice(count + 1) };
+  }
 }
+
+/** What a question to the design's sheet holds, in the order of `tones_design`. */
+const ASKED = ["wavelength_m", "rate_hz", "n", "snr_db", "iq", "bandwidth_hz", "chirp_s", "velocity_mps", "range_m", "sigma_mps", "sigma_m"];
+/** What a flow of particles is set by, in the order of `tones_flow`, and what is told of a burst. */
+const FLOW = ["flow_mps", "turbulence", "particles_hz", "burst_snr_db", "level_db"];
+const BURST = ["time_s", "frequency_hz", "sigma_hz", "snr_db", "amplitude_codes", "transit_s", "verdict", "velocity_mps", "sigma_velocity_mps", "truth_mps", "validation"];
+const LENGTH = ["n", "block_s", "resolution_mps", "sigma_mps", "resolution_m", "sigma_m"];
 
 /** A row of the table of tones: `full` is the amplitude of a sine from rail to rail. */
 export function row(tone, full, verdicts) {

@@ -7,11 +7,13 @@
 //!
 //! The same seed gives the same records on every machine: the elementary functions are those of the crate `libm`.
 
+mod fringes;
 mod receiver;
 mod sensor;
 mod target;
 mod waveform;
 
+pub use fringes::{Fringes, Particle};
 pub use receiver::Receiver;
 pub use sensor::Sensor;
 pub use target::Target;

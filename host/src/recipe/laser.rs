@@ -2,7 +2,7 @@
 
 use super::circuit::{CODE_V, Circuit, Section};
 use super::{Random, Recorded, Wanted, snr_db};
-use std::f64::consts::TAU;
+use picket_simulator::{Fringes, Particle};
 
 /// 1 MOhm beside 2.2 pF; a second stage of 1 + 100k/1k behind 100 nF and 1.6 kOhm, 100k beside 27 pF.
 const AMPLIFIER: Circuit = Circuit {
@@ -21,6 +21,8 @@ const RADIUS_M: f64 = 90e-6;
 /// The light of a particle in the middle, A, and how deep the fringes cut it.
 const CURRENT_A: f64 = 4e-9;
 const VISIBILITY: f64 = 0.7;
+const FRINGES: Fringes =
+    Fringes { spacing_m: FRINGE_M, radius_m: RADIUS_M, visibility: VISIBILITY };
 /// The flow's turbulence, and particles a second.
 const TURBULENCE: f64 = 0.05;
 const PARTICLES_HZ: f64 = 60.0;
@@ -47,14 +49,12 @@ pub fn record(wanted: Wanted, random: &mut Random) -> Result<Recorded, String> {
         // Particles of any size, and that pass beside the middle.
         let level = FEEDBACK_OHM * CURRENT_A * (0.4 * random.normal()).exp();
         let turns = random.share();
-        let half = (2.5 * RADIUS_M / speed * fine_hz) as i64;
+        let particle = Particle { middle_s: at_s, speed_mps: speed, level, turns };
+        let half = (FRINGES.reach_s(&particle) * fine_hz) as i64;
         let middle = (at_s * fine_hz) as i64;
         for k in (middle - half).max(0)..(middle + half).min(count as i64) {
-            let x = speed * (k as f64 / fine_hz - at_s);
-            let light = (-2.0 * (x / RADIUS_M).powi(2)).exp();
-            let fringes = 1.0 + VISIBILITY * (TAU * (x / FRINGE_M + turns)).cos();
             if let Some(volt) = volts.get_mut(k as usize) {
-                *volt += level * light * fringes;
+                *volt += FRINGES.light(&particle, k as f64 / fine_hz);
             }
         }
     }

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// The files of the page beside its modules, and what they are.
-pub const FILES: [(&str, &str); 16] = [
+pub const FILES: [(&str, &str); 17] = [
     ("index.html", HTML),
     ("style.css", CSS),
     ("icon.svg", "image/svg+xml"),
@@ -22,6 +22,7 @@ pub const FILES: [(&str, &str); 16] = [
     ("controls.js", SCRIPT),
     ("sources.js", SCRIPT),
     ("microphone.js", SCRIPT),
+    ("design.js", SCRIPT),
     ("save.js", SCRIPT),
     ("tones.js", SCRIPT),
     ("words.js", SCRIPT),

@@ -1,13 +1,21 @@
-//! More of a block than its answer: all its tones, each with its sigma and its phase, and every test behind its verdict.
+//! More of a block than its answer: all its tones, each with its sigma and its phase, and every test behind its verdict. And what a
+//! rate, a length and a level give, before there is any block.
 //!
 //! The page's own module measures one tone of a block. This one is loaded when somebody asks for more, and takes up what the
 //! other has measured.
 
+pub mod flow;
+#[path = "../../src/random.rs"]
+pub mod random;
 #[path = "../../src/row.rs"]
 pub mod row;
 #[path = "../../../host/src/explain/rows.rs"]
 pub mod rows;
+#[path = "../../../host/src/design/sheet.rs"]
+pub mod sheet;
 
+use flow::{FRINGES, Flow, Found, Sliders};
+use picket::Validation;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
 use picket::methods::registry::Method;
@@ -23,6 +31,7 @@ use picket::tone::lines::lines;
 use picket::tone::measure::Options;
 use picket::tone::{Tone, Verdict, Verdicts};
 use rows::{Notes, Row};
+use sheet::{Design, Question};
 use std::cell::RefCell;
 
 /// What the page says of a block, as numbers: the samples' number, 1 for I/Q, the bits of a code (those from 0 as a negative number), the
@@ -124,6 +133,7 @@ struct Exchange {
     samples: Vec<[i16; 2]>,
     numbers: Vec<f64>,
     text: Vec<u8>,
+    flow: Option<Flow>,
 }
 
 thread_local! {
@@ -173,6 +183,114 @@ pub extern "C" fn tones_explain() -> usize {
         }
         exchange.numbers.len()
     })
+}
+
+/// Answers the question that the first eleven of the terms are: wavelength in m, rate in Hz, N, signal-to-noise ratio in dB, 1 for I/Q, bandwidth in Hz
+/// and duration in s of a ramp, the fastest and the farthest target in m/s and m, the wanted sigmas in m/s and m; 0 where something is left open.
+/// The text has the chosen row's index, the settings, the table's head, its rows, and sentences on all of them: lines, cells apart by tabs. Of
+/// each row these are numbers: N, the block's duration in s, bin and sigma in m/s, and both in m, NaN without a ramp. Gives the number of rows;
+/// where it is 0 the text says why.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_design() -> usize {
+    EXCHANGE.with_borrow_mut(|exchange| {
+        let design = match Design::of(question(&exchange.terms)) {
+            Ok(design) => design,
+            Err(trouble) => {
+                exchange.text = trouble.to_string().into_bytes();
+                return 0;
+            }
+        };
+        let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+        let numbers = design.rows.iter().flat_map(|row| {
+            let range = [row.resolution_m, row.sigma_m].map(number);
+            [row.n as f64, row.block_s, row.resolution_mps, row.sigma_mps, range[0], range[1]]
+        });
+        exchange.numbers = numbers.collect();
+        let chosen = design.chosen.map(|index| index.to_string()).unwrap_or_default();
+        let mut lines =
+            vec![chosen, design.settings().unwrap_or_default(), design.head().join("\t")];
+        lines.extend(design.rows.iter().map(|row| row.cells().join("\t")));
+        lines.extend(design.sentences());
+        exchange.text = lines.join("\n").into_bytes();
+        design.rows.len()
+    })
+}
+
+/// What is asked, see [`tones_design`].
+pub fn question(terms: &Terms) -> Question {
+    let &[wavelength_m, rate, n, snr_db, iq, bandwidth, chirp, velocity, range, mps, m, ..] = terms;
+    let given = |x: f64| (x > 0.0).then_some(x);
+    Question {
+        wavelength_m,
+        rate_hz: given(rate),
+        n: given(n).map(|n| n as usize),
+        snr_db,
+        iq: iq != 0.0,
+        chirp: given(bandwidth).zip(given(chirp)),
+        velocity_mps: given(velocity),
+        range_m: given(range),
+        sigma_mps: given(mps),
+        sigma_m: given(m),
+    }
+}
+
+/// The terms of a flow's processor: samples of 12 bits, signed, and the whole band but for its edges.
+const FLOW: Terms = {
+    let (n, last) = (flow::N as f64, flow::N as f64 / 2.0 - 1.0);
+    [n, 0.0, 12.0, flow::RATE_HZ, 1.0, last, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+};
+
+/// Begins a flow of particles, see [`flow`].
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_flow_begin(seed: u32) {
+    EXCHANGE.with_borrow_mut(|exchange| {
+        exchange.flow = plan(&FLOW).map(|plan| Flow::new(plan, seed.into()))
+    });
+}
+
+/// Lets it flow for so many samples, by the first five of the terms: the mean speed in m/s, its turbulence as a share, particles per second,
+/// signal-to-noise ratio in dB and level in dB of full scale. The text has the samples around the last burst as floats of 32 bits. Of each burst these are
+/// numbers: arrival in s, frequency in Hz, its sigma, signal-to-noise ratio in dB, amplitude in codes, transit time in s, verdict, speed in m/s, its sigma,
+/// the truth, and the validation's number. Gives the number of bursts.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_flow(samples: usize) -> usize {
+    EXCHANGE.with_borrow_mut(|exchange| {
+        let &[mean_mps, turbulence, particles_hz, snr_db, level_db, ..] = &exchange.terms;
+        let sliders = Sliders { mean_mps, turbulence, particles_hz, snr_db, level_db };
+        let Some(flow) = &mut exchange.flow else { return 0 };
+        let found = flow.advance(&sliders, samples.min(1 << 15));
+        let around = found.last().map(|found| flow.around(&found.burst)).unwrap_or_default();
+        exchange.text = around.into_iter().flat_map(f32::to_le_bytes).collect();
+        let numbers = found.iter().flat_map(|Found { burst, truth_mps }| {
+            let (tone, speed) = (&burst.tone, FRINGES.spacing_m);
+            let (hertz, sigma) = (tone.hertz(), tone.sigma_hertz());
+            [
+                burst.arrival / flow::RATE_HZ,
+                hertz,
+                sigma,
+                tone.snr_db().into(),
+                tone.amplitude.into(),
+                8f64.sqrt() * f64::from(burst.deviation) / flow::RATE_HZ,
+                f64::from(tone.verdict as u8),
+                hertz * speed,
+                sigma * speed,
+                *truth_mps,
+                f64::from(burst.validation as u8),
+            ]
+        });
+        exchange.numbers = numbers.collect();
+        found.len()
+    })
+}
+
+/// Leaves the names of validations as text, a line each, in the order of their numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn tones_validations() {
+    EXCHANGE.with_borrow_mut(|exchange| {
+        let mut all = Validation::ALL;
+        all.sort_by_key(|validation| *validation as u8);
+        exchange.text = all.map(Validation::name).join("\n").into_bytes();
+    });
 }
 
 /// The text that it left: its address.
