@@ -11,6 +11,7 @@ use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::detection::{FALSE_ALARM, Threshold};
+use crate::tone::effort::Effort;
 use crate::tone::fit::Reach;
 use crate::tone::lines::MOST;
 use crate::tone::measure::Options;
@@ -67,6 +68,8 @@ pub struct Config {
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
     /// Probability that noise alone passes for a tone, for each block: above 0, at most 0.5.
     pub false_alarm: f64,
     /// What the samples were taken of.
@@ -111,6 +114,7 @@ impl Config {
             method: Method::default(),
             reach: Reach::default(),
             arithmetic: Arithmetic::default(),
+            effort: Effort::default(),
             false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
             following: Following::default(),
@@ -224,7 +228,13 @@ impl Config {
             rate_hz: self.rate_hz,
             codes: self.codes,
             band,
-            options: Options { method, reach: self.reach, arithmetic: self.arithmetic, threshold },
+            options: Options {
+                method,
+                reach: self.reach,
+                arithmetic: self.arithmetic,
+                threshold,
+                effort: self.effort,
+            },
             solver: self.solver(n, iq)?,
             tracking: self.tracking(n)?,
         })

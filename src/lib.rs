@@ -123,6 +123,8 @@ pub use tone::Tone;
 #[doc(inline)]
 pub use tone::arithmetic::Arithmetic;
 #[doc(inline)]
+pub use tone::effort::Effort;
+#[doc(inline)]
 pub use tone::fit::Reach;
 #[doc(inline)]
 pub use tone::frequency::Frequency;

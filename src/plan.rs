@@ -12,6 +12,7 @@ use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
 use crate::tone::detection::{FALSE_ALARM, Threshold};
+use crate::tone::effort::Effort;
 use crate::tone::fit::Reach;
 use crate::tone::measure::Options;
 use core::marker::PhantomData;
@@ -104,6 +105,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             reach: Reach::Eight,
             arithmetic: Arithmetic::of_core(),
             threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
+            effort: Effort::Look,
         };
         let Self { terms: idle, kind } = Self::IDLE;
         Self {
@@ -145,6 +147,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
                 reach: Reach::Four,
                 arithmetic: Arithmetic::Float,
                 threshold: Threshold::ZERO,
+                effort: Effort::Look,
             },
             solver: Solver::None,
             tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 0, refresh: 0 },

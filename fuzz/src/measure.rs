@@ -9,6 +9,7 @@ use picket::pipeline::{Measurement, Outcome, Pipeline};
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::tone::arithmetic::Arithmetic;
+use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
 use picket::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
@@ -127,6 +128,7 @@ pub(super) fn config(input: &mut Input) -> Config {
         method: Method::ALL[usize::from(method) % Method::ALL.len()],
         reach: [Reach::Four, Reach::Eight, Reach::Sixteen][usize::from(reach) % 3],
         arithmetic: [Arithmetic::Float, Arithmetic::Fixed][usize::from(arithmetic) % 2],
+        effort: Effort::ALL[usize::from(arithmetic / 2) % Effort::ALL.len()],
         false_alarm: input.number(),
         scene: match scene % 3 {
             0 => Scene::Tone,

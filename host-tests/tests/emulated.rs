@@ -1,6 +1,6 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
-use host_tests::{has_core, prepare_images};
+use host_tests::{has_core, prepare_images, sized};
 use picket::acquire::codes::Codes;
 use picket::acquire::kind::{ForRecord, for_record};
 use picket::acquire::sample::{Iq, Real, Record, Segment};
@@ -9,7 +9,9 @@ use picket::methods::registry::Method;
 use picket::pipeline::Pipeline;
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
+use picket::tone::Verdict;
 use picket::tone::arithmetic::Arithmetic;
+use picket::tone::effort::Effort;
 use picket_host::emulator::{Capture, Machine, Outcome, RunError};
 use picket_host::toolchain::{Firmware, Profile, Target};
 use picket_wire::capture::Header;
@@ -24,8 +26,12 @@ const SEED: u64 = 20_220_222;
 const LIMIT: Duration = Duration::from_secs(300);
 
 fn image(bin: &str, target: Target) -> PathBuf {
+    image_with(bin, target, &["mps2"])
+}
+
+fn image_with(bin: &str, target: Target, features: &[&str]) -> PathBuf {
     prepare_images(target);
-    let firmware = Firmware { bin, target, features: &["mps2"], profile: Profile::Release };
+    let firmware = Firmware { bin, target, features, profile: Profile::Release };
     firmware.build().unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -65,19 +71,27 @@ impl ForRecord for Here {
 
     fn run<R: Record, const N: usize>(self) -> Self::Output {
         let Here(header) = self;
-        let mut capture = Capture::create(&header).unwrap();
-        let plan = header.config.plan::<R, N>().unwrap();
-        let mut pipeline = Pipeline::<R, N>::new(plan);
-        let mut telemetry = Vec::new();
-        for (sequence, samples) in blocks::<R, N>(&header).iter().enumerate() {
-            capture.push::<R>(samples).unwrap();
-            let stamp = header.timing().stamp(sequence as u64, false);
-            let measurement = pipeline.block(stamp, samples);
-            let (method, health) = (plan.options.method, Health::default());
-            telemetry.extend(Telemetry { measurement, method, health }.to_frame());
-        }
-        (capture, telemetry)
+        measured::<R, N>(&header, &blocks::<R, N>(&header))
     }
+}
+
+/// A capture of these blocks, and what is measured of it here.
+fn measured<R: Record, const N: usize>(
+    header: &Header,
+    blocks: &[[R::Sample; N]],
+) -> (Capture, Vec<u8>) {
+    let mut capture = Capture::create(header).unwrap();
+    let plan = header.config.plan::<R, N>().unwrap();
+    let mut pipeline = Pipeline::<R, N>::new(plan);
+    let mut telemetry = Vec::new();
+    for (sequence, samples) in blocks.iter().enumerate() {
+        capture.push::<R>(samples).unwrap();
+        let stamp = header.timing().stamp(sequence as u64, false);
+        let measurement = pipeline.block(stamp, samples);
+        let (method, health) = (plan.options.method, Health::default());
+        telemetry.extend(Telemetry { measurement, method, health }.to_frame());
+    }
+    (capture, telemetry)
 }
 
 fn here(header: &Header) -> (Capture, Vec<u8>) {
@@ -174,6 +188,90 @@ fn same_bits_on(machine: Machine, target: Target, bin: &str) {
             print!(", {:.0} instructions a block", instructions / f64::from(header.blocks));
         }
         println!();
+    }
+}
+
+/// Blocks of which each has another line somewhere near its tone, a level that swings, and a phase that bends, of any strength.
+fn hard_blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]> {
+    let mut rng =
+        ChaCha8Rng::seed_from_u64(SEED ^ u64::from(header.n) << 16 ^ u64::from(header.iq));
+    (0..header.blocks)
+        .map(|_| {
+            let bins = rng.random_range(0.1..0.4) * N as f64;
+            let apart: f64 = rng.random_range(-12.0..12.0);
+            let [other, depth, bend]: [f64; 3] =
+                std::array::from_fn(|_| 10f64.powf(rng.random_range(-3.0..0.0)));
+            let [first, second, third]: [f64; 3] = std::array::from_fn(|_| rng.random());
+            let noise = 10f64.powf(rng.random_range(0.0..2.0));
+            std::array::from_fn(|n| {
+                let x = n as f64 / N as f64;
+                let turns = bins * x + bend * (x - 0.5) * (x - 0.5) + first;
+                let level = 1.0 + depth * (std::f64::consts::TAU * (x + third)).sin();
+                let [tone, line] =
+                    [turns, (bins + apart) * x + second].map(|turns| std::f64::consts::TAU * turns);
+                let mut part = |tone: f64, line: f64| {
+                    let value = 800.0 * (level * tone + other * line);
+                    (value + noise * rng.random_range(-1.0..1.0)).clamp(-2047.0, 2047.0) as i16
+                };
+                R::of_parts([part(tone.cos(), line.cos()), part(tone.sin(), line.sin())])
+            })
+        })
+        .collect()
+}
+
+/// The joint fit's answers are the host's to the bit, and what a block costs is printed for every effort.
+#[test]
+fn joint_fits_give_the_same_bits() {
+    let cores =
+        [(Machine::An386, Target::M4f), (Machine::An385, Target::M3), (Machine::An385, Target::M0)];
+    for (machine, target) in cores.into_iter().filter(|(_, target)| has_core(*target)) {
+        let image = image_with("core_check", target, &["mps2", "joint-fit"]);
+        // Floats in software are slow.
+        let count = sized(if target == Target::M4f { 25 } else { 3 }, 100) as u32;
+        for (iq, n) in [(false, 64), (true, 256), (false, 1024)] {
+            let looks = Effort::ALL.iter().map(|&effort| {
+                let config = Config { effort, ..config(Method::default(), Scene::Tone) };
+                let header = Header { iq, ..Header::of::<Real>(config, n, count) };
+                let (capture, ours, verdicts) = for_record(iq, n as usize, Hard(header)).unwrap();
+                let what = format!("{target:?}, iq {iq}, n {n}, {}", effort.name());
+                let (outcome, theirs) =
+                    run(capture, machine, &image).unwrap_or_else(|error| panic!("{what}: {error}"));
+                assert_same(&ours, &theirs, &what);
+                let ticks = outcome.figure("ticks").unwrap_or_default();
+                let instructions =
+                    ticks as f64 * machine.instructions_per_tick() / f64::from(count);
+                println!(
+                    "{what}: {count} blocks the same, {instructions:.0} instructions a block, {verdicts} usable"
+                );
+                if target == Target::M4f && effort != Effort::Look {
+                    // As docs/performance.md says.
+                    assert!((0.5e6..3e6).contains(&instructions));
+                }
+                verdicts
+            });
+            let usable: Vec<usize> = looks.collect();
+            assert!(usable.is_sorted() && (count < 25 || usable[0] < usable[2]), "{usable:?}");
+        }
+    }
+}
+
+/// Writes a capture of hard blocks, measures them here, and counts the usable answers.
+struct Hard(Header);
+
+impl ForRecord for Hard {
+    type Output = (Capture, Vec<u8>, usize);
+
+    fn run<R: Record, const N: usize>(self) -> Self::Output {
+        let Hard(header) = self;
+        let blocks = hard_blocks::<R, N>(&header);
+        let (capture, telemetry) = measured::<R, N>(&header, &blocks);
+        let usable = records(&telemetry)
+            .iter()
+            .filter(|record| {
+                matches!(record.measurement.tone.verdict, Verdict::Good | Verdict::Moving)
+            })
+            .count();
+        (capture, telemetry, usable)
     }
 }
 

@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the library may be built with.
-const SETS: [&str; 6] = [
+const SETS: [&str; 7] = [
     "",
     "methods",
+    "joint-fit",
     "microfft",
     "portable-atomic",
     "defmt",
-    "methods,microfft,portable-atomic,defmt",
+    "methods,joint-fit,microfft,portable-atomic,defmt",
 ];
 
 /// The seed of the records.

@@ -561,6 +561,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         reach: Default::default(),
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
+        effort: picket::Effort::Look,
         false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

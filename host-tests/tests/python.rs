@@ -104,6 +104,7 @@ fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
             reach: picket::Reach::Sixteen,
             codes,
             arithmetic,
+            effort: picket::Effort::Look,
             false_alarm: picket::Config::new(1.0, codes).false_alarm,
             carrier: None,
             style: Style::Json,

@@ -291,7 +291,7 @@ fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Follo
         codes: Codes::signed::<16>(),
         reach: Reach::Sixteen,
     };
-    Pursuit { cut, following, carrier: None }
+    Pursuit { cut, following, effort: picket::Effort::Look, carrier: None }
 }
 
 /// A car and a motorcycle before a 24 GHz radar: two tracks, each within 1 % of the reference at its points, none on

@@ -12,6 +12,7 @@ use picket::acquire::sample::{Segment, Stamp};
 use picket::config::{Config, Following};
 use picket::solve::track::{State, Track};
 use picket::spectrum::fft::twiddle::supported;
+use picket::tone::effort::Effort;
 use picket::tracker::Tracker;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
@@ -25,6 +26,8 @@ pub struct Pursuit {
     pub cut: Cut,
     /// How tones are followed.
     pub following: Following,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
     /// The Doppler radar that they are shifts of, if they are.
     pub carrier: Option<Carrier>,
 }
@@ -124,7 +127,7 @@ fn blocks<R: Kind, const N: usize>(
     sink: &mut dyn FnMut(&Sighting),
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
-    let &Pursuit { cut, following, carrier } = pursuit;
+    let &Pursuit { cut, following, effort, carrier } = pursuit;
     let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config {
@@ -133,6 +136,7 @@ fn blocks<R: Kind, const N: usize>(
         band_hz,
         reach,
         following,
+        effort,
         ..Config::new(1.0, Codes::signed::<12>())
     };
     let mut tracker = Box::new(Tracker::<R, N>::new(config.plan::<R, N>().map_err(text)?));

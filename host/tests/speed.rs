@@ -59,6 +59,7 @@ fn ten_minutes() {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
+        effort: picket::Effort::Look,
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

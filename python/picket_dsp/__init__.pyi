@@ -41,6 +41,7 @@ class Pipeline:
         false_alarm: float | None = ...,
         engine: Literal["i32", "q15", "f32"] = ...,
         arithmetic: Literal["float", "fixed"] = ...,
+        effort: Literal["look", "one", "full"] = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...
@@ -67,6 +68,7 @@ class Tracker:
         refresh: int = ...,
         false_alarm: float | None = ...,
         arithmetic: Literal["float", "fixed"] = ...,
+        effort: Literal["look", "one", "full"] = ...,
     ) -> None: ...
     @property
     def n(self) -> int: ...

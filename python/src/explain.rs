@@ -2,6 +2,7 @@
 
 use crate::native::{Native, Work};
 use crate::tables::{self, ToneRow};
+use picket::model::{Answer, Cause};
 use picket::spectrum::engine::Engine;
 use picket::tone::judge::{Judgement, Line};
 use picket::tone::observer::{Observer, Step, Test};
@@ -49,6 +50,23 @@ impl Observer for &Notes {
         let said = format!("{line}{}", if taken { "" } else { ", dropped" });
         let heard = (self.fit.take(), "line", judgement.widening.into(), f64::NAN, said);
         self.heard.borrow_mut().push(heard);
+    }
+
+    fn joint(self, answer: &Answer) {
+        let [nothing, weights @ ..] = &answer.weights;
+        let causes = Cause::ALL.into_iter().zip(weights).zip(answer.kept);
+        let causes = causes.map(|((cause, weight), kept)| (cause.name(), *weight, kept));
+        let mut heard = self.heard.borrow_mut();
+        for (name, weight, kept) in [("nothing more", *nothing, 0)].into_iter().chain(causes) {
+            let said = if kept > 0 { "joined the fit" } else { "-" };
+            heard.push(("joint", name, weight.into(), f64::NAN, said.to_owned()));
+        }
+        let said = match (answer.unresolved, answer.moves) {
+            (true, _) => "unresolved, dropped",
+            (false, true) => "moving",
+            (false, false) => "steady",
+        };
+        heard.push(("joint", "line", f64::NAN, f64::NAN, said.to_owned()));
     }
 }
 

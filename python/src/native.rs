@@ -12,7 +12,9 @@ use numpy::{PyArray2, PyReadonlyArray1};
 use picket::acquire::frontend::Timing;
 use picket::acquire::kind::{ForRecord, for_record};
 use picket::spectrum::engine::Engine;
-use picket::{Arithmetic, Config, F32, Following, I32, Plan, Q15, Record, Segment, Stamp, Trigger};
+use picket::{
+    Arithmetic, Config, Effort, F32, Following, I32, Plan, Q15, Record, Segment, Stamp, Trigger,
+};
 use pyo3::prelude::*;
 
 /// The engines by their names.
@@ -70,7 +72,7 @@ impl Work for Check {
 #[pymethods]
 impl Native {
     #[new]
-    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, band_hz, false_alarm, scene, following))]
+    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, effort, band_hz, false_alarm, scene, following))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         n: usize,
@@ -80,6 +82,7 @@ impl Native {
         iq: bool,
         engine: &str,
         arithmetic: &str,
+        effort: &str,
         band_hz: Option<(f64, f64)>,
         false_alarm: Option<f64>,
         scene: Option<SceneTerms>,
@@ -92,6 +95,8 @@ impl Native {
             "fixed" => Arithmetic::Fixed,
             _ => return Err(wrong(format!("arithmetic is float or fixed, not {arithmetic}"))),
         };
+        config.effort = Effort::from_name(effort)
+            .ok_or_else(|| wrong(format!("effort is look, one or full, not {effort}")))?;
         let transform = match engine {
             "i32" => Transform::I32,
             "q15" => Transform::Q15,

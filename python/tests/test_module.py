@@ -121,6 +121,7 @@ def test_verdicts_are_told():
         ({"codes": (0, 70000)}, None, "16 bits"),
         ({"engine": "i64"}, None, "i32, q15 or f32"),
         ({"arithmetic": "f64"}, None, "float or fixed"),
+        ({"effort": "most"}, None, "look, one or full"),
         ({"false_alarm": 2.0}, None, "false-alarm probability"),
         ({"scene": "radar"}, None, "Doppler or a Chirp"),
         ({"scene": Doppler(wavelength_m=-1)}, None, "wavelength"),
@@ -278,6 +279,22 @@ def test_explain_says_why(engine):
     clipped = picket_dsp.explain(np.clip(3000 * np.sin(0.5 * np.arange(1024)), -2048, 2047), codes=12, engine=engine)
     applies = clipped[(clipped["fit"] == "verdict") & (clipped["outcome"] == "applies")]
     assert "clipped" in applies["test"]
+
+
+def test_more_effort_resolves_more():
+    n = np.arange(50 * 1024)
+    bins = 1024 / (2 * np.pi)
+    noise = np.random.default_rng(5).normal(0, 10, n.size)
+    samples = np.round(900 * np.sin(100.3 / bins * n) + 500 * np.sin(105.1 / bins * n) + noise)
+    rows = {effort: Pipeline(rate_hz=1024, effort=effort).blocks(samples) for effort in ["look", "one", "full"]}
+    resolved = {effort: (found["verdict"] != "unresolved").mean() for effort, found in rows.items()}
+    assert resolved["look"] < 0.5 and resolved["full"] == 1.0 and resolved["look"] <= resolved["one"] <= resolved["full"]
+    found = rows["full"]
+    errors = (found["frequency_hz"] - 100.3) / found["sigma_hz"]
+    assert np.abs(errors).max() < 5 and 0.7 < np.sqrt((errors**2).mean()) < 1.3
+    causes = Pipeline(effort="full").explain(samples[:1024])
+    assert list(causes["outcome"][(causes["fit"] == "joint") & (causes["test"] == "line")]) == ["joined the fit", "steady"]
+    assert same(Pipeline(effort="full").blocks(tone(4096)), Pipeline().blocks(tone(4096)))
 
 
 def test_telemetry_of_a_board():

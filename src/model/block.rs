@@ -1,26 +1,14 @@
-//! The model of the bins around a peak: its window, its noise, and whether the line is a tone at all.
+//! The joint fit of the bins around a peak: their window, their noise, and whether the line is a tone at all.
 
-use super::{Answer, Effort, Noise, Window, measure};
-use crate::acquire::sample::Record;
+use super::{Answer, Noise, Window, measure};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::tone::arithmetic::Arithmetic;
 use crate::tone::detection::{Less, Threshold};
-use crate::tone::fit::{Course, Fit, Reach, fit_near};
+use crate::tone::effort::Effort;
+use crate::tone::fit::Fit;
 use crate::tone::noise::ring::{self, Beside};
 
-/// What a block's model says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
-    /// Of the tone.
-    pub answer: Answer,
-    /// The line exceeds the noise.
-    pub detected: bool,
-    /// The noise of a bin by the ring.
-    pub noise: Noise,
-}
-
 /// The bins around a peak, in codes.
-pub fn window_of(near: &Neighbourhood) -> Window {
+fn window_of(near: &Neighbourhood) -> Window {
     Window::new(near.n, near.iq, near.peak, |i| near.bin(near.peak.wrapping_add(i)))
 }
 
@@ -28,7 +16,7 @@ pub fn window_of(near: &Neighbourhood) -> Window {
 const TRANSFORM: f32 = 1e-9;
 
 /// The noise of a bin beside a fit: the ring's, and the engine's own.
-pub fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise {
+fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise {
     let unseen = ring::unseen_rounding(near, beside);
     let engine = TRANSFORM * fit.line.norm_sqr() / super::constants::WIDTH as f32;
     let power = (beside.noise.power + unseen) * near.n as f32 + engine;
@@ -36,7 +24,7 @@ pub fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise 
 }
 
 /// Whether a line exceeds the noise after the last kept cause, and that of the louder side of the ring: one test.
-pub fn is_detected(
+fn is_detected(
     near: &Neighbourhood,
     beside: &Beside,
     noise: &Noise,
@@ -48,16 +36,27 @@ pub fn is_detected(
     answer.line.norm_sqr() > here * limit
 }
 
-/// Measures the tone at a peak; `None` if nothing can be fitted.
-pub fn measure_near<R: Record, const N: usize>(
+/// What the joint fit says of a line that is no steady tone, and the noise power per sample that it tells; `None` if the effort has no
+/// joint fit, or nothing can be fitted. The answer is unresolved if the line does not exceed that noise.
+#[inline(never)]
+pub fn joint(
     near: &Neighbourhood,
+    fit: &Fit<f32>,
+    beside: &Beside,
     threshold: Threshold,
     effort: Effort,
-) -> Option<Seen> {
-    let fit = fit_near::<R, N>(near, Arithmetic::Float, Reach::Sixteen, Course::Usual)?;
-    let beside = ring::beside::<R, N>(near, &fit, Arithmetic::Float);
-    let noise = noise_of(near, &fit, &beside);
-    let answer = measure(&window_of(near), &noise, fit.offset, effort, true);
-    let detected = is_detected(near, &beside, &noise, &answer, threshold);
-    Some(Seen { answer, detected, noise })
+    bends: bool,
+) -> Option<(Answer, f32)> {
+    let most = effort.causes()?;
+    let noise = noise_of(near, fit, beside);
+    let mut answer = measure(&window_of(near), &noise, fit.offset, most, bends);
+    // A variance that is no number is none, and an offset beyond the bins beside the peak is another line's.
+    let found = answer.variance > 0.0
+        && answer.offset.abs() < FARTHEST
+        && is_detected(near, beside, &noise, &answer, threshold);
+    answer.unresolved |= !found;
+    Some((answer, noise.power * answer.scale / near.n as f32))
 }
+
+/// Bins from the peak: the joint fit goes no farther.
+const FARTHEST: f32 = 1.5;

@@ -6,7 +6,6 @@
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
 //! | [`CHANCE`] | how often noise alone may do what is called impossible | `round` |
-//! | [`GATE`] | the share of noise's blocks that are looked at closely | `look` |
 //! | [`NEAR`] | the distance from which another line is no change of the tone | `round` |
 //! | [`ORDERS`], [`SMOOTH`] | how fast a change may be | `moments`, `joint` |
 //! | [`ROUNDS`], [`LINES`], [`PEAKS`], [`STEPS`] | limits of effort | `round`, `joint` |
@@ -32,10 +31,6 @@ pub const KEPT_AT: f32 = 100.0;
 /// How often noise alone may leave more beside the tone than away from it before that is called another thing than noise. In
 /// standard deviations of a normal distribution: 1e-6.
 pub const CHANCE: f32 = 4.753_424;
-
-/// The share of noise's blocks that are looked at closely, of each of four tests: a sixteenth, in standard deviations of a normal
-/// distribution.
-pub const GATE: f32 = 1.534_121;
 
 /// Bins: a line nearer than this counts as a change of the tone. Half a bin inside the first zero of the fifth moment's
 /// function it is what the moments can see.

@@ -45,23 +45,21 @@ impl<const M: usize> Factor<M> {
             *scale = if i < count && own > 1e-30 { 1.0 / own.root() } else { 0.0 };
         }
         for i in 0..M.min(count) {
-            let (above, rest) = lower.split_at_mut(i);
-            let Some(row) = rest.first_mut() else { break };
+            let Some((above, [row, ..])) = lower.split_at_mut_checked(i) else { break };
             let mine = scales.get(i).copied().unwrap_or(0.0);
             for (j, other) in above.iter().enumerate() {
                 let theirs = scales.get(j).copied().unwrap_or(0.0);
                 let pivot = pivots.get(j).copied().unwrap_or(0.0);
-                let (done, left) = row.split_at_mut(j);
-                let sum: f32 = done.iter().zip(other).map(|(a, b)| a * b).sum();
-                if let Some(value) = left.first_mut() {
+                if let Some((done, [value, ..])) = row.split_at_mut_checked(j) {
+                    let sum: f32 = done.iter().zip(other).map(|(a, b)| a * b).sum();
                     *value = (*value * mine * theirs - sum) * pivot;
                 }
             }
-            let (done, left) = row.split_at_mut(i);
+            let Some((done, [value, ..])) = row.split_at_mut_checked(i) else { break };
             let own = 1.0 + RIDGE - done.iter().map(|a| a * a).sum::<f32>();
             let root = own.max(RIDGE).root();
-            if let (Some(value), Some(pivot)) = (left.first_mut(), pivots.get_mut(i)) {
-                *value = root;
+            *value = root;
+            if let Some(pivot) = pivots.get_mut(i) {
                 *pivot = 1.0 / root;
             }
         }
@@ -71,10 +69,9 @@ impl<const M: usize> Factor<M> {
     pub fn forward(&self, v: &[f32; M]) -> [f32; M] {
         let mut out = [0.0; M];
         for (i, row) in self.lower.iter().enumerate() {
-            let (done, left) = out.split_at_mut(i);
-            let sum: f32 = done.iter().zip(row).map(|(a, b)| a * b).sum();
             let at = |values: &[f32; M]| values.get(i).copied().unwrap_or(0.0);
-            if let Some(value) = left.first_mut() {
+            if let Some((done, [value, ..])) = out.split_at_mut_checked(i) {
+                let sum: f32 = done.iter().zip(row).map(|(a, b)| a * b).sum();
                 *value = (at(v) * at(&self.scales) - sum) * at(&self.pivots);
             }
         }

@@ -4,8 +4,8 @@
 //! bins = tone(f, a) + kept causes + noise
 //! ```
 //!
-//! A fit gives the tone, a ring of bins beside it the noise. If what the fit leaves is nothing unusual, that is all. Otherwise a few
-//! [causes](Cause) are tried on it, each a set of directions with normal priors of unknown size, and each has an evidence against
+//! A fit gives the tone, a ring of bins beside it the noise. Where the fit leaves more than one steady tone would, a few
+//! [causes](Cause) are tried on what is left, each a set of directions with normal priors of unknown size, and each has an evidence against
 //! `nothing more`. A cause with high odds joins the fit, and what is left then is tried again, at most three times. Causes that lose keep
 //! their weight: frequency and sigma are mean and deviation of the mixture. What joined the fit is the verdict.
 
@@ -33,10 +33,8 @@ pub use window::Window;
 
 use crate::math::scalar::Scalar as _;
 use belief::Belief;
-use constants::{CAUSES, GATE, ROUNDS};
+use constants::CAUSES;
 use joint::{Joint, Solution};
-use leftover::Leftover;
-use moments::Moments;
 use num_complex::Complex;
 use round::{Round, belief_in, density, is_near};
 
@@ -47,28 +45,6 @@ pub struct Noise {
     pub power: f32,
     /// The independent real numbers whose mean square is as accurate.
     pub freedom: f32,
-}
-
-/// How much is tried at most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Effort {
-    /// The causes are weighed once, and none joins the fit: a wide sigma, and unresolved where one would.
-    Look,
-    /// One joins the fit.
-    One,
-    /// Three do.
-    #[default]
-    Full,
-}
-
-impl Effort {
-    const fn rounds(self) -> usize {
-        match self {
-            Self::Look => 0,
-            Self::One => 1,
-            Self::Full => ROUNDS,
-        }
-    }
 }
 
 /// What the bins say of a tone.
@@ -94,12 +70,11 @@ pub struct Answer {
     pub unresolved: bool,
     /// How many causes joined the fit.
     pub rounds: usize,
-    /// Whether more than the first look was needed.
-    pub closer: bool,
 }
 
-/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted.
-pub fn measure(window: &Window, noise: &Noise, offset: f32, effort: Effort, gate: bool) -> Answer {
+/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most so many causes join the fit. `bends`
+/// says that the phase may bend without any change of the tone, see [`Segment::bends`](crate::acquire::sample::Segment::bends).
+pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: bool) -> Answer {
     let scale = (2.0 / noise.power).root();
     let mut joint = Joint::at(offset);
     let mut solution = Solution::new();
@@ -115,24 +90,19 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, effort: Effort, gate
         moves: false,
         unresolved: false,
         rounds: 0,
-        closer: false,
     };
-    if gate && first_look(window, &joint, &solution, noise, &mut answer) {
-        return answer;
-    }
-    answer.closer = true;
     let mut rivals = Belief::NEVER;
-    for number in 0..=effort.rounds() {
+    for number in 0..=most {
         let round = Round::of(window, &joint, &solution, noise.freedom, &answer.kept);
         let Belief { offset, variance, .. } = round.all().or(rivals);
         (answer.offset, answer.variance) = (offset, variance);
         answer.weights = round.weights();
-        answer.moves = is_near(&joint, &answer.kept);
+        answer.moves = is_near(&joint, &answer.kept, bends);
         answer.unresolved = round.stays.is_some() || round.lumpy;
         (answer.scale, answer.freedom) = (round.scale, noise.freedom + round.free);
         answer.line = joint.tone.value * (1.0 / scale);
         let Some((cause, odds)) = round.stays else { break };
-        if number == effort.rounds() {
+        if number == most {
             break;
         }
         rivals = rivals.times(-odds).or(round.rivals(cause));
@@ -184,26 +154,4 @@ fn second(
     }
     joint.solve(window, scale, solution);
     (two.times(-change.log), false)
-}
-
-/// Whether what the fit leaves is nothing unusual; the answer is complete then.
-fn first_look(
-    window: &Window,
-    joint: &Joint,
-    solution: &Solution,
-    noise: &Noise,
-    answer: &mut Answer,
-) -> bool {
-    let leftover = Leftover::new(solution.energy, solution.free, noise.freedom);
-    let (_, power) = leftover.less(0.0);
-    let [_, _, step, ..] = solution.values;
-    answer.offset = joint.tone.offset + step;
-    answer.variance = power * solution.variance();
-    answer.scale = power;
-    answer.freedom = noise.freedom + solution.free;
-    let Moments { amplitude, phase } = Moments::of(window, &joint.tone, &solution.left);
-    let changes = amplitude.iter().take(3).chain(phase.iter().skip(1).take(2));
-    let changes: f32 = changes.map(|value| value * value).sum();
-    let limit = |free| free * chance::ratio(GATE, free, noise.freedom);
-    changes < limit(5.0) && solution.energy < limit(solution.free)
 }

@@ -314,9 +314,10 @@ fn lumpy(window: &Window, solution: &Solution) -> bool {
     inner[0] * others > outer[0] * free * chance::ratio(CHANCE, free, others)
 }
 
-/// Whether something that joined is a change of the tone, or so near that it looks like one.
-pub fn is_near(joint: &Joint, kept: &Kept) -> bool {
+/// Whether something that joined is a change of the tone, or so near that it looks like one. The bend of a chirp is none.
+pub fn is_near(joint: &Joint, kept: &Kept, bends: bool) -> bool {
     let [level, bend, wander, ..] = kept;
+    let bend = if bends { &0 } else { bend };
     let near = |other: &Other| (other.line.offset - joint.tone.offset).abs() < NEAR;
     level + bend + wander > 0 || joint.lines().iter().any(near)
 }

@@ -4,6 +4,7 @@ use super::arithmetic::Arithmetic;
 use super::clipped::part::Part;
 use super::detection::Threshold;
 use super::detector::stands_out;
+use super::effort::Effort;
 use super::evidence::{Evidence, edge_bins};
 use super::fit::{self, Course, Fit, Reach};
 use super::frequency::Frequency;
@@ -17,6 +18,7 @@ use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record, Stamp};
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
+use crate::model::block::joint;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
@@ -36,6 +38,8 @@ pub struct Options {
     pub arithmetic: Arithmetic,
     /// The detection threshold.
     pub threshold: Threshold,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
 }
 
 /// The most further steps of a fit to a line that is no steady tone.
@@ -94,7 +98,8 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let Some(fit) = &mut fitted(options.reach, Course::Usual) else {
         return NOTHING;
     };
-    let mut beside = ring::beside::<R, N>(around, fit, arithmetic);
+    let ring = ring::beside::<R, N>(around, fit, arithmetic);
+    let mut beside = ring;
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
     let few = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
@@ -162,6 +167,20 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         sigma = refined;
     }
     observer.fitted(peak.bin, fit, noise);
+    let (mut line, mut quiet) = (line, free.map_or(noise, |free| free.noise));
+    if line != Line::Steady
+        && clipped <= CLIPPED
+        && standing.is_some()
+        && let (threshold, bends) = (options.threshold, stamp.segment.bends())
+        && let Some((answer, noise)) = joint(around, fit, &ring, threshold, options.effort, bends)
+    {
+        observer.joint(&answer);
+        if !answer.unresolved {
+            line = if answer.moves { Line::Moving } else { Line::Steady };
+            (fit.offset, fit.line) = (answer.offset, answer.line);
+            (sigma, quiet, near) = (answer.variance.root(), noise, noise);
+        }
+    }
     let mut sigma = sigma * standing.unwrap_or(1.0);
     if let Some(offset) = answer {
         let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
@@ -170,7 +189,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         fit.offset = offset;
     }
     let seen = Seen {
-        noise: free.map_or(noise, |free| free.noise),
+        noise: quiet,
         line,
         clipped,
         image,

@@ -4,6 +4,7 @@
 //! no observer, `()`, and pays nothing: not an instruction, not a byte. `picket explain` has one that writes all down.
 
 use super::judge::Judgement;
+use crate::model::Answer;
 use crate::tone::fit::Fit;
 
 /// What a test compares. Powers are ratios to the noise of what they are measured in.
@@ -154,6 +155,10 @@ pub trait Observer: Copy {
     /// Hears of the last fit at a peak bin, and of the noise power per sample beside the tone.
     #[inline(always)]
     fn fitted(self, _peak: i32, _fit: &Fit<f32>, _noise: f32) {}
+
+    /// Hears what the joint fit says of a line that is no steady tone. Its answer is taken unless it is unresolved.
+    #[inline(always)]
+    fn joint(self, _answer: &Answer) {}
 
     /// Makes a test, tells it, and says whether it fired.
     #[inline(always)]

@@ -7,7 +7,7 @@
 //! | 2 | scene: u8, 0 tone, 1 Doppler, 2 chirp |
 //! | 3 | shape of a chirp: u8, 0 trapezoid, 1 triangle, 2 sawtooth |
 //! | 4 | bins on each side that least squares reads: u8 |
-//! | 5 | arithmetic: u8, 0 float, 1 fixed |
+//! | 5 | arithmetic: low 4 bits, 0 float, 1 fixed; effort: high 4 bits, 0 look, 1 one, 2 full |
 //! | 6 | tones followed: u8 |
 //! | 7 | blocks from search to search: u8 |
 //! | 8 | the converter's lowest and highest code: 2 i16 |
@@ -28,6 +28,7 @@ use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::spectrum::fft::twiddle::supported;
 use picket::tone::arithmetic::Arithmetic;
+use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
 
 /// Why bytes are not a capture or not settings.
@@ -90,7 +91,8 @@ pub(crate) fn put(writer: &mut Writer<'_>, iq: bool, n: u32, config: &Config) {
     let Following { agility, acceleration_bins, rate_bins, most, refresh } = config.following;
     let flags = u8::from(iq) | u8::from(band) << 1 | u8::from(unusual(config)) << 2;
     writer.put([flags, config.method.id(), scene, shape]);
-    writer.put([config.reach.bins() as u8, config.arithmetic as u8, most, refresh]);
+    let how = config.arithmetic as u8 | config.effort.number() << 4;
+    writer.put([config.reach.bins() as u8, how, most, refresh]);
     writer.i16(lowest);
     writer.i16(highest);
     writer.u32(n);
@@ -122,7 +124,7 @@ pub(crate) fn take(reader: &mut Reader<'_>) -> Result<(bool, u32, Config), Encod
 
 fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
     let [flags, method, scene, shape] = reader.take()?;
-    let [reach, arithmetic, most, refresh] = reader.take()?;
+    let [reach, how, most, refresh] = reader.take()?;
     let (lowest, highest) = (reader.i16()?, reader.i16()?);
     let n = reader.u32()?;
     let rate_hz = reader.f64()?;
@@ -148,11 +150,12 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
             16 => Reach::Sixteen,
             _ => return None,
         },
-        arithmetic: match arithmetic {
+        arithmetic: match how & 15 {
             0 => Arithmetic::Float,
             1 => Arithmetic::Fixed,
             _ => return None,
         },
+        effort: Effort::from_number(how >> 4)?,
         false_alarm,
         scene: match scene {
             0 => Scene::Tone,

@@ -1,16 +1,12 @@
-//! What is claimed of an answer, on records with one thing wrong: by today's verdict and by the model of what else is there.
+//! What is claimed of an answer, on records with one thing wrong: at the least effort, and at the most.
 
 mod records;
 
 use crate::signal::{CODES, Kind, quantise, trials};
 use picket::config::Config;
-use picket::model::Effort;
-use picket::model::block::{Seen, measure_near};
 use picket::pipeline::Pipeline;
-use picket::plan::{Plan, Terms};
-use picket::spectrum::neighbourhood::{Neighbourhood, Places};
-use picket::spectrum::peak;
-use picket::{Iq, Real, Stamp, Verdict};
+use picket::plan::Plan;
+use picket::{Effort, Iq, Real, Stamp, Verdict};
 use records::Scene;
 use std::collections::BTreeMap;
 
@@ -27,12 +23,15 @@ struct Said {
     bound: f64,
 }
 
-/// A tone's verdict in the words of both.
-const USABLE: [Verdict; 2] = [Verdict::Good, Verdict::Moving];
+/// The verdicts whose answers are within their sigma.
+const USABLE: [Verdict; 3] = [Verdict::Good, Verdict::Moving, Verdict::Clipped];
 
-/// Today's answer and the model's.
+/// The efforts that are compared.
+const EFFORTS: [Effort; 2] = [Effort::Look, Effort::Full];
+
+/// The answers at both efforts.
 fn both<R: Kind, const N: usize>(
-    plan: &Plan<R, N>,
+    plans: &[Plan<R, N>; 2],
     scene: Scene,
     seed: u64,
     count: u64,
@@ -42,8 +41,6 @@ fn both<R: Kind, const N: usize>(
         let taken = scene.record(rng, N, R::IQ, snr_db);
         let samples: [R::Sample; N] =
             std::array::from_fn(|i| R::of_parts(taken.samples[i].map(quantise)));
-        let mut pipeline = Pipeline::<R, N>::new(*plan);
-        let tone = pipeline.block(Stamp::default(), &samples).tone;
         let from = |bins: f64, truth: f64| {
             let error = bins - truth;
             if R::IQ {
@@ -57,31 +54,17 @@ fn both<R: Kind, const N: usize>(
             let errors = [taken.truth, taken.other, across].map(|truth| from(bins, truth));
             errors.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(f64::NAN)
         };
-        let today = Said {
-            error: apart(tone.frequency.bins(N)),
-            sigma: f64::from(tone.sigma) * N as f64,
-            usable: USABLE.contains(&tone.verdict),
-            good: tone.verdict == Verdict::Good,
-            weak: matches!(tone.verdict, Verdict::Weak | Verdict::NoSignal),
-            bound: taken.bound,
-        };
-        let terms: &Terms = plan;
-        let peak = peak::find(pipeline.spectrum(), terms.band).unwrap();
-        let mut places = Places::new();
-        let near = Neighbourhood::read(pipeline.spectrum(), peak.bin, &mut places);
-        let seen = measure_near::<R, N>(&near, terms.options.threshold, Effort::Full);
-        let model = seen.map_or(Said { weak: true, usable: false, good: false, ..today }, |seen| {
-            let Seen { answer, detected, .. } = seen;
+        plans.map(|plan| {
+            let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
             Said {
-                error: apart(f64::from(peak.bin) + f64::from(answer.offset)),
-                sigma: f64::from(answer.variance).sqrt(),
-                usable: detected && !answer.unresolved,
-                good: detected && !answer.unresolved && !answer.moves,
-                weak: !detected,
+                error: apart(tone.frequency.bins(N)),
+                sigma: f64::from(tone.sigma) * N as f64,
+                usable: USABLE.contains(&tone.verdict),
+                good: tone.verdict == Verdict::Good,
+                weak: matches!(tone.verdict, Verdict::Weak | Verdict::NoSignal),
                 bound: taken.bound,
             }
-        });
-        [today, model]
+        })
     });
     [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).collect())
 }
@@ -129,7 +112,8 @@ fn cells<R: Kind, const N: usize>(
     count: u64,
     only: Option<&str>,
 ) -> Vec<(Scene, [Row; 2])> {
-    let plan = Config::new(1.0, CODES).plan::<R, N>().unwrap();
+    let plans =
+        EFFORTS.map(|effort| Config { effort, ..Config::new(1.0, CODES) }.plan::<R, N>().unwrap());
     let kind = if R::IQ { "I/Q" } else { "real" };
     let scenes = Scene::all(R::IQ).into_iter().enumerate();
     let scenes =
@@ -137,7 +121,7 @@ fn cells<R: Kind, const N: usize>(
     scenes
         .map(|(number, scene)| {
             let seed = 39_000 + number as u64 + (snr_db * 1000.0) as u64 + N as u64 * 7 + u64::from(R::IQ);
-            let rows = both::<R, N>(&plan, scene, seed, count, snr_db).map(|said| Row::of(&said));
+            let rows = both::<R, N>(&plans, scene, seed, count, snr_db).map(|said| Row::of(&said));
             let [a, b] = &rows;
             println!(
                 "{kind:4} {N:4} {snr_db:3} dB {:38} off {:5.1}/{:5.1}  good off {:5.1}/{:5.1}  refused {:5.1}/{:5.1}  weak {:5.1}/{:5.1}  rms {:7.2}/{:7.2}  z2 {:8.2}/{:8.2}  sigma {:7.2}/{:7.2}",
@@ -148,39 +132,35 @@ fn cells<R: Kind, const N: usize>(
         .collect()
 }
 
-/// The table today / model, by groups.
-fn table(cells: &[(Scene, [Row; 2])]) {
+/// The table of both efforts, by groups, as `docs/trust.md` has it, the look first: shares are means over the cells, sigma the median.
+fn table(cells: &[(Scene, [Row; 2])]) -> Vec<String> {
     let mut groups = BTreeMap::<&str, Vec<[Row; 2]>>::new();
     for (scene, rows) in cells {
         groups.entry(scene.group()).or_default().push(*rows);
     }
-    println!("\ntoday / model: means over cells (worst cell)");
-    println!(
-        "| group | usable and off by > 5 sigma % | good and off % | refused though right % | weak % | rms over bound | sigma over bound |"
-    );
-    println!("|---|---|---|---|---|---|---|");
-    for (group, rows) in groups {
+    let row = |(group, rows): (&&str, &Vec<[Row; 2]>)| {
         let pair = |of: &dyn Fn(&Row) -> f64| {
-            let mean = |which: usize| {
-                rows.iter().map(|rows| of(&rows[which])).sum::<f64>() / rows.len() as f64
-            };
-            let worst = |which: usize| rows.iter().map(|rows| of(&rows[which])).fold(0.0, f64::max);
-            format!("{:.2}/{:.2} ({:.1}/{:.1})", mean(0), mean(1), worst(0), worst(1))
+            [0, 1].map(|which| rows.iter().map(|rows| of(&rows[which])).collect::<Vec<f64>>())
         };
-        println!(
-            "| {group} | {} | {} | {} | {} | {} | {} |",
-            pair(&|row| row.off),
-            pair(&|row| row.good_off),
-            pair(&|row| row.refused),
-            pair(&|row| row.weak),
-            pair(&|row| row.rms),
-            pair(&|row| row.sigma)
-        );
-    }
+        let means = |of: &dyn Fn(&Row) -> f64| {
+            let [look, full] =
+                pair(of).map(|values| values.iter().sum::<f64>() / values.len() as f64);
+            format!("{look:.2} | {full:.2}")
+        };
+        let [look, full] = pair(&|row| row.sigma).map(|mut values| {
+            values.sort_by(f64::total_cmp);
+            values[values.len() / 2]
+        });
+        let (refused, off) = (means(&|row| row.refused), means(&|row| row.off));
+        format!("| {group} | {refused} | {off} | {look:.2} | {full:.2} |")
+    };
+    let rows: Vec<String> = groups.iter().map(row).collect();
+    rows.iter().for_each(|row| println!("{row}"));
+    rows
 }
 
-/// The table of claims: `PICKET_LONG=1 cargo test -p host-tests claims:: -- --nocapture` prints it of 300 blocks a cell, with
-/// `PICKET_CLAIMS=jump` a group of it, with `PICKET_BLOCKS=1000` of so many blocks. The short form has 40, of 256 and 1024 samples.
+/// The table of claims of `docs/trust.md`: 100 blocks a cell, of 256 and 1024 samples. `PICKET_LONG=1` makes 1,000 blocks a cell, 4096
+/// samples among them, `PICKET_BLOCKS=300` so many; with `PICKET_CLAIMS=jump` only that group is printed.
 #[test]
 fn the_campaign() {
     let long = std::env::var("PICKET_LONG").is_ok();
@@ -188,7 +168,7 @@ fn the_campaign() {
     let count = std::env::var("PICKET_BLOCKS")
         .ok()
         .and_then(|n| n.parse().ok())
-        .unwrap_or(if long { 300 } else { 40 });
+        .unwrap_or(if long { 1000 } else { 100 });
     let only = only.as_deref();
     let mut all = Vec::new();
     for snr_db in [10.0, 30.0, 50.0] {
@@ -201,81 +181,56 @@ fn the_campaign() {
             all.extend(cells::<Iq, 4096>(snr_db, count, only));
         }
     }
-    table(&all);
-    if only.is_none() {
-        hold(&all);
+    let rows = table(&all);
+    if only.is_some() {
+        return;
+    }
+    hold(&all);
+    if !long && count == 100 {
+        let docs = include_str!("../../../docs/trust.md");
+        for row in rows {
+            assert!(docs.contains(&row), "docs/trust.md says otherwise: {row}");
+        }
     }
 }
 
-/// The share of blocks of noise alone in which a tone is detected where a hundredth is asked: today's tests, and the model's one.
-fn alarms<R: Kind, const N: usize>(count: u64) -> [f64; 2] {
-    let config = Config { false_alarm: 1e-2, ..Config::new(1.0, CODES) };
-    let plan = config.plan::<R, N>().unwrap();
-    let seen = trials(39_500 + N as u64, count, |rng| {
-        let samples: [R::Sample; N] = R::record::<N>(rng, &[], 30.0);
-        let mut pipeline = Pipeline::<R, N>::new(plan);
-        let tone = pipeline.block(Stamp::default(), &samples).tone;
-        let terms: &Terms = &plan;
-        let peak = peak::find(pipeline.spectrum(), terms.band).unwrap();
-        let mut places = Places::new();
-        let near = Neighbourhood::read(pipeline.spectrum(), peak.bin, &mut places);
-        let seen = measure_near::<R, N>(&near, terms.options.threshold, Effort::Full);
-        [
-            !matches!(tone.verdict, Verdict::Weak | Verdict::NoSignal),
-            seen.is_some_and(|seen| seen.detected),
-        ]
-    });
-    let share =
-        |which: usize| seen.iter().filter(|detected| detected[which]).count() as f64 / count as f64;
-    [share(0), share(1)]
-}
-
-#[test]
-fn noise_passes_for_a_tone_no_more_often_than_asked() {
-    let count = if std::env::var("PICKET_LONG").is_ok() { 40_000 } else { 3_000 };
-    let (mut worst, mut least) = (0.0_f64, f64::INFINITY);
-    for (kind, shares) in [
-        ("real, 256", alarms::<Real, 256>(count)),
-        ("I/Q, 256", alarms::<Iq, 256>(count)),
-        ("real, 1024", alarms::<Real, 1024>(count)),
-        ("I/Q, 1024", alarms::<Iq, 1024>(count)),
-    ] {
-        let [today, model] = shares.map(|share| 100.0 * share);
-        println!("noise alone, {kind}: 1 % asked, today {today:.2} %, model {model:.2} %");
-        worst = worst.max(model);
-        least = least.min(model);
-    }
-    // The louder of the noise here and of the ring's louder side makes the one test stricter than asked: 0.40 to 0.76 % of 40,000 blocks.
-    assert!(worst < 1.2 && least > 0.2, "{least} {worst}");
-}
-
-/// What each group of scenes may cost at most, means over its cells: usable and off, refused though right, percent. A single block
-/// cannot show everything: whatever bends the phase along a straight line is frequency, and two lines a fraction of a bin apart are
-/// one that changes.
-const LIMITS: [(&str, [f64; 2]); 7] = [
-    ("burst anywhere", [0.5, 11.0]),
-    ("burst in the middle", [0.5, 6.0]),
-    ("chirp", [0.5, 7.0]),
+/// What each group of scenes may cost at most at full effort, means over its cells: usable and off, refused though right, percent. A
+/// single block cannot show everything: whatever bends the phase along a straight line is frequency, two lines a fraction of a bin
+/// apart are one that changes, and a symmetric pair of sidebands is more lines than join the fit.
+const LIMITS: [(&str, [f64; 2]); 8] = [
+    ("decay", [0.5, 5.0]),
     ("fm", [0.5, 25.0]),
-    ("jump", [4.0, 3.0]),
-    ("two lines <", [8.0, 3.0]),
-    ("walk", [6.0, 3.0]),
+    ("jump", [4.5, 1.0]),
+    ("keyed", [0.5, 20.0]),
+    ("two lines < 1 bin", [7.0, 1.0]),
+    ("two lines 1 to 2 bins", [0.5, 5.0]),
+    ("two lines 5, 10 bins", [0.5, 9.0]),
+    ("walk", [6.5, 1.0]),
 ];
 
 fn hold(cells: &[(Scene, [Row; 2])]) {
-    let mut groups = BTreeMap::<&str, Vec<Row>>::new();
-    for (scene, [_, model]) in cells {
-        groups.entry(scene.group()).or_default().push(*model);
+    let mut groups = BTreeMap::<&str, [Vec<Row>; 2]>::new();
+    for (scene, rows) in cells {
+        let group = groups.entry(scene.group()).or_default();
+        group.iter_mut().zip(rows).for_each(|(group, row)| group.push(*row));
     }
     for (group, rows) in groups {
-        let limit = LIMITS.iter().find(|(name, _)| group.starts_with(name));
-        let [off, refused] = limit.map_or([1.0, 3.0], |(_, limits)| *limits);
-        let mean = |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
-        let said = [mean(&|row| row.off), mean(&|row| row.refused)];
-        assert!(said[0] <= off && said[1] <= refused, "{group}: {said:?}");
+        let limit = LIMITS.iter().find(|(name, _)| group == *name);
+        let [off, refused] = limit.map_or([0.5, 3.0], |(_, limits)| *limits);
+        let mean = |rows: &[Row], of: &dyn Fn(&Row) -> f64| {
+            rows.iter().map(of).sum::<f64>() / rows.len() as f64
+        };
+        let [look, full] = rows.each_ref().map(|rows| {
+            let (off, refused) = (mean(rows, &|row| row.off), mean(rows, &|row| row.refused));
+            (off, refused)
+        });
+        assert!(full.0 <= off && full.1 <= refused, "{group}: {full:?}");
+        // More effort makes no answer unusable that was usable, and hardly ever a wrong one usable.
+        assert!(full.1 <= look.1 && full.0 <= look.0 + 0.1, "{group}: {look:?}, {full:?}");
         if group == "clean" {
-            assert!(rows.iter().all(|row| row.off == 0.0 && row.weak == 0.0));
-            let (rms, square) = (mean(&|row| row.rms), mean(&|row| row.square));
+            let [_, full] = &rows;
+            assert!(full.iter().all(|row| row.off == 0.0 && row.weak == 0.0));
+            let (rms, square) = (mean(full, &|row| row.rms), mean(full, &|row| row.square));
             assert!((0.95..1.05).contains(&rms) && (0.85..1.15).contains(&square));
         }
     }

@@ -47,6 +47,7 @@ fn analysis(file: &Path) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
+        effort: picket::Effort::Look,
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

@@ -18,6 +18,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use picket::acquire::codes::Codes;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Mixing;
+use picket::tone::effort::Effort;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -108,6 +109,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let hop = options.input.hop.unwrap_or(n);
     let (skip, band_hz) = (options.input.skip, options.input.band);
     let cut = Cut { read, n, hop, skip, band_hz, codes, reach };
+    let others = options.most.is_some() && !options.track
+        || options.harmonics.is_some()
+        || options.burst
+        || options.accumulate.is_some();
+    if others && options.input.effort != Effort::Look {
+        return Err("--effort is for the strongest tone of each block, and for --track".into());
+    }
     if options.track {
         return track(options, cut, style);
     }
@@ -179,6 +187,7 @@ impl Options {
         let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
         let numbers = self.input.arith.is_some()
+            || self.input.effort != Effort::Look
             || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
         let several = self.most.is_some()
             || self.harmonics.is_some()
@@ -290,7 +299,7 @@ fn track(options: &Options, cut: Cut, style: Style) -> Result<ExitCode, String> 
         ..Following::default()
     };
     let carrier = options.carrier();
-    let pursuit = Pursuit { cut, following, carrier };
+    let pursuit = Pursuit { cut, following, effort: options.input.effort, carrier };
     let bar = progress::count("samples");
     let (mut blocks, mut sightings) = (0, Vec::new());
     let mut sink = |sighting: &Sighting| {

@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
 use picket::config::Config;
 use picket::spectrum::fft::twiddle::supported;
+use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
 use std::path::PathBuf;
 
@@ -50,6 +51,10 @@ pub struct Input {
     /// and --method]
     #[arg(long, value_enum)]
     pub arith: Option<Arithmetic>,
+    /// How closely a line that is no steady tone is looked at: look, by tests as boards do; full, by a joint fit of all that is there; one,
+    /// with one cause beside the tone
+    #[arg(long, value_name = "EFFORT", default_value = Effort::Look.name(), value_parser = effort)]
+    pub effort: Effort,
     /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
     #[arg(long, default_value_t = 16)]
     pub bits: u32,
@@ -72,6 +77,23 @@ fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
         Some((i, q)) => number(i).zip(number(q)).map(|(i, q)| (i, Some(q))),
     };
     channels.ok_or_else(|| "give a number from 1 on, or two for I and Q: 2,3".into())
+}
+
+/// An effort by its name.
+pub fn effort(name: &str) -> Result<Effort, String> {
+    Effort::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = Effort::ALL.iter().map(|effort| effort.name()).collect();
+        format!("choose one of {}", names.join(", "))
+    })
+}
+
+/// An error, in one line, if an arithmetic has no such effort.
+pub fn has_effort(arithmetic: Arithmetic, effort: Effort) -> Result<(), String> {
+    if effort == Effort::Look || arithmetic.integer() {
+        Ok(())
+    } else {
+        Err("--effort beyond look is the library's: it needs --arith target".into())
+    }
 }
 
 impl Input {
@@ -125,6 +147,7 @@ impl Input {
             reach: self.reach()?,
             codes: self.codes()?,
             arithmetic: self.arithmetic(false),
+            effort: self.effort,
             false_alarm: self.false_alarm,
             carrier: None,
             style: Style::Text,

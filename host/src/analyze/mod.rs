@@ -20,6 +20,7 @@ use crate::recording::{self, Blocks, Format, Recording, Records, Sample};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
 use picket::config::Config;
+use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
 use picket::tone::{Verdict, Verdicts};
 use picket_transform::num_complex::Complex;
@@ -60,6 +61,8 @@ pub struct Analysis {
     pub codes: Codes,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
     /// The probability of a false alarm in a block of noise, above 0 and at most 0.5.
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
@@ -537,6 +540,7 @@ impl Station {
     }
 
     fn new(analysis: &Analysis, rate_hz: Option<f64>, iq: bool, n: usize) -> Result<Self, String> {
+        input::has_effort(analysis.arithmetic, analysis.effort)?;
         let best = || vec![Estimator::best(iq, analysis.reach)];
         let estimators = analysis.estimators.clone().unwrap_or_else(best);
         with_kind!(iq, R => {
@@ -557,6 +561,7 @@ impl Station {
                 codes: analysis.codes,
                 band_hz: analysis.band_hz,
                 false_alarm: analysis.false_alarm,
+                effort: analysis.effort,
                 ..Config::new(1.0, Codes::signed::<12>())
             };
             // The length is checked first: the plan takes any.

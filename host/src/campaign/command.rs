@@ -1,11 +1,14 @@
 //! The campaign as a command: its options, and what it prints.
 
 use super::{Campaign, Cell, Truth};
+use crate::analyze::input;
+use crate::arithmetic::Arithmetic;
 use crate::impair::{Impairment, help};
 use crate::simulate::Kind;
 use crate::{cli, progress};
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use picket::tone::effort::Effort;
 use std::process::ExitCode;
 
 /// Signal-to-noise ratios unless told otherwise, dB.
@@ -34,6 +37,17 @@ pub struct Flags {
     /// Which frequency is the true one where it changes within the block
     #[arg(long, value_enum, default_value = "mean", requires = "impair")]
     pub truth: Truth,
+    /// How closely a line that is no steady tone is looked at: look, one or full
+    #[arg(long, value_name = "EFFORT", default_value = Effort::Look.name(), value_parser = input::effort, requires = "impair")]
+    effort: Effort,
+}
+
+impl Flags {
+    /// The effort, where an arithmetic has it.
+    pub fn effort(&self, arithmetic: Arithmetic) -> Result<Effort, String> {
+        input::has_effort(arithmetic, self.effort)?;
+        Ok(self.effort)
+    }
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {

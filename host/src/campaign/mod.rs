@@ -16,6 +16,7 @@ use crate::with_kind;
 use cell::Tally;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
+use picket::tone::effort::Effort;
 use picket::tone::sigma::bound_bins;
 
 /// An answer that says it may be used within sigma and is off by more than so many of its sigma is a lie.
@@ -38,6 +39,8 @@ pub struct Campaign {
     pub estimators: Vec<Estimator>,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
     /// Samples in a record.
     pub n: usize,
     /// Records of each impairment at each signal-to-noise ratio.
@@ -86,7 +89,8 @@ impl Campaign {
         snr_db: f64,
         bar: &ProgressBar,
     ) -> Result<Vec<Cell>, String> {
-        let plan = whole::<R>(self.n, self.width.codes())?;
+        let mut plan = whole::<R>(self.n, self.width.codes())?;
+        plan.options.effort = self.effort;
         let make = || engine::<R>(self.arithmetic, self.n, plan);
         let snr_db = if impairment.noisy() { snr_db } else { f64::INFINITY };
         let mut setup = Setup::new(self.n, snr_db);

@@ -1,5 +1,6 @@
 //! `picket explain`: why a block's verdict is what it is.
 
+mod causes;
 mod picture;
 pub mod rows;
 
@@ -73,7 +74,10 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
 /// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
 pub fn rows(explanation: &Explanation) -> Vec<Row> {
     let Explanation { explained, samples, .. } = explanation;
-    rows::rows(&explained.notes, &explained.evidence, samples.len())
+    let mut rows = rows::of_notes(&explained.notes);
+    rows.extend(explained.joint.iter().flat_map(causes::rows));
+    rows.extend(rows::of_evidence(&explained.evidence, samples.len()));
+    rows
 }
 
 impl Serialize for Row {

@@ -3,6 +3,7 @@
 #[path = "words.rs"]
 mod words;
 
+use picket::model::Answer;
 use picket::tone::Verdict;
 use picket::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
 use picket::tone::fit::Fit;
@@ -38,12 +39,18 @@ pub struct Fitted {
 pub struct Notes {
     notes: RefCell<Vec<Note>>,
     fitted: Cell<Option<Fitted>>,
+    joint: Cell<Option<Answer>>,
 }
 
 impl Notes {
     /// What it heard, in order, and of the last fit, if there was one.
     pub fn taken(self) -> (Vec<Note>, Option<Fitted>) {
         (self.notes.into_inner(), self.fitted.get())
+    }
+
+    /// What the joint fit said, if there was one.
+    pub fn joint(&self) -> Option<Answer> {
+        self.joint.get()
     }
 
     fn push(&self, note: Note) {
@@ -66,6 +73,10 @@ impl Observer for &Notes {
 
     fn fitted(self, peak: i32, fit: &Fit<f32>, noise: f32) {
         self.fitted.set(Some(Fitted { peak, fit: *fit, noise }));
+    }
+
+    fn joint(self, answer: &Answer) {
+        self.joint.set(Some(*answer));
     }
 }
 
@@ -105,6 +116,13 @@ impl Row {
 
 /// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
 pub fn rows(notes: &[Note], evidence: &Evidence, n: usize) -> Vec<Row> {
+    let mut rows = of_notes(notes);
+    rows.extend(of_evidence(evidence, n));
+    rows
+}
+
+/// The tests that were heard, in order.
+pub fn of_notes(notes: &[Note]) -> Vec<Row> {
     let (mut rows, mut fit) = (Vec::new(), None);
     for note in notes {
         match note {
@@ -132,7 +150,6 @@ pub fn rows(notes: &[Note], evidence: &Evidence, n: usize) -> Vec<Row> {
             }
         }
     }
-    rows.extend(of_evidence(evidence, n));
     rows
 }
 
@@ -145,7 +162,7 @@ const fn of_step(step: Step) -> &'static str {
 }
 
 /// The rules of the verdict itself, with what they are about in the order of [`Evidence::rules`].
-fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
+pub fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
     let n = n as f64;
     let sigma = Some((f64::from(evidence.sigma) * n, f64::from(WHOLE_SPECTRUM) * n));
     let edge = Some((f64::from(evidence.edge_bins), f64::from(EDGE_BINS)));

@@ -112,6 +112,7 @@ fn run_kind<R: Kind>(options: &Options) -> Result<ExitCode, String> {
         let campaign = Campaign {
             estimators: sweep.estimators,
             arithmetic: sweep.arithmetic,
+            effort: options.impaired.effort(sweep.arithmetic)?,
             n: sweep.n,
             trials: sweep.trials,
             width: sweep.width,

@@ -76,6 +76,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
+        effort: picket::Effort::Look,
     };
     let idle = *Plan::<R, N>::IDLE;
     Plan::of_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })

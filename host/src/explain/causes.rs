@@ -1,0 +1,56 @@
+//! The causes of a joint fit, as rows of the table: what each was believed, and what joined the fit.
+
+use super::rows::Row;
+use picket::model::{Answer, Cause};
+
+/// What a joint fit says: how probable it is that nothing more is there, and each cause, in its last round; then what followed.
+pub fn rows(answer: &Answer) -> Vec<Row> {
+    let row = |test, about, value, followed| Row {
+        test,
+        about,
+        fit: Some("joint"),
+        value,
+        limit: None,
+        unit: "",
+        fired: false,
+        decides: false,
+        followed,
+    };
+    let [nothing, weights @ ..] = &answer.weights;
+    let mut rows = vec![row(
+        "nothing-more",
+        "how probable it is that nothing else is there",
+        Some(f64::from(*nothing)),
+        String::new(),
+    )];
+    for ((cause, weight), kept) in Cause::ALL.into_iter().zip(weights).zip(answer.kept) {
+        let followed = match kept {
+            0 => "-".to_owned(),
+            1 => "joined the fit".to_owned(),
+            count => format!("joined the fit {count} times"),
+        };
+        rows.push(row(cause.name(), about(cause), Some(f64::from(*weight)), followed));
+    }
+    let followed = match (answer.unresolved, answer.moves) {
+        (true, _) => "more is there than the fit takes: the tests above decide",
+        (false, true) => "one tone that changes: moving",
+        (false, false) => "one steady tone beside the rest",
+    };
+    rows.push(Row {
+        fired: answer.unresolved || answer.moves,
+        decides: true,
+        ..row("joint-fit", "what the joint fit amounts to", None, followed.to_owned())
+    });
+    rows
+}
+
+const fn about(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Level => "how probable a further change of the level is",
+        Cause::Bend => "how probable a further bend of the phase is, as in a sweep",
+        Cause::Wander => "how probable a further phase that wanders or jumps is",
+        Cause::Slow => "how probable a further drift or slow hum is",
+        Cause::Leak => "how probable further leakage of lines far away is",
+        Cause::Line => "how probable a further line is",
+    }
+}
