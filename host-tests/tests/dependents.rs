@@ -15,7 +15,7 @@ use picket_host::console::Console;
 use picket_host::device::Said;
 use picket_host::emulator::Footprint;
 use picket_host::toolchain::{Dependent, ToolError, dependents, qemu, qemu_riscv32};
-use picket_wire::boot::{Boot, Clock};
+use picket_wire::boot::{Boot, Clock, Origin};
 use picket_wire::command::{Command as Order, Refusal};
 use picket_wire::settings::{Drive, Settings};
 use same_bits::{Seen, same_bits};
@@ -186,7 +186,7 @@ fn the_skeleton_board_measures_and_follows_commands() {
     let Some((mut board, first)) = skeleton(&image) else { return };
     assert_eq!((first.board.as_str(), first.clock), ("skeleton", Clock::External));
     assert_eq!((first.n, first.core_hz), (256, 12_500_000));
-    assert!(first.measuring && !first.stored && !first.unfit);
+    assert!(first.measuring && first.origin == Origin::Default && !first.unfit);
     // The default rate is far above what it can: it takes its fastest.
     assert_ten_records(&mut board, 5000.0, 1);
     // Settings come back as the board rounds them, and outlive the reset.

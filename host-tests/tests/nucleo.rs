@@ -25,7 +25,7 @@ use picket_host::device::{Blocks, Said};
 use picket_host::emulator::Footprint;
 use picket_host::{flash, recording, scenario};
 use picket_simulator::{Receiver, Target};
-use picket_wire::boot::{Boot, Clock};
+use picket_wire::boot::{Boot, Clock, Origin};
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::follow::Follow;
 use picket_wire::lines::Lines;
@@ -139,7 +139,7 @@ fn thousands_of_blocks_and_every_record_right() {
     let (mut board, boot) = start();
     // QEMU has no multiplier: the board falls back, says so, and measures all the same.
     assert_eq!((boot.clock, boot.core_hz), (Clock::Slow, 16_000_000));
-    assert!(boot.measuring && !boot.stored && !boot.unfit);
+    assert!(boot.measuring && boot.origin == Origin::Default && !boot.unfit);
     assert_eq!(boot.last.kind, 0);
     // It runs the program that was built.
     assert_eq!(boot.program, flash::checksum(played()).unwrap());

@@ -22,7 +22,7 @@ use host_tests::figures::Document;
 use host_tests::sized;
 use picket_firmware::pico::N;
 use picket_host::pico::bench::Pico;
-use picket_wire::boot::Clock;
+use picket_wire::boot::{Clock, Origin};
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -164,13 +164,13 @@ fn settings_outlive_a_restart_and_are_kept_in_flash() {
     let Some(mut pico) = plug() else { return };
     pico.samples(&stream(8, None, 21)).unwrap();
     let boot = pico.power().unwrap();
-    assert_eq!((boot.causes.message(), boot.stored), ("power", false));
+    assert_eq!((boot.causes.message(), boot.origin), ("power", Origin::Default));
     let mut slow = settings();
     slow.config.rate_hz = 100e3;
     slow.report_every = 5;
     pico.request(Command::SetSettings(slow, N)).unwrap().unwrap();
     let boot = pico.boot().unwrap();
-    assert_eq!((boot.causes.message(), boot.stored, boot.last.kind), ("software", false, 0));
+    assert_eq!((boot.causes.message(), boot.origin, boot.last.kind), ("software", Origin::Host, 0));
     let rate = |pico: &mut Pico| {
         let body = pico.request(Command::GetSettings).unwrap().unwrap();
         Settings::of_bytes(&body).unwrap().0.config.rate_hz
@@ -182,10 +182,10 @@ fn settings_outlive_a_restart_and_are_kept_in_flash() {
     println!("a save: {} blocks lost of {}", saved.lost(), saved.filled());
     assert!((4..12).contains(&saved.lost()) && saved.lost() == saved.broken && saved.faults() == 0);
     let boot = pico.power().unwrap();
-    assert_eq!((boot.causes.message(), boot.stored, boot.unfit), ("power", true, false));
+    assert_eq!((boot.causes.message(), boot.origin, boot.unfit), ("power", Origin::Flash, false));
     assert_eq!(rate(&mut pico), 100e3);
     pico.request(Command::Reboot).unwrap().unwrap();
-    assert!(pico.boot().unwrap().stored);
+    assert_eq!(pico.boot().unwrap().origin, Origin::Flash);
     // A pair takes two conversions.
     let iq = Settings { iq: true, ..settings() };
     let refused = Err(Refusal::Settings(SettingsError::Rate(RateError::Fast).code()));

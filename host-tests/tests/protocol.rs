@@ -6,7 +6,7 @@ use picket::config::{Config, Scene};
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket_firmware::nucleo_f446re::words::guard::causes;
-use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Name};
+use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Name, Origin};
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{self, Frame, Kind, Reader};
 use picket_wire::settings::{Calibration, Drive, Settings};
@@ -129,7 +129,8 @@ fn boot_status_and_samples_come_back_as_they_were() {
             clock: Clock::from_u8(rng.random_range(0..3)).unwrap(),
             causes: Causes(rng.random()),
             measuring: rng.random(),
-            stored: rng.random(),
+            origin: [Origin::Host, Origin::Flash, Origin::Default, Origin::Unreadable]
+                [rng.random_range(0..4)],
             unfit: rng.random(),
             program: rng.random(),
             settings: rng.random(),

@@ -22,7 +22,7 @@ use board::{Emulated, Sectors};
 use host_tests::sized;
 use picket::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::N;
-use picket_wire::boot::Clock;
+use picket_wire::boot::{Clock, Origin};
 use picket_wire::command::Command;
 use picket_wire::settings::{Drive, Settings};
 use settings::{chirp, tone};
@@ -31,7 +31,7 @@ use settings::{chirp, tone};
 fn it_starts_by_the_crystal_and_measures() {
     let Some((mut board, boot)) = Emulated::start(&tone(500e3)) else { return };
     assert_eq!((boot.clock, boot.core_hz), (Clock::External, 180_000_000));
-    assert!(boot.measuring && boot.stored && !boot.unfit, "{boot:?}");
+    assert!(boot.measuring && boot.origin == Origin::Flash && !boot.unfit, "{boot:?}");
     board.run(20_000);
     assert!(!board.telemetry().is_empty());
     // APB1 a quarter, APB2 a half, by the multiplier (RM 6.3.3).
@@ -46,9 +46,10 @@ fn it_starts_by_the_crystal_and_measures() {
 fn it_restarts_twice_in_a_row() {
     let Some((mut board, _)) = Emulated::start(&tone(500e3)) else { return };
     board.request(Command::SetSettings(tone(250e3), N)).unwrap();
-    for (stored, rate_hz) in [(false, 250e3), (true, 500e3), (true, 500e3)] {
+    for (origin, rate_hz) in [(Origin::Host, 250e3), (Origin::Flash, 500e3), (Origin::Flash, 500e3)]
+    {
         let boot = board.boot();
-        assert_eq!((boot.causes.message(), boot.stored, boot.last.kind), ("software", stored, 0));
+        assert_eq!((boot.causes.message(), boot.origin, boot.last.kind), ("software", origin, 0));
         assert!(boot.measuring && boot.clock == Clock::External, "{boot:?}");
         let body = board.request(Command::GetSettings).unwrap();
         let (settings, _) = Settings::of_bytes(&body).unwrap();
@@ -106,7 +107,7 @@ fn it_outlives_its_crystal() {
     assert_eq!((boot.clock, boot.core_hz, boot.measuring), (Clock::Internal, 180_000_000, true));
     assert_eq!((boot.causes.message(), boot.last.kind), ("software", 3));
     // Settings that were not saved are those that were: the end was no order.
-    assert!(boot.stored && !boot.unfit, "{boot:?}");
+    assert!(boot.origin == Origin::Flash && !boot.unfit, "{boot:?}");
     board.telemetry();
     board.run(20_000);
     assert!(!board.telemetry().is_empty());

@@ -5,7 +5,7 @@
 //! | 0 | version of this layout: u8 |
 //! | 1 | source of the clock: u8, 0 external, 1 internal, 2 internal and slow |
 //! | 2 | reset causes: u8, bit 0 power or brown-out, 1 pin, 2 software, 3 watchdog, 4 other |
-//! | 3 | flags: u8, bit 0 measuring, 1 settings from flash, 2 the settings in flash do not work here |
+//! | 3 | flags: u8, bit 0 measuring, 1 settings from flash, 2 these settings do not work here, 3 the settings in flash cannot be read, 4 none are in flash |
 //! | 4 | CRC-32 of the program: u32 |
 //! | 8 | CRC-32 of the settings in use: u32 |
 //! | 12 | samples in a block: u32 |
@@ -113,6 +113,53 @@ impl Causes {
     }
 }
 
+/// Where an instrument's settings come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// A host gave them before a restart.
+    #[default]
+    Host,
+    /// They were saved in flash.
+    Flash,
+    /// They are the default ones: none are in flash.
+    Default,
+    /// They are the default ones, and it waits stopped: those in flash cannot be read, because another program saved them or they are
+    /// damaged. They stay there until a host saves others.
+    Unreadable,
+}
+
+impl Origin {
+    /// The origin in words, for a user.
+    pub const fn message(self) -> &'static str {
+        match self {
+            Origin::Host => "settings as given",
+            Origin::Flash => "settings from its flash",
+            Origin::Default => "the default settings, for it has saved none",
+            Origin::Unreadable => {
+                "settings in its flash that it cannot read, so it is stopped with the default ones: give it settings and save them"
+            }
+        }
+    }
+
+    const fn flags(self) -> u8 {
+        match self {
+            Origin::Host => 0,
+            Origin::Flash => 2,
+            Origin::Unreadable => 8,
+            Origin::Default => 16,
+        }
+    }
+
+    const fn of_flags(flags: u8) -> Self {
+        match flags {
+            flags if flags & 2 != 0 => Origin::Flash,
+            flags if flags & 8 != 0 => Origin::Unreadable,
+            flags if flags & 16 != 0 => Origin::Default,
+            _ => Origin::Host,
+        }
+    }
+}
+
 /// A boot record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Boot {
@@ -124,9 +171,9 @@ pub struct Boot {
     pub causes: Causes,
     /// Whether the instrument measures.
     pub measuring: bool,
-    /// Whether its settings come from flash.
-    pub stored: bool,
-    /// Whether the settings in flash do not work here, so that the default ones are in use.
+    /// Where its settings come from.
+    pub origin: Origin,
+    /// Whether those settings do not work here, so that it waits with the default ones.
     pub unfit: bool,
     /// CRC-32 of the program in flash.
     pub program: u32,
@@ -148,8 +195,7 @@ impl Boot {
 
     /// The record as bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
-        let flags = [self.measuring, self.stored, self.unfit];
-        let flags = flags.iter().rev().fold(0, |bits, &flag| bits << 1 | u8::from(flag));
+        let flags = u8::from(self.measuring) | self.origin.flags() | u8::from(self.unfit) << 2;
         let LastEnd { kind, pc, more: [a, b] } = self.last;
         let words = [self.program, self.settings, self.n, self.core_hz, kind, pc, a, b];
         let mut bytes = [0; Self::BYTES];
@@ -180,7 +226,7 @@ impl Boot {
             clock: Clock::from_u8(clock)?,
             causes: Causes(causes),
             measuring: flags & 1 != 0,
-            stored: flags & 2 != 0,
+            origin: Origin::of_flags(flags),
             unfit: flags & 4 != 0,
             program,
             settings,

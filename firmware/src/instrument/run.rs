@@ -10,14 +10,14 @@ use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
 use super::plan::Plan;
 use super::stack::Stack;
-use super::storage;
+use super::storage::{self, Kept};
 use crate::board::Board;
 use crate::slot::Slot;
 use heapless::Vec;
 use picket::acquire::frontend::{Block, Blocks, Counters};
 use picket::acquire::sample::{Iq, Real};
 use picket::pipeline::Measurement;
-use picket_wire::boot::{Boot, Causes, LastEnd, Name};
+use picket_wire::boot::{Boot, Causes, LastEnd, Name, Origin};
 use picket_wire::capture::EncodingError;
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
@@ -106,9 +106,17 @@ where
     pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
         let Legacy { last, settings: left, saves } = Legacy::take();
         let causes = B::causes();
-        let kept = storage::load::<WORDS, _>(&B::Storage::default()).map(|(_, _, words)| words);
-        let stored = left.is_none() && kept.is_some();
-        let wanted = left.or(kept).and_then(|words| of_words::<N>(&words)).unwrap_or_default();
+        let left = left.and_then(|words| of_words::<N>(&words));
+        let (wanted, origin) = match (left, storage::latest(&B::Storage::default(), of_words::<N>))
+        {
+            (Some(left), _) => (left, Origin::Host),
+            (None, Kept::Found(kept)) => (kept, Origin::Flash),
+            (None, Kept::Nothing) => (Settings::default(), Origin::Default),
+            // It waits for a host: measuring by other settings than the saved ones would be silently wrong.
+            (None, Kept::Unreadable) => {
+                (Settings { start: false, ..Settings::default() }, Origin::Unreadable)
+            }
+        };
         let mut board = B::start(&wanted)?;
         // If the clock is slower than wanted, correct settings may fail: the board then waits for
         // others.
@@ -120,7 +128,7 @@ where
                 (plan, words, true)
             }
         };
-        let mut boot = boot_record::<B, N, SLOT>(&board, &plan, causes, last, stored, unfit);
+        let mut boot = boot_record::<B, N, SLOT>(&board, &plan, causes, last, origin, unfit);
         // This comes last, so that no block passes before the loop runs.
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
         boot.measuring = blocks.is_some();
@@ -424,7 +432,7 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     plan: &Plan<N>,
     causes: Causes,
     last: LastEnd,
-    stored: bool,
+    origin: Origin,
     unfit: bool,
 ) -> Boot {
     Boot {
@@ -432,7 +440,7 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
         clock: board.clock(),
         causes,
         measuring: false,
-        stored,
+        origin,
         unfit,
         program: B::program(),
         settings: checksum::of_bytes(&plan.settings.to_bytes(N)),

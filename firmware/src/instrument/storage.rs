@@ -94,6 +94,34 @@ pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [
     }
 }
 
+/// What the pages hold for a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept<T> {
+    /// Neither page was ever written.
+    Nothing,
+    /// The newest payload that the program can read.
+    Found(T),
+    /// A page was written, and the program can read neither: another program's settings, or damaged ones.
+    Unreadable,
+}
+
+/// What the pages hold that `decode` can read: the newest payload, or the one before.
+pub fn latest<const WORDS: usize, T, S: Storage>(
+    storage: &S,
+    decode: impl Fn(&[u32; WORDS]) -> Option<T>,
+) -> Kept<T> {
+    let decoded = |words: [u32; WORDS]| decode(&words);
+    if let Some((page, _, words)) = load::<WORDS, S>(storage) {
+        let before = || read::<WORDS, S>(storage, page.other()).map(|(_, words)| words);
+        if let Some(found) = decoded(words).or_else(|| before().and_then(decoded)) {
+            return Kept::Found(found);
+        }
+    }
+    // The head's length is that of whoever wrote it.
+    let written = |page| storage.read(page, 0) & 0xFFFF_0000 == MAGIC;
+    if written(Page::A) || written(Page::B) { Kept::Unreadable } else { Kept::Nothing }
+}
+
 /// Saves a payload. If the power fails during it, [`load`] gives either the old payload or this
 /// one. A save of the newest payload writes nothing.
 ///
@@ -330,6 +358,30 @@ mod tests {
         // A payload of a later program is none of this one's.
         flash.0[0][0] += 1;
         assert_eq!(load(&flash), Some((Page::B, 7, words)));
+    }
+
+    /// A payload that its reader does not understand once became default settings that were called stored ones.
+    #[test]
+    fn the_newest_payload_that_can_be_read_counts() {
+        let small = |words: &[u32; WORDS]| (words[0] < 100).then_some(words[0]);
+        let mut mock = Mock::new();
+        assert_eq!(latest(&mock, small), Kept::Nothing);
+        save(&mut mock, &[1; WORDS]).unwrap();
+        assert_eq!(latest(&mock, small), Kept::Found(1));
+        save(&mut mock, &[2; WORDS]).unwrap();
+        assert_eq!(latest(&mock, small), Kept::Found(2));
+        save(&mut mock, &[1000; WORDS]).unwrap();
+        assert_eq!(latest(&mock, small), Kept::Found(2));
+        save(&mut mock, &[1001; WORDS]).unwrap();
+        assert_eq!(latest(&mock, small), Kept::Unreadable);
+        // A later program's payload is longer than this one's.
+        let mut later = Mock::new();
+        save(&mut later, &[3; WORDS]).unwrap();
+        later.pages[Page::B as usize][0] = head(WORDS + 1);
+        assert_eq!(latest(&later, small), Kept::Found(3));
+        later.pages[Page::A as usize][2] ^= 1;
+        assert_eq!(latest(&later, small), Kept::Unreadable);
+        assert_eq!(latest(&Nowhere, small), Kept::Nothing);
     }
 
     #[test]

@@ -124,7 +124,12 @@ impl Sectors {
 
     /// Saves settings as the board does.
     pub fn save(&mut self, settings: &Settings) {
-        let bytes = settings.to_bytes(N);
+        self.save_of(N, settings);
+    }
+
+    /// Saves settings as a program for blocks of `n` samples does.
+    pub fn save_of(&mut self, n: usize, settings: &Settings) {
+        let bytes = settings.to_bytes(n);
         let mut words = [0; WORDS];
         let fields =
             bytes.chunks_exact(4).map(|field| u32::from_le_bytes(field.try_into().unwrap()));

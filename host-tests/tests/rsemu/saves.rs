@@ -7,6 +7,7 @@ use picket::acquire::sample::Segment;
 use picket::config::Scene;
 use picket::solve::chirp::{Mixing, Shape};
 use picket_firmware::nucleo_f446re::N;
+use picket_wire::boot::Origin;
 use picket_wire::command::{Command, Request};
 use picket_wire::settings::{Drive, Settings};
 use rand::{RngExt, SeedableRng};
@@ -115,7 +116,7 @@ fn settings_of_an_earlier_program_are_used() {
     sectors.save_earlier(&earlier);
     board.load(&sectors);
     let (mut board, boot) = board.power();
-    assert_eq!((boot.stored, boot.unfit, boot.measuring), (true, false, true));
+    assert_eq!((boot.origin, boot.unfit, boot.measuring), (Origin::Flash, false, true));
     let used = |board: &mut Emulated| {
         let body = board.request(Command::GetSettings).unwrap();
         let settings = Settings::of_bytes(&body).unwrap().0;
@@ -131,8 +132,42 @@ fn settings_of_an_earlier_program_are_used() {
     board.boot();
     board.request(Command::Save).unwrap();
     let (mut board, boot) = board.power();
-    assert!(boot.stored);
+    assert_eq!(boot.origin, Origin::Flash);
     assert_eq!(used(&mut board), (32, Mixing::RxConjTx, 32.0));
+}
+
+/// Settings that the board cannot read are never others that it invents: it tries those saved before, and else it waits, says why and
+/// keeps the page until a host saves.
+#[test]
+fn settings_that_cannot_be_read_are_told() {
+    let Some(board) = Emulated::plug() else { return };
+    let (mut board, boot) = board.power();
+    assert_eq!((boot.origin, boot.measuring), (Origin::Default, true), "a new board");
+    let rate_hz = |board: &mut Emulated| {
+        let body = board.request(Command::GetSettings).unwrap();
+        Settings::of_bytes(&body).unwrap().0.config.rate_hz.round()
+    };
+    // Another program's settings: of blocks of another length, and with further words.
+    let mut sectors = Sectors::new();
+    sectors.save(&tone(250e3));
+    sectors.save_of(512, &tone(100e3));
+    board.load(&sectors);
+    let (mut board, boot) = board.power();
+    assert_eq!((boot.origin, boot.measuring), (Origin::Flash, true), "those before");
+    assert_eq!(rate_hz(&mut board), 250e3);
+    sectors.save_of(512, &tone(50e3));
+    board.load(&sectors);
+    let (mut board, boot) = board.power();
+    assert_eq!((boot.origin, boot.measuring, boot.unfit), (Origin::Unreadable, false, false));
+    let flash = board.sectors();
+    assert_eq!(flash.0, sectors.0, "the pages are as they were");
+    let given = tone(200e3);
+    board.request(Command::SetSettings(given, N)).unwrap();
+    assert_eq!(board.boot().origin, Origin::Host);
+    board.request(Command::Save).unwrap();
+    let (mut board, boot) = board.power();
+    assert_eq!((boot.origin, boot.measuring), (Origin::Flash, true));
+    assert_eq!(rate_hz(&mut board), 200e3);
 }
 
 /// A state in which settings are saved, the old settings and the new ones.
@@ -183,7 +218,7 @@ fn power_may_go_during_a_save() {
             let label = format!("{state}, {at} us, {}", if is_new { "new" } else { "old" });
             let expected = if is_new { new } else { old };
             let unfit = state == "unfit" && !is_new;
-            assert_eq!((boot.stored, boot.unfit), (true, unfit), "{label}: {boot:?}");
+            assert_eq!((boot.origin, boot.unfit), (Origin::Flash, unfit), "{label}: {boot:?}");
             assert_eq!(boot.measuring, expected.start && !unfit, "{label}");
             if state == "measuring" {
                 follows(&mut board, expected.config.rate_hz, &label);

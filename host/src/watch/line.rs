@@ -362,10 +362,9 @@ impl Lines {
 
 /// A line on a device that has started.
 pub fn boot(boot: &Boot) -> String {
-    let settings = match (boot.stored, boot.unfit) {
-        (_, true) => "settings that do not work here, so it is stopped",
-        (true, _) => "settings from its flash",
-        _ => "settings as given",
+    let settings = match boot.unfit {
+        true => "settings that do not work here, so it is stopped",
+        false => boot.origin.message(),
     };
     let last = match boot.last.kind {
         0 => String::new(),
