@@ -364,8 +364,9 @@ pub fn outcome(
     };
     let words = proposed.split(' ').map(str::to_owned).chain(["--json".into()]);
     let (within, usable) = judged(&picket(folder, &words.collect::<Vec<_>>()), &scene);
-    let _ = fs::remove_file(folder.join(&name));
     if usable > 0 && within as f64 >= 0.95 * usable as f64 {
+        // The others are kept, to be looked at.
+        let _ = fs::remove_file(folder.join(&name));
         println!("{index} {kind}: {within} of {usable} by {proposed}");
         return Outcome::Right;
     }

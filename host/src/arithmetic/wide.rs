@@ -264,8 +264,8 @@ fn radix4<const FINE: bool, const W: usize>(
     let (f, fi) = (f.as_chunks::<W>().0, fi.as_chunks::<W>().0);
     let (g, gi) = (g.as_chunks::<W>().0, gi.as_chunks::<W>().0);
     let (h, hi) = (h.as_chunks::<W>().0, hi.as_chunks::<W>().0);
-    let (a, b, c, d) = legs::<W>(re, length);
-    let (ai, bi, ci, di) = legs::<W>(im, length);
+    let [a, b, c, d] = legs::<W>(re, length);
+    let [ai, bi, ci, di] = legs::<W>(im, length);
     for at in 0..length / W {
         let some = [[a[at], ai[at]], [b[at], bi[at]], [c[at], ci[at]], [d[at], di[at]]];
         let factors = [[f[at], fi[at]], [g[at], gi[at]], [h[at], hi[at]]];
@@ -300,13 +300,10 @@ fn turned<const FINE: bool, const W: usize>(
 }
 
 #[inline(always)]
-fn legs<const W: usize>(
-    parts: &mut [i32],
-    length: usize,
-) -> (&mut [[i32; W]], &mut [[i32; W]], &mut [[i32; W]], &mut [[i32; W]]) {
+fn legs<const W: usize>(parts: &mut [i32], length: usize) -> [&mut [[i32; W]]; 4] {
     let (low, high) = parts.split_at_mut(2 * length);
     let ((a, b), (c, d)) = (low.split_at_mut(length), high.split_at_mut(length));
-    (a.as_chunks_mut().0, b.as_chunks_mut().0, c.as_chunks_mut().0, d.as_chunks_mut().0)
+    [a.as_chunks_mut().0, b.as_chunks_mut().0, c.as_chunks_mut().0, d.as_chunks_mut().0]
 }
 
 /// The radix-4 butterfly of points that are turned and halved.

@@ -108,13 +108,19 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
             best = Some((score, way, share.min(1.0), shots));
         }
     };
-    let mut period = None;
+    let mut chirps = false;
     // The mains' harmonics are evenly apart, too.
     if let Some(comb_hz) = known.comb_hz.filter(|_| known.hum_hz.is_none()) {
         let samples = ground.rate_hz / comb_hz;
-        let hop = samples.round() as usize;
-        // Many periods long the segments stay where they are, and within a period, too: a tone whose frequency swings is none.
-        if hop >= 80 && ground.samples.len() > 6 * hop && !swings(&ground, hop) {
+        let mut hops = vec![samples.round() as usize];
+        // The lines beside the strongest one are weak, and tell their distance to a hundredth. What comes again tells it to a sample.
+        let again = again(&ground, samples);
+        hops.extend(again.filter(|again| !hops.contains(again)));
+        for hop in hops {
+            // Many periods long the segments stay where they are, and within a period, too: a tone whose frequency swings is none.
+            if hop < 80 || ground.samples.len() <= 6 * hop || swings(&ground, hop) {
+                continue;
+            }
             let n = LENGTHS.into_iter().rev().find(|&n| n <= hop * 9 / 10);
             for n in n.into_iter().flat_map(|n| [n, n / 2]).filter(|&n| n >= 64) {
                 for step in 0..16 {
@@ -127,7 +133,7 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
                     }
                 }
             }
-            period = Some(hop);
+            chirps = true;
         }
     }
     let mut bands = vec![None];
@@ -145,14 +151,14 @@ pub fn finding(ground: Ground, known: &Known) -> Finding {
     }
     let held = best.map(|(_, way, share, shots)| (way, share, shots));
     // What comes and goes is measured where it is.
-    let comes = (0.02..0.6).contains(&share) && period.is_none();
+    let comes = (0.02..0.6).contains(&share) && !chirps;
     if let Some(bursts) = comes.then(|| bursts(&ground)).flatten() {
         return Finding { nature: Nature::Bursts, held: Some(bursts) };
     }
     let nature = match &held {
         None if seen == 0 && known.lines == 0 => Nature::Noise,
         None => Nature::Unknown,
-        Some((way, ..)) if way.hop > way.n => Nature::Chirps(period.unwrap_or(way.hop)),
+        Some((way, ..)) if way.hop > way.n => Nature::Chirps(way.hop),
         Some((way, _, shots)) => match () {
             () if comes && way.of == Of::Blocks => Nature::Bursts,
             () if moves(shots, ground.rate_hz / way.n as f64) => Nature::Moving,
@@ -174,6 +180,22 @@ fn bursts(ground: &Ground) -> Option<(Way, f64, Vec<Shot>)> {
     tried.max_by(|(a, _, some), (b, _, others)| (some.len(), a.n).cmp(&(others.len(), b.n)))
 }
 
+/// The lag, within a twentieth of this one, at which the samples are most like themselves: a segment that comes again is, but for its noise.
+fn again(ground: &Ground, near: f64) -> Option<usize> {
+    /// Samples that are compared.
+    const COMPARED: usize = 1 << 16;
+    let lags = (0.95 * near) as usize..=(1.05 * near) as usize;
+    let alike = |lag: usize| {
+        let pairs = ground.samples.iter().zip(ground.samples.get(lag..)?).take(COMPARED);
+        let (sum, power) = pairs.fold((Complex::new(0.0, 0.0), 0.0), |(sum, power), (a, b)| {
+            (sum + a.conj() * b, power + a.norm_sqr() + b.norm_sqr())
+        });
+        // Of a target that moves the phase goes on, which I/Q samples show.
+        Some((lag, if ground.iq { sum.norm() } else { sum.re } / power))
+    };
+    lags.filter_map(alike).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(lag, _)| lag)
+}
+
 /// Whether the tone changes within a period: blocks of a quarter of it have other frequencies than each other.
 fn swings(ground: &Ground, period: usize) -> bool {
     let n = LENGTHS.into_iter().rev().find(|&n| 4 * n <= period);
@@ -185,7 +207,7 @@ fn swings(ground: &Ground, period: usize) -> bool {
 }
 
 /// Whether answers differ by more than their sigmas.
-fn moves(shots: &[Shot], bin_hz: f64) -> bool {
+pub(super) fn moves(shots: &[Shot], bin_hz: f64) -> bool {
     let sigma = median(shots.iter().map(|shot| shot.sigma_hz));
     spread(shots) > (6.0 * sigma).max(0.02 * bin_hz)
 }

@@ -1,5 +1,6 @@
 //! A way to measure, tried on the samples themselves: what it answers, and whether blocks of half its length answer alike.
 
+use super::nature::moves;
 use crate::simulate::Kind;
 use crate::with_kind;
 use picket::acquire::codes::Codes;
@@ -178,9 +179,12 @@ impl Ground<'_> {
     pub fn tried_bursts(&self, way: &Way) -> Option<(f64, Vec<Shot>)> {
         let all = self.shots(way);
         let valid: Vec<Shot> = all.iter().copied().filter(Shot::holds).collect();
-        let (mut agree, mut count) = (0, 0);
-        for n in [way.n / 2, 2 * way.n] {
-            for other in self.shots(&Way { n, ..*way }).iter().filter(|other| other.holds()) {
+        let lengths = [way.n / 2, 2 * way.n];
+        let others: Vec<Shot> =
+            lengths.into_iter().flat_map(|n| self.shots(&Way { n, ..*way })).collect();
+        let agreement = |others: &mut dyn Iterator<Item = &Shot>| {
+            let (mut agree, mut count) = (0, 0);
+            for other in others {
                 let apart = |shot: &&Shot| (shot.middle - other.middle).abs();
                 let near = valid.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
                 let Some(near) = near.filter(|near| apart(near) < 0.1 * way.n as f64) else {
@@ -190,6 +194,13 @@ impl Ground<'_> {
                 let sigma = near.sigma_hz.hypot(other.sigma_hz);
                 agree += usize::from((near.hz - other.hz).abs() <= SIGMAS * sigma);
             }
+            (agree, count)
+        };
+        let (mut agree, mut count) = agreement(&mut others.iter().filter(|other| other.holds()));
+        if count < ENOUGH {
+            // Far above the noise an envelope that is half as long as the record, or a twentieth, is seen not to be whole, or not to be Gaussian. Its
+            // frequency is measured all the same.
+            (agree, count) = agreement(&mut others.iter());
         }
         let holds = count >= ENOUGH && agree as f64 >= AGREE * count as f64;
         (holds && valid.len() >= ENOUGH).then(|| (valid.len() as f64 / all.len() as f64, valid))
@@ -208,8 +219,14 @@ impl Ground<'_> {
             ],
             false => vec![half, Way { skip: way.skip + way.n / 2, of: Of::Blocks, ..*way }],
         };
-        let mut verdicts = other.iter().map(|other| agreement(&shots, &self.shots(other), way));
-        let agreed: Vec<(f64, usize)> = verdicts.by_ref().collect();
+        let verdicts = other.iter().map(|other| agreement(&shots, &self.shots(other), way));
+        let mut agreed: Vec<(f64, usize)> = verdicts.collect();
+        if way.of == Of::Blocks && !moves(&shots, self.rate_hz / way.n as f64) {
+            // Of a tone that stays where it is blocks beside each other agree, too. What breaks a tone now and then biases a block and its halves alike.
+            let every = |first: usize| shots.iter().skip(first).step_by(2).copied().collect();
+            let [even, odd]: [Vec<Shot>; 2] = [every(0), every(1)];
+            agreed.push(agreement(&even, &odd, &Way { hop: 2 * way.hop, ..*way }));
+        }
         let enough: Vec<f64> = agreed
             .iter()
             .filter(|(_, count)| *count >= ENOUGH.min(shots.len() / 2).max(3))
