@@ -161,13 +161,13 @@ fn settings_that_cannot_be_read_are_told() {
     assert_eq!((boot.origin, boot.measuring, boot.unfit), (Origin::Unreadable, false, false));
     let flash = board.sectors();
     assert_eq!(flash.0, sectors.0, "the pages are as they were");
-    let given = tone(200e3);
+    let given = tone(500e3);
     board.request(Command::SetSettings(given, N)).unwrap();
     assert_eq!(board.boot().origin, Origin::Host);
     board.request(Command::Save).unwrap();
     let (mut board, boot) = board.power();
     assert_eq!((boot.origin, boot.measuring), (Origin::Flash, true));
-    assert_eq!(rate_hz(&mut board), 200e3);
+    assert_eq!(rate_hz(&mut board), 500e3);
 }
 
 /// A state in which settings are saved, the old settings and the new ones.
