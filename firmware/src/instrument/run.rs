@@ -66,6 +66,8 @@ pub struct Instrument<
     idle: u64,
 }
 
+/// The settings in these words, if they are for blocks of `N` samples. Compiled once for what the last program left and for the flash.
+#[inline(never)]
 fn of_words<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
     let mut bytes = [0; Settings::BYTES];
     let places = bytes.as_chunks_mut().0.iter_mut();
@@ -106,17 +108,17 @@ where
     pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
         let Legacy { last, settings: left, saves } = Legacy::take();
         let causes = B::causes();
-        let left = left.and_then(|words| of_words::<N>(&words));
-        let (wanted, origin) = match (left, storage::latest(&B::Storage::default(), of_words::<N>))
-        {
-            (Some(left), _) => (left, Origin::Host),
-            (None, Kept::Found(kept)) => (kept, Origin::Flash),
-            (None, Kept::Nothing) => (Settings::default(), Origin::Default),
-            // It waits for a host: measuring by other settings than the saved ones would be silently wrong.
-            (None, Kept::Unreadable) => {
-                (Settings { start: false, ..Settings::default() }, Origin::Unreadable)
-            }
+        let reads = |words: &[u32; WORDS]| of_words::<N>(words).is_some();
+        let kept = storage::latest(&B::Storage::default(), reads);
+        let (words, origin) = match (left.filter(reads), kept) {
+            (Some(left), _) => (Some(left), Origin::Host),
+            (None, Kept::Found(kept)) => (Some(kept), Origin::Flash),
+            (None, Kept::Nothing) => (None, Origin::Default),
+            (None, Kept::Unreadable) => (None, Origin::Unreadable),
         };
+        let mut wanted = words.and_then(|words| of_words::<N>(&words)).unwrap_or_default();
+        // It waits for a host: to measure by other settings than the saved ones would be silently wrong.
+        wanted.start &= origin != Origin::Unreadable;
         let mut board = B::start(&wanted)?;
         // If the clock is slower than wanted, correct settings may fail: the board then waits for
         // others.

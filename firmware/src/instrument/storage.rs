@@ -81,40 +81,50 @@ pub enum SaveError<E> {
 
 const MAGIC: u32 = 0x5049_0000;
 
+/// A page that is whole: which one, its sequence and its payload.
+type Whole<const WORDS: usize> = (Page, u32, [u32; WORDS]);
+
+/// The pages that are whole, the newest first.
+#[inline(never)]
+fn whole<const WORDS: usize, S: Storage>(storage: &S) -> [Option<Whole<WORDS>>; 2] {
+    let [a, b] = [Page::A, Page::B].map(|page| {
+        let (sequence, words) = read::<WORDS, S>(storage, page)?;
+        Some((page, sequence, words))
+    });
+    match (&a, &b) {
+        // The sequence may wrap: the shorter way round tells which is newer.
+        (Some((_, a, _)), Some((_, b, _))) if b.wrapping_sub(*a) >= 1 << 31 => {}
+        (Some(_), None) => {}
+        _ => return [b, a],
+    }
+    [a, b]
+}
+
 /// The newest payload of `WORDS` words, with its page and sequence; `None` if no page is whole.
 pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [u32; WORDS])> {
-    match (read::<WORDS, S>(storage, Page::A), read::<WORDS, S>(storage, Page::B)) {
-        // The sequence may wrap: the shorter way round tells which is newer.
-        (Some((a, _)), Some((b, words))) if b.wrapping_sub(a) < 1 << 31 => {
-            Some((Page::B, b, words))
-        }
-        (Some((a, words)), _) => Some((Page::A, a, words)),
-        (None, Some((b, words))) => Some((Page::B, b, words)),
-        (None, None) => None,
-    }
+    let [newest, _] = whole::<WORDS, S>(storage);
+    newest
 }
 
 /// What the pages hold for a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept<T> {
+pub enum Kept<const WORDS: usize> {
     /// Neither page was ever written.
     Nothing,
     /// The newest payload that the program can read.
-    Found(T),
+    Found([u32; WORDS]),
     /// A page was written, and the program can read neither: another program's settings, or damaged ones.
     Unreadable,
 }
 
-/// What the pages hold that `decode` can read: the newest payload, or the one before.
-pub fn latest<const WORDS: usize, T, S: Storage>(
+/// What the pages hold that a program can read: the newest payload, or the one before.
+pub fn latest<const WORDS: usize, S: Storage>(
     storage: &S,
-    decode: impl Fn(&[u32; WORDS]) -> Option<T>,
-) -> Kept<T> {
-    let decoded = |words: [u32; WORDS]| decode(&words);
-    if let Some((page, _, words)) = load::<WORDS, S>(storage) {
-        let before = || read::<WORDS, S>(storage, page.other()).map(|(_, words)| words);
-        if let Some(found) = decoded(words).or_else(|| before().and_then(decoded)) {
-            return Kept::Found(found);
+    reads: impl Fn(&[u32; WORDS]) -> bool,
+) -> Kept<WORDS> {
+    for (_, _, words) in whole::<WORDS, S>(storage).iter().flatten() {
+        if reads(words) {
+            return Kept::Found(*words);
         }
     }
     // The head's length is that of whoever wrote it.
@@ -363,22 +373,23 @@ mod tests {
     /// A payload that its reader does not understand once became default settings that were called stored ones.
     #[test]
     fn the_newest_payload_that_can_be_read_counts() {
-        let small = |words: &[u32; WORDS]| (words[0] < 100).then_some(words[0]);
+        let small = |words: &[u32; WORDS]| words[0] < 100;
+        let found = |value| Kept::Found([value; WORDS]);
         let mut mock = Mock::new();
         assert_eq!(latest(&mock, small), Kept::Nothing);
         save(&mut mock, &[1; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), Kept::Found(1));
+        assert_eq!(latest(&mock, small), found(1));
         save(&mut mock, &[2; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), Kept::Found(2));
+        assert_eq!(latest(&mock, small), found(2));
         save(&mut mock, &[1000; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), Kept::Found(2));
+        assert_eq!(latest(&mock, small), found(2));
         save(&mut mock, &[1001; WORDS]).unwrap();
         assert_eq!(latest(&mock, small), Kept::Unreadable);
         // A later program's payload is longer than this one's.
         let mut later = Mock::new();
         save(&mut later, &[3; WORDS]).unwrap();
         later.pages[Page::B as usize][0] = head(WORDS + 1);
-        assert_eq!(latest(&later, small), Kept::Found(3));
+        assert_eq!(latest(&later, small), found(3));
         later.pages[Page::A as usize][2] ^= 1;
         assert_eq!(latest(&later, small), Kept::Unreadable);
         assert_eq!(latest(&Nowhere, small), Kept::Nothing);
