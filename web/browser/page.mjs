@@ -259,6 +259,8 @@ async function access() {
     }).observe(document.querySelector("#said"), { childList: true, characterData: true, subtree: true });
   });
   await look("chirp");
+  // A quick machine is done with the look before the first sentence is read out.
+  await page.waitForFunction(() => window.told.length);
   await page.selectOption("#scene", "doppler");
   await look("doppler");
   await page.selectOption("#scene", "tone");
