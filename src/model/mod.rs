@@ -68,8 +68,6 @@ pub struct Answer {
     pub moves: bool,
     /// Something is left that the effort was not enough for, or that is neither noise nor any of the causes.
     pub unresolved: bool,
-    /// How many causes joined the fit.
-    pub rounds: usize,
 }
 
 /// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most so many causes join the fit. `bends`
@@ -89,7 +87,6 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         weights: [0.0; HYPOTHESES],
         moves: false,
         unresolved: false,
-        rounds: 0,
     };
     let mut rivals = Belief::NEVER;
     for number in 0..=most {
@@ -123,7 +120,6 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         if let Some(count) = answer.kept.get_mut(cause as usize) {
             *count += 1;
         }
-        answer.rounds += 1;
     }
     answer
 }
