@@ -2,7 +2,8 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::{Alternating, Config, Iq, Pipeline, Stamp, Tone, Usable};
+use picket::spectrum::engine::{Engine, F32, I32, Q15};
+use picket::{Alternating, Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -84,4 +85,58 @@ fn tones_beside_an_offset_are_right_or_near_edge() {
     beside_an_offset::<1024, 2048>(Taken::AtOnce, 952);
     beside_an_offset::<256, 512>(Taken::ByTurns, 953);
     beside_an_offset::<1024, 2048>(Taken::ByTurns, 954);
+}
+
+/// What every engine says of I/Q records of unsigned codes without a band: all but the tones beside 0 Hz are good, and none is at the
+/// offset.
+fn of_unsigned<E: Engine, const N: usize>(name: &str, away: f64) {
+    let codes = Codes::unsigned::<12>();
+    for (amplitude, snr_db) in [(3.0, 15.0), (30.0, 20.0), (900.0, 40.0)] {
+        let seen = trials(961, sized(500, 10_000), |rng| {
+            let half = N as f64 / 2.0;
+            let bins = rng.random_range(2.0..half) * if rng.random() { 1.0 } else { -1.0 };
+            let phase = rng.random_range(0.0..TAU);
+            let noise = sigma(amplitude, snr_db);
+            let middle = f64::from(codes.middle()) + away;
+            let samples: [[i16; 2]; N] = std::array::from_fn(|n| {
+                let (sin, cos) = (TAU * bins * n as f64 / N as f64 + phase).sin_cos();
+                [cos, sin].map(|part| {
+                    let noise = noise * rng.sample::<f64, _>(StandardNormal);
+                    (middle + amplitude * part + noise).round() as i16
+                })
+            });
+            let mut pipeline = Pipeline::<Iq, N, E>::new(Config::new(1.0, codes).plan().unwrap());
+            let measurement = pipeline.block(Stamp::default(), &samples);
+            let lines = pipeline.lines(&measurement, 4);
+            let harmonic = pipeline.harmonic(&measurement, 1);
+            let tones = lines.iter().map(|line| line.tone).chain(harmonic.map(|found| found.tone));
+            let tones: Vec<Tone> = tones.chain([measurement.tone]).collect();
+            (bins, lines.len(), tones)
+        });
+        let mut good = 0;
+        for (bins, lines, tones) in &seen {
+            good +=
+                u32::from(*lines == 1 && tones.iter().all(|tone| tone.verdict == Verdict::Good));
+            for tone in tones.iter().filter(|tone| tone.verdict.usable() <= Usable::WithinSigma) {
+                let off = tone.frequency.cycles() - bins / N as f64;
+                let sigmas = (off - off.round()).abs() / f64::from(tone.sigma);
+                assert!(sigmas < 6.0, "{name} {N}: {tone} at {bins} bins");
+            }
+        }
+        let share = f64::from(good) / seen.len() as f64;
+        println!("{name} {N}, amplitude {amplitude}, {away} codes off the middle: {share:.4} good");
+        assert!(share >= 0.99);
+    }
+}
+
+#[test]
+fn unsigned_codes_are_measured_alike_by_every_engine() {
+    for away in [0.0, 20.0] {
+        of_unsigned::<I32, 256>("I32", away);
+        of_unsigned::<I32, 1024>("I32", away);
+        of_unsigned::<Q15, 256>("Q15", away);
+        of_unsigned::<Q15, 1024>("Q15", away);
+        of_unsigned::<F32, 256>("F32", away);
+        of_unsigned::<F32, 1024>("F32", away);
+    }
 }

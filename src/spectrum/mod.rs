@@ -23,6 +23,10 @@ use num_complex::Complex;
 use peak::Band;
 use scan::Scan;
 
+/// An offset stands out of its neighbours if it has so many times the power of both. Noise does in one record of 81:
+/// one over the square of this number and 1.
+const STANDS_OUT: u64 = 8;
+
 /// The spectrum of one record of `N` samples.
 ///
 /// Real records have bins `0..=N/2`, I/Q records `0..N`. A bin's value times `2^exponent` is the
@@ -160,6 +164,34 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
             [re, im]
         };
         integer::filled(places, (0..).map(bin))
+    }
+
+    /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out
+    /// of them. A tone's leakage is as smooth, and the mean's second difference is 0.
+    pub(crate) fn fill_beside_offset<'a>(
+        &self,
+        first: i32,
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
+        if !R::IQ {
+            return self.fill(first, places);
+        }
+        let part = |k: i32| {
+            let Complex { re, im } = self.bin(k);
+            [re, im]
+        };
+        let bins = integer::filled(places, (0..).map(|index| part(first.wrapping_add(index))));
+        let zero = first.wrapping_neg().rem_euclid(const { N as i32 }) as usize;
+        // A short record's window goes round the circle more than once.
+        for offset in bins.iter_mut().skip(zero).step_by(N) {
+            let beside = [part(-1), part(1)];
+            let [below, above] = beside.map(products::power);
+            if products::power(*offset) / STANDS_OUT > below.saturating_add(above) {
+                let [[a, b], [c, d]] = beside;
+                *offset = [(a >> 1).wrapping_add(c >> 1), (b >> 1).wrapping_add(d >> 1)];
+            }
+        }
+        bins
     }
 
     /// `|X[k]|^2` in stored units, with the bins numbered as in [`Spectrum::bin`].

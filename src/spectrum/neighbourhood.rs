@@ -75,7 +75,7 @@ pub struct Neighbourhood<'a> {
 }
 
 impl<'a> Neighbourhood<'a> {
-    /// Reads the bins around the peak. Cost: 77 bins, and three more of I/Q.
+    /// Reads the bins around the peak, an I/Q record's without its offset. Cost: 77 bins, and three more of I/Q.
     pub fn read<R: Record, const N: usize, E: Engine>(
         spectrum: &Spectrum<R, N, E>,
         peak: i32,
@@ -88,7 +88,8 @@ impl<'a> Neighbourhood<'a> {
             let (reach, width) = (REACH as i32, SHORT as i32 - 1);
             (1.max(peak.wrapping_add(reach - width)).min(peak.wrapping_sub(reach)), SHORT)
         };
-        let bins = spectrum.fill(first, places.0.get_mut(..count).unwrap_or_default());
+        let bins =
+            spectrum.fill_beside_offset(first, places.0.get_mut(..count).unwrap_or_default());
         let image = [-1, 0, 1].map(|i: i32| {
             if !R::IQ {
                 return [0; 2];

@@ -299,15 +299,15 @@ pub(crate) fn window<'a>(
 pub(crate) fn filled(
     places: &mut [MaybeUninit<Point>],
     bins: impl Iterator<Item = Point>,
-) -> &[Point] {
+) -> &mut [Point] {
     let mut count = 0;
     for (place, bin) in places.iter_mut().zip(bins) {
         place.write(bin);
         count += 1;
     }
-    let written = places.get(..count).unwrap_or_default();
+    let written = places.get_mut(..count).unwrap_or_default();
     // SAFETY: this many places were written.
-    unsafe { written.assume_init_ref() }
+    unsafe { written.assume_init_mut() }
 }
 
 /// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.

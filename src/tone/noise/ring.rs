@@ -403,7 +403,7 @@ impl Own {
         let first =
             if outward > 0 { self.peak + near } else { self.peak - near - (STEP * count) as i32 };
         let window = window.get_mut(..STEP * count + 1).unwrap_or_default();
-        (spectrum.fill(first, window), first)
+        (spectrum.fill_beside_offset(first, window), first)
     }
 
     /// The stretches of the bins from `first` on.
