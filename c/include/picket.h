@@ -57,7 +57,7 @@ const char *picket_status_message(picket_status status);
 /* ---- Verdicts ---- */
 
 /* What is known against a number. The order of severity is: good, moving, near-edge, clipped, unresolved, image, gap,
-   weak, no-signal, wrong-codes. */
+   weak, front-end, no-signal, wrong-codes. */
 enum {
     PICKET_GOOD = 0,        /* one steady tone: sigma is its error */
     PICKET_NEAR_EDGE = 1,   /* beside 0 Hz or half the rate, or outside of the band */
@@ -68,7 +68,8 @@ enum {
     PICKET_NO_SIGNAL = 6,   /* nothing in the band */
     PICKET_WRONG_CODES = 7, /* samples beyond the rails that were stated */
     PICKET_MOVING = 8,      /* it changes within the block: the mean, within sigma */
-    PICKET_IMAGE = 9        /* I and Q do not match: the sign may be wrong */
+    PICKET_IMAGE = 9,       /* I and Q do not match: the sign may be wrong */
+    PICKET_FRONT_END = 10   /* codes wrap, or samples changed places: it may be another line */
 };
 /* What a number may be used for. */
 enum {

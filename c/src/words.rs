@@ -49,7 +49,9 @@ macro_rules! words {
     };
 }
 
-words!(Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, NoSignal, WrongCodes);
+words!(
+    Good, Moving, NearEdge, Clipped, Unresolved, Image, Gap, Weak, FrontEnd, NoSignal, WrongCodes
+);
 
 /// The words of a number from a tone.
 fn of(verdict: u8) -> Words {

@@ -20,6 +20,7 @@ mod fft;
 mod field;
 mod figures;
 mod front_door;
+mod front_end;
 mod frontend;
 mod fuzz;
 mod golden;

@@ -35,6 +35,8 @@ pub struct Evidence {
     pub line: Line,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
+    /// The lines are those of a fault of the digital front end, see [`super::front_end`].
+    pub front_end: bool,
     /// Samples are missing before the record.
     pub gap: bool,
     /// The frequency lies more than half a bin outside of the band.
@@ -64,6 +66,7 @@ impl Evidence {
             detected: true,
             line: Line::Steady,
             image: false,
+            front_end: false,
             gap: false,
             outside: false,
             beyond: 0,
@@ -74,10 +77,10 @@ impl Evidence {
     }
 
     /// The rules, each with the verdict that it leads to if it applies: the only place where evidence becomes a verdict. In
-    /// order: no peak, not detected, a sigma as wide as the spectrum, a change, several tones, an image, an edge, outside of
-    /// the band, clipped, wrong codes, a gap.
+    /// order: no peak, not detected, a sigma as wide as the spectrum, a change, several tones, an image, a faulty front end, an
+    /// edge, outside of the band, clipped, wrong codes, a gap.
     #[inline]
-    pub fn rules(&self) -> [(bool, Verdict); 11] {
+    pub fn rules(&self) -> [(bool, Verdict); 12] {
         // A sigma or a place that is no number is no good one.
         let known = self.sigma < WHOLE_SPECTRUM;
         let inside = self.edge_bins >= EDGE_BINS;
@@ -88,6 +91,7 @@ impl Evidence {
             (self.line == Line::Moving, Verdict::Moving),
             (self.line == Line::Unresolved, Verdict::Unresolved),
             (self.image, Verdict::Image),
+            (self.front_end, Verdict::FrontEnd),
             (!inside, Verdict::NearEdge),
             (self.outside, Verdict::NearEdge),
             (self.clipped > CLIPPED, Verdict::Clipped),
@@ -119,10 +123,11 @@ impl Tone {
         Reasons::of(self.verdict, self.also)
     }
 
-    /// Has wrong codes if another tone of its record has.
+    /// Has wrong codes, or is of a faulty front end, if another tone of its record is.
     pub(crate) fn keep_to_codes_of(&mut self, tone: &Self) {
         let beyond = u32::from(tone.verdict == Verdict::WrongCodes);
-        self.conclude(&Evidence { beyond, ..Evidence::of(self.said()) });
+        let front_end = tone.verdict == Verdict::FrontEnd;
+        self.conclude(&Evidence { beyond, front_end, ..Evidence::of(self.said()) });
     }
 
     /// Takes its verdict, and what applies besides, from the evidence.
@@ -153,6 +158,7 @@ mod tests {
             (Evidence { clipped: CLIPPED, ..none }, Verdict::Good),
             (Evidence { clipped: 0.0101, ..none }, Verdict::Clipped),
             (Evidence { image: true, ..none }, Verdict::Image),
+            (Evidence { front_end: true, ..none }, Verdict::FrontEnd),
             (Evidence { gap: true, ..none }, Verdict::Gap),
             (Evidence { detected: false, ..none }, Verdict::Weak),
             (Evidence { sigma: WHOLE_SPECTRUM, ..none }, Verdict::Weak),

@@ -8,6 +8,7 @@ use super::effort::Effort;
 use super::evidence::{Evidence, edge_bins};
 use super::fit::{self, Course, Fit, Reach};
 use super::frequency::Frequency;
+use super::front_end::{Glance, Sight, other_lines};
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, judge};
 use super::noise::ring::{self, Beside};
@@ -26,6 +27,7 @@ use crate::spectrum::peak::Peak;
 use crate::tone::clipped::Unclipped;
 use crate::tone::fit::leaked::{Leakage, Nearest};
 use crate::tone::{Rise, Tone};
+use num_complex::Complex;
 
 /// What the measurement of a tone needs to know beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,6 +183,19 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             (sigma, quiet, near) = (answer.variance.root(), noise, noise);
         }
     }
+    // Another verdict tells of the other records already.
+    let looks = standing.is_some() && line != Line::Unresolved && !image && clipped <= CLIPPED;
+    let front_end = looks && {
+        let unit = around.unit();
+        let others = || peak.floor as f32 * (unit * unit);
+        observer.hear(|| other_lines(others(), fit));
+        let glance = Glance::of(spectrum, peak, codes, [unit, noise]);
+        !glance.is_clear() && {
+            let (n, pairs) = (N, R::pairs(samples));
+            let sight = Sight { n, peak: peak.bin, fit, noise, others: others(), pairs, codes };
+            sight.is_faulty::<R>(glance, |k| in_codes(spectrum.bin(k), unit), observer)
+        }
+    };
     let mut sigma = sigma * standing.unwrap_or(1.0);
     if let Some(offset) = answer {
         let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
@@ -193,12 +208,18 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         line,
         clipped,
         image,
+        front_end,
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma,
         engine: around.engine,
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
+}
+
+/// A bin in codes.
+fn in_codes(Complex { re, im }: Complex<i32>, unit: f32) -> Complex<f32> {
+    Complex::new(re as f32 * unit, im as f32 * unit)
 }
 
 /// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
@@ -313,6 +334,8 @@ pub(super) struct Seen {
     pub clipped: f32,
     /// An I/Q record has as strong a line at minus the frequency.
     pub image: bool,
+    /// The lines are those of a faulty front end.
+    pub front_end: bool,
     /// Samples are missing.
     pub gap: bool,
     /// The peak is below the detection threshold.
@@ -341,6 +364,7 @@ impl Seen {
             detected: !self.weak,
             line: self.line,
             image: self.image,
+            front_end: self.front_end,
             gap: self.gap,
             clipped: self.clipped,
             edge_bins: edge_bins_at(iq, n, peak, fit.offset),

@@ -11,6 +11,7 @@ pub mod effort;
 pub mod evidence;
 pub mod fit;
 pub mod frequency;
+pub mod front_end;
 pub mod harmonic;
 pub mod image;
 pub mod judge;

@@ -69,6 +69,18 @@ pub enum Statistic {
     ImageShare,
     /// The same over the noise.
     ImageNoise,
+    /// The power of the band's other bins over the tone's.
+    OtherLines,
+    /// The power of the samples over the most that two tones between the rails have.
+    TwoTones,
+    /// The power of the samples over the most that three tones between the rails have.
+    ThreeTones,
+    /// The number of lines with a fiftieth of the tone's power or more.
+    Lines,
+    /// The line where exchanged samples put one, in deviations of the noise.
+    Exchanged,
+    /// What the exchange leaves of that line, in each unit of which noise leaves 1.
+    ExchangedRest,
 }
 
 impl Statistic {
@@ -104,6 +116,12 @@ impl Statistic {
             Statistic::Nearest => "nearest",
             Statistic::ImageShare => "image-share",
             Statistic::ImageNoise => "image-noise",
+            Statistic::OtherLines => "other-lines",
+            Statistic::TwoTones => "two-tones",
+            Statistic::ThreeTones => "three-tones",
+            Statistic::Lines => "lines",
+            Statistic::Exchanged => "exchanged",
+            Statistic::ExchangedRest => "exchanged-rest",
         }
     }
 }

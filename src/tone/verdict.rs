@@ -32,6 +32,9 @@ pub enum Verdict {
     /// There is nothing in the band; the numbers mean nothing.
     #[default]
     NoSignal = 6,
+    /// The lines of the record are as a fault of the digital front end makes them: codes that wrap, or samples of a word that
+    /// changed places. The tone may be another line.
+    FrontEnd = 10,
     /// Samples lie beyond the rails of the stated codes. The converter's codes are others, so
     /// noise, sigma and clipping mean nothing.
     WrongCodes = 7,
@@ -39,7 +42,7 @@ pub enum Verdict {
 
 impl Verdict {
     /// Every verdict, from best to worst.
-    pub const ALL: [Verdict; 10] = [
+    pub const ALL: [Verdict; 11] = [
         Verdict::Good,
         Verdict::Moving,
         Verdict::NearEdge,
@@ -48,6 +51,7 @@ impl Verdict {
         Verdict::Image,
         Verdict::Gap,
         Verdict::Weak,
+        Verdict::FrontEnd,
         Verdict::NoSignal,
         Verdict::WrongCodes,
     ];
@@ -68,6 +72,7 @@ impl Verdict {
             Verdict::Image => "image",
             Verdict::Gap => "gap",
             Verdict::Weak => "weak",
+            Verdict::FrontEnd => "front-end",
             Verdict::NoSignal => "no-signal",
             Verdict::WrongCodes => "wrong-codes",
         }
@@ -92,6 +97,9 @@ impl Verdict {
             }
             Verdict::Gap => "Samples were lost just before this block.",
             Verdict::Weak => "The line is too weak to be told from noise.",
+            Verdict::FrontEnd => {
+                "The lines are those of codes that wrap, or of samples that changed places: the tone may be another one."
+            }
             Verdict::NoSignal => "There is nothing in the band.",
             Verdict::WrongCodes => {
                 "Samples lie beyond the rails that were stated: the converter's codes are others."
@@ -106,7 +114,9 @@ impl Verdict {
             Verdict::Moving | Verdict::Clipped | Verdict::Gap => Usable::WithinSigma,
             Verdict::Image => Usable::WithoutSign,
             Verdict::NearEdge | Verdict::Unresolved => Usable::Rough,
-            Verdict::Weak | Verdict::NoSignal | Verdict::WrongCodes => Usable::No,
+            Verdict::Weak | Verdict::FrontEnd | Verdict::NoSignal | Verdict::WrongCodes => {
+                Usable::No
+            }
         }
     }
 
@@ -121,8 +131,9 @@ impl Verdict {
             Verdict::Image => 5,
             Verdict::Gap => 6,
             Verdict::Weak => 7,
-            Verdict::NoSignal => 8,
-            Verdict::WrongCodes => 9,
+            Verdict::FrontEnd => 8,
+            Verdict::NoSignal => 9,
+            Verdict::WrongCodes => 10,
         }
     }
 }
@@ -189,8 +200,8 @@ impl Verdicts {
     /// None.
     pub const NONE: Self = Self(0);
 
-    /// Those that can apply beside another, the most severe first. Where there is nothing, and where the codes are
-    /// wrong, nothing is worse.
+    /// Those that can apply beside another, the most severe first. A record with a fault of the front end, without a signal
+    /// or with wrong codes may not be used whatever else applies.
     const ALL: [Verdict; 7] = [
         Verdict::Weak,
         Verdict::Gap,
@@ -211,7 +222,7 @@ impl Verdicts {
             Verdict::Image => 16,
             Verdict::Gap => 32,
             Verdict::Weak => 64,
-            Verdict::Good | Verdict::NoSignal | Verdict::WrongCodes => 0,
+            Verdict::Good | Verdict::FrontEnd | Verdict::NoSignal | Verdict::WrongCodes => 0,
         }
     }
 

@@ -15,6 +15,7 @@ use picket::tone::detection::{Less, Threshold};
 use picket::tone::evidence::{Evidence, edge_bins};
 use picket::tone::fit::{Course, Reach, fit};
 use picket::tone::frequency::Frequency;
+use picket::tone::front_end::{Glance, Sight, other_lines};
 use picket::tone::image::mirrored_in_rest;
 use picket::tone::judge::{Judgement, Line, from_end, judge};
 use picket::tone::measure::{excess_limit, excess_over, residual};
@@ -66,8 +67,19 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         self.samples.extend(record.iter().map(|x| Complex::new(T::of(x.re), T::of(x.im))));
         self.spectrum.clone_from(&self.samples);
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
+        self.take_offset();
         self.powers.clear();
         self.powers.extend(self.spectrum.iter().map(|x| x.norm_sqr()));
+    }
+
+    /// Takes an I/Q converter's offset out of bin 0, as the core does beside a tone.
+    fn take_offset(&mut self) {
+        if let [offset, above, .., below] = self.spectrum.as_mut_slice()
+            && R::IQ
+            && offset.norm_sqr() > (above.norm_sqr() + below.norm_sqr()) * T::of(8.0)
+        {
+            *offset = (*above + *below) * T::of(0.5);
+        }
     }
 
     /// The core's search, on powers scaled to the integers it takes.
@@ -145,8 +157,10 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 free: None,
                 ring: None,
                 image: false,
+                front_end: false,
             };
         };
+        let whole = self.spectrum.clone();
         let tone = fit.tone::<R>(self.n);
         let tone = Complex::new(tone.re.wide(), tone.im.wide());
         let cycles = (f64::from(peak.bin) + fit.offset.wide()) / n;
@@ -158,6 +172,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             );
         }
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
+        self.take_offset();
         let ring = self.ring(peak.bin);
         let noise = f64::from(ring.noise.power);
         let single = fit.single();
@@ -196,6 +211,24 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let rest = |k: i32| bin(k).norm_sqr().wide() as f32;
         let image =
             R::IQ && mirrored_in_rest(self.n, peak.bin, &single, &ring.noise, observer, rest);
+        let sight = Sight {
+            n: self.n,
+            peak: peak.bin,
+            fit: &single,
+            noise: ring.noise.power,
+            others: (peak.floor as f64 * unit) as f32,
+            pairs: R::pairs(&samples),
+            codes: self.plan.codes,
+        };
+        let bin = |k: i32| {
+            let Complex { re, im } = whole[k.rem_euclid(self.n as i32) as usize];
+            Complex::new(re.wide() as f32, im.wide() as f32)
+        };
+        let looks = line != Line::Unresolved && !image && clipped <= CLIPPED;
+        if looks {
+            observer.hear(|| other_lines(sight.others, &single));
+        }
+        let front_end = looks && sight.is_faulty::<R>(Glance::ALL, bin, observer);
         Seen {
             snr,
             clipped,
@@ -205,6 +238,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             free,
             ring: Some(ring),
             image,
+            front_end,
         }
     }
 }
@@ -225,6 +259,8 @@ struct Seen {
     ring: Option<Beside>,
     /// Whether an I/Q record has as strong a line at minus the frequency.
     image: bool,
+    /// Whether the lines are those of a faulty front end.
+    front_end: bool,
     /// Of a record that clips: where its other samples see the tone, in bins, and how well.
     free: Option<(f64, Unclipped)>,
 }
@@ -320,6 +356,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 detected,
                 line,
                 image: seen.image,
+                front_end: detected && seen.front_end,
                 gap,
                 clipped: seen.clipped,
                 edge_bins: edge_bins(R::IQ, self.n, bins as f32),

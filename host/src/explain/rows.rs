@@ -174,6 +174,12 @@ pub fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
         ("steady", "the line does not change within the block", None, ""),
         ("alone", "the line is a single tone", None, ""),
         ("image", "no strong line at minus the frequency", None, ""),
+        (
+            "front-end",
+            "the lines are not those of codes that wrap or of exchanged samples",
+            None,
+            "",
+        ),
         ("edge", "distance from DC or Nyquist, at least", edge, "bins"),
         ("band", "the frequency is within the band", None, ""),
         ("clipped", "share of the samples that touch a rail", clipped, "%"),

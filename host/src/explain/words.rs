@@ -137,6 +137,42 @@ const fn of(statistic: Statistic) -> (Sense, &'static str, &'static str, [&'stat
             "dB",
             ["and no noise: image", "it may be noise"],
         ),
+        Statistic::OtherLines => (
+            Path,
+            "power of the band's other bins over the tone's",
+            "dB",
+            ["looked at the power of the samples", "the tone is nearly all there is"],
+        ),
+        Statistic::TwoTones => (
+            Alarm,
+            "power of the samples over the most of two tones between the rails",
+            "",
+            ["no tones have so much: front-end", "as tones between the rails may have"],
+        ),
+        Statistic::ThreeTones => (
+            Path,
+            "power of the samples over the most of three tones between the rails",
+            "",
+            ["too much for three tones: counted the lines", "as tones between the rails may have"],
+        ),
+        Statistic::Lines => (
+            Alarm,
+            "lines with a fiftieth of the tone's power or more",
+            "",
+            ["three or more with so much power: front-end", "two tones may have so much"],
+        ),
+        Statistic::Exchanged => (
+            Path,
+            "line where exchanged samples put one, over the noise",
+            "sigma",
+            ["compared with what an exchange makes", "no such line"],
+        ),
+        Statistic::ExchangedRest => (
+            Must,
+            "what an exchange of samples leaves of that line",
+            "",
+            ["it is another line", "nothing: front-end"],
+        ),
         _ => (Path, "", "", ["-", "-"]),
     }
 }

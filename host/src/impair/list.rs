@@ -138,7 +138,7 @@ const LEVEL: (f64, f64) = (-120.0, 40.0);
 const CORNER: (f64, f64) = (1e-3, 10.0);
 
 /// Faults of a digital front end. They are asked for by their names, and are no part of `all`: most of them give lines as strong as
-/// the tone, of which a verdict that looks near the tone does not know.
+/// the tone, and what tells of them is tested apart (host-tests, `front_end`).
 pub const FRONT_END: &[Entry] = &[
     Entry::new(
         "wrap",

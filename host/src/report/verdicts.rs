@@ -52,7 +52,7 @@ const PLAIN: Example = Example {
 };
 
 /// One for each verdict, from best to worst, but for wrong codes, which no picture shows.
-pub const EXAMPLES: [Example; 9] = [
+pub const EXAMPLES: [Example; 10] = [
     PLAIN,
     Example {
         verdict: "moving",
@@ -106,6 +106,14 @@ pub const EXAMPLES: [Example; 9] = [
         picture: "trust-weak",
         what: "a tone at -16 dB",
         snr_db: -16.0,
+        shown: (1, 511),
+        ..PLAIN
+    },
+    Example {
+        verdict: "front-end",
+        picture: "trust-front-end",
+        what: "a tone 1 dB beyond the rails, whose codes wrap, 30 dB",
+        impair: "wrap:1",
         shown: (1, 511),
         ..PLAIN
     },

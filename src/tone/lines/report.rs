@@ -145,6 +145,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             line: if crowded { Line::Unresolved } else { line },
             clipped: self.clipped,
             image: R::IQ && self.has_image(index),
+            // The record's own tone tells of it.
+            front_end: false,
             gap: stamp.gap,
             weak: index == 0 && !self.stands_out(&found, &beside),
             sigma: widened(sigma, self.clipped),

@@ -1,0 +1,313 @@
+//! Two faults of a digital front end, told by the whole record: codes that wrap, and samples of a word that change places.
+//!
+//! Both make lines as strong as the tone, far from it. The strongest line may then be another one, with nothing wrong beside it.
+//!
+//! **Codes that wrap.** A tone beyond the rails comes back at the other end, and its harmonics fold into many lines. Honest tones
+//! that fit between the rails have little power where they are several: of amplitudes `1` and `a`, on a range of `-R..R` which
+//! they fill, the mean square of a sample is `R^2 (1 + a^2) / 2 (1 + a)^2`, a quarter of `R^2` for two alike. A record of which
+//! at most 1 % of the samples touch a rail, and which has more, wraps. Tones of which one is locked to three times another have
+//! more power below the same crest; that is rare, and asks for a record that fills the range.
+//!
+//! **Samples that change places.** Both samples of a word are exchanged if a transfer has the wrong order of half-words. Of a
+//! tone of `w` radians a sample, neighbours exchanged,
+//!
+//! ```text
+//! cos(w (k + (-1)^k))  =  cos(w k) cos(w)  -  (-1)^k sin(w k) sin(w)
+//! ```
+//!
+//! so that a line of `sin(w)` arises at half the rate less the frequency. From an eighth of the rate to three it is the stronger
+//! one. Its phase and size follow from those of the other: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
+//! the rate the weaker line drowns in noise, and nothing tells of the exchange.
+
+use super::observer::{Observer, Statistic, Test};
+use crate::acquire::codes::Codes;
+use crate::acquire::sample::{Real, Record};
+use crate::math::products;
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::Spectrum;
+use crate::spectrum::engine::Engine;
+use crate::spectrum::peak::Peak;
+use crate::tone::fit::{Fit, Model};
+use core::mem::MaybeUninit;
+use num_complex::Complex;
+
+/// The other bins of a record that wraps have this share of the tone's power at least: one sample of 256 that wraps is off by the
+/// whole range `2R`, and has 8/256 of the power `R^2 / 2` of a tone that fills it.
+const OTHERS: f32 = 1.0 / 32.0;
+
+/// The least power of a third line over the tone's, and its square root. Each of the third, fifth and seventh harmonic of codes that
+/// wrap by 0.1 dB has a fifth of the tone's power or more.
+const THIRD: f32 = 0.02;
+const ROOT_THIRD: f32 = 0.141_421_36;
+
+/// The crests of tones are beyond the rails by so much power where 1 % of the samples touch them. Next to a crest a record of
+/// amplitudes `a` is `S - sum(a x^2) / 2`, with `S` their sum and `x` the phases, which are anywhere in a cube of edge `2 pi`. The two ends of
+/// the range have 1 % of it where `S (1 - r)`, with `r` the rail, is `0.01 pi sqrt(a1 a2)` of two tones, at most 1.6 % of `S`. Of three
+/// it is `(0.03 pi^2 sqrt(a1 a2 a3))^(2/3) / 2`, 5.4 % of `S` where the weakest has the share [`THIRD`] and the others are alike.
+///
+/// What two tones leave may be noise, a tenth of the power at 10 dB; of three the lines are counted. Codes that wrap have 1.17 times what three
+/// tones have, or more, up to 6 dB beyond the rails.
+const TWO: f32 = 1.032 * 1.1;
+const THREE: f32 = 1.11;
+
+/// The bins that are counted have this share of the power at least: of 127 bins, of a record of 256 samples, 34 are not, which are within 8
+/// of the peak and of its mirror. They have up to one and a half times their part.
+const COUNTED: f32 = 0.6;
+
+/// More lines than these are told, and no more are counted.
+const TOLD: u32 = 2;
+
+/// Bins between two lines.
+const APART: u32 = 2;
+
+/// A clean record has as much where an exchange would put a line once in 25,000 times, by Student's distribution with the 50 degrees of
+/// freedom of the noise. Half of the tones are where it counts: so it is a fifth of the one in 10,000 that may be told.
+const SEEN: f32 = 4.5;
+
+/// [`SEEN`] deviations of one real number, over the noise power of a bin: three bins have as much together, and one of them a fifth of it.
+const LEAST: f32 = 0.5 * SEEN * SEEN / 5.0;
+
+/// Six numbers of noise, each of mean square 1, have a larger sum in one record of a thousand: the quantile of chi-square.
+const REST: f32 = 22.5;
+
+/// The share of the power that the model of the exchanged line may be wrong by: the tone, the other line and the mirror images of both
+/// leak into the bins by `1 / pi` over their distance each, which is a quarter of the shortest record of 64 samples. Its square is
+/// `(4 / 16 pi)^2`.
+const MODEL: f32 = 0.006_33;
+
+/// The share of a line that the integer transform leaves, -90 dB.
+const TRANSFORM: f32 = 1e-9;
+
+/// What the search shows of a record: which of the faults are possible.
+#[derive(Clone, Copy, Debug)]
+pub struct Glance {
+    /// There are other lines, or as much noise.
+    pub others: bool,
+    /// There is a line where exchanged samples put one.
+    pub exchanged: bool,
+}
+
+impl Glance {
+    /// All are possible.
+    pub const ALL: Self = Self { others: true, exchanged: true };
+
+    /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three: all in
+    /// integers, so that most records end here. Whatever [`Sight`] tells passes, but for a chance of noise. `unit` is that of the bins, `noise`
+    /// the power per sample.
+    #[inline]
+    pub fn of<R: Record, const N: usize>(
+        spectrum: &Spectrum<R, N, impl Engine>,
+        peak: &Peak,
+        codes: Codes,
+        [unit, noise]: [f32; 2],
+    ) -> Self {
+        let [below, power, above] = peak.power;
+        let line = below.wrapping_add(power).wrapping_add(above);
+        // `OTHERS`: three bins have 0.85 to 1 of the line.
+        let others =
+            peak.floor > line >> 5 && line.wrapping_add(peak.floor) > full::<R, N>(spectrum, codes);
+        let exchanged = !R::IQ
+            && exchange(N, peak.bin).is_some_and(|[place, apart]| {
+                // The line of an exchange has `cot^2(w)` of the power, and the cotangent is larger than the angle `pi apart / N`: a fifth of
+                // its square is enough. Below 2^63 / N^2 times 2 (N / 3)^2.
+                let square = u64::from(apart.unsigned_abs().pow(2));
+                let least = (power / const { (N * N) as u64 }).wrapping_mul(2 * square);
+                let mut places = MaybeUninit::uninit();
+                let bin = spectrum.window::<1>(place, &mut places);
+                let there = bin.first().map_or(0, |&bin| products::power(bin));
+                there > least && there as f32 * (unit * unit) > LEAST * (noise * N as f32)
+            });
+        Self { others, exchanged }
+    }
+
+    /// Whether neither is possible.
+    #[inline]
+    pub const fn is_clear(self) -> bool {
+        !self.others && !self.exchanged
+    }
+}
+
+/// The least power of a line's three bins and of the others, in stored units, of a record that [`Sight::wraps`] tells.
+///
+/// The least that three tones may have is 0.24 of the square of half the range, see [`most`], and half of it at least is in the bins. A
+/// line of amplitude `A` has the power `(A N / 2)^2` in its bins, `(A N)^2` in an I/Q record, and its three bins have 0.85 of it.
+#[inline]
+fn full<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, codes: Codes) -> u64 {
+    let (low, high) = codes.rails();
+    let range = u64::from(i32::from(high).abs_diff(i32::from(low)).wrapping_add(1));
+    // Stored units are 2^exponent codes.
+    let shift =
+        const { 2 * N.ilog2() as i32 - if R::IQ { 6 } else { 8 } } - 2 * spectrum.exponent();
+    let square = 3 * (range * range);
+    if shift < 0 {
+        square.wrapping_shr(shift.unsigned_abs())
+    } else {
+        square.wrapping_shl(shift.unsigned_abs())
+    }
+}
+
+/// Where an exchange puts the line of a tone at bin `peak`, and how far from there the tone is, if its line is the stronger one: from an
+/// eighth of the rate to three. A sixteenth beyond that the other line is weaker by 1.7 dB, and noise does not turn it round. About
+/// a quarter of the rate both are one line.
+#[inline]
+fn exchange(n: usize, peak: i32) -> Option<[i32; 2]> {
+    let n = n as i32;
+    let place = (n / 2).wrapping_sub(peak);
+    let apart = place.wrapping_sub(peak);
+    (apart != 0 && apart.wrapping_abs() < n / 4 + n / 32).then_some([place, apart])
+}
+
+/// The test of the band's other bins, which have the power `others` in squared codes.
+pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
+    Test { statistic: Statistic::OtherLines, value: others / fit.line.norm_sqr(), limit: OTHERS }
+}
+
+/// What is known of a record and its tone.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight<'a> {
+    /// Samples of the record.
+    pub n: usize,
+    /// The tone's bin.
+    pub peak: i32,
+    /// The fit to it.
+    pub fit: &'a Fit<f32>,
+    /// The noise power per sample beside it.
+    pub noise: f32,
+    /// The power of the band's other bins, without the peak's skirt, in squared codes.
+    pub others: f32,
+    /// The samples, see [`Record::pairs`].
+    pub pairs: &'a [[i16; 2]],
+    /// The converter's codes.
+    pub codes: Codes,
+}
+
+impl Sight<'_> {
+    /// Whether the record is as a faulty front end makes it, of the faults that are possible; `bin` reads its bins in codes. Cost: three bins
+    /// for exchanged samples; a pass over the samples where the range is filled and other bins have a thirty-second of the tone's power.
+    #[inline(never)]
+    pub fn is_faulty<R: Record>(
+        &self,
+        glance: Glance,
+        bin: impl Fn(i32) -> Complex<f32>,
+        observer: impl Observer,
+    ) -> bool {
+        let line = self.fit.line.norm_sqr();
+        let share = self.others / line;
+        let wraps = glance.others
+            && share > OTHERS
+            && self.is_full::<R>(share)
+            && self.wraps(share, observer, || lines::<R>(&bin, self.peak, self.n, THIRD * line));
+        wraps || !R::IQ && glance.exchanged && self.is_exchanged(bin, observer)
+    }
+
+    /// Half the range of the codes.
+    fn range(&self) -> f32 {
+        let (low, high) = self.codes.rails();
+        0.5 * (i32::from(high) - i32::from(low) + 1) as f32
+    }
+
+    /// Whether the bins alone have nearly the power that three tones may have: only then the samples are read.
+    fn is_full<R: Record>(&self, share: f32) -> bool {
+        let range = self.range();
+        let power = 0.5 * self.fit.amplitude_squared::<R>(self.n) * (1.0 + share);
+        power > COUNTED * most(share)[1] * (range * range)
+    }
+
+    /// Whether the samples have more power than tones between the rails; `lines` counts lines.
+    #[inline(never)]
+    fn wraps(&self, share: f32, observer: impl Observer, lines: impl Fn() -> u32) -> bool {
+        let range = self.range();
+        let power = mean_square(self.pairs) / (range * range);
+        let [two, three] = most(share);
+        if observer.exceeds(Statistic::TwoTones, power / two, 1.0) {
+            return true;
+        }
+        observer.exceeds(Statistic::ThreeTones, power / three, 1.0)
+            && observer.exceeds(Statistic::Lines, lines() as f32, TOLD as f32)
+    }
+
+    /// Whether another line has size and phase of the tone before an exchange.
+    #[inline(never)]
+    fn is_exchanged(&self, bin: impl Fn(i32) -> Complex<f32>, observer: impl Observer) -> bool {
+        let Some([place, _]) = exchange(self.n, self.peak) else {
+            return false;
+        };
+        let n = self.n as i32;
+        let Complex { re: cos, im: sin } =
+            f32::unit((self.peak as f32 + self.fit.offset) / n as f32);
+        let cotangent = cos / sin;
+        let model = Model::new(self.fit, self.peak, n);
+        // Power of the expected line, its product with the one that is there, and power of that one.
+        let (mut expected, mut both, mut there) = (0.0, 0.0, 0.0);
+        for i in -1..=1 {
+            let k = place.wrapping_sub(i);
+            let other = bin(k) - model.bin::<Real>(k);
+            let own = model.bin::<Real>(self.peak.wrapping_add(i));
+            expected += own.norm_sqr();
+            both += other.re * own.im + other.im * own.re;
+            there += other.norm_sqr();
+        }
+        (expected, both) = (expected * (cotangent * cotangent), (both * cotangent).abs());
+        // Of one real number.
+        let noise = 0.5 * self.noise * n as f32 + TRANSFORM * self.fit.line.norm_sqr();
+        let deviations = both / (expected * noise).root();
+        let rest = (there - 2.0 * both + expected).max(0.0) / noise;
+        let limit = REST + MODEL * expected / noise;
+        observer.exceeds(Statistic::Exchanged, deviations, SEEN)
+            && !observer.exceeds(Statistic::ExchangedRest, rest, limit)
+    }
+}
+
+/// The most power of two and of three tones between the rails, over the square of half the range; `share` is the power of
+/// all but the strongest over its own.
+fn most(share: f32) -> [f32; 2] {
+    // Nobody is stronger than the strongest.
+    let share = share.min(1.0);
+    let of = |others: f32| {
+        let crest = 1.0 + others;
+        0.5 * (1.0 + share) / (crest * crest)
+    };
+    [TWO * of(share.root()), THREE * of(ROOT_THIRD + (share - THIRD).max(0.0).root())]
+}
+
+/// The mean square of the parts, each less its mean, of at most 4096 pairs.
+fn mean_square(pairs: &[[i16; 2]]) -> f32 {
+    let pairs = pairs.get(..4096).unwrap_or(pairs);
+    let (mut squares, mut sums) = (0i64, [0i64; 2]);
+    for &[a, b] in pairs {
+        let (a, b) = (i32::from(a), i32::from(b));
+        squares += i64::from(a * a) + i64::from(b * b);
+        sums = [sums[0] + i64::from(a), sums[1] + i64::from(b)];
+    }
+    // Below 2^56.
+    let count = pairs.len() as i64;
+    let centred = count * squares - sums[0] * sums[0] - sums[1] * sums[1];
+    centred as f32 / (2.0 * (count * count) as f32)
+}
+
+/// The lines whose power exceeds `least`, wherever they are between two bins.
+#[inline(never)]
+fn lines<R: Record>(bin: impl Fn(i32) -> Complex<f32>, peak: i32, n: usize, least: f32) -> u32 {
+    let n = n as i32;
+    // A circle is cut at the peak, which then is seen at both ends.
+    let (first, count, cut) = if R::IQ { (peak, n, 1) } else { (1, n / 2 - 1, 0) };
+    let power = |k: i32| {
+        // Where an offset is, there is no line.
+        if k.checked_rem(n) == Some(0) { 0.0 } else { bin(k).norm_sqr() }
+    };
+    let (mut lines, mut quiet, mut before) = (0u32, APART, 0.0);
+    for k in first..first.wrapping_add(count) {
+        let here = power(k);
+        if before + here > least {
+            lines = lines.wrapping_add(u32::from(quiet >= APART));
+            quiet = 0;
+            if lines.wrapping_sub(cut) > TOLD {
+                break;
+            }
+        } else {
+            quiet = quiet.saturating_add(1);
+        }
+        before = here;
+    }
+    lines.saturating_sub(cut)
+}
