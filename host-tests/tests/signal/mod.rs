@@ -41,7 +41,7 @@ pub fn quantise(x: f64) -> i16 {
     x.round().clamp(-2048.0, 2047.0) as i16
 }
 
-fn analogue<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) -> [[f64; 2]; N] {
+pub fn analogue<const N: usize>(rng: &mut ChaCha8Rng, lines: &[Line], sigma: f64) -> [[f64; 2]; N] {
     std::array::from_fn(|n| {
         let mut x = [0.0; 2].map(|_: f64| sigma * rng.sample::<f64, _>(StandardNormal));
         for line in lines {
