@@ -55,6 +55,20 @@ pub enum Outcome {
     Target(Target),
 }
 
+impl Outcome {
+    /// Whether what is of use has finite sigmas, as [`Tone::is_consistent`]; but a range that is coupled to its velocity has none.
+    pub const fn is_consistent(&self) -> bool {
+        match self {
+            Outcome::None => true,
+            Outcome::Velocity(v) => v.verdict.admits(v.sigma),
+            Outcome::Target(t) => {
+                let coupled = matches!(t.ambiguity, chirp::Ambiguity::Coupled);
+                t.verdict.admits(t.sigma_range) && (coupled || t.verdict.admits(t.sigma_velocity))
+            }
+        }
+    }
+}
+
 /// ADC samples in, measurements out. The pipeline owns its work memory: `4 N` bytes for real
 /// records, `8 N` for I/Q. The engine [`Q15`](crate::spectrum::engine::Q15) takes half.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ use picket::{Codes, Config, Iq, Pipeline, Real, Stamp, Tone, Verdict};
 use picket_host::impair::{FRONT_END, Impairment, LIST, Setup};
 use picket_host::simulate::{Kind, codes, generator};
 use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -117,14 +118,19 @@ fn a_clean_record_is_of_a_faulty_front_end_at_most_once_in_ten_thousand() {
     assert_eq!(held, [true; 5]);
 }
 
-/// A record of so many honest tones, the weakest down to -16 dB, whose highest crest is at this share of the range.
-fn several<R: Kind, const N: usize>(tones: usize, snr_db: f64, fill: f64, trial: u64) -> Tone {
+/// A record of so many honest tones, the weakest down to -16 dB, whose highest crest is at this share of the range. `place` draws
+/// the bin of each.
+fn several<R: Kind, const N: usize>(
+    (tones, place): (usize, impl Fn(&mut ChaCha8Rng) -> f64),
+    snr_db: f64,
+    fill: f64,
+    trial: u64,
+) -> Tone {
     let mut rng = generator(SEED + 1, trial);
     let lines: Vec<[f64; 3]> = (0..tones)
         .map(|index| {
             let level = if index == 0 { 0.0 } else { rng.random_range(-16.0..0.0f64) };
-            let place = rng.random_range(8.0..N as f64 / 2.0 - 8.0);
-            [10f64.powf(level / 20.0), place, rng.random_range(0.0..TAU)]
+            [10f64.powf(level / 20.0), place(&mut rng), rng.random_range(0.0..TAU)]
         })
         .collect();
     let noise = (0.5 / 10f64.powf(snr_db / 10.0)).sqrt();
@@ -151,7 +157,8 @@ fn honest<R: Kind, const N: usize>() -> bool {
         [(0.5, 0.0), (0.7, 0.0), (0.9, 0.0), (0.95, 0.005), (1.0, 0.02), (1.05, 0.03)]
     {
         for (tones, snr_db) in [(2, 10.0), (2, 30.0), (3, 10.0), (3, 30.0)] {
-            let tone = |trial| several::<R, N>(tones, snr_db, fill, trial);
+            let place = |rng: &mut ChaCha8Rng| rng.random_range(8.0..N as f64 / 2.0 - 8.0);
+            let tone = |trial| several::<R, N>((tones, place), snr_db, fill, trial);
             let seen: Vec<Tone> = (0..2000).into_par_iter().map(tone).collect();
             let told = told(seen.iter());
             println!("{} {N}, {tones} tones, {snr_db} dB, crest {fill}: {told:.4} told", R::NAME);
@@ -169,6 +176,37 @@ fn several_honest_tones_are_of_no_faulty_front_end() {
     let held =
         [honest::<Real, 256>(), honest::<Real, 1024>(), honest::<Iq, 256>(), honest::<Iq, 1024>()];
     assert_eq!(held, [true; 4]);
+}
+
+/// Whether tones up to 8 bins from 0 Hz and from half the rate are taken for faults in one of 10,000 records at most.
+fn beside_the_ends<R: Kind, const N: usize>() -> bool {
+    let place = |rng: &mut ChaCha8Rng| {
+        let away = rng.random_range(0.0..8.0);
+        let place = if rng.random() { away } else { N as f64 / 2.0 - away };
+        if R::IQ && rng.random() { -place } else { place }
+    };
+    let mut holds = true;
+    for (snr_db, fill) in [(0.0, 1.0), (10.0, 0.9), (30.0, 1.0), (50.0, 0.98)] {
+        let tone = |trial| several::<R, N>((1, place), snr_db, fill, trial);
+        let seen: Vec<Tone> = (0..20_000).into_par_iter().map(tone).collect();
+        let told = told(seen.iter());
+        println!("{} {N}, beside the ends, {snr_db} dB: {told:.5} told", R::NAME);
+        holds &= told <= 1e-4;
+    }
+    holds
+}
+
+#[test]
+fn a_tone_beside_the_ends_is_of_no_faulty_front_end() {
+    println!("seed {}", SEED + 1);
+    let held = [
+        beside_the_ends::<Real, 64>(),
+        beside_the_ends::<Real, 1024>(),
+        beside_the_ends::<Iq, 64>(),
+        beside_the_ends::<Iq, 256>(),
+        beside_the_ends::<Iq, 1024>(),
+    ];
+    assert_eq!(held, [true; 5]);
 }
 
 fn others<R: Kind, const N: usize>() -> bool {

@@ -76,7 +76,7 @@ pub struct Peak {
     /// The powers of the left neighbour, the peak and the right neighbour, in stored units. A
     /// neighbour outside the band reads 0; the spectrum has its power.
     pub power: [u64; 3],
-    /// The sum of the powers of the band's other bins, without the peak's skirt.
+    /// The sum of the powers of the band's other bins, without the peak's skirt, which goes round the circle of an I/Q record.
     pub floor: u64,
     /// How many bins `floor` sums.
     pub floor_bins: u32,
@@ -219,7 +219,7 @@ fn beside_offset<R: Record, const N: usize>(
     match offset.wrapping_sub(peak.bin) {
         -1 => *before = 0,
         1 => *after = 0,
-        away if away.unsigned_abs() > SKIRT as u32 => {
+        _ if apart::<R, N>(offset, peak.bin) > SKIRT as u32 => {
             peak.floor = peak.floor.saturating_sub(spectrum.power(offset));
             peak.floor_bins = peak.floor_bins.saturating_sub(1);
         }
@@ -236,8 +236,22 @@ fn with_skirt<R: Record, const N: usize>(
 ) -> Option<Peak> {
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
-    let skirt = found.skirt.unwrap_or_else(|| skirt(found.bin, band, around));
+    let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, around));
     of(found, band, skirt, middle(around)?)
+}
+
+/// The number by which a band has bin `k`, if it holds it: an I/Q record's bins have a number on each turn of the circle.
+fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
+    let turn = if R::IQ { N as i32 } else { 0 };
+    let names = [k, k.wrapping_add(turn), k.wrapping_sub(turn)];
+    names.into_iter().find(|name| (band.low..=band.high).contains(name))
+}
+
+/// How many bins two bins are apart: round the circle in an I/Q record.
+const fn apart<R: Record, const N: usize>(one: i32, other: i32) -> u32 {
+    let apart = one.abs_diff(other);
+    let round = (N as u32).saturating_sub(apart);
+    if R::IQ && round < apart { round } else { apart }
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.
@@ -253,7 +267,7 @@ pub fn find_portably<R: Record, const N: usize>(
         let x = spectrum.bin(found.bin.wrapping_sub(SKIRT).wrapping_add(index as i32));
         [x.re, x.im]
     });
-    let skirt = found.skirt.unwrap_or_else(|| skirt(found.bin, band, &around));
+    let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, &around));
     of(&found, band, skirt, middle(&around)?)
 }
 
@@ -281,19 +295,15 @@ fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak
     })
 }
 
-/// The skirt of a peak, from the bins around it.
-fn skirt(bin: i32, band: Band, around: &[Point]) -> Skirt {
-    let span =
-        Band::new(band.low.max(bin.wrapping_sub(SKIRT)), band.high.min(bin.wrapping_add(SKIRT)));
-    let points = span.width();
+/// The skirt of a peak, from the bins around it: those that the band holds, which an I/Q record's are on both sides of the
+/// numbers' ends.
+fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> Skirt {
     let bins = around.iter().zip(bin.wrapping_sub(SKIRT)..);
-    let power = if points as usize == around.len() {
-        around.iter().fold(0u64, |sum, &bin| sum.wrapping_add(power(bin)))
-    } else {
-        let within = bins.filter(|(_, k)| (span.low..=span.high).contains(k));
-        within.fold(0u64, |sum, (&bin, _)| sum.wrapping_add(power(bin)))
-    };
-    Skirt { power, points }
+    let held = bins.filter(|&(_, k)| named::<R, N>(band, k).is_some());
+    held.fold(Skirt { power: 0, points: 0 }, |skirt, (&bin, _)| Skirt {
+        power: skirt.power.wrapping_add(power(bin)),
+        points: skirt.points.wrapping_add(1),
+    })
 }
 
 /// Searches `gate`, a part of a band, with the noise floor of the whole band.
@@ -319,14 +329,16 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
         return None;
     }
     let (mut floor, mut floor_bins) = (whole.floor, whole.floor_bins);
-    let skirt = Band::new(bin.wrapping_sub(SKIRT), bin.wrapping_add(SKIRT));
-    for k in skirt.low.max(band.low)..=skirt.high.min(band.high) {
-        if k.abs_diff(whole.bin) > SKIRT as u32 && k != band.offset {
+    for k in bin.wrapping_sub(SKIRT)..=bin.wrapping_add(SKIRT) {
+        let Some(k) = named::<R, N>(band, k) else {
+            continue;
+        };
+        if apart::<R, N>(k, whole.bin) > SKIRT as u32 && k != band.offset {
             floor = floor.wrapping_sub(spectrum.power(k));
             floor_bins = floor_bins.saturating_sub(1);
         }
     }
-    let apart = u64::from(bin.abs_diff(whole.bin));
+    let apart = u64::from(apart::<R, N>(bin, whole.bin));
     if apart > SKIRT as u64 {
         let leakage = whole.power[1] / (4 * apart * apart).max(1);
         floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));

@@ -96,6 +96,13 @@ impl Tone {
         !band.holds(self.frequency, N)
     }
 
+    /// Whether the numbers bear the verdict out: a tone that is of use has a finite sigma, an amplitude, and a signal-to-noise
+    /// ratio above zero. Every measured tone does; a reader of other people's bytes asks.
+    pub const fn is_consistent(&self) -> bool {
+        let there = self.snr > 0.0 && self.amplitude > 0.0 && self.amplitude < f32::INFINITY;
+        self.verdict.admits(self.sigma) && (there || matches!(self.verdict.usable(), Usable::No))
+    }
+
     /// The signal-to-noise ratio in decibels.
     pub fn snr_db(&self) -> f32 {
         10.0 * libm::log10f(self.snr)

@@ -120,6 +120,11 @@ impl Verdict {
         }
     }
 
+    /// Whether a number of this verdict may have this sigma: what is of use has an error that is known.
+    pub const fn admits(self, sigma: f32) -> bool {
+        matches!(self.usable(), Usable::No) || sigma >= 0.0 && sigma < f32::INFINITY
+    }
+
     /// Its place in the order of severity.
     const fn severity(self) -> u8 {
         match self {

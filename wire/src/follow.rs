@@ -81,7 +81,7 @@ pub struct Follow {
     pub targets: Vec<(u16, Target), MOST>,
 }
 
-/// The frame is of another kind or version, or a field has an unknown value.
+/// The frame is of another kind or version, or a field has an unknown value, or one that its verdict forbids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoFollow;
 
@@ -177,6 +177,10 @@ impl Follow {
                 sigma: reader.f32()?,
                 rate: reader.f32()?,
             };
+            let known = sighting.verdict.admits(sighting.sigma) && sighting.rate.is_finite();
+            if !known {
+                return None;
+            }
             follow.tracks.push(sighting).ok()?;
         }
         for _ in 0..targets {
@@ -188,6 +192,10 @@ impl Follow {
                 verdict: Verdict::from_u8(reader.take::<2>()?[0])?,
                 ..Target::default()
             };
+            // A sawtooth's velocity is not known: its sigma is infinite.
+            if !(target.verdict.admits(target.sigma_range) && target.sigma_velocity >= 0.0) {
+                return None;
+            }
             let number = reader.u16()?;
             follow.targets.push((number, target)).ok()?;
         }

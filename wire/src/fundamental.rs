@@ -63,7 +63,7 @@ impl Fundamental {
     }
 
     /// The fundamental in a frame; `None` for a frame of another kind or version, one that is cut off,
-    /// or one with an unknown value.
+    /// or one with an unknown value or one that the verdict forbids.
     pub fn of_frame(frame: &Frame) -> Option<Self> {
         if frame.kind != Kind::Fundamental {
             return None;
@@ -75,6 +75,9 @@ impl Fundamental {
         let [sigma, snr, amplitude] = [reader.f32()?, reader.f32()?, reader.f32()?];
         let (verdict, also) = (Verdict::from_u8(verdict)?, Verdicts::of_bits(also));
         let tone = Tone { frequency, sigma, snr, amplitude, verdict, also, ..Tone::default() };
+        if !tone.is_consistent() {
+            return None;
+        }
         let harmonic = Harmonic { tone, orders };
         Some(Self { sequence, segment: Segment::from_u8(segment)?, harmonic })
     }

@@ -46,7 +46,7 @@ pub enum LinesError {
     Kind(Kind),
     /// The payload is of another version.
     Version(u8),
-    /// The payload is cut off, or a field has an unknown value.
+    /// The payload is cut off, or a field has an unknown value, or one that the tone's verdict forbids.
     Field,
 }
 
@@ -123,6 +123,9 @@ impl Lines {
             let [verdict, also, _, _] = reader.take()?;
             phasor.tone.verdict = Verdict::from_u8(verdict)?;
             phasor.tone.also = Verdicts::of_bits(also);
+            if !phasor.tone.is_consistent() {
+                return None;
+            }
             lines.tones.push(phasor).ok()?;
         }
         Some(lines)

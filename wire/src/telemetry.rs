@@ -80,7 +80,7 @@ pub enum TelemetryError {
     Version(u8),
     /// The payload is shorter than [`LENGTH`].
     Short,
-    /// A field holds an unknown number.
+    /// A field holds an unknown number, or one that its verdict forbids.
     Field,
 }
 
@@ -223,7 +223,8 @@ impl Telemetry {
     /// The telemetry in these bytes.
     ///
     /// # Errors
-    /// The bytes are too short, of another version, or a field holds an unknown number.
+    /// The bytes are too short, of another version, or a field holds an unknown number, or one that its verdict forbids: a number
+    /// that is of use has a finite sigma.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
         match bytes.first() {
             None => return Err(TelemetryError::Short),
@@ -269,6 +270,10 @@ impl Telemetry {
         };
         tone.rate_hz = reader.f64()?;
         let result = flat.outcome()?;
+        let known = tone.rate_hz >= 0.0 && tone.rate_hz.is_finite();
+        if !(known && tone.is_consistent() && result.is_consistent()) {
+            return None;
+        }
         let method = Method::from_u8(method)?;
         Some(Self { measurement: Measurement { stamp, clipped, tone, result }, method, health })
     }
@@ -277,6 +282,45 @@ impl Telemetry {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What a reader would show as good has numbers.
+    #[test]
+    fn a_record_that_its_own_verdict_forbids_is_refused() {
+        let tone = Tone {
+            sigma: 1e-6,
+            snr: 10.0,
+            amplitude: 1e3,
+            rate_hz: 1e5,
+            verdict: Verdict::Good,
+            ..Tone::default()
+        };
+        let velocity = Velocity { velocity: I32F32::ONE, sigma: 1e-3, verdict: Verdict::Moving };
+        let told = |tone: Tone, velocity: Velocity| {
+            let result = Outcome::Velocity(velocity);
+            let measurement = Measurement { tone, result, ..Measurement::default() };
+            let health = Health::default();
+            let record = Telemetry { measurement, method: Method::default(), health };
+            Telemetry::of_bytes(&record.to_bytes())
+        };
+        assert!(told(tone, velocity).is_ok());
+        let mut wrong = [tone; 7];
+        wrong[0].sigma = f32::INFINITY;
+        wrong[1].sigma = f32::NAN;
+        wrong[2].sigma = -1e-6;
+        wrong[3].snr = 0.0;
+        wrong[4].amplitude = f32::INFINITY;
+        wrong[5].rate_hz = f64::NAN;
+        wrong[6].rate_hz = -1.0;
+        for tone in wrong {
+            assert_eq!(told(tone, velocity), Err(TelemetryError::Field), "{tone:?}");
+        }
+        for sigma in [f32::INFINITY, f32::NAN] {
+            assert_eq!(told(tone, Velocity { sigma, ..velocity }), Err(TelemetryError::Field));
+        }
+        // What nobody may use has any numbers.
+        let weak = Tone { sigma: f32::INFINITY, snr: 0.0, verdict: Verdict::NoSignal, ..tone };
+        assert!(told(weak, velocity).is_ok());
+    }
 
     #[test]
     fn a_record_fills_its_length_and_fits_a_frame() {

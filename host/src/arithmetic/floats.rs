@@ -9,7 +9,7 @@ use picket::acquire::sample::Statistics;
 use picket::math::scalar::Scalar;
 use picket::plan::Terms;
 use picket::spectrum::bins::{Bins, Rectangular};
-use picket::spectrum::peak::{Band, Peak, Search};
+use picket::spectrum::peak::{Band, Peak, SKIRT, Search};
 use picket::tone::clipped::Unclipped;
 use picket::tone::detection::{Less, Threshold};
 use picket::tone::evidence::{Evidence, edge_bins};
@@ -93,7 +93,19 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         }
         let mut search = Search::new(self.plan.band);
         (low..=high).for_each(|k| search.push((power(k) / unit) as u64));
-        search.finish().map(|peak| (peak, unit))
+        let mut peak = search.finish()?;
+        if R::IQ {
+            // The skirt goes round the circle.
+            let around = peak.bin - SKIRT..=peak.bin + SKIRT;
+            for k in around.filter(|k| !(low..=high).contains(k)) {
+                let turned = [k - self.n as i32, k + self.n as i32];
+                if turned.iter().any(|&k| k != 0 && (low..=high).contains(&k)) {
+                    peak.floor = peak.floor.saturating_sub((power(k) / unit) as u64);
+                    peak.floor_bins = peak.floor_bins.saturating_sub(1);
+                }
+            }
+        }
+        Some((peak, unit))
     }
 
     /// The noise beside a tone that was taken out of the spectrum.
