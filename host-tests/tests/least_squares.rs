@@ -307,10 +307,10 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         spectrum.transform(&samples, CODES);
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
         let peak = peak::find(&spectrum, band).unwrap().bin;
-        let float = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, Course::Usual).unwrap();
         let mut places = Places::new();
         let near = Neighbourhood::read(&spectrum, peak, &mut places);
-        let fixed = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, Course::Usual).unwrap();
+        let [float, fixed] = [Arithmetic::Float, Arithmetic::Fixed]
+            .map(|arithmetic| fit_near::<R, N>(&near, arithmetic, reach, Course::Usual).unwrap());
         let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
             ring::beside::<R, N>(&near, &float, Arithmetic::Float).noise.power,

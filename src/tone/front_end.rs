@@ -21,7 +21,7 @@
 
 use super::observer::{Observer, Statistic, Test};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Real, Record};
+use crate::acquire::sample::{Iq, Real, Record};
 use crate::math::products;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
@@ -167,6 +167,8 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
 pub struct Sight<'a> {
     /// Samples of the record.
     pub n: usize,
+    /// Whether they are I/Q.
+    pub iq: bool,
     /// The tone's bin.
     pub peak: i32,
     /// The fit to it.
@@ -185,19 +187,20 @@ impl Sight<'_> {
     /// Whether the record is as a faulty front end makes it, of the faults that are possible; `bin` reads its bins in codes. Cost: three bins
     /// for exchanged samples; a pass over the samples where the range is filled and other bins have a thirty-second of the tone's power.
     #[inline(never)]
-    pub fn is_faulty<R: Record>(
+    pub fn is_faulty(
         &self,
         glance: Glance,
-        bin: impl Fn(i32) -> Complex<f32>,
+        // One body for all kinds and lengths of records.
+        bin: &dyn Fn(i32) -> Complex<f32>,
         observer: impl Observer,
     ) -> bool {
         let line = self.fit.line.norm_sqr();
         let share = self.others / line;
         let wraps = glance.others
             && share > OTHERS
-            && self.is_full::<R>(share)
-            && self.wraps(share, observer, || lines::<R>(&bin, self.peak, self.n, THIRD * line));
-        wraps || !R::IQ && glance.exchanged && self.is_exchanged(bin, observer)
+            && self.is_full(share)
+            && self.wraps(share, observer, || self.lines(bin, THIRD * line));
+        wraps || !self.iq && glance.exchanged && self.is_exchanged(bin, observer)
     }
 
     /// Half the range of the codes.
@@ -207,9 +210,14 @@ impl Sight<'_> {
     }
 
     /// Whether the bins alone have nearly the power that three tones may have: only then the samples are read.
-    fn is_full<R: Record>(&self, share: f32) -> bool {
+    fn is_full(&self, share: f32) -> bool {
         let range = self.range();
-        let power = 0.5 * self.fit.amplitude_squared::<R>(self.n) * (1.0 + share);
+        let squared = if self.iq {
+            self.fit.amplitude_squared::<Iq>(self.n)
+        } else {
+            self.fit.amplitude_squared::<Real>(self.n)
+        };
+        let power = 0.5 * squared * (1.0 + share);
         power > COUNTED * most(share)[1] * (range * range)
     }
 
@@ -228,7 +236,7 @@ impl Sight<'_> {
 
     /// Whether another line has size and phase of the tone before an exchange.
     #[inline(never)]
-    fn is_exchanged(&self, bin: impl Fn(i32) -> Complex<f32>, observer: impl Observer) -> bool {
+    fn is_exchanged(&self, bin: &dyn Fn(i32) -> Complex<f32>, observer: impl Observer) -> bool {
         let Some([place, _]) = exchange(self.n, self.peak) else {
             return false;
         };
@@ -255,6 +263,33 @@ impl Sight<'_> {
         let limit = REST + MODEL * expected / noise;
         observer.exceeds(Statistic::Exchanged, deviations, SEEN)
             && !observer.exceeds(Statistic::ExchangedRest, rest, limit)
+    }
+
+    /// The lines whose power exceeds `least`, wherever they are between two bins.
+    #[inline(never)]
+    fn lines(&self, bin: &dyn Fn(i32) -> Complex<f32>, least: f32) -> u32 {
+        let n = self.n as i32;
+        // A circle is cut at the peak, which then is seen at both ends.
+        let (first, count, cut) = if self.iq { (self.peak, n, 1) } else { (1, n / 2 - 1, 0) };
+        let power = |k: i32| {
+            // Where an offset is, there is no line.
+            if k.checked_rem(n) == Some(0) { 0.0 } else { bin(k).norm_sqr() }
+        };
+        let (mut lines, mut quiet, mut before) = (0u32, APART, 0.0);
+        for k in first..first.wrapping_add(count) {
+            let here = power(k);
+            if before + here > least {
+                lines = lines.wrapping_add(u32::from(quiet >= APART));
+                quiet = 0;
+                if lines.wrapping_sub(cut) > TOLD {
+                    break;
+                }
+            } else {
+                quiet = quiet.saturating_add(1);
+            }
+            before = here;
+        }
+        lines.saturating_sub(cut)
     }
 }
 
@@ -283,31 +318,4 @@ fn mean_square(pairs: &[[i16; 2]]) -> f32 {
     let count = pairs.len() as i64;
     let centred = count * squares - sums[0] * sums[0] - sums[1] * sums[1];
     centred as f32 / (2.0 * (count * count) as f32)
-}
-
-/// The lines whose power exceeds `least`, wherever they are between two bins.
-#[inline(never)]
-fn lines<R: Record>(bin: impl Fn(i32) -> Complex<f32>, peak: i32, n: usize, least: f32) -> u32 {
-    let n = n as i32;
-    // A circle is cut at the peak, which then is seen at both ends.
-    let (first, count, cut) = if R::IQ { (peak, n, 1) } else { (1, n / 2 - 1, 0) };
-    let power = |k: i32| {
-        // Where an offset is, there is no line.
-        if k.checked_rem(n) == Some(0) { 0.0 } else { bin(k).norm_sqr() }
-    };
-    let (mut lines, mut quiet, mut before) = (0u32, APART, 0.0);
-    for k in first..first.wrapping_add(count) {
-        let here = power(k);
-        if before + here > least {
-            lines = lines.wrapping_add(u32::from(quiet >= APART));
-            quiet = 0;
-            if lines.wrapping_sub(cut) > TOLD {
-                break;
-            }
-        } else {
-            quiet = quiet.saturating_add(1);
-        }
-        before = here;
-    }
-    lines.saturating_sub(cut)
 }

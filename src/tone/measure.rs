@@ -191,9 +191,9 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         observer.hear(|| other_lines(others(), fit));
         let glance = Glance::of(spectrum, peak, codes, [unit, noise]);
         !glance.is_clear() && {
-            let (n, pairs) = (N, R::pairs(samples));
-            let sight = Sight { n, peak: peak.bin, fit, noise, others: others(), pairs, codes };
-            sight.is_faulty::<R>(glance, |k| in_codes(spectrum.bin(k), unit), observer)
+            let (n, iq, pairs) = (N, R::IQ, R::pairs(samples));
+            let sight = Sight { n, iq, peak: peak.bin, fit, noise, others: others(), pairs, codes };
+            sight.is_faulty(glance, &|k| in_codes(spectrum.bin(k), unit), observer)
         }
     };
     let mut sigma = sigma * standing.unwrap_or(1.0);

@@ -225,6 +225,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             R::IQ && mirrored_in_rest(self.n, peak.bin, &single, &ring.noise, observer, rest);
         let sight = Sight {
             n: self.n,
+            iq: R::IQ,
             peak: peak.bin,
             fit: &single,
             noise: ring.noise.power,
@@ -240,7 +241,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         if looks {
             observer.hear(|| other_lines(sight.others, &single));
         }
-        let front_end = looks && sight.is_faulty::<R>(Glance::ALL, bin, observer);
+        let front_end = looks && sight.is_faulty(Glance::ALL, &bin, observer);
         Seen {
             snr,
             clipped,
