@@ -242,9 +242,13 @@ fn with_skirt<R: Record, const N: usize>(
 
 /// The number by which a band has bin `k`, if it holds it: an I/Q record's bins have a number on each turn of the circle.
 fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
-    let turn = if R::IQ { N as i32 } else { 0 };
-    let names = [k, k.wrapping_add(turn), k.wrapping_sub(turn)];
-    names.into_iter().find(|name| (band.low..=band.high).contains(name))
+    let held = |name: &i32| (band.low..=band.high).contains(name);
+    // A band that leaves out as much as a skirt has no skirt round the ends of its numbers.
+    if !R::IQ || band.width().wrapping_add(SKIRT as u32) <= N as u32 {
+        return Some(k).filter(held);
+    }
+    let turn = const { N as i32 };
+    [k, k.wrapping_add(turn), k.wrapping_sub(turn)].into_iter().find(held)
 }
 
 /// How many bins two bins are apart: round the circle in an I/Q record.
@@ -298,10 +302,14 @@ fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak
 /// The skirt of a peak, from the bins around it: those that the band holds, which an I/Q record's are on both sides of the
 /// numbers' ends.
 fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> Skirt {
-    let bins = around.iter().zip(bin.wrapping_sub(SKIRT)..);
-    let held = bins.filter(|&(_, k)| named::<R, N>(band, k).is_some());
-    held.fold(Skirt { power: 0, points: 0 }, |skirt, (&bin, _)| Skirt {
-        power: skirt.power.wrapping_add(power(bin)),
+    let (first, last) = (bin.wrapping_sub(SKIRT), bin.wrapping_add(SKIRT));
+    let sum = |sum: u64, bin: &Point| sum.wrapping_add(power(*bin));
+    if band.low <= first && last <= band.high {
+        return Skirt { power: around.iter().fold(0, sum), points: around.len() as u32 };
+    }
+    let held = around.iter().zip(first..).filter(|&(_, k)| named::<R, N>(band, k).is_some());
+    held.fold(Skirt { power: 0, points: 0 }, |skirt, (bin, _)| Skirt {
+        power: sum(skirt.power, bin),
         points: skirt.points.wrapping_add(1),
     })
 }

@@ -27,6 +27,8 @@ use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Peak;
+#[cfg(doc)]
+use crate::tone::evidence::EDGE_BINS;
 use crate::tone::fit::{Fit, Model};
 use core::mem::MaybeUninit;
 use num_complex::Complex;
@@ -56,6 +58,9 @@ const COUNTED: f32 = 0.6;
 
 /// More lines than these are told, and no more are counted.
 const TOLD: u32 = 2;
+
+/// Bins that are read at a time.
+const WINDOW: usize = 16;
 
 /// Bins between two lines.
 const APART: u32 = 2;
@@ -163,7 +168,7 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
 }
 
 /// What is known of a record and its tone.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Sight<'a> {
     /// Samples of the record.
     pub n: usize,
@@ -181,26 +186,34 @@ pub struct Sight<'a> {
     pub pairs: &'a [[i16; 2]],
     /// The converter's codes.
     pub codes: Codes,
+    /// The record's bins in codes. Both readers are behind a pointer, so that all kinds and lengths of records share one body.
+    pub bin: &'a dyn Fn(i32) -> Complex<f32>,
+    /// How many lines have more than a power, see [`lines`].
+    pub lines: &'a dyn Fn(f32) -> u32,
 }
 
 impl Sight<'_> {
-    /// Whether the record is as a faulty front end makes it, of the faults that are possible; `bin` reads its bins in codes. Cost: three bins
-    /// for exchanged samples; a pass over the samples where the range is filled and other bins have a thirty-second of the tone's power.
+    /// Whether the record is as a faulty front end makes it, of the faults that are possible. Cost: three bins for exchanged samples; a
+    /// pass over the samples where the range is filled and other bins have a thirty-second of the tone's power, and one over
+    /// the bins where there is more power than three tones have.
     #[inline(never)]
-    pub fn is_faulty(
-        &self,
-        glance: Glance,
-        // One body for all kinds and lengths of records.
-        bin: &dyn Fn(i32) -> Complex<f32>,
-        observer: impl Observer,
-    ) -> bool {
+    pub fn is_faulty(&self, glance: Glance, observer: impl Observer) -> bool {
         let line = self.fit.line.norm_sqr();
-        let share = self.others / line;
+        let share = self.others / line - self.leakage();
         let wraps = glance.others
             && share > OTHERS
             && self.is_full(share)
-            && self.wraps(share, observer, || self.lines(bin, THIRD * line));
-        wraps || !self.iq && glance.exchanged && self.is_exchanged(bin, observer)
+            && self.wraps(share, THIRD * line, observer);
+        wraps || !self.iq && glance.exchanged && self.is_exchanged(observer)
+    }
+
+    /// The most of its power that a tone at this offset has beyond its skirt: `sin^2(pi d) / pi^2` of the sum of `1/m^2` over bins `m`
+    /// away, from 8.5 on, on both sides. Next to an end of a real record there is one side, but the mirror image adds its amplitude, the most where the
+    /// tone is [`EDGE_BINS`] from the end: `1/8.5 + 1/11.5 + ln(11.5/8.5) / 1.5`.
+    fn leakage(&self) -> f32 {
+        let most = if self.iq { 2.0 / 8.5 } else { 0.406 };
+        let sine = f32::unit(0.5 * self.fit.offset).im * core::f32::consts::FRAC_1_PI;
+        most * (sine * sine)
     }
 
     /// Half the range of the codes.
@@ -221,9 +234,9 @@ impl Sight<'_> {
         power > COUNTED * most(share)[1] * (range * range)
     }
 
-    /// Whether the samples have more power than tones between the rails; `lines` counts lines.
+    /// Whether the samples have more power than tones between the rails, of which the weakest one that counts has the power `least`.
     #[inline(never)]
-    fn wraps(&self, share: f32, observer: impl Observer, lines: impl Fn() -> u32) -> bool {
+    fn wraps(&self, share: f32, least: f32, observer: impl Observer) -> bool {
         let range = self.range();
         let power = mean_square(self.pairs) / (range * range);
         let [two, three] = most(share);
@@ -231,12 +244,12 @@ impl Sight<'_> {
             return true;
         }
         observer.exceeds(Statistic::ThreeTones, power / three, 1.0)
-            && observer.exceeds(Statistic::Lines, lines() as f32, TOLD as f32)
+            && observer.exceeds(Statistic::Lines, (self.lines)(least) as f32, TOLD as f32)
     }
 
     /// Whether another line has size and phase of the tone before an exchange.
     #[inline(never)]
-    fn is_exchanged(&self, bin: &dyn Fn(i32) -> Complex<f32>, observer: impl Observer) -> bool {
+    fn is_exchanged(&self, observer: impl Observer) -> bool {
         let Some([place, _]) = exchange(self.n, self.peak) else {
             return false;
         };
@@ -249,7 +262,7 @@ impl Sight<'_> {
         let (mut expected, mut both, mut there) = (0.0, 0.0, 0.0);
         for i in -1..=1 {
             let k = place.wrapping_sub(i);
-            let other = bin(k) - model.bin::<Real>(k);
+            let other = (self.bin)(k) - model.bin::<Real>(k);
             let own = model.bin::<Real>(self.peak.wrapping_add(i));
             expected += own.norm_sqr();
             both += other.re * own.im + other.im * own.re;
@@ -263,33 +276,6 @@ impl Sight<'_> {
         let limit = REST + MODEL * expected / noise;
         observer.exceeds(Statistic::Exchanged, deviations, SEEN)
             && !observer.exceeds(Statistic::ExchangedRest, rest, limit)
-    }
-
-    /// The lines whose power exceeds `least`, wherever they are between two bins.
-    #[inline(never)]
-    fn lines(&self, bin: &dyn Fn(i32) -> Complex<f32>, least: f32) -> u32 {
-        let n = self.n as i32;
-        // A circle is cut at the peak, which then is seen at both ends.
-        let (first, count, cut) = if self.iq { (self.peak, n, 1) } else { (1, n / 2 - 1, 0) };
-        let power = |k: i32| {
-            // Where an offset is, there is no line.
-            if k.checked_rem(n) == Some(0) { 0.0 } else { bin(k).norm_sqr() }
-        };
-        let (mut lines, mut quiet, mut before) = (0u32, APART, 0.0);
-        for k in first..first.wrapping_add(count) {
-            let here = power(k);
-            if before + here > least {
-                lines = lines.wrapping_add(u32::from(quiet >= APART));
-                quiet = 0;
-                if lines.wrapping_sub(cut) > TOLD {
-                    break;
-                }
-            } else {
-                quiet = quiet.saturating_add(1);
-            }
-            before = here;
-        }
-        lines.saturating_sub(cut)
     }
 }
 
@@ -318,4 +304,65 @@ fn mean_square(pairs: &[[i16; 2]]) -> f32 {
     let count = pairs.len() as i64;
     let centred = count * squares - sums[0] * sums[0] - sums[1] * sums[1];
     centred as f32 / (2.0 * (count * count) as f32)
+}
+
+/// Counts the lines in a sequence of bins: two neighbours that have more than `least` together, [`APART`] from the last such.
+#[derive(Clone, Copy, Debug)]
+pub struct Lines<P> {
+    least: P,
+    before: P,
+    quiet: u32,
+    /// So many.
+    pub count: u32,
+}
+
+impl<P: Copy + Default + PartialOrd + core::ops::Add<Output = P>> Lines<P> {
+    /// None so far.
+    pub fn new(least: P) -> Self {
+        Self { least, before: P::default(), quiet: APART, count: 0 }
+    }
+
+    /// Takes the power of the next bin.
+    #[inline]
+    pub fn see(&mut self, power: P) {
+        if self.before + power > self.least {
+            self.count = self.count.wrapping_add(u32::from(self.quiet >= APART));
+            self.quiet = 0;
+        } else {
+            self.quiet = self.quiet.saturating_add(1);
+        }
+        self.before = power;
+    }
+}
+
+/// The bins in which lines are counted, the first and their number, and what of the count is too much: a circle is cut at the peak, which
+/// then is seen at both ends.
+pub const fn counted(iq: bool, n: usize, peak: i32) -> ([i32; 2], u32) {
+    let n = n as i32;
+    if iq { ([peak, n], 1) } else { ([1, n / 2 - 1], 0) }
+}
+
+/// The lines whose power exceeds `least` in stored units, wherever they are between two bins; not many more than [`TOLD`] are counted.
+#[inline(never)]
+pub fn lines<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    peak: i32,
+    least: u64,
+) -> u32 {
+    let ([mut k, left], cut) = counted(R::IQ, N, peak);
+    let mut left = left as usize;
+    let mut lines = Lines::new(least);
+    let mut places = [MaybeUninit::uninit(); WINDOW];
+    while left > 0 && lines.count <= TOLD.wrapping_add(cut) {
+        let count = left.min(WINDOW);
+        let window = spectrum.fill(k, places.get_mut(..count).unwrap_or_default());
+        for &bin in window {
+            // Where an offset is, there is no line.
+            let offset = R::IQ && (k == 0 || k == const { N as i32 });
+            lines.see(if offset { 0 } else { products::power(bin) });
+            k = k.wrapping_add(1);
+        }
+        left = left.saturating_sub(count);
+    }
+    lines.count.saturating_sub(cut)
 }

@@ -5,10 +5,10 @@ use super::clipped::part::Part;
 use super::detection::Threshold;
 use super::detector::stands_out;
 use super::effort::Effort;
-use super::evidence::{Evidence, edge_bins};
+use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::{self, Course, Fit, Reach};
 use super::frequency::Frequency;
-use super::front_end::{Glance, Sight, other_lines};
+use super::front_end::{Glance, Sight, lines, other_lines};
 use super::image::mirrored;
 use super::judge::{Judgement, Line, chosen, judge};
 use super::noise::ring::{self, Beside};
@@ -184,16 +184,31 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         }
     }
     // Another verdict tells of the other records already.
-    let looks = standing.is_some() && line != Line::Unresolved && !image && clipped <= CLIPPED;
+    let looks = standing.is_some()
+        && line != Line::Unresolved
+        && !image
+        && clipped <= CLIPPED
+        && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS;
     let front_end = looks && {
         let unit = around.unit();
         let others = || peak.floor as f32 * (unit * unit);
         observer.hear(|| other_lines(others(), fit));
         let glance = Glance::of(spectrum, peak, codes, [unit, noise]);
         !glance.is_clear() && {
-            let (n, iq, pairs) = (N, R::IQ, R::pairs(samples));
-            let sight = Sight { n, iq, peak: peak.bin, fit, noise, others: others(), pairs, codes };
-            sight.is_faulty(glance, &|k| in_codes(spectrum.bin(k), unit), observer)
+            let sight = Sight {
+                n: N,
+                iq: R::IQ,
+                peak: peak.bin,
+                fit,
+                noise,
+                others: others(),
+                pairs: R::pairs(samples),
+                codes,
+                bin: &|k| in_codes(spectrum.bin(k), unit),
+                // A cast saturates.
+                lines: &|least| lines(spectrum, peak.bin, (least / (unit * unit)) as u64),
+            };
+            sight.is_faulty(glance, observer)
         }
     };
     let mut sigma = sigma * standing.unwrap_or(1.0);

@@ -12,10 +12,10 @@ use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{Band, Peak, SKIRT, Search};
 use picket::tone::clipped::Unclipped;
 use picket::tone::detection::{Less, Threshold};
-use picket::tone::evidence::{Evidence, edge_bins};
+use picket::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
 use picket::tone::fit::{Course, Reach, fit};
 use picket::tone::frequency::Frequency;
-use picket::tone::front_end::{Glance, Sight, other_lines};
+use picket::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
 use picket::tone::image::mirrored_in_rest;
 use picket::tone::judge::{Judgement, Line, from_end, judge};
 use picket::tone::measure::{excess_limit, excess_over, residual};
@@ -223,6 +223,19 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let rest = |k: i32| bin(k).norm_sqr().wide() as f32;
         let image =
             R::IQ && mirrored_in_rest(self.n, peak.bin, &single, &ring.noise, observer, rest);
+        let bin = |k: i32| {
+            let Complex { re, im } = whole[k.rem_euclid(self.n as i32) as usize];
+            Complex::new(re.wide() as f32, im.wide() as f32)
+        };
+        let lines = |least: f32| {
+            let ([first, count], cut) = counted(R::IQ, self.n, peak.bin);
+            let mut lines = Lines::new(least);
+            for k in first..first + count {
+                let offset = R::IQ && k.rem_euclid(self.n as i32) == 0;
+                lines.see(if offset { 0.0 } else { bin(k).norm_sqr() });
+            }
+            lines.count.saturating_sub(cut)
+        };
         let sight = Sight {
             n: self.n,
             iq: R::IQ,
@@ -232,16 +245,18 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             others: (peak.floor as f64 * unit) as f32,
             pairs: R::pairs(&samples),
             codes: self.plan.codes,
+            bin: &bin,
+            lines: &lines,
         };
-        let bin = |k: i32| {
-            let Complex { re, im } = whole[k.rem_euclid(self.n as i32) as usize];
-            Complex::new(re.wide() as f32, im.wide() as f32)
-        };
-        let looks = line != Line::Unresolved && !image && clipped <= CLIPPED;
+        let bins = peak.bin as f32 + single.offset;
+        let looks = line != Line::Unresolved
+            && !image
+            && clipped <= CLIPPED
+            && edge_bins(R::IQ, self.n, bins) >= EDGE_BINS;
         if looks {
             observer.hear(|| other_lines(sight.others, &single));
         }
-        let front_end = looks && sight.is_faulty(Glance::ALL, &bin, observer);
+        let front_end = looks && sight.is_faulty(Glance::ALL, observer);
         Seen {
             snr,
             clipped,
