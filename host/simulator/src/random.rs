@@ -39,10 +39,22 @@ const DENSITY: f64 = 2.0;
 const REACH: f64 = 6.0;
 
 impl Speckle {
-    /// Speckle between two times, of a bandwidth that is the full width at half of the spectrum's height. `normal` draws normal numbers.
+    /// Speckle of a surface that crosses a spot, between two times in seconds. The diameter is that at which the spot's light is down by
+    /// `exp(-2)`. `normal` draws normal numbers.
     ///
-    /// A beam whose light is down by `exp(-2)` at the distance `r` from its middle has the amplitude `exp(-2 (x / r)^2)` on its way out and
-    /// back. At the speed `v` this gives a bandwidth of `4 sqrt(ln 2) / pi` times `v / 2 r`: 1.06 times the speed over the spot's diameter.
+    /// A scatterer at the distance `x` from the middle of a spot of radius `r` has the amplitude `exp(-2 (x / r)^2)` on the light's way out and
+    /// back. So the bandwidth is `4 sqrt(ln 2) / pi`, or 1.06, times the speed over the diameter.
+    pub fn of_spot(
+        span_s: (f64, f64),
+        speed_mps: f64,
+        diameter_m: f64,
+        normal: impl FnMut() -> f64,
+    ) -> Self {
+        let ratio = 4.0 * libm::sqrt(core::f64::consts::LN_2) / PI;
+        Self::new(span_s.0, span_s.1, ratio * speed_mps / diameter_m, normal)
+    }
+
+    /// Speckle between two times, of a bandwidth that is the full width at half of the spectrum's height. `normal` draws normal numbers.
     pub fn new(from: f64, to: f64, bandwidth: f64, mut normal: impl FnMut() -> f64) -> Self {
         // exp(-t^2 / 2 s^2) has the power spectrum exp(-(2 pi s f)^2).
         let deviation = libm::sqrt(core::f64::consts::LN_2) / (PI * bandwidth);
