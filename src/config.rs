@@ -367,7 +367,8 @@ mod tests {
             let error = 3e-10 + 4e-15 / libm::cos(angle) * exact;
             assert!((found - exact).abs() < error, "{angle}: {found}, {exact}");
         }
-        for angle in [core::f64::consts::FRAC_PI_2, 1.571, -1.6, 3.1, 7.0, f64::NAN, f64::INFINITY] {
+        for angle in [core::f64::consts::FRAC_PI_2, 1.571, -1.6, 3.1, 7.0, f64::NAN, f64::INFINITY]
+        {
             assert_eq!(of(angle), Err(ConfigError::Scene), "{angle}");
         }
     }

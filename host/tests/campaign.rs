@@ -11,7 +11,7 @@ fn the_campaign_in_json() {
     let run = || {
         let output = sweep(&[
             "--impair",
-            "none,chirp:0.3,quantise:20,second-tone:offset=0.5,level-db=-10",
+            "none,chirp:0.3,quantise:20,second-tone:offset=0.5,level-db=-10,keying:4+dc:0.01",
             "--method",
             "least-squares-real,z-rife",
             "--snr-db",
@@ -29,7 +29,7 @@ fn the_campaign_in_json() {
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let (summary, cells) = lines.split_last().unwrap();
     // Rounding alone has no ratio, and is measured once.
-    assert_eq!((summary["cells"].as_u64(), cells.len()), (Some(14), 14));
+    assert_eq!((summary["cells"].as_u64(), cells.len()), (Some(18), 18));
     for cell in cells {
         let count = |key: &str| cell[key].as_u64().unwrap();
         assert_eq!(count("right") + count("flagged") + count("lie"), 60, "{cell}");
@@ -51,6 +51,8 @@ fn the_campaign_in_json() {
     assert_eq!(find("chirp", "z-rife", 10.0)["rate_bins"], 0.3);
     let second = find("second-tone", "least-squares-real", 30.0);
     assert_eq!((&second["offset_bins"], &second["level_db"]), (&0.5.into(), &(-10.0).into()));
+    let pair = find("keying+dc", "least-squares-real", 30.0);
+    assert_eq!((&pair["keying_bits"], &pair["dc_fs"]), (&4.0.into(), &0.01.into()));
     // A pure tone is right, and sigma the error: 60 squares spread by a fifth.
     let none = find("none", "least-squares-real", 30.0);
     assert!(none["right"].as_u64() >= Some(59), "{none}");
@@ -75,6 +77,9 @@ fn campaigns_that_cannot_be() {
     refused(&["--impair", "nothing"], "no impairment \"nothing\"");
     refused(&["--impair", "chirp:rate"], "rate");
     refused(&["--impair", "iq-dead"], "add --kind complex");
+    refused(&["--impair", "swapped", "--kind", "complex"], "leave --kind complex out");
+    refused(&["--impair", "hum+iq-dead"], "add --kind complex");
+    refused(&["--impair", "hum+none"], "hum alone is the same");
     refused(&["--impair", "dc", "--bins", "4:600"], "choose from 0 to 512");
     refused(&["--impair", "dc", "--bins", "9:4"], "low end first");
     refused(&["--impair", "dc", "--bin", "9"], "--bin");
@@ -87,6 +92,8 @@ fn campaigns_that_cannot_be() {
         list.status.success()
             && text.contains("phase-jump")
             && text.contains("size=0.05/0.1/0.3 rad")
+            && text.contains("  speckle  ")
+            && text.contains("chirp:0.3+hum")
     );
     assert!(text.lines().all(|line| line.len() <= 120), "{text}");
 }

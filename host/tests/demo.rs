@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use picket_host::demo::options::Options;
-use picket_host::demo::{drive, traffic, vibration};
+use picket_host::demo::{drive, fan, ldv, traffic, vibration, wind};
 use serde_json::Value;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -18,6 +18,18 @@ fn lines(arguments: &[&str]) -> Vec<Value> {
     let output = demo(arguments);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{arguments:?}: {errors}");
+    parsed(output)
+}
+
+/// Those of one whose rows may be outside of the bars.
+fn lines_of_any(arguments: &[&str]) -> Vec<Value> {
+    let output = demo(arguments);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code().is_some_and(|code| code < 2), "{arguments:?}: {errors}");
+    parsed(output)
+}
+
+fn parsed(output: Output) -> Vec<Value> {
     let text = String::from_utf8(output.stdout).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
@@ -217,6 +229,13 @@ fn bad_input_is_one_line_that_says_what_to_do() {
         (&["--method", "fesa"], "kind of record"),
         (&["--mixing", "rx-conj-tx"], "--scenario radar"),
         (&["--scenario", "radar", "--mixing", "both"], "rx-conj-tx"),
+        (&["--spot-mm", "1"], "--scenario turntable"),
+        (&["--scenario", "turntable", "--spot-mm", "0"], "0.01 to 300"),
+        (&["--scenario", "fan", "--linewidth-hz", "1k"], "--scenario table3"),
+        (&["--sweep-error", "0.25"], "below 0.25"),
+        (&["--scenario", "wind", "--method", "rife"], "leave --method out"),
+        (&["--scenario", "radar", "--plot", "x.svg"], "other scenes"),
+        (&["--seeds", "2", "--plot", "x.svg"], "leave --seeds"),
         (&["--rate", "48000"], "--replay"),
         (&["--replay", "no-such-file.bin", "--rate", "48000"], "no such file"),
         (&["--replay", even], "--rate"),
@@ -325,6 +344,201 @@ fn a_vibration_is_seen_in_the_phase() {
     let output = demo(&["--scenario", "vibration", "--plot", picture.to_str().unwrap()]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("400 of 400 ramps good") && picture.exists(), "{text}");
+}
+
+/// What the page on signals shows of a scene is printed, and its picture is drawn.
+fn the_page_shows(scenario: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join(format!("{scenario}.svg"));
+    let output = demo(&["--scenario", scenario, "--plot", picture.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (_, last) = text.rsplit_once("\n\n").unwrap();
+    let page = include_str!("../../docs/signals.md");
+    assert!(page.contains(last), "docs/signals.md does not say:\n{last}");
+    let shown = format!("{}/../docs/{scenario}.svg", env!("CARGO_MANIFEST_DIR"));
+    let [drawn, shown] =
+        [picture.as_path(), Path::new(&shown)].map(|file| std::fs::read_to_string(file).unwrap());
+    assert!(
+        drawn == shown,
+        "cargo picket demo --scenario {scenario} --plot docs/{scenario}.svg --force"
+    );
+}
+
+/// How many seeds of a scene are taken.
+fn seeds(usual: u64, long: u64) -> std::ops::RangeInclusive<u64> {
+    1..=if std::env::var_os("PICKET_LONG").is_some() { long } else { usual }
+}
+
+/// A flow of 10 % turbulence: the mean within .3 %, the rms within 3 %. Within what chance adds to so many bursts this holds with any seed, and
+/// without it for all seeds together.
+#[test]
+fn a_turbulent_flow_has_its_mean_and_rms() {
+    let (mut sums, mut count) = ([0.0; 3], 0.0);
+    for seed in seeds(3, 30) {
+        let (rows, summary) = ldv::measured(seed, 20.0).unwrap();
+        println!("seed {seed}: {:+.4?} {summary:?}", summary.errors());
+        let alike = summary.alike_mean_mps / summary.truth_mean_mps - 1.0;
+        let [mean, rms] = summary.errors();
+        for (sum, error) in sums.iter_mut().zip([mean, rms, alike]) {
+            *sum += error;
+        }
+        count += 1.0;
+        // Three standard deviations: a tenth of the root of the number of bursts, and the rms its own share over the root of two.
+        let chance = 3.0 / (summary.valid as f64).sqrt();
+        assert!(mean.abs() < 0.003 + 0.1 * chance, "seed {seed}: {mean}");
+        assert!(rms.abs() < 0.03 + 0.71 * chance, "seed {seed}: {rms}");
+        // One particle in eight has another within a record, and three in a hundred of the others are taken for two.
+        assert!(summary.valid as usize > 8 * summary.particles / 10, "seed {seed}");
+        // 17,000 squares of a normal number are known to 1.1 %; what is more is the bursts' own sigma, which is an estimate.
+        assert!((0.95..1.05).contains(&summary.sigmas), "seed {seed}");
+        assert!(500 * summary.beyond < summary.valid, "seed {seed}");
+        assert_eq!(summary.bursts, rows.len());
+    }
+    let [mean, rms, alike] = sums.map(|sum| sum / count);
+    println!("all: mean {mean:+.5}, rms {rms:+.5}, alike {alike:+.5}");
+    assert!(mean.abs() < 0.003 && rms.abs() < 0.03, "{mean} {rms}");
+    // Fast particles come more often: with equal weights the mean is too high by the square of the turbulence, which is outside.
+    assert!((alike - 0.01).abs() < 0.003, "{alike}");
+    the_page_shows("ldv");
+    let lines = lines(&["--scenario", "ldv", "--json", "--snr-db", "10"]);
+    let (summary, rows) = lines.split_last().unwrap();
+    assert_eq!(number(summary, "bursts"), rows.len() as f64);
+    let valid = rows.iter().filter(|row| row["validation"] == "valid").count();
+    assert_eq!(number(summary, "valid"), valid as f64);
+}
+
+/// 20 dB below the noise: every beam right, as precise as the bound, and the wind of all of them.
+#[test]
+fn wind_below_the_noise_is_measured() {
+    let (mut squares, mut chi2, mut beams) = (0.0, 0.0, 0.0);
+    for seed in seeds(4, 40) {
+        let summary = wind::Summary::of(&wind::measured(seed, -20.0).unwrap(), -20.0);
+        println!("seed {seed}: {summary:?}");
+        assert!(summary.inside(), "seed {seed}");
+        let count = summary.beams as f64;
+        squares += count * (summary.rms_mps / summary.bound_mps).powi(2);
+        chi2 += count * summary.sigmas.powi(2);
+        beams += count;
+        // Each of both parts of the wind has the error of a beam over the root of half of their number, and over the sine of the cone's angle.
+        let sigma = summary.bound_mps / (count / 2.0).sqrt() / 30f64.to_radians().sin();
+        let off = [
+            summary.wind_mps - summary.truth_wind_mps,
+            summary.truth_wind_mps * (summary.from_deg - summary.truth_from_deg).to_radians(),
+        ];
+        assert!(off.iter().all(|off| off.abs() < 5.0 * sigma), "seed {seed}: {off:?}, {sigma}");
+        // An echo whose power is that of chance is strong enough alone in a tenth of the blocks.
+        assert!(summary.alone < 36 * 100 / 5, "seed {seed}");
+    }
+    let chance = 3.0 * (2.0f64 / beams).sqrt();
+    let (rms, chi2) = ((squares / beams).sqrt(), chi2 / beams);
+    println!("rms over the bound {rms:.3}, (error/sigma)^2 {chi2:.3}");
+    assert!((0.9..1.25 * (1.0 + chance / 2.0)).contains(&rms), "{rms}");
+    assert!((0.85 - chance..1.2 + chance).contains(&chi2), "{chi2}");
+    // Another ten decibels below, a hundred blocks are too few.
+    let weak = wind::Summary::of(&wind::measured(1, -30.0).unwrap(), -30.0);
+    assert!(!weak.inside(), "{weak:?}");
+    the_page_shows("wind");
+}
+
+/// The blades' sidebands are alike on both sides, and the body's speed is right by its sigma, which knows of them.
+#[test]
+fn a_fans_body_is_measured_beside_its_blades() {
+    for seed in seeds(3, 20) {
+        let options =
+            Options::parse_from(["demo", "--scenario", "fan", "--seed", &seed.to_string()]);
+        let summary = fan::Summary::of(&fan::measured(&options).unwrap(), 20.0);
+        println!("seed {seed}: {summary:?}");
+        assert!(summary.inside() && summary.lies == 0, "seed {seed}");
+        // Nine places of a twentieth of the body's amplitude: half of their power on each side, and noise of 20 dB in 3 of 20 kHz.
+        let stated = 10.0 * (9.0 * 0.05f64.powi(2) / 2.0 + 0.01 * 3.0 / 20.0).log10();
+        for side in [summary.above_db, summary.below_db] {
+            // A tenth of a decibel is next to the line, where its own window hides it; the rest is chance of 24 records.
+            assert!((side - stated).abs() < 0.5, "seed {seed}: {side} dB, stated {stated}");
+        }
+        // Of 24 squares the mean is known to 29 %, one sigma.
+        assert!(summary.sigmas < 1.45, "seed {seed}");
+    }
+    the_page_shows("fan");
+}
+
+/// Speckle of a spot of 1 mm leaves the paper's own error, and more at speed.
+#[test]
+fn a_rough_turntable_errs_as_its_paper_does() {
+    let (mut slow, mut fast, mut usable) = (Vec::new(), Vec::new(), Vec::new());
+    for seed in seeds(5, 50) {
+        let seed = seed.to_string();
+        let lines =
+            lines_of_any(&["--scenario", "turntable", "--spot-mm", "1", "--seed", &seed, "--json"]);
+        let (summary, rows) = lines.split_last().unwrap();
+        println!("seed {seed}: {summary}");
+        assert_eq!(rows.len(), 22);
+        for row in rows.iter().filter(|row| row["verdict"] == "good" || row["verdict"] == "moving")
+        {
+            let truth = number(row, "truth_velocity_mps");
+            let square = (number(row, "velocity_mps") - truth).powi(2);
+            usable.push(square);
+            if truth.abs() < 0.6 {
+                slow.push(square);
+            } else if truth.abs() > 2.0 {
+                fast.push(square);
+            }
+        }
+    }
+    let rms_mps = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let [slow, fast, usable] = [slow, fast, usable].map(|squares| rms_mps(&squares));
+    println!("rms mm/s: slow {:.2}, fast {:.2}, all {:.2}", 1e3 * slow, 1e3 * fast, 1e3 * usable);
+    assert!((0.8e-3..2e-3).contains(&usable), "{usable}");
+    assert!(fast > 2.0 * slow, "{fast} {slow}");
+}
+
+/// The lidar's laser, as wide as a fibre laser's line, ten times and a hundred times as wide, and with ramps that bend.
+#[test]
+fn a_laser_that_is_not_perfect() {
+    let of = |arguments: &[&str]| -> Vec<(f64, [f64; 2], bool)> {
+        let run = |seed: u64| {
+            let seed = seed.to_string();
+            let lines = lines_of_any(&[&["--json", "--seed", &seed], arguments].concat());
+            let (summary, rows) = lines.split_last().unwrap();
+            println!("{arguments:?}, seed {seed}: {summary}");
+            let row = |row: &Value| {
+                let range = number(row, "truth_range_m");
+                let errors = [("range_m", "truth_range_m"), ("velocity_mps", "truth_velocity_mps")];
+                let errors = errors.map(|(a, b)| (number(row, a) - number(row, b)).abs());
+                (range, errors, row["verdict"] == "good")
+            };
+            rows.iter().map(row).collect::<Vec<_>>()
+        };
+        seeds(3, 20).flat_map(run).collect()
+    };
+    let near = |row: &&(f64, [f64; 2], bool)| row.0 < 30.0;
+    let far = |row: &&(f64, [f64; 2], bool)| row.0 >= 80.0;
+    let rms = |rows: Vec<&(f64, [f64; 2], bool)>| {
+        (rows.iter().map(|row| row.1[0].powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
+    };
+    let inside = |row: &(f64, [f64; 2], bool)| row.1[0] <= 0.05 && row.1[1] <= 0.16 / 3.6;
+    let fibre = of(&["--linewidth-hz", "10k"]);
+    let outside = fibre.iter().filter(|row| !inside(row)).count();
+    println!("10 kHz: {outside} of {} rows outside", fibre.len());
+    assert!(100 * outside <= fibre.len(), "{outside}");
+    let wide = of(&["--linewidth-hz", "100k"]);
+    let [near_m, far_m] =
+        [rms(wide.iter().filter(near).collect()), rms(wide.iter().filter(far).collect())];
+    println!("100 kHz: {near_m:.4} m near, {far_m:.4} m far");
+    assert!(near_m < 0.015 && (0.02..0.08).contains(&far_m), "{near_m} {far_m}");
+    assert!(of(&["--linewidth-hz", "1M"]).iter().filter(far).all(|row| !row.2));
+    let bent = of(&["--sweep-error", "0.01"]);
+    assert!(bent.iter().all(|row| row.1[1] <= 0.16 / 3.6));
+    assert!(bent.iter().filter(near).all(|row| row.1[0] <= 0.05));
+    assert!(bent.iter().filter(far).any(|row| row.1[0] > 0.05));
+    // The other name of the same scene, and its pictures.
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("lidar.png");
+    let output = demo(&["--scenario", "lidar", "--json", "--plot", picture.to_str().unwrap()]);
+    assert_eq!(output.stdout, demo(&["--json"]).stdout);
+    for name in ["lidar.png", "lidar-velocity.png"] {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 10_000, "{name}");
+    }
 }
 
 /// Four cars: nothing else is called good, and nearly all that can be are found. 10,200 chirps in the long form.

@@ -99,6 +99,239 @@ fn levels_change_as_stated() {
     near(start[205], 1.0, 1e-9);
 }
 
+/// The envelope of an I/Q tone, less the turns of its carrier.
+fn envelope(text: &str, trial: u64) -> Vec<Complex<f64>> {
+    let turns = clean::<Iq>("none", trial).samples;
+    let record = clean::<Iq>(text, trial);
+    assert_eq!((record.bins, record.nominal_bins), (turns_of(trial), turns_of(trial)), "{text}");
+    record.samples.iter().zip(turns).map(|(x, turn)| x / turn).collect()
+}
+
+/// The carrier of a trial, bins.
+fn turns_of(trial: u64) -> f64 {
+    clean::<Iq>("none", trial).bins
+}
+
+/// The mean over trials, and over the block, of the envelope's power, and of its product with itself `lag` samples later.
+fn correlation(text: &str, lag: usize, trials: u64) -> [f64; 2] {
+    let (mut power, mut product) = (0.0, 0.0);
+    for trial in 0..trials {
+        let x = envelope(text, trial);
+        power += x.iter().map(|x| x.norm_sqr()).sum::<f64>() / N as f64;
+        let pairs = x.iter().zip(&x[lag..]);
+        product += pairs.map(|(a, b)| (a.conj() * b).re).sum::<f64>() / (N - lag) as f64;
+    }
+    [power / trials as f64, product / trials as f64]
+}
+
+#[test]
+fn particles_cross_as_stated() {
+    for trial in 0..20 {
+        // The logarithm of a Gaussian is a parabola.
+        let burst: Vec<f64> =
+            envelope("burst:deviation=0.2,pedestal=0", trial).iter().map(|x| x.re.ln()).collect();
+        let bend = -1.0 / (0.2 * N as f64).powi(2);
+        burst.windows(3).for_each(|x| near(x[2] - 2.0 * x[1] + x[0], bend, 1e-9));
+        // Its middle is in the block.
+        near(burst.iter().copied().fold(f64::MIN, f64::max), 0.0, 1e-4);
+        // The pedestal has the same envelope, and the level of the tone times its own.
+        let pure = clean::<Iq>("burst:deviation=0.2,pedestal=0", trial).samples;
+        let with = clean::<Iq>("burst:deviation=0.2,pedestal=0.5", trial).samples;
+        for ((with, pure), level) in with.iter().zip(pure).zip(burst) {
+            near((with - pure).norm(), 500.0 * level.exp(), 1e-6);
+        }
+    }
+    // Poisson: nobody within reach in exp(-rate (1 + 8 deviations)) of the blocks.
+    let (count, reach) = (2000, 1.0_f64 + 8.0 * 0.01);
+    let empty = |trial: &u64| {
+        let record = clean::<Iq>("particles:rate=0.5,deviation=0.01", *trial);
+        record.samples.iter().all(|x| x.norm() == 0.0)
+    };
+    let share = (0..count).filter(empty).count() as f64 / count as f64;
+    near(share, (-0.5 * reach).exp(), 4.0 * (0.25 / count as f64).sqrt());
+    // Campbell's theorem: the mean power is the rate times a particle's energy, whose level goes evenly over two nepers.
+    let energy = (1.0 - (-4f64).exp()) / 4.0 * 0.05 * std::f64::consts::PI.sqrt();
+    let [power, product] = correlation("particles:rate=4,deviation=0.05", 51, 1000);
+    // A block has four particles: 1,000 blocks know their mean power to 3 %.
+    near(power / (4.0 * energy), 1.0, 0.12);
+    let lag = 51.0 / N as f64 / 0.05;
+    near(product / power, (-lag * lag / 4.0).exp(), 0.03);
+}
+
+#[test]
+fn carriers_have_the_width_that_is_stated() {
+    // The autocorrelation of a Gaussian line, by its full width at half of its height.
+    let stated = |bins: f64, lag: usize| {
+        let angle = std::f64::consts::PI * bins * lag as f64 / N as f64;
+        (-angle * angle / (4.0 * std::f64::consts::LN_2)).exp()
+    };
+    for (bins, lag) in [(0.3, 800), (1.0, 400), (5.0, 100)] {
+        let [power, product] = correlation(&format!("speckle:{bins}"), lag, 1500);
+        // Speckle's power scatters by its mean from block to block: 2.6 % of 1,500, one sigma.
+        near(power, 1.0, 0.1);
+        near(product / power, stated(bins, lag), 0.05);
+    }
+    let (mut ends, trials) = (0.0, 2000);
+    for trial in 0..trials {
+        let x = envelope("linewidth:0.03", trial);
+        let own: Vec<f64> = x.windows(2).map(|x| (x[1] * x[0].conj()).arg()).collect();
+        if trial < 10 {
+            let variance = own.iter().map(|step| step * step).sum::<f64>() / own.len() as f64;
+            // A mean of 1,023 squares is known to 4.4 %, one sigma.
+            near(variance / (TAU * 0.03 / N as f64), 1.0, 0.2);
+        }
+        ends += own.iter().sum::<f64>().powi(2) / trials as f64;
+    }
+    // From the first sample to the last the variance is that of a block: known to 3 %.
+    near(ends / (TAU * 0.03), 1.0, 0.12);
+}
+
+#[test]
+fn modulation_is_what_is_stated() {
+    for trial in 0..10 {
+        let blades: Vec<f64> =
+            envelope("blades:depth=0.5,count=8", trial).iter().map(|x| x.re).collect();
+        near(blades.iter().copied().fold(9.0, f64::min), 0.5, 1e-3);
+        near(blades.iter().copied().fold(0.0, f64::max), 1.0, 1e-4);
+        // Eight times in the block the same.
+        blades.iter().zip(&blades[N / 8..]).for_each(|(a, b)| near(*a, *b, 1e-9));
+        // Lines at multiples of eight bins from the carrier, as strong above it as below.
+        let mut lines: Vec<Complex<f64>> =
+            blades.iter().map(|&x| Complex::new(x / N as f64, 0.0)).collect();
+        f64::forward(N).process(&mut lines);
+        for k in 1..N / 2 {
+            near(lines[k].norm(), lines[N - k].norm(), 1e-9);
+            assert!(lines[k].norm() < 1e-9 || k % 8 == 0, "{k}");
+        }
+        assert!(lines[8].norm() > 0.05, "{}", lines[8]);
+
+        let fm = clean::<Iq>("fm:deviation=3,cycles=2.3", trial);
+        let own: Vec<f64> = steps(&fm.samples).iter().map(|s| s - fm.nominal_bins).collect();
+        near(own.iter().copied().fold(0.0, f64::max), 3.0, 1e-3);
+        near(own.iter().copied().fold(0.0, f64::min), -3.0, 1e-3);
+        // The step behind the last sample is as long as the one before, within its change from step to step.
+        let mean = (own.iter().sum::<f64>() + own[N - 2]) / N as f64;
+        near(mean, fm.bins - fm.nominal_bins, 3.0 * TAU * 2.3 / (N * N) as f64);
+        let quarter = N as f64 / 2.3 / 4.0;
+        let turned = own.iter().zip(&own[2 * quarter.round() as usize..]);
+        // Half a cycle later it is as far to the other side; rounding to a sample is a third of it off at most.
+        turned.for_each(|(a, b)| near(a + b, 0.0, 3.0 * TAU * 2.3 / N as f64));
+
+        let keyed: Vec<f64> = envelope("keying:16", trial).iter().map(|x| x.norm()).collect();
+        assert!(keyed.iter().all(|x| *x == 0.0 || (x - 1.0).abs() < 1e-9));
+        let changes: Vec<usize> =
+            (1..N).filter(|&k| (keyed[k] - keyed[k - 1]).abs() > 0.5).collect();
+        assert!(changes.windows(2).all(|at| (at[1] - at[0]) % (N / 16) == 0), "{changes:?}");
+        assert!(!changes.is_empty());
+    }
+    let on = (0..400)
+        .map(|trial| envelope("keying:16", trial).iter().map(|x| x.norm()).sum::<f64>() / N as f64);
+    // 6,400 bits: half of them within .6 %, one sigma.
+    near(on.sum::<f64>() / 400.0, 0.5, 0.03);
+}
+
+/// The samples of a record without its tone, which has the same draws before them as `pure`.
+fn beside<R: Kind>(pair: &str, pure: &str, trial: u64) -> Vec<f64> {
+    let pure = clean::<R>(pure, trial).samples;
+    clean::<R>(pair, trial).samples.iter().zip(pure).map(|(x, p)| (x - p).re).collect()
+}
+
+#[test]
+fn a_pair_is_both() {
+    for trial in 0..5 {
+        // The source, then the mixer.
+        let pair = clean::<Iq>("chirp:0.3+iq-gain:3", trial);
+        let gain = 10f64.powf(0.15);
+        let samples: Vec<_> =
+            pair.samples.iter().map(|x| Complex::new(x.re, x.im / gain)).collect();
+        let found = steps(&samples);
+        near((found[N - 2] - found[0]).abs(), 0.3 * (N - 2) as f64 / N as f64, 1e-6);
+        near(mean(&found), pair.bins, 1e-6);
+        // Another signal, then the amplifier: the sum ends below the tone's crest.
+        let limit = 1000.0 * 10f64.powf(-0.15);
+        let both = "second-tone:offset=10,level-db=-6+clip-analogue:3";
+        let (pair, sum) =
+            (clean::<Real>(both, trial), clean::<Real>("second-tone:offset=10,level-db=-6", trial));
+        for (x, sum) in pair.samples.iter().zip(&sum.samples) {
+            near(x.re, sum.re.clamp(-limit, limit), 1e-9);
+        }
+        // Harmonics of a chirp drift by twice and by three times as much.
+        let tone = clean::<Iq>("chirp:0.3", trial).samples;
+        let both = clean::<Iq>("chirp:0.3+harmonics:-20", trial).samples;
+        for order in [2, 3] {
+            let turned = |t: &Complex<f64>| (t / t.norm()).powi(order).conj();
+            let part: Complex<f64> = both.iter().zip(&tone).map(|(x, t)| (x - t) * turned(t)).sum();
+            // The other harmonic leaks by 100 over pi times the bins between them.
+            near(part.norm() / N as f64, 100.0, 2.0);
+        }
+        // Where samples are lost, those of a drift are lost, too.
+        let line = beside::<Real>("lost:4+drift:fs=0.1,order=1", "lost:4", trial);
+        let slopes: Vec<f64> = line.windows(2).map(|x| x[1] - x[0]).collect();
+        let slope = 2.0 * 0.1 * RAIL / N as f64 * slopes[0].signum();
+        let odd: Vec<f64> =
+            slopes.iter().map(|s| s / slope).filter(|s| (s - 1.0).abs() > 1e-6).collect();
+        assert!(odd.len() <= 1, "{odd:?}");
+        odd.iter().for_each(|odd| near(*odd, 5.0, 1e-6));
+        // A walk goes on over what is lost, and its truth is that of the time it took.
+        let walk = clean::<Iq>("lost:4+phase-walk:0.3", trial);
+        assert!((walk.bins - walk.nominal_bins).abs() < 5.0 * 0.3 / TAU, "{walk:?}");
+        // Factors of the level and of the noise's density multiply.
+        let product = envelope("am:depth=0.5,cycles=1+start:0.5", trial);
+        let swing = envelope("am:depth=0.5,cycles=1", trial);
+        for (k, (x, swing)) in product.iter().zip(swing).enumerate() {
+            near((x - if k < N / 2 { Complex::default() } else { swing }).norm(), 0.0, 1e-9);
+        }
+    }
+    let (powers, stated, place) =
+        density::<Real>("noise-slope:20+noise-notch:level-db=-20,width=10,offset=0");
+    let level = |k: usize| 10.0 * mean(&powers[k - 2..k + 3]).log10();
+    near(level(place as usize), 10.0 * stated.log10(), 1.2);
+    near(level(470) - level(220), 20.0 * 250.0 / 512.0, 1.5);
+}
+
+/// Any two that fit together, either way round, are one record, and are read as they are printed.
+#[test]
+fn any_two_can_be_in_one_record() {
+    let mut names: Vec<String> =
+        [Impairment::all(), Impairment::signals(), Impairment::front_end()]
+            .concat()
+            .iter()
+            .map(Impairment::name)
+            .collect();
+    names.dedup();
+    let (mut fit, mut refused) = (0, 0);
+    for (index, a) in names.iter().enumerate() {
+        for b in &names[index..] {
+            let Ok(pairs) = Impairment::parse(&format!("{a}+{b}")) else {
+                refused += 1;
+                continue;
+            };
+            let pair = pairs.into_iter().next_back().unwrap();
+            assert_eq!(one(&pair.to_string()), pair);
+            assert_eq!(pair.name(), format!("{a}+{b}"));
+            let turned = pair.to_string();
+            let (first, second) = turned.split_once(&format!("+{b}")).unwrap();
+            let turned = one(&format!("{b}{second}+{first}"));
+            let of = |pair: &Impairment| match pair.fits::<Real>() {
+                true => pair.record::<Real>(&Setup::new(64, 20.0), &mut generator(SEED, 1)),
+                false => pair.record::<Iq>(&Setup::new(64, 20.0), &mut generator(SEED, 1)),
+            };
+            let record = of(&pair);
+            assert_eq!(record, of(&turned), "{pair}");
+            assert!(record.bins.is_finite() && record.samples.len() == 64, "{pair}");
+            let codes = |x: f64| (-2048.0..=2047.0).contains(&x) && x.fract() == 0.0;
+            assert!(record.samples.iter().all(|x| codes(x.re) && codes(x.im)), "{pair}");
+            fit += 1;
+        }
+    }
+    println!("{fit} pairs, {refused} refused");
+    // Each with itself and with nothing, three levels, rounding without noise with seven shapes of it, two of real records
+    // or of I/Q.
+    let count = names.len();
+    assert_eq!(refused, count + (count - 1) + 3 + 7 + 4);
+    assert_eq!(fit + refused, count * (count + 1) / 2);
+}
+
 #[test]
 fn what_is_added_is_what_is_stated() {
     for trial in 0..5 {
@@ -358,7 +591,7 @@ fn a_seed_gives_the_same_records_and_everything_is_different() {
         impairment.record::<R>(&Setup::new(256, 30.0), &mut generator(SEED, trial)).samples
     }
     let mut names = Vec::new();
-    for impairment in Impairment::all().into_iter().chain(Impairment::front_end()) {
+    for impairment in [Impairment::all(), Impairment::signals(), Impairment::front_end()].concat() {
         let pair = |trial| match impairment.fits::<Real>() {
             true => (of::<Real>(&impairment, trial), of::<Real>(&one("none"), trial)),
             false => (of::<Iq>(&impairment, trial), of::<Iq>(&one("none"), trial)),
@@ -387,10 +620,11 @@ fn a_seed_gives_the_same_records_and_everything_is_different() {
     names.dedup();
     for name in "dc hum drift harmonics clip-analogue clip-converter impulses lost doubled inl quantise chirp am phase-walk \
                  phase-jump frequency-step second-tone tone-burst noise-burst noise-slope noise-notch noise-hump noise-flicker \
-                 noise-low-pass noise-band-pass start decay jitter skew iq-gain iq-phase iq-delay iq-dead steps wrap swapped wrong-sign stuck-bit missing-codes stale-buffer"
+                 noise-low-pass noise-band-pass start decay jitter skew iq-gain iq-phase iq-delay iq-dead steps wrap swapped wrong-sign stuck-bit missing-codes stale-buffer \
+                 burst particles speckle linewidth blades fm keying"
         .split_whitespace()
     {
-        assert!(names.contains(&name), "no {name}");
+        assert!(names.iter().any(|other| other == name), "no {name}");
     }
 }
 
@@ -407,6 +641,29 @@ fn severities_as_they_are_typed() {
         ["hum:cycles=2,fs=0.1", "hum:cycles=2,fs=0.2", "dc:fs=0.5"]
     );
     assert_eq!(labels("second-tone").len(), 24);
+    assert_eq!(
+        labels("chirp:0.3 + hum:cycles=2,fs=0.1/1e-1"),
+        ["chirp+hum:rate=0.3 + cycles=2,fs=0.1"; 2]
+    );
+    assert_eq!(
+        labels("dc:1e+0,chirp:0.3/1+dc"),
+        [
+            "dc:fs=1",
+            "chirp+dc:rate=0.3 + fs=0.01",
+            "chirp+dc:rate=0.3 + fs=0.05",
+            "chirp+dc:rate=1 + fs=0.01",
+            "chirp+dc:rate=1 + fs=0.05"
+        ]
+    );
+    let pair = one("second-tone:offset=0.5,level-db=-20+harmonics:-40");
+    let keys: Vec<(String, f64)> = pair.severities().collect();
+    let stated = [
+        ("second_tone_offset_bins", 0.5),
+        ("second_tone_level_db", -20.0),
+        ("harmonics_level_db", -40.0),
+    ];
+    assert_eq!(keys, stated.map(|(key, value)| (key.to_owned(), value)));
+    assert_eq!(labels("signals").len(), Impairment::signals().len());
     assert_eq!(labels("all").len(), Impairment::all().len());
     assert_eq!(labels("front-end").len(), Impairment::front_end().len());
     let wrong = |text: &str, says: &str| {
@@ -422,4 +679,18 @@ fn severities_as_they_are_typed() {
     wrong("dc:1.5", "from 0 to 1");
     wrong("none:1", "none has no severities");
     wrong("hum,rate=1", "hum has no \"rate\", but cycles, fs");
+    wrong("all,rate=1", "no impairment \"rate=1\"");
+    wrong("hum+", "no impairment \"\"");
+    wrong("+hum", "no impairment \"\"");
+    wrong("hum:cycles=2+fs=0.1", "no impairment \"fs=0.1\"");
+    wrong("hum+dc+am", "two impairments at most");
+    wrong("all+hum", "join two by their names");
+    wrong("hum+front-end", "join two by their names");
+    wrong("hum+hum", "a record has hum once");
+    wrong("none+hum", "hum alone is the same");
+    wrong("quantise+clip-converter", "both say how strong the tone is");
+    wrong("noise-rc+quantise", "quantise has no noise");
+    wrong("iq-gain+swapped", "swapped is of real records");
+    wrong("second-tone:1/2/3/4/5/6/7/8/9/10+second-tone", "once");
+    wrong(&format!("chirp:1{}+hum", "/1".repeat(3000)), "fewer values");
 }

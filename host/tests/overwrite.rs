@@ -29,7 +29,7 @@ fn a_file_that_exists_is_kept() {
     fs::write(Path::new(&folder).join("report.html"), "older").unwrap();
     let [svg, bin] = ["kept.svg", "kept.bin"].map(|name| file(name, b"older"));
     let exists = "exists: name another file, or replace it by --force";
-    let commands: [&[&str]; 9] = [
+    let commands: [&[&str]; 14] = [
         &["analyze", &tone, "--plot", &svg],
         &["analyze", &tone, "--track", "--plot", &svg],
         &["explain", &tone, "--block", "0", "--plot", &svg],
@@ -39,6 +39,11 @@ fn a_file_that_exists_is_kept() {
         &["demo", "--scenario", "traffic", "--plot", &svg],
         &["demo", "--scenario", "board", "--record", &bin],
         &["watch", "--replay", &recording, "--record", &bin],
+        &["demo", "--plot", &svg],
+        &["demo", "--scenario", "turntable", "--plot", &svg],
+        &["demo", "--scenario", "ldv", "--plot", &svg],
+        &["demo", "--scenario", "wind", "--plot", &svg],
+        &["demo", "--scenario", "fan", "--plot", &svg],
     ];
     for command in commands {
         refused(command, exists);

@@ -8,12 +8,14 @@
 //! The same seed gives the same records on every machine: the elementary functions are those of the crate `libm`.
 
 mod fringes;
+mod random;
 mod receiver;
 mod sensor;
 mod target;
 mod waveform;
 
 pub use fringes::{Fringes, Particle};
+pub use random::{Speckle, walk};
 pub use receiver::Receiver;
 pub use sensor::Sensor;
 pub use target::Target;

@@ -37,6 +37,8 @@ pub struct Waveform {
     segments: Vec<Segment>,
     /// From one repetition to the next, s.
     period_s: f64,
+    /// Width of the carrier's Lorentzian line at half of its height, Hz: its phase is a Wiener process.
+    pub linewidth_hz: f64,
 }
 
 impl Waveform {
@@ -53,7 +55,7 @@ impl Waveform {
         if period_s > taken {
             segments.push(Segment::steady(rest, period_s - taken));
         }
-        Self { segments, period_s: period_s.max(taken) }
+        Self { segments, period_s: period_s.max(taken), linewidth_hz: 0.0 }
     }
 
     /// The chirp that a configuration describes, each `period_s` seconds, or without a pause where that is less.

@@ -153,44 +153,69 @@ impl Found {
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     bursts: u64,
-    valid: u64,
-    /// Of the weights, and of them times the frequency, its square and its variance.
-    weighted: [f64; 4],
-    /// A frequency near the mean, from which others are counted: their squares must not cancel.
-    near: f64,
+    frequency: Weighted,
 }
 
 impl Sums {
     fn take(&mut self, burst: &Burst, found: &Found) {
         self.bursts += 1;
-        if burst.validation != Validation::Valid {
-            return;
+        if burst.validation == Validation::Valid {
+            self.frequency.add(found.transit_s, found.frequency_hz, found.sigma_hz);
         }
-        if self.valid == 0 {
-            self.near = found.frequency_hz;
-        }
-        self.valid += 1;
-        let (weight, f) = (found.transit_s, found.frequency_hz - self.near);
-        let terms = [1.0, f, f * f, found.sigma_hz * found.sigma_hz];
-        self.weighted.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
     }
 
     fn summary(&self, counters: &Counters, rate_hz: f64) -> Summary {
-        let [weight, first, second, variance] = self.weighted;
-        let mean = first / weight;
-        let spread = (second / weight - mean * mean - variance / weight).max(0.0);
         let samples = counters.samples.max(1) as f64;
+        let valid = self.frequency.count;
         Summary {
             summary: true,
             bursts: self.bursts,
-            valid: self.valid,
+            valid,
             lost: counters.lost,
             long: counters.long,
-            rate_hz: self.valid as f64 * rate_hz / samples,
+            rate_hz: valid as f64 * rate_hz / samples,
             dead_share: counters.dead as f64 / samples,
-            mean_hz: (self.valid > 0).then_some(self.near + mean),
-            rms_hz: (self.valid > 1).then_some(spread.sqrt()),
+            mean_hz: self.frequency.mean(),
+            rms_hz: self.frequency.rms(),
         }
+    }
+}
+
+/// Mean and spread of values that have a weight and a sigma each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Weighted {
+    /// Values.
+    pub count: u64,
+    /// Of the weights, and of them times the value, its square and its variance.
+    sums: [f64; 4],
+    /// A value near the mean, from which others are counted: their squares must not cancel.
+    near: f64,
+}
+
+impl Weighted {
+    /// Takes a value.
+    pub fn add(&mut self, weight: f64, value: f64, sigma: f64) {
+        if self.count == 0 {
+            self.near = value;
+        }
+        self.count += 1;
+        let x = value - self.near;
+        let terms = [1.0, x, x * x, sigma * sigma];
+        self.sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+    }
+
+    /// The mean.
+    pub fn mean(&self) -> Option<f64> {
+        let [weight, first, ..] = self.sums;
+        (self.count > 0).then_some(self.near + first / weight)
+    }
+
+    /// The standard deviation, without the share of the values' own sigmas.
+    pub fn rms(&self) -> Option<f64> {
+        let [weight, first, second, variance] = self.sums;
+        let mean = first / weight;
+        let spread = (second / weight - mean * mean - variance / weight).max(0.0);
+        (self.count > 1).then_some(spread.sqrt())
     }
 }
 

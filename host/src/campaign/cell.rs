@@ -122,8 +122,8 @@ impl Tally {
 /// The outcome of one method. The keys are those of the JSON lines.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Cell {
-    /// The impairment.
-    pub impair: &'static str,
+    /// The impairment; of a pair both, joined by a plus.
+    pub impair: String,
     /// Its severities, each by its key with the unit.
     #[serde(flatten)]
     pub severities: Map<String, Value>,

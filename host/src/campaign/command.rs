@@ -3,7 +3,7 @@
 use super::{Campaign, Cell, Truth};
 use crate::analyze::input;
 use crate::arithmetic::Arithmetic;
-use crate::impair::{Impairment, help};
+use crate::impair::{GROUPS, Impairment, help};
 use crate::simulate::Kind;
 use crate::{cli, progress};
 use clap::Args;
@@ -28,7 +28,8 @@ The bound is that of a pure tone in white noise as dense as the noise is at the 
 #[derive(Args, Clone, Debug)]
 pub struct Flags {
     /// Instead of pure tones: records with something wrong, and what the verdicts say of them. Names apart by commas, severities
-    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; "all" for every one, "front-end" for every digital fault, "list" explains them.
+    /// behind a colon: chirp, chirp:0.3, second-tone:offset=0.5/1,level-db=-20; two in one record joined by a plus: chirp+hum; "all" for every one, "signals" for every
+    /// unsteady tone, "front-end" for every digital fault, "list" explains them.
     #[arg(long, value_name = "NAMES", conflicts_with_all = ["bin", "delta", "delta_points", "dc"])]
     pub impair: Option<String>,
     /// Bins between which the impaired tone lies, anywhere; else those where the impairment matters
@@ -60,11 +61,16 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 /// The impairments that records of kind `R` can have. One that is asked for by name and cannot be is an error.
 pub fn chosen<R: Kind>(names: &str) -> Result<Vec<Impairment>, String> {
     let mut chosen = Impairment::parse(names)?;
-    if names.split(',').any(|name| name.trim() == "all") {
+    if names.split(',').any(|name| GROUPS.iter().any(|group| group.0 == name.trim())) {
         chosen.retain(Impairment::fits::<R>);
     }
+    let cure = if R::IQ {
+        "is of real records only: leave --kind complex out"
+    } else {
+        "is of I/Q records only: add --kind complex"
+    };
     match chosen.iter().find(|impairment| !impairment.fits::<R>()) {
-        Some(unfit) => Err(format!("{} is of I/Q records only: add --kind complex", unfit.name())),
+        Some(unfit) => Err(format!("{} {cure}", unfit.name())),
         None => Ok(chosen),
     }
 }
@@ -146,16 +152,16 @@ fn table(cells: &[Cell]) -> Table {
         "verdicts",
     ]);
     let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.2}"));
-    let mut before = ("", String::new());
+    let mut before = (String::new(), String::new());
     for cell in cells {
-        let this = (cell.impair, cell.severity.clone());
-        let said = if this == before { ("", String::new()) } else { this.clone() };
+        let this = (cell.impair.clone(), cell.severity.clone());
+        let said = if this == before { Default::default() } else { this.clone() };
         before = this;
         let share = |share: f64| format!("{:.1}", 100.0 * share);
         let verdicts: Vec<String> =
             cell.verdicts.iter().map(|(verdict, count)| format!("{verdict} {count}")).collect();
         table.add_row([
-            said.0.to_owned(),
+            said.0,
             said.1,
             cell.method.to_owned(),
             cell.snr_db.map_or("none".into(), |db| db.to_string()),

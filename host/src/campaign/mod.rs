@@ -103,7 +103,7 @@ impl Campaign {
             self.judge::<R>(engine, &record, tallies);
         })?;
         let cells = self.estimators.iter().zip(tallies).map(|(estimator, total)| {
-            let severities = impairment.severities().map(|(key, value)| (key.json(), value.into()));
+            let severities = impairment.severities().map(|(key, value)| (key, value.into()));
             Cell {
                 impair: impairment.name(),
                 severities: severities.collect(),

@@ -6,7 +6,7 @@ use super::{DemoError, pico, said};
 use crate::device::{Listener, Said};
 use crate::emulator::{self, Capture, Machine, RunError};
 use crate::progress;
-use crate::scenario::{self, radar};
+use crate::scenario::{self, Laser, radar};
 use crate::simulate::{Kind, Signal, generator};
 use crate::toolchain::{Firmware, Profile};
 use picket::acquire::sample::{Iq, Real, Record};
@@ -26,9 +26,12 @@ fn amplitude(snr_db: f64) -> f64 {
     2047.0 / (1.0 + 4.0 * Signal::tone(0.0, 1.0, snr_db).sigma())
 }
 
+/// Of that, for speckle: it is above twice its root mean square in one moment of fifty.
+const SPECKLED: f64 = 0.5;
+
 /// The lidar's rows, once for each seed.
 pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
-    let lidar = Lidar::new(options.method)?;
+    let lidar = Lidar::new(options.method, options.laser())?;
     let Lidar { config, ref rows, ref sensor, .. } = lidar;
     let records = match options.board {
         Board::Mps2 => measured::<Real>(config, sensor, rows, options)?,
@@ -43,14 +46,24 @@ pub(super) struct Lidar {
     method: Method,
     pub rows: Vec<scenario::Row>,
     pub sensor: Sensor,
+    bent: Option<String>,
 }
 
 impl Lidar {
-    pub fn new(method: Option<Method>) -> Result<Self, DemoError> {
+    pub fn new(method: Option<Method>, laser: Laser) -> Result<Self, DemoError> {
         let config = configured(scenario::lidar(), method);
         let plan = config.plan::<Real, N>().map_err(said)?;
-        let sensor = scenario::sensor::<Real>(&config, N, 0.0);
-        Ok(Lidar { config, method: plan.options.method, rows: scenario::table3(), sensor })
+        let sensor = laser.sensor(&config, N);
+        let bent = (laser != Laser::default()).then(|| {
+            let Laser { linewidth_hz, sweep_error } = laser;
+            format!(
+                "laser of {} kHz linewidth, ramps bent by {} % of the bandwidth",
+                1e-3 * linewidth_hz,
+                100.0 * sweep_error
+            )
+        });
+        let method = plan.options.method;
+        Ok(Lidar { config, method, rows: scenario::table3(), sensor, bent })
     }
 
     /// Truth beside measurement, for so many seeds one after the other.
@@ -63,7 +76,7 @@ impl Lidar {
         let rows: Vec<_> = (0..seeds).flat_map(|_| self.rows.iter().copied()).collect();
         let results = results(&rows, answers);
         let method = self.method.name().into();
-        Summary { results, bars: scenario::LIDAR_BARS, method, mixing: None }
+        Summary { results, bars: scenario::LIDAR_BARS, method, mixing: None, bent: self.bent }
     }
 }
 
@@ -81,7 +94,7 @@ pub fn radar(options: &Options) -> Result<Summary, DemoError> {
         results.extend(of_shape.into_iter().map(|row| Row { shape: Some(shape), ..row }));
     }
     let mixing = Some(options.mixing());
-    Ok(Summary { results, bars: radar::BARS, method: method.name().into(), mixing })
+    Ok(Summary { results, bars: radar::BARS, method: method.name().into(), mixing, bent: None })
 }
 
 /// The row that a target is of, and its answer.
@@ -119,24 +132,32 @@ pub fn turntable(options: &Options) -> Result<Summary, DemoError> {
     });
     let results = results(&rows, answers);
     let method = plan.options.method.name().into();
-    Ok(Summary { results, bars: scenario::TURNTABLE_BARS, method, mixing: None })
+    let bent = options.spot_mm.map(|spot_mm| format!("rough rim below a spot of {spot_mm} mm"));
+    Ok(Summary { results, bars: scenario::TURNTABLE_BARS, method, mixing: None, bent })
 }
 
 fn configured(config: Config, method: Option<Method>) -> Config {
     Config { method: method.unwrap_or(config.method), ..config }
 }
 
-/// The records of rows, one for each segment, in order, with the noise of a seed.
+/// The records of rows, one for each segment, in order, with the noise of a seed. The targets are rough where the beam's spot has a
+/// diameter.
 pub(super) fn blocks<R: Record>(
     sensor: &Sensor,
     rows: &[scenario::Row],
+    spot_m: Option<f64>,
     snr_db: f64,
     seed: u64,
 ) -> impl Iterator<Item = Vec<R::Sample>> {
     let segments = rows.iter().flat_map(|row| (0..sensor.segments()).map(move |s| (row, s)));
     segments.zip(0..).map(move |((row, segment), trial)| {
         let rng = &mut generator(seed, trial);
-        row.codes::<R>(sensor, segment, (amplitude(snr_db), snr_db), rng)
+        let amplitude = amplitude(snr_db);
+        let target = match spot_m {
+            Some(spot_m) => row.rough(sensor, amplitude * SPECKLED, spot_m, rng),
+            None => row.target(sensor, amplitude, rng),
+        };
+        scenario::received::<R>(sensor, segment, target, snr_db, rng)
     })
 }
 
@@ -151,7 +172,7 @@ fn measured<R: Kind>(
     let header = Header::of::<R>(config, N as u32, blocks as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        for samples in self::blocks::<R>(sensor, rows, options.snr_db(), seed) {
+        for samples in self::blocks::<R>(sensor, rows, options.spot_m(), options.snr_db(), seed) {
             capture.push::<R>(&samples).map_err(said)?;
         }
     }

@@ -2,6 +2,9 @@
 
 pub mod answer;
 pub mod drive;
+mod errors;
+pub mod fan;
+pub mod ldv;
 pub mod measure;
 pub mod options;
 pub mod pico;
@@ -11,6 +14,7 @@ mod session;
 pub mod table;
 pub mod traffic;
 pub mod vibration;
+pub mod wind;
 
 use crate::scenario;
 use options::{Board, Options, Scenario};
@@ -37,6 +41,11 @@ pub fn said(error: impl Display) -> DemoError {
 /// Does what the options say and prints it. Failure: a row is outside the bars.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     fits(options)?;
+    if let (Some(file), Scenario::Table3) = (&options.plot, options.scenario) {
+        drive::check_both(file, options.output)?;
+    } else if let Some(file) = &options.plot {
+        options.output.check(file, &[]).map_err(said)?;
+    }
     if let Some(file) = &options.replay {
         return replay::run(file, options);
     }
@@ -50,8 +59,14 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
         Scenario::Drive => return drive::run(options),
         Scenario::Traffic => return traffic::run(options),
         Scenario::Vibration => return vibration::run(options),
+        Scenario::Ldv => return ldv::run(options),
+        Scenario::Wind => return wind::run(options),
+        Scenario::Fan => return fan::run(options),
         Scenario::Board => return session::run(options),
     };
+    if let Some(file) = &options.plot {
+        errors::draw(&summary, options.scenario, file, options.output)?;
+    }
     if options.json {
         out!("{}", summary.json().map_err(said)?);
     } else {
@@ -96,8 +111,20 @@ fn fits(options: &Options) -> Result<(), DemoError> {
         return Err(said("--mixing is of the radar's receiver: add --scenario radar"));
     }
     let core = options.scenario.is_by_the_core();
-    if options.plot.is_some() && !drive && !core {
-        return Err(said("--plot draws a drive, traffic or a vibration: add --scenario drive"));
+    let table = matches!(options.scenario, Scenario::Table3);
+    if options.plot.is_some() && (board || options.scenario == Scenario::Radar) {
+        return Err(said("--plot draws other scenes than radar and board: add --scenario drive"));
+    }
+    if options.plot.is_some() && (options.seeds > 1 || options.versus.is_some()) {
+        return Err(said("--plot draws one run: leave --seeds and --versus out"));
+    }
+    if (options.linewidth_hz.is_some() || options.sweep_error.is_some()) && !table {
+        return Err(said(
+            "--linewidth-hz and --sweep-error are of the lidar's laser: use --scenario table3",
+        ));
+    }
+    if options.spot_mm.is_some() && options.scenario != Scenario::Turntable {
+        return Err(said("--spot-mm is of the turntable's beam: add --scenario turntable"));
     }
     if (drive || core) && options.method.is_some() {
         return Err(said("this scene is measured by least squares: leave --method out"));

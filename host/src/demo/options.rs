@@ -1,15 +1,18 @@
 //! What a user types after `picket demo`.
 
 use crate::output::Output;
+use crate::scenario::Laser;
 use crate::{band, cli};
 use clap::{Parser, ValueEnum};
 use picket::Mixing;
 use picket::methods::registry::Method;
 use std::path::PathBuf;
 
-/// The signal-to-noise ratio unless told otherwise, dB: on the emulated board, and of scenes for the core alone.
+/// The signal-to-noise ratio unless told otherwise, dB: of the papers' scenes, of those that show something weaker or shorter than
+/// the tone, and of wind, which no block sees.
 const SNR_DB: f64 = -5.0;
-const CORE_SNR_DB: f64 = 20.0;
+const CLEAR_SNR_DB: f64 = 20.0;
+const WIND_SNR_DB: f64 = -20.0;
 
 /// Runs the firmware on an emulated Cortex-M and prints truth beside measurement.
 #[derive(Clone, Debug, Parser)]
@@ -22,7 +25,7 @@ pub struct Options {
     #[arg(long, value_enum, default_value_t = Scenario::Table3, conflicts_with = "replay")]
     pub scenario: Scenario,
 
-    /// Signal-to-noise ratio per sample, dB [default: -5; traffic, vibration: 20]
+    /// Signal-to-noise ratio per sample, dB [default: -5; traffic, vibration, ldv, fan: 20; wind: -20]
     #[arg(long, allow_negative_numbers = true, value_parser = decibels, conflicts_with = "replay")]
     pub snr_db: Option<f64>,
 
@@ -66,13 +69,26 @@ pub struct Options {
     #[arg(long, requires = "replay")]
     pub iq: bool,
 
-    /// Draw a drive or traffic (velocities beside it) or a vibration to this file, svg or png
+    /// Draw the scene to this file, svg or png; of table3, drive and traffic the velocities are in a second one beside it
     #[arg(long, value_name = "FILE", value_parser = cli::picture, conflicts_with = "replay")]
     pub plot: Option<PathBuf>,
 
     /// Which signal the radar's receiver conjugates [default: tx-conj-rx]
     #[arg(long, value_parser = mixing, conflicts_with = "replay")]
     pub mixing: Option<Mixing>,
+
+    /// Width of the lidar's laser line, full width at half of its height, Hz (table3) [default: 0]
+    #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true, conflicts_with = "replay")]
+    pub linewidth_hz: Option<f64>,
+
+    /// How far the middle of the lidar's ramps lies above the straight line, as a share of the bandwidth; the solver is not told (table3)
+    /// [default: 0]
+    #[arg(long, value_name = "SHARE", value_parser = curvature, allow_negative_numbers = true, conflicts_with = "replay")]
+    pub sweep_error: Option<f64>,
+
+    /// Diameter of the beam's spot on the turntable's rough rim, mm: its speckle has a bandwidth of speed over diameter [default: no speckle]
+    #[arg(long, value_name = "MM", value_parser = millimetres, allow_negative_numbers = true, conflicts_with = "replay")]
+    pub spot_mm: Option<f64>,
 
     /// Keep the board's session in this file
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
@@ -104,6 +120,7 @@ pub enum Board {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Scenario {
     /// Fourteen targets over the span of the lidar paper's Table 3, approaching and receding
+    #[value(alias = "lidar")]
     Table3,
     /// Targets from a walker to a train before a 24 GHz radar with I/Q records, by a triangle and by a trapezoid
     Radar,
@@ -115,6 +132,12 @@ pub enum Scenario {
     Traffic,
     /// A plate at 30 cm that swings by 10 um before a 122 GHz radar, from the phase; by the core on this machine
     Vibration,
+    /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the core on this machine
+    Ldv,
+    /// Wind at twelve heights, 20 dB below the noise, from sums of 100 blocks; by the core on this machine
+    Wind,
+    /// A fan that moves before a 24 GHz radar with I/Q records: its body's speed beside its blades' sidebands
+    Fan,
     /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
     Board,
 }
@@ -129,8 +152,23 @@ impl Default for Options {
 impl Options {
     /// The signal-to-noise ratio per sample, dB.
     pub fn snr_db(&self) -> f64 {
-        let usual = if self.scenario.is_by_the_core() { CORE_SNR_DB } else { SNR_DB };
-        self.snr_db.unwrap_or(usual)
+        self.snr_db.unwrap_or(match self.scenario {
+            Scenario::Traffic | Scenario::Vibration | Scenario::Ldv | Scenario::Fan => CLEAR_SNR_DB,
+            Scenario::Wind => WIND_SNR_DB,
+            _ => SNR_DB,
+        })
+    }
+
+    /// The lidar's laser.
+    pub fn laser(&self) -> Laser {
+        let [linewidth_hz, sweep_error] =
+            [self.linewidth_hz, self.sweep_error].map(Option::unwrap_or_default);
+        Laser { linewidth_hz, sweep_error }
+    }
+
+    /// The diameter of the spot on a rough surface, m.
+    pub fn spot_m(&self) -> Option<f64> {
+        self.spot_mm.map(|spot_mm| 1e-3 * spot_mm)
     }
 
     /// The radar's mixing.
@@ -142,7 +180,7 @@ impl Options {
 impl Scenario {
     /// Whether the core measures it on this machine, and no emulated board.
     pub fn is_by_the_core(self) -> bool {
-        matches!(self, Scenario::Traffic | Scenario::Vibration)
+        matches!(self, Scenario::Traffic | Scenario::Vibration | Scenario::Ldv | Scenario::Wind)
     }
 }
 
@@ -151,6 +189,20 @@ fn decibels(text: &str) -> Result<f64, String> {
     let snr_db = cli::number(text)?;
     let inside = (-200.0..=200.0).contains(&snr_db);
     inside.then_some(snr_db).ok_or_else(|| "give a number from -200 to 200".into())
+}
+
+/// From the width of a fibre's core to that of the turntable: beyond, nothing is a spot on its rim.
+fn millimetres(text: &str) -> Result<f64, String> {
+    let spot_mm = cli::number(text)?;
+    let inside = (0.01..=300.0).contains(&spot_mm);
+    inside.then_some(spot_mm).ok_or_else(|| "give a diameter from 0.01 to 300 mm".into())
+}
+
+/// Beyond, a ramp turns back before its end.
+fn curvature(text: &str) -> Result<f64, String> {
+    let share = cli::number(text)?;
+    let inside = share.abs() < 0.25;
+    inside.then_some(share).ok_or_else(|| "give a share above -0.25 and below 0.25".into())
 }
 
 fn mixing(text: &str) -> Result<Mixing, String> {

@@ -35,7 +35,7 @@ pub fn lidar(
     let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut voltages = Vec::new();
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        let blocks = measure::blocks::<picket::Real>(sensor, rows, options.snr_db(), seed);
+        let blocks = measure::blocks::<picket::Real>(sensor, rows, None, options.snr_db(), seed);
         voltages.extend(blocks.flatten().map(f64::from));
     }
     let slowed = Config { rate_hz: RATE_HZ, scene: Scene::Tone, ..config };

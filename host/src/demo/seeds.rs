@@ -4,6 +4,7 @@ use super::measure::{self, Lidar, N, blocks};
 use super::options::Options;
 use super::table::{Summary, table};
 use super::{DemoError, heading, said};
+use crate::scenario::Laser;
 use comfy_table::{Cell, CellAlignment};
 use picket::acquire::sample::{Real, Segment, Stamp};
 use picket::methods::registry::Method;
@@ -95,13 +96,13 @@ fn gross_bars() -> (f64, f64) {
 /// The same blocks as `picket demo` sends through the firmware, through the same pipeline on this machine: the
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
-    let lidar = Lidar::new(Some(method))?;
+    let lidar = Lidar::new(Some(method), Laser::default())?;
     let plan = lidar.config.plan::<Real, N>().map_err(said)?;
     let per_seed = (lidar.rows.len() * lidar.sensor.segments()) as u32;
     let of_seed = |index: u64| {
         let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
         let seed = seed.wrapping_add(index);
-        let blocks = blocks::<Real>(&lidar.sensor, &lidar.rows, snr_db, seed);
+        let blocks = blocks::<Real>(&lidar.sensor, &lidar.rows, None, snr_db, seed);
         let measured = (0u32..).zip(blocks).map(|(trial, samples)| {
             let segment = [Segment::Up, Segment::Flat, Segment::Down][trial as usize % 3];
             let sequence = index as u32 * per_seed + trial;

@@ -3,7 +3,7 @@
 use crate::scenario::{Bars, Row};
 use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
 use picket::tone::Verdict;
-use picket::{Mixing, Shape};
+use picket::{Mixing, Shape, Usable};
 use serde::Serialize;
 use std::io::IsTerminal;
 
@@ -40,6 +40,11 @@ impl Result {
         Some((answer.range_m - self.truth.range_m, answer.velocity_mps - self.truth.velocity_mps))
     }
 
+    /// Whether it was answered, and the answer may be used within sigma.
+    pub fn is_usable(&self) -> bool {
+        self.answer.is_some_and(|answer| answer.verdict.usable() <= Usable::WithinSigma)
+    }
+
     /// True where both errors are inside the bars. A row without an answer is outside.
     pub fn inside(&self, bars: &Bars) -> bool {
         self.errors().is_some_and(|(range, velocity)| {
@@ -59,6 +64,23 @@ pub struct Summary {
     pub method: String,
     /// Which signal the receiver conjugates, where there is a choice.
     pub mixing: Option<Mixing>,
+    /// What bends the phase within a block, for people: then the errors of usable answers are told, too.
+    pub bent: Option<String>,
+}
+
+/// The errors of the answers that may be used within sigma, root mean square. The keys are those of the JSON line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UsableErrors {
+    /// Their number.
+    pub usable: usize,
+    /// Of the ranges.
+    pub usable_rms_range_m: f64,
+    /// Of the velocities.
+    pub usable_rms_velocity_mps: f64,
+    /// Of the ranges over their sigmas.
+    pub range_sigmas: f64,
+    /// Of the velocities over their sigmas.
+    pub velocity_sigmas: f64,
 }
 
 #[derive(Serialize)]
@@ -90,6 +112,8 @@ struct JsonSummary<'a> {
     worst_velocity_mps: f64,
     bar_range_m: f64,
     bar_velocity_mps: f64,
+    #[serde(flatten)]
+    usable: UsableErrors,
     method: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     mixing: Option<&'static str>,
@@ -107,6 +131,44 @@ impl Summary {
         let square: f64 = errors.iter().map(|e| e * e).sum();
         let worst = errors.iter().fold(0.0f64, |worst, e| worst.max(e.abs()));
         ((square / errors.len().max(1) as f64).sqrt(), worst)
+    }
+
+    /// The errors of the answers that may be used within sigma.
+    pub fn usable(&self) -> UsableErrors {
+        let usable = self.results.iter().filter_map(|result| {
+            let answer = result.answer.filter(|_| result.is_usable())?;
+            let (range, velocity) = result.errors()?;
+            Some([
+                range,
+                velocity,
+                range / answer.sigma_range_m,
+                velocity / answer.sigma_velocity_mps,
+            ])
+        });
+        let usable: Vec<[f64; 4]> = usable.collect();
+        let [usable_rms_range_m, usable_rms_velocity_mps, range_sigmas, velocity_sigmas] =
+            [0, 1, 2, 3].map(|i| {
+                // A velocimeter has no range, and no sigma of it.
+                let squares = usable.iter().map(|of| of[i] * of[i]).filter(|s| s.is_finite());
+                (squares.sum::<f64>() / usable.len().max(1) as f64).sqrt()
+            });
+        UsableErrors {
+            usable: usable.len(),
+            usable_rms_range_m,
+            usable_rms_velocity_mps,
+            range_sigmas,
+            velocity_sigmas,
+        }
+    }
+
+    /// What stands below the table where something bends the phase: what it is, and the errors of usable answers, as `errors` tells
+    /// them.
+    fn bent_lines(&self, errors: impl Fn(&UsableErrors) -> String) -> String {
+        let usable = self.usable();
+        let count = format!("{} of {} usable within sigma", usable.usable, self.results.len());
+        self.bent
+            .as_ref()
+            .map_or_else(String::new, |bent| format!("{bent}: {count}\n{}\n", errors(&usable)))
     }
 
     /// One object a line, the summary last.
@@ -143,6 +205,7 @@ impl Summary {
             worst_velocity_mps,
             bar_range_m: self.bars.range_m,
             bar_velocity_mps: self.bars.velocity_mps,
+            usable: self.usable(),
             method: &self.method,
             mixing: self.mixing.map(Mixing::name),
         })?;
@@ -177,7 +240,7 @@ impl Summary {
         let (rms_velocity, worst_velocity) = self.spread(|e| e.1);
         format!(
             "{table}\n\n{}\n  range     rms {:.2} cm, worst {:.2} cm       (the paper: at most {:.0} cm)\n  \
-             velocity  rms {:.3} km/h, worst {:.3} km/h (the paper: at most {:.2} km/h)\n",
+             velocity  rms {:.3} km/h, worst {:.3} km/h (the paper: at most {:.2} km/h)\n{}",
             self.verdict_line(),
             rms_range * 100.0,
             worst_range * 100.0,
@@ -185,6 +248,13 @@ impl Summary {
             rms_velocity * 3.6,
             worst_velocity * 3.6,
             self.bars.velocity_mps * 3.6,
+            self.bent_lines(|usable| format!(
+                "  range     rms {:.2} cm, error over sigma {:.2}\n  velocity  rms {:.3} km/h, error over sigma {:.2}",
+                usable.usable_rms_range_m * 100.0,
+                usable.range_sigmas,
+                usable.usable_rms_velocity_mps * 3.6,
+                usable.velocity_sigmas
+            )),
         )
     }
 
@@ -254,11 +324,16 @@ impl Summary {
         }
         let (rms, worst) = self.spread(|e| e.1);
         format!(
-            "{table}\n\n{}\n  velocity  rms {:.3} mm/s, worst {:.3} mm/s (the paper: below {:.0} mm/s)\n",
+            "{table}\n\n{}\n  velocity  rms {:.3} mm/s, worst {:.3} mm/s (the paper: below {:.0} mm/s)\n{}",
             self.verdict_line(),
             rms * 1e3,
             worst * 1e3,
             self.bars.velocity_mps * 1e3,
+            self.bent_lines(|usable| format!(
+                "  velocity  rms {:.3} mm/s, error over sigma {:.2}",
+                usable.usable_rms_velocity_mps * 1e3,
+                usable.velocity_sigmas
+            )),
         )
     }
 

@@ -11,16 +11,8 @@ fn decibels(db: f64) -> f64 {
 
 /// Adds a real waveform over the block, of full scale 1; to I and Q in random shares.
 fn add(scene: &mut Scene, waveform: impl Fn(f64) -> f64) {
-    let turn = TAU * scene.share();
-    let shares = if scene.iq {
-        Complex::new(turn.cos(), turn.sin())
-    } else {
-        Complex::new(turn.cos().signum(), 0.0)
-    };
-    let rail = scene.rail;
-    for (k, u) in scene.places().enumerate() {
-        scene.added[k] += shares * (rail * waveform(u));
-    }
+    let (shares, rail) = (scene.direction(), scene.rail);
+    scene.add(|u| shares * (rail * waveform(u)));
 }
 
 /// A constant.
@@ -48,19 +40,22 @@ pub fn harmonics(scene: &mut Scene, v: &[f64]) {
         let start = TAU * scene.share();
         let level = scene.amplitude * decibels(v[0]);
         for k in 0..scene.n {
-            let angle = order * scene.angle(0, k) + start;
-            scene.added[k] += Complex::from_polar(level, angle);
+            let [i, q] = [0, 1].map(|part| {
+                let angle = order * scene.angle(part, k) + start;
+                Complex::from_polar(level * scene.gain[part][k], angle)
+            });
+            scene.added[k] += Complex::new(i.re, q.im);
         }
     }
 }
 
-/// A tone at `bins`, of `level` of the tone's amplitude, in the samples of which `on` says yes.
+/// A tone at `bins`, of `level` of the tone's amplitude, at the times at which `on` says yes.
 fn tone(scene: &mut Scene, bins: f64, level: f64, on: impl Fn(f64) -> bool) {
-    let start = TAU * scene.share();
-    for (k, u) in scene.places().enumerate().filter(|(_, u)| on(*u)) {
+    let (start, amplitude) = (TAU * scene.share(), scene.amplitude * level);
+    scene.add(|u| {
         let angle = TAU * (bins * u).fract() + start;
-        scene.added[k] += Complex::from_polar(scene.amplitude * level, angle);
-    }
+        if on(u) { Complex::from_polar(amplitude, angle) } else { Complex::default() }
+    });
 }
 
 /// A weaker tone on either side.
@@ -82,7 +77,7 @@ pub fn tone_burst(scene: &mut Scene, v: &[f64]) {
 pub fn noise_burst(scene: &mut Scene, v: &[f64]) {
     let from = scene.share() * (1.0 - v[0]);
     let sigma = scene.amplitude * decibels(v[1]) / 2f64.sqrt();
-    for (k, u) in scene.places().enumerate() {
+    for (k, u) in scene.times(0).enumerate() {
         if (from..from + v[0]).contains(&u) {
             let draw = Complex::new(scene.normal(), scene.normal());
             scene.added[k] += draw * sigma;

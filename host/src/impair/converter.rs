@@ -4,7 +4,7 @@ use super::scene::Scene;
 use num_complex::Complex;
 
 fn front(scene: &mut Scene, front: impl Fn(Complex<f64>) -> Complex<f64> + 'static) {
-    scene.front = Some(Box::new(front));
+    scene.front.push(Box::new(front));
 }
 
 /// The same for I and Q.

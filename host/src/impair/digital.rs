@@ -5,15 +5,13 @@ use num_complex::Complex;
 
 /// What becomes of each code, of I and of Q alike.
 fn codes(scene: &mut Scene, part: impl Fn(f64) -> f64 + 'static) {
-    scene.digital = Some(Box::new(move |x| Complex::new(part(x.re), part(x.im))));
+    scene.digital.push(Box::new(move |x| Complex::new(part(x.re), part(x.im))));
 }
 
 /// A tone beyond the rails, whose codes go on at the other end.
 pub fn wrap(scene: &mut Scene, v: &[f64]) {
     scene.amplitude = scene.rail * 10f64.powf(v[0] / 20.0);
-    let rail = scene.rail;
-    let part = move |x: f64| (x.round() + rail).rem_euclid(2.0 * rail) - rail;
-    scene.front = Some(Box::new(move |x| Complex::new(part(x.re), part(x.im))));
+    scene.wraps = true;
 }
 
 /// Two samples of a word change places.

@@ -1,7 +1,7 @@
-//! Records as front ends deliver them: one tone in noise, and one thing wrong with it.
+//! Records as front ends deliver them: one tone in noise, and one thing wrong with it, or two.
 //!
 //! The generator knows nothing of the estimators. A record depends on the generator's seed and stream alone,
-//! and says its own truth: the mean frequency of the tone over the block.
+//! and says its own truth: the mean frequency of the tone over the block, or of a carrier with a width of its own that of the carrier.
 
 mod added;
 mod converter;
@@ -14,68 +14,101 @@ mod scene;
 mod tone;
 
 pub use grammar::help;
-pub use list::{Entry, FRONT_END, Key, LIST};
+pub use list::{Entry, FRONT_END, GROUPS, Key, LIST, SIGNALS};
 pub use scene::{Impaired, Scene, Setup};
 
 use crate::simulate::Kind;
 use picket::acquire::sample::Record;
 use rand_chacha::ChaCha8Rng;
 
-/// One impairment at one severity.
+/// One impairment at one severity, or a pair of them in one record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impairment {
+    /// In the order in which the user names them.
+    parts: Vec<Part>,
+}
+
+/// One impairment at one severity.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
     entry: &'static Entry,
     values: Vec<f64>,
 }
 
+impl Part {
+    /// The severities as a user would type them: `offset=0.5,level-db=-20`.
+    fn label(&self) -> String {
+        let severities = self.entry.keys.iter().zip(&self.values);
+        let parts: Vec<String> =
+            severities.map(|(key, value)| format!("{}={value}", key.name)).collect();
+        parts.join(",")
+    }
+}
+
 impl Impairment {
     /// The impairments that a list names, in its order: `NAME[:KEY=VALUE[/VALUE]...[,KEY=...]]`, names apart by
-    /// commas, `all` for every one. A key that is not named has its default severities; every combination of
-    /// severities is one impairment. An error is one line.
+    /// commas, two of them joined by a plus for one record with both, `all` for every one. A key that is not named has its default
+    /// severities; every combination of severities is one impairment. An error is one line.
     pub fn parse(text: &str) -> Result<Vec<Self>, String> {
         grammar::parse(text)
     }
 
     /// Every impairment of [`LIST`] at its default severities.
     pub fn all() -> Vec<Self> {
-        LIST.iter().flat_map(|entry| grammar::grid(entry, &entry.defaults())).collect()
+        Self::each(LIST)
     }
 
     /// Every fault of [`FRONT_END`] at its default severities.
     pub fn front_end() -> Vec<Self> {
-        FRONT_END.iter().flat_map(|entry| grammar::grid(entry, &entry.defaults())).collect()
+        Self::each(FRONT_END)
     }
 
-    /// What there is to know of it.
-    pub const fn entry(&self) -> &'static Entry {
-        self.entry
+    /// Every signal of [`SIGNALS`] at its default severities.
+    pub fn signals() -> Vec<Self> {
+        Self::each(SIGNALS)
     }
 
-    /// The name that lists and tables use.
-    pub const fn name(&self) -> &'static str {
-        self.entry.name
+    fn each(entries: &'static [Entry]) -> Vec<Self> {
+        entries.iter().flat_map(|entry| grammar::grid(&[(entry, entry.defaults())])).collect()
     }
 
-    /// The severities, each with its key.
-    pub fn severities(&self) -> impl Iterator<Item = (&'static Key, f64)> {
-        self.entry.keys.iter().zip(self.values.iter().copied())
+    fn entries(&self) -> impl Iterator<Item = &'static Entry> {
+        self.parts.iter().map(|part| part.entry)
     }
 
-    /// The severities as a user would type them: `offset=0.5,level-db=-20`.
+    /// The name that lists and tables use; of a pair both, joined by a plus.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> = self.entries().map(|entry| entry.name).collect();
+        names.join("+")
+    }
+
+    /// The severities, each by the key that a JSON line has for it; a pair's keys begin with the name of the impairment.
+    pub fn severities(&self) -> impl Iterator<Item = (String, f64)> {
+        let pair = self.parts.len() > 1;
+        self.parts.iter().flat_map(move |Part { entry, values }| {
+            let of = |key: &Key| match pair {
+                true => format!("{}_{}", entry.name.replace('-', "_"), key.json()),
+                false => key.json(),
+            };
+            entry.keys.iter().map(of).zip(values.iter().copied()).collect::<Vec<_>>()
+        })
+    }
+
+    /// The severities as a user would type them: `offset=0.5,level-db=-20`. Those of a pair are apart by a plus.
     pub fn label(&self) -> String {
-        let parts: Vec<String> =
-            self.severities().map(|(key, value)| format!("{}={value}", key.name)).collect();
-        parts.join(",")
+        let labels: Vec<String> =
+            self.parts.iter().map(Part::label).filter(|label| !label.is_empty()).collect();
+        labels.join(" + ")
     }
 
     /// Whether it is one of records of kind `R`: an I/Q converter's are of I/Q records only.
-    pub const fn fits<R: Record>(&self) -> bool {
-        self.entry.records.include::<R>()
+    pub fn fits<R: Record>(&self) -> bool {
+        self.entries().all(|entry| entry.records.include::<R>())
     }
 
     /// Whether its records have noise: a converter's rounding alone is measured without.
     pub fn noisy(&self) -> bool {
-        !self.entry.noiseless
+        !self.entries().any(|entry| entry.noiseless)
     }
 
     /// The next record of `rng`. The tone's place and phase are drawn first: in one range of bins all
@@ -86,9 +119,37 @@ impl Impairment {
 
     /// Not generic, so that it is compiled here, once.
     fn either(&self, iq: bool, setup: &Setup, rng: &mut ChaCha8Rng) -> Impaired {
-        let range = setup.bins.unwrap_or_else(|| self.entry.place.range(&self.values, setup.n));
+        let mut parts: Vec<&Part> = self.parts.iter().collect();
+        // By their names within a stage, so that a pair is the same either way round.
+        parts.sort_by_key(|part| (part.entry.stage, part.entry.name));
+        let places = parts.iter().map(|part| part.entry.place.range(&part.values, setup.n));
+        let range = setup.bins.or_else(|| places.reduce(narrower)).unwrap_or_default();
         let mut scene = Scene::new(iq, setup, range, rng);
-        (self.entry.apply)(&mut scene, &self.values);
+        for part in parts {
+            (part.entry.apply)(&mut scene, &part.values);
+        }
         scene.record(setup)
+    }
+}
+
+/// What two ranges of bins have in common; else the narrower one, where a tone must be to show what is meant.
+fn narrower(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    let both = (a.0.max(b.0), a.1.min(b.1));
+    let width = |range: (f64, f64)| range.1 - range.0;
+    match width(both) >= 0.0 {
+        true => both,
+        false if width(a) < width(b) => a,
+        false => b,
+    }
+}
+
+/// As a user would type it.
+impl std::fmt::Display for Impairment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let typed = |part: &Part| match part.label() {
+            label if label.is_empty() => part.entry.name.to_owned(),
+            label => format!("{}:{label}", part.entry.name),
+        };
+        f.write_str(&self.parts.iter().map(typed).collect::<Vec<_>>().join("+"))
     }
 }

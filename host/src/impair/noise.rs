@@ -3,7 +3,7 @@
 use super::scene::Scene;
 
 fn of(scene: &mut Scene, density: impl Fn(f64) -> f64 + 'static) {
-    scene.density = Some(Box::new(density));
+    scene.density.push(Box::new(density));
 }
 
 /// Decibels that rise evenly over the band.

@@ -3,6 +3,7 @@
 use crate::simulate::Width;
 use num_complex::Complex;
 use picket::acquire::codes::Codes;
+use picket_simulator::walk;
 use picket_transform::{Fft, Transform};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -86,20 +87,22 @@ pub struct Scene<'a> {
     pub rail: f64,
     /// When each sample of I and of Q is taken, in samples.
     pub instants: [Vec<f64>; 2],
-    /// Factors of the tone's amplitude.
-    pub gain: Vec<f64>,
-    /// The tone's phase besides that of its frequency, radians.
-    pub phase: Vec<f64>,
+    /// Factors of the tone's amplitude, of I and of Q.
+    pub gain: [Vec<f64>; 2],
+    /// The tone's phase besides that of its frequency, radians, of I and of Q.
+    pub phase: [Vec<f64>; 2],
     /// What is added in codes, before noise.
     pub added: Vec<Complex<f64>>,
-    /// Power density of the noise over frequency in cycles per sample, on any scale; `None` for white.
-    pub density: Option<Density>,
+    /// Factors of the noise's power density over frequency in cycles per sample, on any scale; none for white noise.
+    pub density: Vec<Density>,
     /// No noise.
     pub silent: bool,
-    /// What the front end makes of a voltage.
-    pub front: Option<Front>,
-    /// What becomes of a code.
-    pub digital: Option<Front>,
+    /// What the front end makes of a voltage, step by step.
+    pub front: Vec<Front>,
+    /// Whether codes beyond the rails go on at the other end.
+    pub wraps: bool,
+    /// What becomes of a code, step by step.
+    pub digital: Vec<Front>,
     /// Whether each two samples change places.
     pub swapped: bool,
     /// From this sample on, so many copies of the one before it are delivered, and the rest later.
@@ -130,23 +133,78 @@ impl<'a> Scene<'a> {
             amplitude: setup.amplitude.unwrap_or(ROOM * full),
             rail,
             instants: [instants.clone(), instants],
-            gain: vec![1.0; n],
-            phase: vec![phase; n],
+            gain: [vec![1.0; n], vec![1.0; n]],
+            phase: [vec![phase; n], vec![phase; n]],
             added: vec![Complex::new(0.0, 0.0); n],
-            density: None,
+            density: Vec::new(),
             silent: false,
-            front: None,
-            digital: None,
+            front: Vec::new(),
+            wraps: false,
+            digital: Vec::new(),
             swapped: false,
             copies: None,
             rng,
         }
     }
 
-    /// Where each sample lies in the block, from its first instant on, in blocks.
-    pub fn places(&self) -> impl Iterator<Item = f64> + use<> {
+    /// When the samples of I (part 0) or of Q (1) are taken, in blocks since the block's start.
+    pub fn times(&self, part: usize) -> impl Iterator<Item = f64> + use<> {
         let n = self.n as f64;
-        (0..self.n).map(move |k| k as f64 / n)
+        self.instants[part].clone().into_iter().map(move |t| t / n)
+    }
+
+    /// The first and the last time at which a sample of either part is taken, in blocks; the whole block at least.
+    pub fn span(&self) -> (f64, f64) {
+        let times = || [0, 1].into_iter().flat_map(|part| self.times(part));
+        (times().fold(0.0, f64::min), times().fold(1.0, f64::max))
+    }
+
+    /// The tone's amplitude times a function of the time in blocks.
+    pub fn modulate(&mut self, factor: impl Fn(f64) -> f64) {
+        for part in [0, 1] {
+            let times = self.times(part);
+            self.gain[part].iter_mut().zip(times).for_each(|(gain, u)| *gain *= factor(u));
+        }
+    }
+
+    /// The tone's phase and a function of the time in blocks, radians.
+    pub fn turn(&mut self, angle: impl Fn(f64) -> f64) {
+        for part in [0, 1] {
+            let times = self.times(part);
+            self.phase[part].iter_mut().zip(times).for_each(|(phase, u)| *phase += angle(u));
+        }
+    }
+
+    /// The tone times a complex envelope, a function of the time in blocks.
+    pub fn envelop(&mut self, envelope: impl Fn(f64) -> Complex<f64>) {
+        self.modulate(|u| envelope(u).norm());
+        self.turn(|u| envelope(u).arg());
+    }
+
+    /// A function of the time in blocks, in codes, on top of the tone.
+    pub fn add(&mut self, value: impl Fn(f64) -> Complex<f64>) {
+        let times = self.times(0).zip(self.times(1));
+        for (added, (i, q)) in self.added.iter_mut().zip(times) {
+            *added += Complex::new(value(i).re, value(q).im);
+        }
+    }
+
+    /// In which direction of the plane of I and Q a real waveform comes in: any, and of a real record either sign.
+    pub fn direction(&mut self) -> Complex<f64> {
+        let direction = Complex::cis(TAU * self.share());
+        if self.iq { direction } else { Complex::new(direction.re.signum(), 0.0) }
+    }
+
+    /// The tone's phase and a Wiener process whose standard deviation over a block is `rms` radians. Gives the mean frequency that
+    /// takes it from its first value to its last, in bins.
+    pub fn wander(&mut self, rms: f64) -> f64 {
+        let (n, times) = (self.n as f64, self.instants.concat());
+        let walked = walk(&times, rms / n.sqrt(), || self.rng.sample(StandardNormal));
+        let first = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let latest = |a: &(&f64, &f64), b: &(&f64, &f64)| a.0.total_cmp(b.0);
+        let last = times.iter().zip(&walked).max_by(latest);
+        self.phase.iter_mut().flatten().zip(&walked).for_each(|(phase, w)| *phase += w);
+        last.map_or(0.0, |(last, walked)| walked / TAU * n / (last - first))
     }
 
     /// +1 or -1.
@@ -166,7 +224,7 @@ impl<'a> Scene<'a> {
 
     /// The tone's phase at sample `k` of the part `part`, radians.
     pub fn angle(&self, part: usize, k: usize) -> f64 {
-        TAU * (self.nominal * self.instants[part][k] / self.n as f64).fract() + self.phase[k]
+        TAU * (self.nominal * self.instants[part][k] / self.n as f64).fract() + self.phase[part][k]
     }
 
     /// The record, and its truth.
@@ -176,19 +234,25 @@ impl<'a> Scene<'a> {
         let (noise, dense) = self.noise(&setup.inverse);
         let mut samples = Vec::with_capacity(self.n);
         for (k, noise) in noise.into_iter().enumerate() {
-            let level = self.amplitude * self.gain[k];
-            let tone = Complex::new(self.angle(0, k).cos(), self.angle(1, k).sin()) * level;
-            samples.push(tone + self.added[k] + noise * sigma);
+            let level = |part: usize| self.amplitude * self.gain[part][k];
+            let (i, q) = (self.angle(0, k).cos() * level(0), self.angle(1, k).sin() * level(1));
+            samples.push(Complex::new(i, q) + self.added[k] + noise * sigma);
         }
         for sample in &mut samples {
-            if let Some(front) = &self.front {
+            for front in &self.front {
                 *sample = front(*sample);
             }
-            let im = if self.iq { setup.width.convert(sample.im) } else { 0.0 };
-            *sample = Complex::new(setup.width.convert(sample.re), im);
-            if let Some(digital) = &self.digital {
-                let Complex { re, im } = digital(*sample);
-                *sample = Complex::new(re, if self.iq { im } else { 0.0 });
+            let code = |voltage: f64| match self.wraps {
+                true => (voltage.round() + self.rail).rem_euclid(2.0 * self.rail) - self.rail,
+                false => voltage,
+            };
+            let [re, im] = [sample.re, sample.im].map(|part| setup.width.convert(code(part)));
+            *sample = Complex::new(re, im);
+            for digital in &self.digital {
+                *sample = digital(*sample);
+            }
+            if !self.iq {
+                sample.im = 0.0;
             }
         }
         if self.swapped {
@@ -211,13 +275,15 @@ impl<'a> Scene<'a> {
 
     /// Noise of unit variance in each part, and its density at the tone over that of white noise.
     fn noise(&mut self, inverse: &Arc<dyn Fft<f64>>) -> (Vec<Complex<f64>>, f64) {
-        let Some(density) = self.density.take() else {
+        let density = std::mem::take(&mut self.density);
+        if density.is_empty() {
             let n = self.n;
             let draw = |_| Complex::new(self.normal(), self.normal());
             return ((0..n).map(draw).collect(), 1.0);
-        };
+        }
         let length = PIECE * self.n;
-        let at = |nu: f64| if self.iq { density(nu) } else { density(nu.abs()) };
+        let of = |nu: f64| density.iter().map(|factor| factor(nu)).product::<f64>();
+        let at = |nu: f64| if self.iq { of(nu) } else { of(nu.abs()) };
         let densities: Vec<f64> = (0..length)
             .map(|k| (k as f64 / length as f64 + 0.5).fract() - 0.5)
             .map(|nu| if nu == 0.0 { at(1.0 / length as f64) } else { at(nu) })

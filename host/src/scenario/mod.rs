@@ -2,15 +2,18 @@
 //! velocimeter.
 
 pub mod drive;
+pub mod fan;
+pub mod flow;
 pub mod radar;
 pub mod traffic;
 pub mod vibration;
+pub mod wind;
 
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
+use picket::acquire::sample::{Real, Record};
 use picket::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket::{Chirp, Mixing, Shape};
-use picket_simulator::{Receiver, Sensor, Target};
+use picket_simulator::{Receiver, Sensor, Speckle, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -77,6 +80,30 @@ pub fn lidar() -> Config {
     }
 }
 
+/// A laser that is not what its user takes it for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Laser {
+    /// Width of its line at half of its height, Hz.
+    pub linewidth_hz: f64,
+    /// How far the middle of a ramp lies above the straight line, as a share of the bandwidth.
+    pub sweep_error: f64,
+}
+
+impl Laser {
+    /// What takes the lidar's records of `n` samples, by a configuration that takes the laser for a perfect one.
+    pub fn sensor(self, config: &Config, n: usize) -> Sensor {
+        let scene = match config.scene {
+            Scene::Chirp(chirp) => {
+                Scene::Chirp(Chirp { sweep_curvature: self.sweep_error, ..chirp })
+            }
+            other => other,
+        };
+        let mut sensor = sensor::<Real>(&Config { scene, ..*config }, n, 0.0);
+        sensor.waveform.linewidth_hz = self.linewidth_hz;
+        sensor
+    }
+}
+
 /// The velocimeter: 1550 nm along the rim's motion, a sample each 0.1 us.
 pub fn turntable() -> Config {
     Config {
@@ -140,6 +167,20 @@ impl Row {
         Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())
     }
 
+    /// The same target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
+    pub fn rough(
+        &self,
+        sensor: &Sensor,
+        amplitude: f64,
+        spot_m: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Target<'static> {
+        let target = self.target(sensor, amplitude, rng);
+        let span_s = (0.0, sensor.n as f64 / sensor.receiver.rate_hz);
+        let normal = || rng.sample(StandardNormal);
+        target.rough(Speckle::of_spot(span_s, self.velocity_mps.abs(), spot_m, normal))
+    }
+
     /// The codes of a segment's record of its target alone.
     pub fn codes<R: Record>(
         &self,
@@ -149,7 +190,18 @@ impl Row {
         rng: &mut ChaCha8Rng,
     ) -> Vec<R::Sample> {
         let target = self.target(sensor, amplitude, rng);
-        let receiver = sensor.receiver.with_snr(amplitude, snr_db);
-        codes::<R>(&sensor.clone().received_by(receiver), &[target], (0, segment), rng)
+        received::<R>(sensor, segment, target, snr_db, rng)
     }
+}
+
+/// The codes of a segment's record of one target, so many decibels above the noise.
+pub fn received<R: Record>(
+    sensor: &Sensor,
+    segment: usize,
+    target: Target,
+    snr_db: f64,
+    rng: &mut ChaCha8Rng,
+) -> Vec<R::Sample> {
+    let receiver = sensor.receiver.with_snr(target.amplitude, snr_db);
+    codes::<R>(&sensor.clone().received_by(receiver), &[target], (0, segment), rng)
 }

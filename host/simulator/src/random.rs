@@ -1,0 +1,151 @@
+//! Random processes that bend a carrier: a phase that wanders, and the speckle of a rough surface.
+
+use core::f64::consts::PI;
+
+/// A Wiener process at `times`, in any order. It is 0 at the earliest of them, and its standard deviation grows by `step` with the root of the
+/// time. `normal` draws a normal number for each different time but the first.
+///
+/// The phase of an oscillator whose line is Lorentzian and `w` wide at half of its height walks by `sqrt(2 pi w)` radians.
+pub fn walk(times: &[f64], step: f64, mut normal: impl FnMut() -> f64) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..times.len()).collect();
+    order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+    let mut walked = vec![0.0; times.len()];
+    let (mut last, mut place) = (order.first().map(|&first| times[first]), 0.0);
+    for index in order {
+        let span = last.map_or(0.0, |last| times[index] - last);
+        if span > 0.0 {
+            place += step * libm::sqrt(span) * normal();
+            last = Some(times[index]);
+        }
+        walked[index] = place;
+    }
+    walked
+}
+
+/// The complex envelope of an echo from a rough surface that moves across a Gaussian beam: the sum of many scatterers, each of which is
+/// lit while it crosses. Its mean power is 1, its spectrum Gaussian.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Speckle {
+    /// When the first scatterer is in the middle of the beam, and the time from one to the next.
+    first: f64,
+    spacing: f64,
+    /// What each scatters.
+    scatterers: Vec<[f64; 2]>,
+}
+
+/// Scatterers in a standard deviation of the beam: so many that the mean power is the same at all times, to 1e-16.
+const DENSITY: f64 = 2.0;
+/// Standard deviations of the beam from its middle at which nothing of a scatterer is left: 1e-8 of its amplitude.
+const REACH: f64 = 6.0;
+
+impl Speckle {
+    /// Speckle of a surface that crosses a spot, between two times in seconds. The diameter is that at which the spot's light is down by
+    /// `exp(-2)`. `normal` draws normal numbers.
+    ///
+    /// A scatterer at the distance `x` from the middle of a spot of radius `r` has the amplitude `exp(-2 (x / r)^2)` on the light's way out and
+    /// back. So the bandwidth is `4 sqrt(ln 2) / pi`, or 1.06, times the speed over the diameter.
+    pub fn of_spot(
+        span_s: (f64, f64),
+        speed_mps: f64,
+        diameter_m: f64,
+        normal: impl FnMut() -> f64,
+    ) -> Self {
+        let ratio = 4.0 * libm::sqrt(core::f64::consts::LN_2) / PI;
+        Self::new(span_s.0, span_s.1, ratio * speed_mps / diameter_m, normal)
+    }
+
+    /// Speckle between two times, of a bandwidth that is the full width at half of the spectrum's height. `normal` draws normal numbers.
+    pub fn new(from: f64, to: f64, bandwidth: f64, mut normal: impl FnMut() -> f64) -> Self {
+        // exp(-t^2 / 2 s^2) has the power spectrum exp(-(2 pi s f)^2).
+        let deviation = libm::sqrt(core::f64::consts::LN_2) / (PI * bandwidth);
+        let spacing = deviation / DENSITY;
+        let count = libm::ceil((to - from) / spacing + 2.0 * REACH * DENSITY) as usize + 1;
+        // At any time the squares of the kernels add up to the root of pi times the density. There are two parts.
+        let scale = 1.0 / libm::sqrt(2.0 * libm::sqrt(PI) * DENSITY);
+        let scatterers = (0..count).map(|_| [scale * normal(), scale * normal()]).collect();
+        Self { first: from - REACH * deviation, spacing, scatterers }
+    }
+
+    /// The envelope at a time.
+    pub fn at(&self, time: f64) -> [f64; 2] {
+        let place = (time - self.first) / self.spacing;
+        let nearest = libm::round(place).max(0.0) as usize;
+        let reach = (REACH * DENSITY) as usize;
+        let from = nearest.saturating_sub(reach);
+        let mut sum = [0.0; 2];
+        for (index, [re, im]) in self.scatterers.iter().enumerate().skip(from).take(2 * reach + 1) {
+            let x = (place - index as f64) / DENSITY;
+            let light = libm::exp(-0.5 * (x * x));
+            sum[0] += re * light;
+            sum[1] += im * light;
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Two normal numbers at a time, of a generator that is good enough for a test (splitmix64, Box and Muller).
+    pub(crate) fn normals() -> impl FnMut() -> f64 {
+        let (mut state, mut spare) = (1u64, None);
+        let mut share = move || {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        };
+        move || {
+            spare.take().unwrap_or_else(|| {
+                let radius = libm::sqrt(-2.0 * libm::log(1.0 - share()));
+                let (sin, cos) = libm::sincos(2.0 * PI * share());
+                spare = Some(radius * sin);
+                radius * cos
+            })
+        }
+    }
+
+    /// Times in any order; equal ones have one value; the variance is that of the distance.
+    #[test]
+    fn a_walk_goes_by_the_root_of_the_time() {
+        let mut normal = normals();
+        let (mut squares, count) = ([0.0; 2], 20_000);
+        for _ in 0..count {
+            let walked = walk(&[7.0, 0.0, 3.0, 7.0, 3.5], 0.2, &mut normal);
+            assert_eq!((walked[1], walked[0]), (0.0, walked[3]));
+            squares[0] += walked[2] * walked[2];
+            squares[1] += (walked[0] - walked[4]).powi(2);
+        }
+        // A mean of 20,000 squares is known to 1 %, one sigma.
+        for (sum, span) in squares.into_iter().zip([3.0, 3.5]) {
+            assert!((sum / f64::from(count) / (0.04 * span) - 1.0).abs() < 0.04, "{sum} {span}");
+        }
+        assert!(walk(&[], 1.0, normal).is_empty());
+    }
+
+    /// Its autocorrelation is that of a Gaussian line of the stated width, at any time.
+    #[test]
+    fn speckle_has_the_width_that_is_stated() {
+        let (bandwidth, lag, count) = (0.3, 0.8, 40_000);
+        let mut normal = normals();
+        let mut sums = [0.0; 4];
+        for _ in 0..count {
+            let speckle = Speckle::new(2.0, 5.0, bandwidth, &mut normal);
+            for (sum, time) in sums.iter_mut().zip([2.0, 3.3, 5.0]) {
+                let [re, im] = speckle.at(time);
+                *sum += re * re + im * im;
+            }
+            let (a, b) = (speckle.at(2.7), speckle.at(2.7 + lag));
+            sums[3] += a[0] * b[0] + a[1] * b[1];
+        }
+        let means = sums.map(|sum| sum / f64::from(count));
+        // exp(-(pi b lag)^2 / (4 ln 2)): the transform of a Gaussian of this width at half of its height.
+        let stated = libm::exp(-(PI * bandwidth * lag).powi(2) / (4.0 * core::f64::consts::LN_2));
+        // Powers scatter by their mean: .5 %, one sigma.
+        for (mean, stated) in means.into_iter().zip([1.0, 1.0, 1.0, stated]) {
+            assert!((mean - stated).abs() < 0.02, "{mean}, not {stated}");
+        }
+    }
+}

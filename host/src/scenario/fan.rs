@@ -1,0 +1,78 @@
+//! A fan that moves before a 24 GHz radar: a body, and three blades that turn.
+
+use super::{Row, codes, sensor};
+use picket::Mixing;
+use picket::acquire::codes::Codes;
+use picket::acquire::sample::Iq;
+use picket::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_simulator::{Sensor, Target};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::TAU;
+
+const CARRIER_HZ: f64 = 24e9;
+/// Sample rate, Hz.
+pub const RATE_HZ: f64 = 20e3;
+
+/// Blades, and turns a second: a blade passes 60 times a second.
+const BLADES: usize = 3;
+const TURNS_HZ: f64 = 20.0;
+/// Where on a blade the wave is scattered, m, and the amplitude of each such place over that of the body.
+const PLACES_M: [f64; 3] = [0.05, 0.10, 0.15];
+const PLACE: f64 = 0.05;
+/// The body's echo, codes: with all of the blades in phase, and noise of 20 dB, it does not clip.
+const AMPLITUDE: f64 = 1000.0;
+/// The body's distance, m.
+const RANGE_M: f64 = 5.0;
+
+/// Speeds of the body, m/s.
+const SPEEDS_MPS: [f64; 12] = [0.5, 0.8, 1.1, 1.5, 2.0, 2.7, 3.7, 5.0, 6.7, 9.0, 12.0, 16.0];
+
+/// 24 GHz, I/Q at 20 kS/s: 12 cm/s a bin of 1024 samples, in which the blades turn once.
+pub fn config() -> Config {
+    Config {
+        scene: Scene::Doppler {
+            wavelength_m: SPEED_OF_LIGHT / CARRIER_HZ,
+            angle_rad: 0.0,
+            mixing: Mixing::RxConjTx,
+        },
+        ..Config::new(RATE_HZ, Codes::signed::<12>())
+    }
+}
+
+/// The body's speeds, each approaching and receding.
+pub fn rows() -> Vec<Row> {
+    let both =
+        |speed: f64| [1.0, -1.0].map(|sign| Row { range_m: 0.0, velocity_mps: sign * speed });
+    SPEEDS_MPS.into_iter().flat_map(both).collect()
+}
+
+/// How far to each side of the body's line the tips of the blades reach, Hz.
+pub fn reach_hz() -> f64 {
+    2.0 * TAU * TURNS_HZ * PLACES_M[PLACES_M.len() - 1] * CARRIER_HZ / SPEED_OF_LIGHT
+}
+
+/// The radar as it is simulated, for records of `n` samples, with the body so many decibels above the noise.
+pub fn radar(n: usize, snr_db: f64) -> Sensor {
+    let sensor = sensor::<Iq>(&config(), n, 0.0);
+    let receiver = sensor.receiver.with_snr(AMPLITUDE, snr_db);
+    sensor.received_by(receiver)
+}
+
+/// The codes of a record.
+pub fn samples(radar: &Sensor, row: &Row, rng: &mut ChaCha8Rng) -> Vec<[i16; 2]> {
+    let velocity_mps = row.velocity_mps;
+    let body = Target::moving(AMPLITUDE, RANGE_M, velocity_mps).turned(rng.random());
+    let begin: f64 = rng.random();
+    let mut targets = vec![body];
+    for blade in 0..BLADES {
+        let angle = begin + blade as f64 / BLADES as f64;
+        for place_m in PLACES_M {
+            let range_m = move |t: f64| {
+                RANGE_M - velocity_mps * t + place_m * (TAU * (TURNS_HZ * t + angle)).cos()
+            };
+            targets.push(Target::new(PLACE * AMPLITUDE, range_m).turned(rng.random()));
+        }
+    }
+    codes::<Iq>(radar, &targets, (0, 0), rng)
+}
