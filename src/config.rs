@@ -2,12 +2,14 @@
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Record, Segment};
+use crate::carrier::{Carrier, Width};
 use crate::math::scalar::cosine;
 use crate::methods::registry::Method;
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{Mixing, Scale};
 use crate::solve::equations::Chirp;
-use crate::solve::track::Tracking;
+use crate::solve::track::{Tracking, gain};
+use crate::solve::tracks::APART;
 use crate::spectrum::neighbourhood::has_ring;
 use crate::spectrum::peak::Band;
 use crate::tone::arithmetic::Arithmetic;
@@ -77,6 +79,8 @@ pub struct Config {
     pub scene: Scene,
     /// How a [`crate::tracker::Tracker`] follows tones.
     pub following: Following,
+    /// How wide the tone is by itself.
+    pub carrier: Carrier,
 }
 
 /// How tones are followed from block to block.
@@ -119,6 +123,7 @@ impl Config {
             false_alarm: FALSE_ALARM,
             scene: Scene::Tone,
             following: Following::default(),
+            carrier: Carrier::default(),
         }
     }
 }
@@ -150,6 +155,8 @@ pub enum ConfigError {
     FalseAlarm,
     /// Agility, acceleration or rate is outside its range, or more than 4 tones are to be followed.
     Following,
+    /// The carrier's width is negative, or more than half the sample rate.
+    Carrier,
 }
 
 impl ConfigError {
@@ -170,6 +177,9 @@ impl ConfigError {
             ConfigError::FalseAlarm => "the false-alarm probability must lie between 0 and 0.5",
             ConfigError::Following => {
                 "follow at most 4 tones, agility 1e-6 to 1e3, rate 1e-6 to 4096, acceleration 0 to 4096 bins"
+            }
+            ConfigError::Carrier => {
+                "the carrier's linewidth and envelope must lie between 0 and half the sample rate"
             }
             ConfigError::Method => "the method does not work on this kind of record",
             ConfigError::Length => "a record must have 64, 128, ... 4096 samples",
@@ -221,6 +231,7 @@ impl Config {
             return Err(ConfigError::FalseAlarm);
         }
         let band = self.band(n, iq)?;
+        let width = self.carrier.width(n, self.rate_hz).ok_or(ConfigError::Carrier)?;
         let threshold = Threshold::new(band.width(), self.false_alarm);
         let threshold = if has_ring(n, iq) { threshold.with_another() } else { threshold };
         Ok(Terms {
@@ -235,13 +246,14 @@ impl Config {
                 arithmetic: self.arithmetic,
                 threshold,
                 effort: self.effort,
+                width,
             },
             solver: self.solver(n, iq)?,
-            tracking: self.tracking(n)?,
+            tracking: self.tracking(n, &width)?,
         })
     }
 
-    fn tracking(&self, n: usize) -> Result<Tracking, ConfigError> {
+    fn tracking(&self, n: usize, width: &Width) -> Result<Tracking, ConfigError> {
         let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
         // Their squares are variances, which must neither overflow nor vanish.
         let right = (1e-6..=1e3).contains(&agility)
@@ -256,6 +268,9 @@ impl Config {
             agility,
             acceleration: acceleration_bins * bin,
             rate: rate_bins * bin,
+            apart: APART * bin,
+            envelope: width.followed(gain(agility)) * bin * bin,
+            stated: 2.0 * width.envelope * bin * bin,
             most: usize::from(most),
             refresh,
         })

@@ -68,6 +68,7 @@ pub struct Readme;
 pub mod accumulate;
 pub mod acquire;
 pub mod burst;
+pub mod carrier;
 pub mod config;
 mod list;
 pub mod math;
@@ -95,6 +96,8 @@ pub use acquire::format::Format;
 pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
 #[doc(inline)]
 pub use burst::{Burst, BurstProcessor, Validation};
+#[doc(inline)]
+pub use carrier::Carrier;
 #[doc(inline)]
 pub use config::{Config, ConfigError, Following, Scene};
 #[doc(inline)]

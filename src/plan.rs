@@ -2,6 +2,7 @@
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record};
+use crate::carrier::Width;
 use crate::config::ConfigError;
 use crate::methods::registry::Method;
 use crate::solve::chirp::Scale;
@@ -106,6 +107,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             arithmetic: Arithmetic::of_core(),
             threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
             effort: Effort::Look,
+            width: Width::NONE,
         };
         let Self { terms: idle, kind } = Self::IDLE;
         Self {
@@ -148,9 +150,19 @@ impl<R: Record, const N: usize> Plan<R, N> {
                 arithmetic: Arithmetic::Float,
                 threshold: Threshold::ZERO,
                 effort: Effort::Look,
+                width: Width::NONE,
             },
             solver: Solver::None,
-            tracking: Tracking { agility: 0.0, acceleration: 0.0, rate: 0.0, most: 0, refresh: 0 },
+            tracking: Tracking {
+                agility: 0.0,
+                acceleration: 0.0,
+                rate: 0.0,
+                apart: 0.0,
+                envelope: 0.0,
+                stated: 0.0,
+                most: 0,
+                refresh: 0,
+            },
         },
         kind: PhantomData,
     };

@@ -2,6 +2,7 @@
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::list::{first, remove};
+use crate::math::scalar::Scalar as _;
 use crate::pipeline::{Measurement, Pipeline};
 use crate::plan::{Plan, Solver};
 use crate::solve::chirp::{self, Shape, Target};
@@ -93,7 +94,9 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         let expected = tracks.expected(&stamp, plan.segments())?;
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = lock.measure::<R, N>(samples, expected, clipped)?;
-        let tone = Tone { rate_hz: plan.rate_hz, ..tone };
+        let width = plan.options.width.of_block() * const { 1.0 / (N * N) as f32 };
+        let sigma = (tone.sigma * tone.sigma + width).root();
+        let tone = Tone { rate_hz: plan.rate_hz, sigma, ..tone };
         // A tone outside the gate belongs to another target.
         tracks.lead(&stamp, &tone, &plan.tracking).then_some(())?;
         let result = self.pipeline.solve(&stamp, tone);

@@ -6,6 +6,7 @@ mod alternating;
 mod budget;
 mod burst_processor;
 mod bursts;
+mod carrier;
 mod chirps;
 mod claims;
 mod cmsis;

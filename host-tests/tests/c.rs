@@ -268,6 +268,7 @@ fn analysis(n: usize, iq: bool, arithmetic: Arithmetic) -> Analysis {
         codes: Codes::signed::<12>(),
         arithmetic,
         effort: picket::Effort::Look,
+        width: Default::default(),
         false_alarm: picket::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

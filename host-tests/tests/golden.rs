@@ -224,6 +224,7 @@ fn every_estimator_by_the_analyser() {
             codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
             effort: picket::Effort::Look,
+            width: Default::default(),
             false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
             carrier: None,
             style: Style::Json,

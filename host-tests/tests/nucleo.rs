@@ -562,6 +562,7 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
         effort: picket::Effort::Look,
+        width: Default::default(),
         false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

@@ -105,6 +105,7 @@ fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
             codes,
             arithmetic,
             effort: picket::Effort::Look,
+            width: Default::default(),
             false_alarm: picket::Config::new(1.0, codes).false_alarm,
             carrier: None,
             style: Style::Json,

@@ -290,6 +290,7 @@ fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Follo
         band_hz: Some(band_hz),
         codes: Codes::signed::<16>(),
         reach: Reach::Sixteen,
+        width: Default::default(),
     };
     Pursuit { cut, following, effort: picket::Effort::Look, carrier: None }
 }

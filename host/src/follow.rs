@@ -128,7 +128,7 @@ fn blocks<R: Kind, const N: usize>(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), String> {
     let &Pursuit { cut, following, effort, carrier } = pursuit;
-    let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
+    let Cut { hop, skip, band_hz, codes, reach, width, .. } = cut;
     let rate_hz = recording.rate_hz();
     let config = Config {
         rate_hz,
@@ -137,6 +137,7 @@ fn blocks<R: Kind, const N: usize>(
         reach,
         following,
         effort,
+        carrier: width,
         ..Config::new(1.0, Codes::signed::<12>())
     };
     let mut tracker = Box::new(Tracker::<R, N>::new(config.plan::<R, N>().map_err(text)?));

@@ -60,6 +60,7 @@ fn ten_minutes() {
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
         effort: picket::Effort::Look,
+        width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

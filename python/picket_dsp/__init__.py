@@ -106,7 +106,7 @@ def _kind(scene):
 class _Front:
     """What a pipeline and a tracker have in common: a configuration, and how samples become the converter's codes."""
 
-    def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort="look", following=None):
+    def __init__(self, n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort="look", following=None, carrier=(0.0, 0.0)):
         self._n, self._rate_hz, self._iq, self._scene_kind = int(n), float(rate_hz), bool(iq), _kind(scene)
         self._codes = codes
         terms = scene._terms() if scene is not None else None
@@ -116,7 +116,7 @@ class _Front:
 
         def make(low, high):
             return _picket.Native(
-                self._n, self._rate_hz, low, high, self._iq, engine, arithmetic, effort, band, false_alarm, terms, following
+                self._n, self._rate_hz, low, high, self._iq, engine, arithmetic, effort, band, false_alarm, terms, following, carrier
             )
 
         self._make, self._natives = make, {}
@@ -220,15 +220,18 @@ class Pipeline(_Front):
     arithmetic: "float", or "fixed" as on a core without a floating-point unit.
     effort: what is done for a line that is no steady tone: "look", tests as boards make them, or a joint fit with "one" cause at most
         beside the tone, or with three: "full". Fewer blocks are unresolved then. `lines` is the same at every effort.
+    linewidth_hz: the laser's linewidth, full width at half maximum; envelope_hz: the bandwidth of the echo's envelope, as of speckle,
+        likewise. Sigma covers both.
 
     Floats are in codes and are rounded. A configuration that cannot work is a ValueError that says why.
     """
 
     def __init__(
         self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, false_alarm=None, engine="i32", arithmetic="float",
-        effort="look",
+        effort="look", linewidth_hz=0.0, envelope_hz=0.0,
     ):
-        super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort)
+        carrier = (float(linewidth_hz), float(envelope_hz))
+        super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, engine, arithmetic, effort, carrier=carrier)
 
     def blocks(self, samples, hop=None, *, phase=False, threads=None, missing=()):
         """The strongest tone of every block, as a structured array with a row for each.
@@ -288,14 +291,17 @@ class Tracker(_Front):
 
     def __init__(
         self, n=1024, rate_hz=48e3, codes=12, iq=False, band_hz=None, scene=None, *, most=1, agility=0.05, acceleration_bins=0.0,
-        rate_bins=2.0, refresh=0, false_alarm=None, arithmetic="float", effort="look",
+        rate_bins=2.0, refresh=0, false_alarm=None, arithmetic="float", effort="look", linewidth_hz=0.0, envelope_hz=0.0,
     ):
         if not 1 <= int(most) <= 4:
             raise ValueError("most is 1 to 4")
         if not 0 <= int(refresh) <= 255:
             raise ValueError("refresh is 0 to 255 blocks")
         following = (float(agility), float(acceleration_bins), float(rate_bins), int(most), int(refresh))
-        super().__init__(n, rate_hz, codes, iq, band_hz, scene, false_alarm, "i32", arithmetic, effort, following)
+        super().__init__(
+            n, rate_hz, codes, iq, band_hz, scene, false_alarm, "i32", arithmetic, effort, following,
+            (float(linewidth_hz), float(envelope_hz)),
+        )
 
     def follow(self, samples, hop=None):
         """Follows the tones of a recording from its start.

@@ -13,7 +13,8 @@ use picket::acquire::frontend::Timing;
 use picket::acquire::kind::{ForRecord, for_record};
 use picket::spectrum::engine::Engine;
 use picket::{
-    Arithmetic, Config, Effort, F32, Following, I32, Plan, Q15, Record, Segment, Stamp, Trigger,
+    Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Q15, Record, Segment, Stamp,
+    Trigger,
 };
 use pyo3::prelude::*;
 
@@ -72,7 +73,7 @@ impl Work for Check {
 #[pymethods]
 impl Native {
     #[new]
-    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, effort, band_hz, false_alarm, scene, following))]
+    #[pyo3(signature = (n, rate_hz, low, high, iq, engine, arithmetic, effort, band_hz, false_alarm, scene, following, carrier))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         n: usize,
@@ -87,6 +88,7 @@ impl Native {
         false_alarm: Option<f64>,
         scene: Option<SceneTerms>,
         following: Option<(f32, f32, f32, u8, u8)>,
+        carrier: (f32, f32),
     ) -> PyResult<Self> {
         let codes = terms::codes(low, high).map_err(wrong)?;
         let mut config = Config { band_hz, ..Config::new(rate_hz, codes) };
@@ -112,6 +114,8 @@ impl Native {
         if let Some((agility, acceleration_bins, rate_bins, most, refresh)) = following {
             config.following = Following { agility, acceleration_bins, rate_bins, most, refresh };
         }
+        let (linewidth_hz, envelope_hz) = carrier;
+        config.carrier = Carrier { linewidth_hz, envelope_hz };
         let native = Self { config, n, iq, transform };
         native.work(Check)?;
         Ok(native)

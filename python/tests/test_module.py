@@ -123,6 +123,7 @@ def test_verdicts_are_told():
         ({"arithmetic": "f64"}, None, "float or fixed"),
         ({"effort": "most"}, None, "look, one or full"),
         ({"false_alarm": 2.0}, None, "false-alarm probability"),
+        ({"linewidth_hz": -1.0}, None, "linewidth and envelope"),
         ({"scene": "radar"}, None, "Doppler or a Chirp"),
         ({"scene": Doppler(wavelength_m=-1)}, None, "wavelength"),
         ({"scene": Doppler(wavelength_m=1, mixing="iq")}, None, "tx-conj-rx or rx-conj-tx"),
@@ -295,6 +296,16 @@ def test_more_effort_resolves_more():
     causes = Pipeline(effort="full").explain(samples[:1024])
     assert list(causes["outcome"][(causes["fit"] == "joint") & (causes["test"] == "line")]) == ["joined the fit", "steady"]
     assert same(Pipeline(effort="full").blocks(tone(4096)), Pipeline().blocks(tone(4096)))
+
+
+def test_a_stated_width_is_in_sigma():
+    samples = tone(64 * 1024)
+    alone = Pipeline().blocks(samples)["sigma_hz"]
+    block_s = 1024 / 48e3
+    for terms, variance in [({"linewidth_hz": 100.0}, 0.191 * 100 / block_s), ({"envelope_hz": 2.0}, (0.6006 * 2.0) ** 2)]:
+        wide = Pipeline(**terms).blocks(samples)["sigma_hz"]
+        assert np.allclose(wide**2 - alone**2, variance, rtol=0.01)
+    assert Tracker(envelope_hz=2.0).follow(samples)["sigma_hz"].min() > 2 * Tracker().follow(samples)["sigma_hz"].max()
 
 
 def test_telemetry_of_a_board():

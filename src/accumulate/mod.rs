@@ -226,9 +226,10 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         if self.clipped > 0 {
             reasons = reasons.with(Verdict::Clipped);
         }
-        // The engine's rounding moves a line by as much in each block.
+        // The engine's rounding moves a line by as much in each block, and the carrier's width by something else.
         let engine = crate::spectrum::engine::I32::error(N, R::IQ);
-        let variance = f64::from(fit.variance + engine * engine);
+        let width = terms.options.width.of_sum(blocks.max(1));
+        let variance = f64::from(fit.variance + engine * engine + width);
         let line = fit.power * place.noise * sums.unit() * sums.unit();
         let n = N as f32;
         let (snr, amplitude) = if R::IQ {

@@ -29,11 +29,24 @@ pub struct Tracking {
     pub acceleration: f32,
     /// Sigma of the rate of a target that was seen once, cycles per sample per block.
     pub rate: f32,
+    /// Lines that are less apart, cycles per sample, are one line.
+    pub apart: f32,
+    /// The variance that the tone's envelope adds to a block of the mean power, in squared cycles per sample, with what it adds by its correlation from block to
+    /// block: see [`Width::followed`](crate::carrier::Width::followed).
+    pub envelope: f32,
+    /// What a block's own sigma has of it, squared, see [`crate::carrier`].
+    pub stated: f32,
     /// The most tones followed at once: 0 to [`crate::tone::lines::MOST`]; 0 follows none.
     pub most: usize,
     /// While a track is held, one block in `refresh` is searched whole; 0 or 1 searches every
     /// block.
     pub refresh: u8,
+}
+
+/// The gain of the frequency to which the filter settles at this Lambda (Kalata 1984: `1 - r^2`, with `r = (4 + L - sqrt(8 L + L^2)) / 4`).
+pub(crate) fn gain(agility: f32) -> f32 {
+    let r = 0.25 * (4.0 + agility - (agility * (8.0 + agility)).root());
+    1.0 - r * r
 }
 
 /// The state of a track.
@@ -144,14 +157,17 @@ pub struct Track {
 /// is.
 ///
 /// A measurement's sigma says what noise does within one block. A target with many reflecting
-/// parts scatters more from block to block, and nobody knows beforehand how it moves. The
-/// innovations, divided by their own sigma, tell both. Their mean square should be 1: if it is
+/// parts scatters more from block to block, the more the weaker it is in a block (see [`crate::carrier`]), and nobody knows
+/// beforehand how it moves. The innovations, divided by their own sigma, tell both. Their mean square should be 1: if it is
 /// more, the measurements scatter more. Each should be independent of the one before: if two in a
 /// row lie on the same side, the target accelerates more than expected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Learnt {
     /// The variance of a measurement as its blocks say, averaged.
     variance: f32,
+    /// The square of the amplitude, averaged, and the measurements in it.
+    power: f32,
+    seen: f32,
     /// Logarithms of two factors, not below 0: of that variance and of the acceleration's sigma.
     scatter: f32,
     unrest: f32,
@@ -168,20 +184,45 @@ impl Learnt {
     /// The most that one innovation counts, the most that all count, and the least that has an
     /// effect. A track with nothing to learn exceeds the least one time in ten.
     const MOST: f32 = 9.0;
-    const HIGHEST: f32 = 9.0;
+    const HIGHEST: f32 = 18.0;
     const EVIDENT: f32 = 0.3;
     /// The share of a block in the average of variances, and the factor by which one block may be
     /// better than the average.
     const RENEWAL: f32 = 1.0 / 8.0;
     const BETTER: f32 = 4.0;
+    /// The measurements that the average power has, and the deepest fade that counts.
+    const POWERS: f32 = 32.0;
+    const DEEPEST: f32 = 1e4;
 
-    fn start(variance: f32) -> Self {
-        Self { variance, ..Self::default() }
+    fn start(tone: &Tone) -> Self {
+        let power = square(tone.amplitude);
+        Self { variance: square(tone.sigma), power, seen: 1.0, ..Self::default() }
     }
 
-    /// Takes the variance that a block states. Returns the one that counts.
-    fn variance(&self, block: f32) -> f32 {
-        self.average(block).max(block / Self::BETTER) * Self::times(self.scatter)
+    /// By how much a tone is weaker than the average, in power.
+    fn faded(&self, tone: &Tone) -> f32 {
+        let faded = self.power / square(tone.amplitude);
+        // A tone without an amplitude is no number here.
+        if faded < Self::DEEPEST { faded } else { Self::DEEPEST }
+    }
+
+    /// The variance of a measurement whose block states `block`, of a tone that is weaker by `faded` than the average: what is known of it, and
+    /// what was learnt beyond.
+    fn variance(&self, block: f32, faded: f32, tracking: &Tracking) -> [f32; 2] {
+        let average = self.average(block);
+        let stated = average.max(block / Self::BETTER);
+        let known = stated + (tracking.envelope * faded - tracking.stated);
+        [known, average * (Self::times(self.scatter) - 1.0) * faded]
+    }
+
+    /// Both together. What is learnt settles where squared innovations are [`Learnt::SCATTER`] by their mean: there is as much more.
+    fn whole([known, learnt]: [f32; 2]) -> f32 {
+        known + Self::SCATTER * learnt
+    }
+
+    /// The standard deviation by which measurements scatter beyond what their blocks state.
+    fn excess(&self) -> f32 {
+        (self.variance * (Self::times(self.scatter) - 1.0)).root()
     }
 
     fn times(log: f32) -> f32 {
@@ -193,10 +234,12 @@ impl Learnt {
         1.0 / ((1.0 - Self::RENEWAL) / self.variance + Self::RENEWAL / block)
     }
 
-    /// Takes an innovation over its sigma, of a measurement with this variance.
+    /// Takes an innovation over its sigma, of this measurement.
     #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
-    fn learn(&mut self, block: f32, innovation: f32) {
-        self.variance = self.average(block);
+    fn learn(&mut self, tone: &Tone, innovation: f32) {
+        self.variance = self.average(square(tone.sigma));
+        self.seen = (self.seen + 1.0).min(Self::POWERS);
+        self.power += (square(tone.amplitude) - self.power) / self.seen;
         let within = |x: f32| x.max(-Self::MOST).min(Self::MOST);
         let grown = |log: f32, by: f32| (log + Self::SPEED * by).max(0.0).min(Self::HIGHEST);
         self.scatter = grown(self.scatter, within(innovation * innovation) - Self::SCATTER);
@@ -216,7 +259,7 @@ impl Track {
     pub fn start(number: u32, tone: &Tone, tracking: &Tracking) -> Self {
         let variance = square(tone.sigma);
         let motion = Motion { rate: 0.0, covariance: [variance, 0.0, square(tracking.rate)] };
-        Self { number, tone: *tone, motion, learnt: Learnt::start(variance), ..Self::default() }
+        Self { number, tone: *tone, motion, learnt: Learnt::start(tone), ..Self::default() }
     }
 
     /// The rate, cycles per sample per block.
@@ -242,15 +285,17 @@ impl Track {
         self.age = self.age.saturating_add(blocks);
     }
 
-    /// Half the gate for a measurement of this sigma, cycles per sample.
-    pub fn gate(&self, sigma: f32) -> f32 {
-        let [variance, _, _] = self.motion.covariance;
-        (GATE * (variance + self.learnt.variance(square(sigma))).root()).min(WIDEST)
+    /// Half the gate for a measurement as the last ones were, cycles per sample.
+    pub fn gate(&self, tracking: &Tracking) -> f32 {
+        let [place, _, _] = self.motion.covariance;
+        let variance = Learnt::whole(self.learnt.variance(self.learnt.variance, 1.0, tracking));
+        (GATE * (place + variance).root()).min(WIDEST)
     }
 
-    /// Half the gate for a measurement with the sigma of the last one.
-    pub fn expected_gate(&self) -> f32 {
-        self.gate(self.learnt.variance.root())
+    /// The standard deviation by which the measurements scatter beyond their own sigmas, cycles per sample: what the track has learnt of the carrier's width. 0
+    /// where there is nothing to learn.
+    pub fn excess(&self) -> f32 {
+        self.learnt.excess()
     }
 
     /// The distance of a tone from the prediction, cycles per sample, signed. It wraps round the
@@ -260,18 +305,29 @@ impl Track {
     }
 
     /// The distance of a tone from the prediction in half gates; `None` outside the gate, and of a
-    /// tone that does not tell where it is.
-    pub fn distance(&self, tone: &Tone) -> Option<f32> {
-        let distance = self.innovation(tone).abs() / self.gate(tone.sigma);
+    /// tone that does not tell where it is. No gate is narrower than the distance below which another line would be a part of this one.
+    pub fn distance(&self, tone: &Tone, tracking: &Tracking) -> Option<f32> {
+        let [place, _, _] = self.motion.covariance;
+        let gate = GATE * (place + Learnt::whole(self.variance(tone, tracking))).root();
+        let gate = gate.min(WIDEST).max(tracking.apart);
+        let distance = self.innovation(tone).abs() / gate;
         (distance <= 1.0 && tells(tone)).then_some(distance)
     }
 
+    /// The variance of this measurement, as [`Learnt::variance`].
+    fn variance(&self, tone: &Tone, tracking: &Tracking) -> [f32; 2] {
+        self.learnt.variance(square(tone.sigma), self.learnt.faded(tone), tracking)
+    }
+
     /// Updates the track with this block's measurement.
-    pub fn update(&mut self, tone: &Tone) {
-        let (block, innovation) = (square(tone.sigma), self.innovation(tone));
-        let variance = self.learnt.variance(block);
+    pub fn update(&mut self, tone: &Tone, tracking: &Tracking) {
+        let innovation = self.innovation(tone);
+        let [known, learnt] = self.variance(tone, tracking);
+        let variance = Learnt::whole([known, learnt]);
         let [place, _, _] = self.motion.covariance;
-        self.learnt.learn(block, innovation / (place + variance).root());
+        self.learnt.learn(tone, innovation / (place + known + learnt).root());
+        // What is beyond the gate scatters more than is known so far.
+        let variance = variance.max(square(innovation) * (1.0 / (GATE * GATE)) - place);
         let moved = self.motion.update(innovation, variance);
         self.tone = Tone { frequency: self.tone.frequency, ..*tone };
         self.shift(moved);
@@ -325,8 +381,16 @@ mod tests {
     use crate::tone::frequency::Frequency;
     use crate::tone::verdict::Verdict;
 
-    const TRACKING: Tracking =
-        Tracking { agility: 0.05, acceleration: 0.0, rate: 2e-3, most: 1, refresh: 0 };
+    const TRACKING: Tracking = Tracking {
+        agility: 0.05,
+        acceleration: 0.0,
+        rate: 2e-3,
+        apart: 0.0,
+        envelope: 0.0,
+        stated: 0.0,
+        most: 1,
+        refresh: 0,
+    };
 
     fn tone(cycles: f64, sigma: f32) -> Tone {
         let frequency = Frequency::of_bins(0, cycles, 1).unwrap();
@@ -343,16 +407,17 @@ mod tests {
             let mut track = Track::start(0, &tone(0.1, 1e-5), &tracking);
             for _ in 0..400 {
                 track.predict(1, false, &tracking);
-                track.update(&tone(0.1, 1e-5));
+                track.update(&tone(0.1, 1e-5), &tracking);
             }
             let ratio = f64::from(track.covariance()[0]) / 1e-10;
             assert!((ratio / variance - 1.0).abs() < 0.01, "{agility}: {ratio}");
             // How far the answer moves for a step of one sigma.
             track.predict(1, false, &tracking);
             let before = track.tone.frequency.cycles();
-            track.update(&tone(0.1 + 1e-5, 1e-5));
+            track.update(&tone(0.1 + 1e-5, 1e-5), &tracking);
             let moved = (track.tone.frequency.cycles() - before) / 1e-5;
             assert!((moved / alpha - 1.0).abs() < 0.02, "{agility}: {moved}");
+            assert!((f64::from(gain(agility)) / alpha - 1.0).abs() < 0.02, "{agility}");
         }
     }
 
@@ -363,7 +428,7 @@ mod tests {
         for _ in 0..100 {
             cycles += 1e-4;
             track.predict(1, false, &TRACKING);
-            track.update(&tone(cycles, 1e-6));
+            track.update(&tone(cycles, 1e-6), &TRACKING);
         }
         assert!((track.tone.frequency.cycles() - cycles).abs() < 1e-8);
         assert!((track.rate() - 1e-4).abs() < 1e-8);
@@ -374,9 +439,9 @@ mod tests {
     fn a_tone_of_unknown_place_is_in_no_gate() {
         let mut track = Track::start(0, &tone(0.1, 1e-6), &TRACKING);
         track.predict(1, false, &TRACKING);
-        assert!(track.distance(&tone(0.1, 1e-6)).is_some());
+        assert!(track.distance(&tone(0.1, 1e-6), &TRACKING).is_some());
         for sigma in [1.0, 1e30, f32::INFINITY, f32::NAN] {
-            assert_eq!(track.distance(&tone(0.1, sigma)), None, "{sigma}");
+            assert_eq!(track.distance(&tone(0.1, sigma), &TRACKING), None, "{sigma}");
         }
     }
 
@@ -385,7 +450,7 @@ mod tests {
         let mut track = Track::start(0, &tone(-0.4999, 1e-5), &TRACKING);
         track.predict(1, false, &TRACKING);
         assert!((track.innovation(&tone(0.4999, 1e-5)) + 2e-4).abs() < 1e-7);
-        track.update(&tone(0.4999, 1e-5));
+        track.update(&tone(0.4999, 1e-5), &TRACKING);
         assert!(track.tone.frequency.cycles().abs() > 0.4998);
     }
 
@@ -396,7 +461,7 @@ mod tests {
         track.predict(1, false, &TRACKING);
         track.miss();
         track.predict(1, false, &TRACKING);
-        track.update(&tone(0.2, 1e-5));
+        track.update(&tone(0.2, 1e-5), &TRACKING);
         assert_eq!((track.state, track.number), (State::Held, 7));
         for misses in 1..=MISSES {
             track.predict(1, false, &TRACKING);
@@ -417,11 +482,11 @@ mod tests {
         let mut track = Track::start(0, &tone(0.1, 1e-6), &TRACKING);
         for _ in 0..50 {
             track.predict(1, false, &TRACKING);
-            track.update(&tone(0.1, 1e-6));
+            track.update(&tone(0.1, 1e-6), &TRACKING);
         }
-        let (place, gate) = (track.tone.frequency, track.expected_gate());
+        let (place, gate) = (track.tone.frequency, track.gate(&TRACKING));
         track.predict(3, true, &TRACKING);
         assert_eq!(track.tone.frequency, place);
-        assert!(track.expected_gate() > 100.0 * gate);
+        assert!(track.gate(&TRACKING) > 100.0 * gate);
     }
 }

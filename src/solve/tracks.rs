@@ -12,7 +12,7 @@ const SLOTS: usize = 2 * MOST;
 
 /// The distance, in bins, below which two tones cannot be told apart (see
 /// [`crate::tone::lines`]).
-const APART: f32 = 2.0;
+pub const APART: f32 = 2.0;
 
 /// A set of tracks, oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -83,11 +83,11 @@ impl Tracks {
         };
         let before = *track;
         track.predict(1, false, tracking);
-        if track.distance(tone).is_none() {
+        if track.distance(tone, tracking).is_none() {
             *track = before;
             return false;
         }
-        track.update(tone);
+        track.update(tone, tracking);
         self.last = Some(stamp.sequence);
         true
     }
@@ -106,7 +106,7 @@ impl Tracks {
     ) {
         let Sight { stamp, every, bin, tones, mut find } = sight;
         let (mut tones, mut seen) = self.paired(stamp, every, bin, tones, tracking);
-        self.look(&mut seen, bin, &mut find);
+        self.look(&mut seen, bin, tracking, &mut find);
         self.settle(&mut tones, &mut seen, bin, tracking);
     }
 
@@ -129,7 +129,7 @@ impl Tracks {
         let mut seen = [false; SLOTS];
         self.merge(&mut tones, &mut seen, bin);
         for state in [State::Held, State::Tentative] {
-            self.pair(&mut tones, &mut seen, state);
+            self.pair(&mut tones, &mut seen, state, tracking);
         }
         (tones, seen)
     }
@@ -197,7 +197,13 @@ impl Tracks {
     }
 
     /// Pairs tracks in one state with tones, nearest first.
-    fn pair(&mut self, tones: &mut Vec<Tone, MOST>, seen: &mut [bool; SLOTS], state: State) {
+    fn pair(
+        &mut self,
+        tones: &mut Vec<Tone, MOST>,
+        seen: &mut [bool; SLOTS],
+        state: State,
+        tracking: &Tracking,
+    ) {
         for _ in 0..MOST {
             let mut best: Option<(f32, usize, usize)> = None;
             for (index, track) in self.tracks.iter().enumerate() {
@@ -205,7 +211,7 @@ impl Tracks {
                     continue;
                 }
                 for (number, tone) in tones.iter().enumerate() {
-                    let Some(distance) = track.distance(tone) else {
+                    let Some(distance) = track.distance(tone, tracking) else {
                         continue;
                     };
                     if best.is_none_or(|(least, _, _)| distance < least) {
@@ -217,7 +223,7 @@ impl Tracks {
                 return;
             };
             if let (Some(track), Some(tone)) = (self.tracks.get_mut(index), tones.get(number)) {
-                track.update(tone);
+                track.update(tone, tracking);
             }
             if let Some(seen) = seen.get_mut(index) {
                 *seen = true;
@@ -231,6 +237,7 @@ impl Tracks {
         &mut self,
         seen: &mut [bool; SLOTS],
         bin: f32,
+        tracking: &Tracking,
         find: &mut impl FnMut(&Tone, f32) -> Option<Tone>,
     ) {
         for index in 0..self.tracks.len() {
@@ -240,10 +247,10 @@ impl Tracks {
             if track.state != State::Held || seen.get(index).is_none_or(|seen| *seen) {
                 continue;
             }
-            let Some(tone) = find(&track.tone, track.expected_gate()) else {
+            let Some(tone) = find(&track.tone, track.gate(tracking)) else {
                 continue;
             };
-            if track.distance(&tone).is_none() {
+            if track.distance(&tone, tracking).is_none() {
                 continue;
             }
             // A tone that another track has taken is not taken twice.
@@ -251,7 +258,7 @@ impl Tracks {
                 *seen && other.number != track.number && other.innovation(&tone).abs() < bin
             });
             if let Some(track) = self.tracks.get_mut(index) {
-                if taken { track.coast() } else { track.update(&tone) }
+                if taken { track.coast() } else { track.update(&tone, tracking) }
             }
             if let Some(seen) = seen.get_mut(index) {
                 *seen = true;

@@ -17,6 +17,7 @@ use super::observer::{Observer, Statistic, Step, Test};
 use super::sigma::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Iq, Real, Record, Stamp};
+use crate::carrier::Width;
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::model::block::joint;
@@ -42,6 +43,8 @@ pub struct Options {
     pub threshold: Threshold,
     /// How closely a line that is no steady tone is looked at.
     pub effort: Effort,
+    /// What the carrier's own width does.
+    pub width: Width,
 }
 
 /// The most further steps of a fit to a line that is no steady tone.
@@ -227,7 +230,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma,
-        engine: around.engine,
+        unseen: around.engine * around.engine + wider(&options.width, sigma, fit, N, quiet),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
 }
@@ -355,10 +358,22 @@ pub(super) struct Seen {
     pub gap: bool,
     /// The peak is below the detection threshold.
     pub weak: bool,
-    /// Sigma in bins, without the engine's error.
+    /// Sigma in bins, of the noise alone.
     pub sigma: f32,
-    /// The engine's error in bins.
-    pub engine: f32,
+    /// The variance in squared bins that no noise tells of: the engine's, and what the tone's own width adds.
+    pub unseen: f32,
+}
+
+/// The variance, in squared bins, that the tone's own width adds to `sigma`: what the fit leaves may have widened that beyond the noise
+/// already.
+#[inline(never)]
+fn wider(width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, noise: f32) -> f32 {
+    let width = width.of_block();
+    if width <= 0.0 {
+        return 0.0;
+    }
+    let alone = sigma_bins(fit, n, noise);
+    (width - (sigma * sigma - alone * alone)).max(0.0)
 }
 
 impl Seen {
@@ -391,7 +406,7 @@ impl Seen {
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         let tone = Tone {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
-            sigma: with_rounding(self.sigma, self.engine, n) / n as f32,
+            sigma: with_rounding(self.sigma, self.unseen, n) / n as f32,
             snr: ratio(n, power, self.noise),
             amplitude: power.root(),
             ..Tone::ZERO

@@ -25,11 +25,11 @@ pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
     (T::of_i32(n as i32 / 2) * noise / fit.information).root()
 }
 
-/// A standard deviation in bins, of a record of `n` samples, with two errors that no noise tells of: the engine's in bins, see
+/// A standard deviation in bins, of a record of `n` samples, with what no noise tells of: a variance `unseen` of squared bins, as of
 /// [`Engine::error`](crate::spectrum::engine::Engine::error), and the rounding of a [`Frequency`]'s last step.
-pub(crate) fn with_rounding(sigma: f32, engine: f32, n: usize) -> f32 {
+pub(crate) fn with_rounding(sigma: f32, unseen: f32, n: usize) -> f32 {
     let step = n as f32 * Frequency::ROUNDING;
-    (sigma * sigma + (engine * engine + step * step)).root()
+    (sigma * sigma + (unseen + step * step)).root()
 }
 
 /// From this share of clipped samples on a tone is [`crate::tone::Verdict::Clipped`].

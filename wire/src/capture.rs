@@ -7,11 +7,12 @@
 //! | offset | field |
 //! |---|---|
 //! | 0 | magic number: 4 u8 |
-//! | 4 | version of this layout: u8, 4; three zeros |
+//! | 4 | version of this layout: u8, 5; three zeros |
 //! | 8 | blocks, stride, period: 3 u32 |
 //! | 20 | the measurement's configuration |
 //! | 104 | a chirp's guard, s, and its sweep's curvature: 2 f64; 0 for other scenes |
-//! | 120 | CRC-32 of all before |
+//! | 120 | the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
+//! | 128 | CRC-32 of all before |
 
 use crate::bytes::{Reader, Writer};
 use crate::config;
@@ -19,6 +20,7 @@ pub use crate::config::EncodingError;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use picket::acquire::frontend::Timing;
 use picket::acquire::sample::Record;
+use picket::carrier::Carrier;
 use picket::config::{Config, Scene};
 use picket::solve::equations::Chirp;
 
@@ -42,12 +44,12 @@ pub struct Header {
 }
 
 const MAGIC: [u8; 4] = *b"PKCP";
-const VERSION: u8 = 4;
+const VERSION: u8 = 5;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 impl Header {
     /// Length of a header, bytes.
-    pub const BYTES: usize = 20 + config::BYTES + 16 + 4;
+    pub const BYTES: usize = 20 + config::BYTES + 16 + 8 + 4;
 
     /// The header for this configuration: records of kind `R`, blocks of `n` samples that follow
     /// each other without a pause.
@@ -75,10 +77,15 @@ impl Header {
             writer.u32(word);
         }
         config::put(&mut writer, self.iq, self.n, &self.config);
-        if let Scene::Chirp(Chirp { guard_s, sweep_curvature, .. }) = self.config.scene {
-            writer.f64(guard_s);
-            writer.f64(sweep_curvature);
-        }
+        let (guard_s, curvature) = match self.config.scene {
+            Scene::Chirp(Chirp { guard_s, sweep_curvature, .. }) => (guard_s, sweep_curvature),
+            _ => (0.0, 0.0),
+        };
+        writer.f64(guard_s);
+        writer.f64(curvature);
+        let Carrier { linewidth_hz, envelope_hz } = self.config.carrier;
+        writer.f32(linewidth_hz);
+        writer.f32(envelope_hz);
         if let Some((body, last)) = bytes.split_last_chunk_mut() {
             *last = CRC.checksum(body).to_le_bytes();
         }
@@ -107,10 +114,13 @@ impl Header {
         let mut word = || reader.u32().ok_or(EncodingError::Field);
         let (blocks, stride, period_us) = (word()?, word()?, word()?);
         let (iq, n, mut config) = config::take(&mut reader)?;
+        let mut long = || reader.f64().ok_or(EncodingError::Field);
+        let (guard_s, curvature) = (long()?, long()?);
         if let Scene::Chirp(chirp) = &mut config.scene {
-            let mut long = || reader.f64().ok_or(EncodingError::Field);
-            (chirp.guard_s, chirp.sweep_curvature) = (long()?, long()?);
+            (chirp.guard_s, chirp.sweep_curvature) = (guard_s, curvature);
         }
+        let mut short = || reader.f32().ok_or(EncodingError::Field);
+        config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
         Ok(Header { iq, n, blocks, stride, period_us, config })
     }
 }

@@ -170,7 +170,7 @@ impl Request {
             (3, []) => Command::Stop,
             (4, []) => Command::GetSettings,
             (5, body) => {
-                if !matches!(body.len(), Settings::SHORT | Settings::BYTES) {
+                if !matches!(body.len(), Settings::SHORT | Settings::LONG | Settings::BYTES) {
                     return unknown;
                 }
                 let (settings, n) = Settings::of_bytes(body)

@@ -22,6 +22,7 @@
 
 use crate::bytes::{Reader, Writer};
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier;
 use picket::config::{Config, Following, Scene};
 use picket::methods::registry::Method;
 use picket::solve::chirp::{Mixing, Shape};
@@ -175,6 +176,7 @@ fn fields(reader: &mut Reader<'_>) -> Option<(bool, u32, Config)> {
             _ => return None,
         },
         following: Following { agility, acceleration_bins, rate_bins, most, refresh },
+        carrier: Carrier::default(),
     };
     Some((flags & 1 != 0, n, config))
 }

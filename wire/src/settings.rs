@@ -3,7 +3,7 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3 |
+//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3, or 4 |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
 //! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected, bits 2 and 3 tones reported a block less one |
@@ -11,10 +11,11 @@
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
 //! | 44 | the measurement's configuration: as in a capture's header |
-//! | 128 | only in version 3: the curvature of a chirp's sweep: f64 |
+//! | 128 | only in versions 3 and 4: the curvature of a chirp's sweep: f64 |
+//! | 136 | only in version 4: the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
 //!
 //! Version 3 is that of settings whose sweep is curved or whose mixing is the less usual one: readers without these would take a
-//! straight sweep and the usual mixing, so they refuse it. All other settings are, byte for byte, what earlier programs write.
+//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width. All other settings are, byte for byte, what earlier programs write.
 //! A chirp's [`Chirp::guard_s`] is not sent: it follows from guard and rate.
 //!
 //! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
@@ -27,6 +28,7 @@ use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
 use heapless::Vec;
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier;
 use picket::config::{Config, Scene};
 use picket::pipeline::{Measurement, Outcome};
 use picket::solve::equations::Chirp;
@@ -182,11 +184,16 @@ const LINES: u8 = 2;
 /// The version of settings with the less usual mixing or a curved sweep.
 const WAVEFORM: u8 = 3;
 
+/// The version of settings with a carrier of its own width.
+const CARRIER: u8 = 4;
+
 impl Settings {
     /// Length of the settings of versions 1 and 2, bytes.
     pub const SHORT: usize = 44 + config::BYTES;
+    /// Length of the settings of version 3, bytes.
+    pub const LONG: usize = Self::SHORT + 8;
     /// Length of the longest settings, bytes.
-    pub const BYTES: usize = Self::SHORT + 8;
+    pub const BYTES: usize = Self::LONG + 8;
 
     /// The settings as bytes, for blocks of `n` samples.
     pub fn to_bytes(&self, n: usize) -> Vec<u8, { Self::BYTES }> {
@@ -207,10 +214,16 @@ impl Settings {
             Scene::Chirp(Chirp { sweep_curvature, .. }) => sweep_curvature,
             _ => 0.0,
         };
-        let version = match (config::unusual(&self.config) || curvature != 0.0, further, order) {
-            (true, ..) => WAVEFORM,
-            (false, 0, 0) => VERSION,
-            _ => LINES,
+        let Carrier { linewidth_hz, envelope_hz } = self.config.carrier;
+        let waveform = config::unusual(&self.config) || curvature != 0.0;
+        let version = if self.config.carrier != Carrier::default() {
+            CARRIER
+        } else if waveform {
+            WAVEFORM
+        } else if (further, order) == (0, 0) {
+            VERSION
+        } else {
+            LINES
         };
         let switches = u8::from(self.start) | u8::from(self.uncorrected) << 1;
         let flags = switches | further << 2 | order << 4;
@@ -224,8 +237,12 @@ impl Settings {
             writer.f32(number);
         }
         config::put(&mut writer, self.iq, n as u32, &self.config);
-        if version == WAVEFORM {
+        if version >= WAVEFORM {
             writer.f64(curvature);
+        }
+        if version == CARRIER {
+            writer.f32(linewidth_hz);
+            writer.f32(envelope_hz);
         }
         // A buffer of this length holds what was written into it.
         Vec::from_slice(writer.written()).unwrap_or_default()
@@ -240,9 +257,9 @@ impl Settings {
         let mut reader = Reader(bytes);
         let field = SettingsError::Encoding(EncodingError::Field);
         let [version, drive, divider, flags] = reader.take().ok_or(field)?;
-        let wants = version == LINES || (version == WAVEFORM && flags >> 2 != 0);
+        let wants = version == LINES || (version >= WAVEFORM && flags >> 2 != 0);
         let lines = cfg!(feature = "lines") && wants;
-        if !matches!(version, VERSION | LINES | WAVEFORM) || (wants && !lines) {
+        if !matches!(version, VERSION | LINES | WAVEFORM | CARRIER) || (wants && !lines) {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
@@ -253,7 +270,11 @@ impl Settings {
         let mut short = || reader.f32().ok_or(field);
         let [clock_ppm, range_offset_m, range_slope] = [short()?, short()?, short()?];
         let (iq, n, mut config) = config::take(&mut reader).map_err(SettingsError::Encoding)?;
-        let curvature = if version == WAVEFORM { reader.f64().ok_or(field)? } else { 0.0 };
+        let curvature = if version >= WAVEFORM { reader.f64().ok_or(field)? } else { 0.0 };
+        if version == CARRIER {
+            let mut short = || reader.f32().ok_or(field);
+            config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
+        }
         if let Scene::Chirp(chirp) = &mut config.scene {
             chirp.sweep_curvature = curvature;
             chirp.guard_s = f64::from(guard) / config.rate_hz;

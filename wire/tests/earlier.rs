@@ -1,6 +1,7 @@
 //! Settings as programs before version 3 sent and saved them: the bytes were written by such a program.
 
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
@@ -81,6 +82,22 @@ fn settings_are_the_bytes_of_earlier_programs() {
     }
 }
 
+/// A carrier of its own width goes with any scene, and with a curved sweep.
+#[test]
+fn a_width_is_of_another_version() {
+    let [tone, doppler, mut chirp] = settings();
+    if let Scene::Chirp(chirp) = &mut chirp.config.scene {
+        chirp.sweep_curvature = 0.01;
+    }
+    for mut settings in [tone, doppler, chirp] {
+        settings.config.carrier = Carrier { linewidth_hz: 120.5, envelope_hz: 0.1 };
+        let bytes = settings.to_bytes(1024);
+        assert_eq!((bytes[0], bytes.len()), (4, Settings::BYTES));
+        assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+        assert!(Settings::of_bytes(&bytes[..Settings::LONG]).is_err());
+    }
+}
+
 /// What an earlier program would take for something else is of another version.
 #[test]
 fn the_other_mixing_and_a_curved_sweep_are_of_another_version() {
@@ -97,7 +114,7 @@ fn the_other_mixing_and_a_curved_sweep_are_of_another_version() {
     }
     for settings in [doppler, chirp, curved] {
         let bytes = settings.to_bytes(1024);
-        assert_eq!((bytes[0], bytes.len()), (3, Settings::BYTES));
+        assert_eq!((bytes[0], bytes.len()), (3, Settings::LONG));
         assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
         let short = Settings::of_bytes(&bytes[..Settings::SHORT]);
         assert!(matches!(short, Err(SettingsError::Encoding(_))));
@@ -106,8 +123,8 @@ fn the_other_mixing_and_a_curved_sweep_are_of_another_version() {
         let request = Request::of_frame(&Frame { kind: Kind::Command, payload });
         assert_eq!(request, Ok(Request { tag: 7, command }));
     }
-    for length in [0, 127, 129, 135] {
-        let body = [&tone.to_bytes(1024)[..], &[0; 8]].concat();
+    for length in [0, 127, 129, 135, 137, 143] {
+        let body = [&tone.to_bytes(1024)[..], &[0; 16]].concat();
         let payload = [&[7, 5], &body[..length]].concat().as_slice().try_into().unwrap();
         let request = Request::of_frame(&Frame { kind: Kind::Command, payload });
         assert_eq!(request, Err((Answer { tag: 7, command: 5 }, Refusal::Unknown)), "{length}");

@@ -48,6 +48,7 @@ fn analysis(file: &Path) -> Analysis {
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
         effort: picket::Effort::Look,
+        width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,

@@ -90,9 +90,9 @@ fn blocks<R: Kind, const N: usize>(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(u32, Tally), String> {
     let &Sum { cut, blocks: count, drift_hz_per_s, false_alarm, carrier } = sum;
-    let Cut { hop, skip, band_hz, codes, .. } = cut;
+    let Cut { hop, skip, band_hz, codes, width, .. } = cut;
     let rate_hz = recording.rate_hz();
-    let config = Config { band_hz, false_alarm, ..Config::new(rate_hz, codes) };
+    let config = Config { band_hz, false_alarm, carrier: width, ..Config::new(rate_hz, codes) };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(text)?));
     let drift = drift_hz_per_s * hop as f64 / rate_hz * N as f64 / rate_hz;
     let mut accumulator = Box::new(

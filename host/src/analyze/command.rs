@@ -16,6 +16,7 @@ use crate::{cli, estimator, progress, spectrogram};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier as Width;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Mixing;
 use picket::tone::effort::Effort;
@@ -108,13 +109,17 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let n = options.input.n.unwrap_or(analyze::BLOCK);
     let hop = options.input.hop.unwrap_or(n);
     let (skip, band_hz) = (options.input.skip, options.input.band);
-    let cut = Cut { read, n, hop, skip, band_hz, codes, reach };
+    let width = options.input.width();
+    let cut = Cut { read, n, hop, skip, band_hz, codes, reach, width };
     let others = options.most.is_some() && !options.track
         || options.harmonics.is_some()
         || options.burst
         || options.accumulate.is_some();
     if others && options.input.effort != Effort::Look {
         return Err("--effort is for the strongest tone of each block, and for --track".into());
+    }
+    if options.burst && width != Width::default() {
+        return Err("--linewidth and --envelope are of longer tones than --burst measures".into());
     }
     if options.track {
         return track(options, cut, style);
@@ -188,6 +193,7 @@ impl Options {
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
         let numbers = self.input.arith.is_some()
             || self.input.effort != Effort::Look
+            || self.input.width() != Width::default()
             || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
         let several = self.most.is_some()
             || self.harmonics.is_some()

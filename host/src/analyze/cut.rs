@@ -2,6 +2,7 @@
 
 use crate::recording;
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier as Width;
 use picket::tone::fit::Reach;
 
 /// How a recording is cut into blocks, and what is known of their samples.
@@ -21,4 +22,6 @@ pub struct Cut {
     pub codes: Codes,
     /// The reach of least squares.
     pub reach: Reach,
+    /// The tone's own width.
+    pub width: Width,
 }

@@ -6,6 +6,7 @@ use crate::recording::{self, Format};
 use crate::{band, cli, estimator};
 use clap::{Args, ValueEnum};
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier as Width;
 use picket::config::Config;
 use picket::spectrum::fft::twiddle::supported;
 use picket::tone::effort::Effort;
@@ -55,6 +56,12 @@ pub struct Input {
     /// with one cause beside the tone
     #[arg(long, value_name = "EFFORT", default_value = Effort::Look.name(), value_parser = effort)]
     pub effort: Effort,
+    /// Linewidth of the laser, Hz, full width at half maximum: sigma covers it (docs/signals.md)
+    #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
+    pub linewidth: f32,
+    /// Bandwidth of the echo's envelope, Hz, full width at half maximum, as of speckle: sigma covers it (docs/signals.md)
+    #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
+    pub envelope: f32,
     /// Width of the codes, 12 or 16: where they clip, and how far the integer FFT shifts them up
     #[arg(long, default_value_t = 16)]
     pub bits: u32,
@@ -79,6 +86,12 @@ fn channel(text: &str) -> Result<(usize, Option<usize>), String> {
     channels.ok_or_else(|| "give a number from 1 on, or two for I and Q: 2,3".into())
 }
 
+/// A width in hertz.
+fn width(text: &str) -> Result<f32, String> {
+    let right = |hz: &f32| *hz >= 0.0 && hz.is_finite();
+    text.parse().ok().filter(right).ok_or_else(|| "give a width in Hz, 0 or more".into())
+}
+
 /// An effort by its name.
 pub fn effort(name: &str) -> Result<Effort, String> {
     Effort::from_name(name).ok_or_else(|| {
@@ -96,7 +109,21 @@ pub fn has_effort(arithmetic: Arithmetic, effort: Effort) -> Result<(), String> 
     }
 }
 
+/// An error, in one line, if an arithmetic does not know a tone's own width.
+pub fn has_width(arithmetic: Arithmetic, width: Width) -> Result<(), String> {
+    if width == Width::default() || arithmetic.integer() {
+        Ok(())
+    } else {
+        Err("--linewidth and --envelope are the library's: they need --arith target".into())
+    }
+}
+
 impl Input {
+    /// The tone's own width.
+    pub const fn width(&self) -> Width {
+        Width { linewidth_hz: self.linewidth, envelope_hz: self.envelope }
+    }
+
     /// How the file is read.
     pub fn read(&self) -> Result<recording::Options, String> {
         if self.scale.is_some_and(|scale| !cli::MAGNITUDES.contains(&scale)) {
@@ -148,6 +175,7 @@ impl Input {
             codes: self.codes()?,
             arithmetic: self.arithmetic(false),
             effort: self.effort,
+            width: self.width(),
             false_alarm: self.false_alarm,
             carrier: None,
             style: Style::Text,

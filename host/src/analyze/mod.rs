@@ -19,6 +19,7 @@ use crate::estimator::Estimator;
 use crate::recording::{self, Blocks, Format, Recording, Records, Sample};
 use crate::with_kind;
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier as Width;
 use picket::config::Config;
 use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
@@ -63,6 +64,8 @@ pub struct Analysis {
     pub arithmetic: Arithmetic,
     /// How closely a line that is no steady tone is looked at.
     pub effort: Effort,
+    /// The tone's own width.
+    pub width: Width,
     /// The probability of a false alarm in a block of noise, above 0 and at most 0.5.
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
@@ -541,6 +544,7 @@ impl Station {
 
     fn new(analysis: &Analysis, rate_hz: Option<f64>, iq: bool, n: usize) -> Result<Self, String> {
         input::has_effort(analysis.arithmetic, analysis.effort)?;
+        input::has_width(analysis.arithmetic, analysis.width)?;
         let best = || vec![Estimator::best(iq, analysis.reach)];
         let estimators = analysis.estimators.clone().unwrap_or_else(best);
         with_kind!(iq, R => {
@@ -562,6 +566,7 @@ impl Station {
                 band_hz: analysis.band_hz,
                 false_alarm: analysis.false_alarm,
                 effort: analysis.effort,
+                carrier: analysis.width,
                 ..Config::new(1.0, Codes::signed::<12>())
             };
             // The length is checked first: the plan takes any.

@@ -129,9 +129,10 @@ fn blocks<R: Kind, const N: usize>(
     progress: &mut dyn FnMut(u64),
 ) -> Result<Tally, String> {
     let &Search { cut, false_alarm, carrier, sought } = search;
-    let Cut { hop, skip, band_hz, codes, reach, .. } = cut;
+    let Cut { hop, skip, band_hz, codes, reach, width, .. } = cut;
     let rate_hz = recording.rate_hz();
-    let config = Config { band_hz, reach, false_alarm, ..Config::new(rate_hz, codes) };
+    let config =
+        Config { band_hz, reach, false_alarm, carrier: width, ..Config::new(rate_hz, codes) };
     let mut pipeline = Box::new(Pipeline::<R, N>::new(config.plan::<R, N>().map_err(super::text)?));
     let mut blocks = recording.blocks(N, hop, skip);
     let (mut block, mut tally) = (0u32, Tally::default());

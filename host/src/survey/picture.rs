@@ -50,6 +50,7 @@ impl Survey {
             band_hz: Some(self.seen_hz(way, shots)),
             codes: Codes::signed::<16>(),
             reach: Reach::Sixteen,
+            width: Default::default(),
         };
         let field = spectrogram::field(file, &cut, Some(end as u64))?;
         let each = shots.len().div_ceil(BARS);

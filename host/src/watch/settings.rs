@@ -2,6 +2,7 @@
 
 use super::{WatchError, io};
 use picket::acquire::codes::Codes;
+use picket::carrier::Carrier;
 use picket::config::{Config, Following, Scene};
 use picket::methods::registry::Method;
 use picket::solve::chirp::{Mixing, Shape};
@@ -28,6 +29,7 @@ struct Fields {
     most: u8,
     harmonics: u8,
     follow: Follow,
+    carrier: Width,
     drive: Drives,
     guard: u16,
     report_every: u16,
@@ -83,6 +85,14 @@ struct Follow {
     agility: f32,
     acceleration_bins: f32,
     rate_bins: f32,
+}
+
+/// The tone's own width.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Width {
+    linewidth_hz: f32,
+    envelope_hz: f32,
 }
 
 impl Default for Follow {
@@ -159,6 +169,10 @@ impl Fields {
             most: settings.most,
             harmonics: settings.harmonics,
             follow: Follow::of(&config.following),
+            carrier: Width {
+                linewidth_hz: config.carrier.linewidth_hz,
+                envelope_hz: config.carrier.envelope_hz,
+            },
             drive: match settings.drive {
                 Drive::Off => Drives::Off,
                 Drive::Dac { low, high } => Drives::Dac { low, high },
@@ -243,6 +257,10 @@ impl Fields {
             false_alarm: self.false_alarm,
             scene,
             following: self.follow.following(),
+            carrier: Carrier {
+                linewidth_hz: self.carrier.linewidth_hz,
+                envelope_hz: self.carrier.envelope_hz,
+            },
             ..Config::new(1.0, Codes::signed::<12>())
         };
         let calibration = Calibration {
@@ -307,6 +325,13 @@ mod tests {
         for settings in [
             Settings::default(),
             Settings { config, drive, guard: 9, iq: true, ..Settings::default() },
+            Settings {
+                config: Config {
+                    carrier: Carrier { linewidth_hz: 0.1, envelope_hz: 12.5 },
+                    ..config
+                },
+                ..Settings::default()
+            },
             Settings { uncorrected: true, ..Settings::default() },
         ] {
             let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();

@@ -140,6 +140,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
         let sigma = sigma_bins(&found.fit, N, near) * libm::sqrtf(self.shared(index));
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
+        let engine = self.rest.spectrum.error();
         let seen = Seen {
             noise: beside.noise.power,
             line: if crowded { Line::Unresolved } else { line },
@@ -150,7 +151,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             gap: stamp.gap,
             weak: index == 0 && !self.stands_out(&found, &beside),
             sigma: widened(sigma, self.clipped),
-            engine: self.rest.spectrum.error(),
+            unseen: engine * engine + self.options.width.of_block(),
         };
         let (mut tone, evidence) = seen.tone::<R, N>(found.peak, &found.fit)?;
         tone.conclude(&evidence);

@@ -18,6 +18,7 @@ use flow::{FRINGES, Flow, Found, Sliders};
 use picket::Validation;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket::carrier::Width;
 use picket::methods::registry::Method;
 use picket::pipeline::Pipeline;
 use picket::plan::{self, Plan};
@@ -77,6 +78,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
         effort: picket::Effort::Look,
+        width: Width::NONE,
     };
     let idle = *Plan::<R, N>::IDLE;
     Plan::of_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })
