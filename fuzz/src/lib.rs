@@ -6,26 +6,23 @@ mod line;
 mod measure;
 mod paths;
 mod recordings;
-mod stream;
 
 pub use line::{command, frame, message, settings};
 pub use measure::{pipeline, tracker};
 pub use paths::paths;
 pub use recordings::{archive, csv, json, npy, raw, wav};
-pub use stream::stream;
 
 /// A target: its name, which is also its corpus's folder, and its body.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 13] = [
     ("frame", frame),
     ("message", message),
     ("command", command),
     ("settings", settings),
     ("pipeline", pipeline),
     ("tracker", tracker),
-    ("stream", stream),
     ("paths", paths),
     ("wav", wav),
     ("npy", npy),

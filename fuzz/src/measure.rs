@@ -3,17 +3,15 @@
 use super::input::Input;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket::carrier::Carrier;
 use picket::config::{Config, Following, Scene};
 use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome, Pipeline};
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
-use picket::spectrum::engine::{Engine, F32, Q15};
 use picket::tone::arithmetic::Arithmetic;
 use picket::tone::effort::Effort;
 use picket::tone::fit::Reach;
-use picket::tone::harmonic::HIGHEST;
-use picket::tone::lines::MOST;
 use picket::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
 use picket_wire::follow::Follow;
@@ -58,17 +56,14 @@ pub fn pipeline(bytes: &[u8]) {
     }
 }
 
-/// A configuration of random bits over several blocks: to a tracker and its pipeline, or to a pipeline of another engine.
+/// A configuration of random bits to a tracker and its pipeline, over several blocks.
 pub fn tracker(bytes: &[u8]) {
     let mut input = Input(bytes);
     let config = config(&mut input);
-    match input.byte() % 8 {
-        0 | 2 => follow::<Real>(&config, &mut input),
-        1 | 3 => follow::<Iq>(&config, &mut input),
-        4 => blocks::<Real, F32>(&config, &mut input),
-        5 => blocks::<Iq, F32>(&config, &mut input),
-        6 => blocks::<Real, Q15>(&config, &mut input),
-        _ => blocks::<Iq, Q15>(&config, &mut input),
+    if input.byte() & 1 == 0 {
+        follow::<Real>(&config, &mut input);
+    } else {
+        follow::<Iq>(&config, &mut input);
     }
 }
 
@@ -81,23 +76,6 @@ fn stamp(config: &Config, number: u32, input: &mut Input) -> Stamp {
         clock: u64::from(number) * N as u64,
         segment: phase.unwrap_or(Segment::Continuous),
         gap: input.byte() & 1 != 0,
-    }
-}
-
-/// Everything that a pipeline of this engine answers.
-fn blocks<R: Record, E: Engine>(config: &Config, input: &mut Input) {
-    let Ok(plan) = config.plan::<R, N>() else { return };
-    let mut pipeline = Pipeline::<R, N, E>::new(plan);
-    for sequence in 0..4 {
-        let stamp = stamp(config, sequence, input);
-        let measurement = pipeline.block(stamp, &samples::<R, N>(input));
-        number(&measurement);
-        for phasor in pipeline.lines(&measurement, MOST) {
-            assert!(phasor.tone.is_consistent(), "{phasor:?}");
-        }
-        if let Some(harmonic) = pipeline.harmonic(&measurement, HIGHEST) {
-            assert!(harmonic.tone.is_consistent(), "{harmonic:?}");
-        }
     }
 }
 
@@ -176,6 +154,12 @@ pub(super) fn config(input: &mut Input) -> Config {
                 sweep_curvature: input.number(),
             }),
         },
+        carrier: match input.byte() & 3 {
+            0 => {
+                Carrier { linewidth_hz: input.number() as f32, envelope_hz: input.number() as f32 }
+            }
+            _ => Carrier::default(),
+        },
         following: Following {
             agility: input.number() as f32,
             acceleration_bins: input.number() as f32,
@@ -188,7 +172,7 @@ pub(super) fn config(input: &mut Input) -> Config {
 }
 
 /// A measurement holds numbers, and comes back from its telemetry as it was.
-pub(super) fn number(measurement: &Measurement) {
+fn number(measurement: &Measurement) {
     let tone = &measurement.tone;
     for value in [tone.sigma, tone.snr, tone.amplitude] {
         assert!(value >= 0.0, "{measurement:?}");

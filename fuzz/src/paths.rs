@@ -5,7 +5,7 @@ use super::measure::{config, samples};
 use picket::acquire::sample::{Iq, Real, Record, Stamp};
 use picket::pipeline::{Alternating, Measurement, Pipeline};
 use picket::spectrum::engine::Engine;
-use picket::{Accumulator, Assembler, BurstProcessor, Config, Format, I32, Q15, Tone, Usable};
+use picket::{Accumulator, Assembler, BurstProcessor, Config, F32, Format, I32, Q15, Tone, Usable};
 
 /// A configuration, a length and a path, then samples.
 pub fn paths(bytes: &[u8]) {
@@ -13,7 +13,7 @@ pub fn paths(bytes: &[u8]) {
     let config = config(&mut input);
     let [length, path] = input.take();
     let input = &mut input;
-    match (path % 10, length % 5) {
+    match (path % 12, length % 5) {
         (0, 0) => alternating::<64, 128>(&config, input),
         (0, 1) => alternating::<128, 256>(&config, input),
         (0, 2) => alternating::<256, 512>(&config, input),
@@ -28,7 +28,7 @@ pub fn paths(bytes: &[u8]) {
 }
 
 fn path_of<const N: usize>(path: u8, config: &Config, input: &mut Input) {
-    match path % 10 {
+    match path % 12 {
         1 => block::<Real, N, I32>(config, input),
         2 => block::<Iq, N, I32>(config, input),
         3 => block::<Real, N, Q15>(config, input),
@@ -37,6 +37,8 @@ fn path_of<const N: usize>(path: u8, config: &Config, input: &mut Input) {
         6 => accumulated::<Iq, N>(config, input),
         7 => bursts::<Real, N>(config, input),
         8 => bursts::<Iq, N>(config, input),
+        9 => block::<Real, N, F32>(config, input),
+        10 => block::<Iq, N, F32>(config, input),
         _ => assembled::<N>(config, input),
     }
 }
@@ -46,6 +48,7 @@ fn sound(tone: &Tone) {
     for value in [tone.sigma, tone.snr, tone.amplitude] {
         assert!(value >= 0.0, "{tone:?}");
     }
+    assert!(tone.is_consistent(), "{tone:?}");
     if tone.verdict.usable() <= Usable::WithinSigma {
         assert!(tone.sigma < 1.0 && tone.snr > 0.0, "{tone:?}");
     }

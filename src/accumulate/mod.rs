@@ -61,6 +61,7 @@ use crate::plan::Terms;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::tone::detection::FALSE_ALARM;
+use crate::tone::evidence::WHOLE_SPECTRUM;
 use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
 use crate::tone::verdict::Reasons;
@@ -237,9 +238,12 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         } else {
             (2.0 * fit.power / n, 2.0 * libm::sqrtf(line) / n)
         };
+        let sigma = libm::sqrt(variance) as f32 / n;
+        let known = sigma < WHOLE_SPECTRUM;
+        let reasons = if known { reasons } else { reasons.with(Verdict::Weak) };
         let tone = Tone {
             frequency,
-            sigma: libm::sqrt(variance) as f32 / n,
+            sigma,
             snr,
             amplitude,
             verdict: reasons.verdict(),

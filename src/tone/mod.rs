@@ -96,10 +96,11 @@ impl Tone {
         !band.holds(self.frequency, N)
     }
 
-    /// Whether the numbers bear the verdict out: a tone that is of use has a finite sigma, an amplitude, and a signal-to-noise
+    /// Whether the numbers bear the verdict out: a tone that is of use has a finite sigma and amplitude, and a signal-to-noise
     /// ratio above zero. Every measured tone does; a reader of other people's bytes asks.
     pub const fn is_consistent(&self) -> bool {
-        let there = self.snr > 0.0 && self.amplitude > 0.0 && self.amplitude < f32::INFINITY;
+        // A fundamental that is not seen itself has the amplitude 0.
+        let there = self.snr > 0.0 && self.amplitude >= 0.0 && self.amplitude < f32::INFINITY;
         self.verdict.admits(self.sigma) && (there || matches!(self.verdict.usable(), Usable::No))
     }
 
