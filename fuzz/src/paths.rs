@@ -44,6 +44,7 @@ fn path_of<const N: usize>(path: u8, config: &Config, input: &mut Input) {
 }
 
 /// Numbers, and a sigma where it is used.
+#[track_caller]
 fn sound(tone: &Tone) {
     for value in [tone.sigma, tone.snr, tone.amplitude] {
         assert!(value >= 0.0, "{tone:?}");
@@ -120,7 +121,8 @@ fn assembled<const N: usize>(config: &Config, input: &mut Input) {
     let mut last: Option<Measurement> = None;
     for _ in 0..4 {
         let clock = match input.byte() {
-            255 => u64::from_le_bytes(input.take()),
+            // No clock counts 2^63 samples.
+            255 => u64::from_le_bytes(input.take()) >> 1,
             clock => u64::from(clock) * N as u64 / 16,
         };
         let words: [u16; N] = samples::<Real, N>(input).map(|sample| sample as u16);

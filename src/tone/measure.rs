@@ -390,8 +390,13 @@ impl Seen {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
     #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<(Tone, Evidence)> {
+        let power =
+            if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
+        let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
+        let snr = ratio(n, power, self.noise);
         let evidence = Evidence {
-            detected: !self.weak,
+            // A line with no more than the noise within it is not told from noise.
+            detected: !self.weak && snr > 0.0,
             line: self.line,
             image: self.image,
             front_end: self.front_end,
@@ -401,13 +406,10 @@ impl Seen {
             sigma: self.sigma / n as f32,
             ..Evidence::NONE
         };
-        let power =
-            if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
-        let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         let tone = Tone {
             frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
             sigma: with_rounding(self.sigma, self.unseen, n) / n as f32,
-            snr: ratio(n, power, self.noise),
+            snr,
             amplitude: power.root(),
             ..Tone::ZERO
         };
