@@ -57,13 +57,13 @@ const THREE: f32 = 1.11;
 const COUNTED: f32 = 0.6;
 
 /// More lines than these are told, and no more are counted.
-const TOLD: u32 = 2;
+pub const TOLD: u32 = 2;
 
 /// Bins that are read at a time.
 const WINDOW: usize = 16;
 
 /// Bins between two lines.
-const APART: u32 = 2;
+pub const APART: u32 = 2;
 
 /// A clean record has as much where an exchange would put a line once in 25,000 times, by Student's distribution with the 50 degrees of
 /// freedom of the noise. Half of the tones are where it counts: so it is a fifth of the one in 10,000 that may be told.
@@ -306,7 +306,7 @@ fn mean_square(pairs: &[[i16; 2]]) -> f32 {
     centred as f32 / (2.0 * (count * count) as f32)
 }
 
-/// Counts the lines in a sequence of bins: two neighbours that have more than `least` together, [`APART`] from the last such.
+/// Counts the lines in a sequence of bins: two neighbours that have more than `least` together, [`APART`] bins from the last such.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines<P> {
     least: P,
