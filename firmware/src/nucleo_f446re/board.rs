@@ -4,7 +4,7 @@ use super::serial::Serial;
 use super::storage::{self, Flash};
 use super::words::Words;
 use super::words::clock::{Speed, Tree};
-use super::{N, SLOT, converter, start};
+use super::{N, SLOT, chirp, converter, start};
 use crate::board::Board;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
@@ -88,6 +88,14 @@ impl Board<N, SLOT> for Nucleo {
 
     fn resume(&mut self) {
         converter::resume();
+    }
+
+    fn gate_opened(&mut self) -> bool {
+        chirp::gate_opened()
+    }
+
+    fn stalled(&mut self) -> bool {
+        self.serial.stalled()
     }
 
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {

@@ -128,6 +128,17 @@ fn gated() -> bool {
     GATE.load(Ordering::Relaxed) != 0
 }
 
+/// Whether the gate was open at any time since the last call; without one the samples always pass. The main loop calls this.
+pub fn gate_opened() -> bool {
+    if !gated() {
+        return true;
+    }
+    // TIF 6: a pulse came; it is cleared by a zero (RM 17.4.5). CEN 0: the gate is open.
+    let pulse = tim2().sr().read().bits() & 1 << 6 != 0;
+    put!(tim2().sr(), !(1 << 6));
+    pulse || tim2().cr1().read().bits() & 1 != 0
+}
+
 /// Whether the DAC's table was not read in time. The DAC then asks for no more codes (RM 14.3.7).
 pub fn underrun() -> bool {
     LENGTH.load(Ordering::Relaxed) > 0 && dac().sr().read().bits() & DAC_SR_UNDERRUN != 0

@@ -100,12 +100,7 @@ fn an_external_chirp_is_met_anew_after_each_overrun() {
     let Some((mut board, _)) = Emulated::start(&settings) else { return };
     // Ticks of the second bus since the pulse, 180 a sample.
     board.order("input 0 pulse 180");
-    // A pulse of 1 ms every 8 ms: PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
-    for (at, word) in
-        [(0x28, 7), (0x2C, 7999), (0x34, 1000), (0x18, 0x60), (0x20, 1), (0x14, 1), (0, 1)]
-    {
-        board.write(0x4000_1000 + at, word);
-    }
+    board.pulses(8_000);
     board.run(20_000);
     for round in 0..sized(4, 100) {
         // A chirp lasts 6.3 of the 8 ms: the overrun comes anywhere in it.
