@@ -10,7 +10,7 @@ use crate::instrument::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket_wire::boot::{Causes, Clock};
-use picket_wire::settings::Settings;
+use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::SettingsError;
 
 /// The NUCLEO-F446RE.
@@ -31,6 +31,9 @@ impl Board<N, SLOT> for Nucleo {
     fn start(settings: &Settings) -> Option<Self> {
         let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
         start::peripherals(&tree);
+        if let Drive::Dac { low, .. } = settings.drive {
+            chirp::rest(low);
+        }
         start::brown_out_level();
         start::watchdog();
         let serial = Serial::start(tree.apb1_hz)?;
