@@ -89,11 +89,22 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// counted as lost.
     fn resume(&mut self) {}
 
+    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate they
+    /// always are.
+    fn gate_opened(&mut self) -> bool {
+        true
+    }
+
+    /// Whether bytes wait on the line and none has left since the last call. A board that cannot tell says no.
+    fn stalled(&mut self) -> bool {
+        false
+    }
+
     /// Sleeps until an interrupt, some tenths of a second at most: the loop feeds the watchdog. It
     /// returns at once if a block or a byte is waiting.
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<WORDS>>>);
 
-    /// Feeds the watchdog.
+    /// Feeds the watchdog, which bites four seconds after the last time.
     fn feed(&mut self) {}
 
     /// The CRC-32 of the program in flash; 0 if unknown.

@@ -7,7 +7,7 @@ use picket_firmware::nucleo_f446re::words::guard::{FEED, START, UNLOCK, WATCHDOG
 use picket_firmware::nucleo_f446re::words::pins::{self, PORT_A, PORT_B};
 use picket_firmware::nucleo_f446re::words::sampling::{self, Sampling};
 use picket_firmware::nucleo_f446re::words::waveform::{
-    DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
+    DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
 };
 use stm32f4::stm32f446 as chip;
 use stm32f4::{R, Readable, Reg, RegisterSpec, W, Writable};
@@ -179,6 +179,7 @@ fn chirp_and_synchronisation() {
         w.en1().enabled().ten1().enabled().tsel1().tim4trgo().dmaen1().enabled()
     });
     assert_eq!(DAC_CR, control);
+    assert_eq!(DAC_REST, word(|w: &mut dac::cr::W| w.en1().enabled().tsel1().tim4trgo()));
     assert!(says(DAC_SR_UNDERRUN, |r: &dac::sr::R| r.dmaudr1().is_underrun()));
     assert_eq!(sampling::TIMER_CR2_UPDATE, word(|w: &mut tim2::cr2::W| w.mms().update()));
     assert_eq!(

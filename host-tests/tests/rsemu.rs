@@ -82,19 +82,85 @@ fn it_stays_up_without_blocks() {
     }
 }
 
-/// A block that is overdue stops the feeding: the converter's clock is stopped behind the program's back.
-#[test]
-fn the_watchdog_bites_when_blocks_stay_away() {
-    let Some((mut board, _)) = Emulated::start(&tone(500e3)) else { return };
-    // TIM3's counter.
-    board.write(0x4000_0400, 0);
-    while board.resets.is_empty() && board.now < 8_000_000 {
-        board.run(10_000);
+/// What fails behind the program's back.
+#[derive(Clone, Copy, Debug)]
+enum Dead {
+    /// The converter's clock stands.
+    Timer,
+    /// The DMA controller has no clock, and its registers none either.
+    Dma,
+    /// The serial port sends nothing.
+    Transmitter,
+}
+
+impl Dead {
+    fn happen(self, board: &mut Emulated) {
+        match self {
+            // TIM3_CR1.
+            Dead::Timer => board.write(0x4000_0400, 0),
+            Dead::Dma => {
+                // DMA2EN 22 of RCC_AHB1ENR.
+                let clocks = board.read(0x4002_3830);
+                board.write(0x4002_3830, clocks & !(1 << 22));
+            }
+            Dead::Transmitter => drop(board.order("transmitter 0")),
+        }
     }
-    let (at, cause) = board.resets.first().expect("it waits for ever").clone();
-    assert_eq!(cause, "watchdog");
-    // A second of patience and the watchdog's four.
-    assert!((4_500_000..6_500_000).contains(&at), "{at}");
+}
+
+/// Whatever stops the blocks or the line: the bite comes five seconds later, or two blocks' time after the last one, if that is more.
+#[test]
+fn the_watchdog_bites_when_what_is_due_stays_away() {
+    let external = chirp(500e3, Shape::Trapezoid, 32, Drive::External);
+    // A block lasts 4.1 s.
+    let slow = tone(250.0);
+    let mut wrong = Vec::new();
+    for (settings, dead, bound) in [
+        (tone(500e3), Dead::Timer, 5.0),
+        (tone(500e3), Dead::Transmitter, 5.0),
+        (external, Dead::Timer, 5.0),
+        (external, Dead::Dma, 5.0),
+        (slow, Dead::Dma, 2.0 * 1024.0 / 250.0),
+    ] {
+        let label = format!("{:?} at {} S/s, {dead:?}", settings.drive, settings.config.rate_hz);
+        let Some((mut board, _)) = Emulated::start(&settings) else { return };
+        board.pulses(8_000);
+        board.run(30_000);
+        let from = board.now;
+        dead.happen(&mut board);
+        while board.resets.is_empty() && board.now < from + 14_000_000 {
+            board.run(10_000);
+        }
+        let Some((at, cause)) = board.resets.first().cloned() else {
+            wrong.push(format!("{label}: no bite"));
+            continue;
+        };
+        let after = (at - from) as f64 / 1e6;
+        println!("{label}: a bite after {after:.3} s");
+        assert_eq!(cause, "watchdog", "{label}");
+        if after < bound - 0.3 || after > bound + 0.02 {
+            wrong.push(format!("{label}: after {after} s"));
+        }
+        board.order("transmitter 1");
+        assert_eq!(board.boot().causes.message(), "watchdog", "{label}");
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A source that sends a chirp now and then, and ends: no bite.
+#[test]
+fn a_source_may_pause_as_long_as_it_likes() {
+    let settings = chirp(500e3, Shape::Trapezoid, 32, Drive::External);
+    let Some((mut board, _)) = Emulated::start(&settings) else { return };
+    board.pulses(1_000_000);
+    board.run(3_000_000);
+    let blocks = board.status().counters.blocks;
+    assert!((6..=9).contains(&blocks), "{blocks}");
+    board.write(0x4000_1000, 0);
+    // The last chirp is broken, and none comes that would make it good.
+    board.order("overrun");
+    board.run(sized(6, 60) * 1_000_000);
+    assert_eq!(board.resets, []);
 }
 
 /// The crystal's clock fails while the board measures: it goes on by its own, and tells.

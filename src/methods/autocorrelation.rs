@@ -55,7 +55,7 @@ pub fn improved_autocorrelation<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// is best at every ratio (see [`fesa_corrected`]).
 pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
     let two = T::of(2.0);
-    let root = (T::of(4.0) * snr * snr + T::of(28.0) * snr + T::one()).sqrt();
+    let root = (T::of(4.0) * snr * snr + T::of(28.0) * snr + T::one()).root();
     let below = T::of(6.0) * (two * snr - T::one());
     let length = T::of_i32(n as i32);
     let most = length / two;

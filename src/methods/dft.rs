@@ -161,8 +161,8 @@ fn shifted<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     up: bool,
 ) -> T {
     let sign = if up { T::one() } else { -T::one() };
-    let near = at(bins, samples, -sign * third()).norm_sqr().sqrt();
-    let far = at(bins, samples, sign * (T::one() - third())).norm_sqr().sqrt();
+    let near = at(bins, samples, -sign * third()).norm_sqr().root();
+    let far = at(bins, samples, sign * (T::one() - third())).norm_sqr().root();
     let sum = near + far;
     if sum <= T::zero() {
         return T::zero();

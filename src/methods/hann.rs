@@ -41,7 +41,7 @@ use crate::tone::within;
 pub fn grandke<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
     let [left, centre, right] = bins.three().map(|x| x.norm_sqr());
     let up = right > left;
-    let a = if up { right } else { left }.sqrt() / centre.sqrt();
+    let a = if up { right } else { left }.root() / centre.root();
     let offset = (a + a - T::one()) / (a + T::one());
     within(if up { offset } else { -offset }, T::one())
 }

@@ -47,7 +47,7 @@ pub fn macleod<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let upper = (right * centre.conj()).re;
     let power = centre.norm_sqr();
     let g = (lower - upper) / (power + power + lower + upper);
-    let root = (T::one() + T::of(8.0) * g * g).sqrt();
+    let root = (T::one() + T::of(8.0) * g * g).root();
     within((g + g) / (root + T::one()), T::one())
 }
 

@@ -49,8 +49,8 @@ pub fn a_p_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
         return offset;
     }
     let [left, centre, right] = bins.three();
-    let lower = (left * centre.conj()).re * right.norm_sqr().sqrt();
-    let upper = (right * centre.conj()).re * left.norm_sqr().sqrt();
+    let lower = (left * centre.conj()).re * right.norm_sqr().root();
+    let upper = (right * centre.conj()).re * left.norm_sqr().root();
     ratio(left, centre, right, upper < lower)
 }
 
@@ -61,8 +61,8 @@ pub(crate) fn ratio<T: Scalar>(
     right: Complex<T>,
     up: bool,
 ) -> T {
-    let neighbour = if up { right } else { left }.norm_sqr().sqrt();
-    let sum = neighbour + centre.norm_sqr().sqrt();
+    let neighbour = if up { right } else { left }.norm_sqr().root();
+    let sum = neighbour + centre.norm_sqr().root();
     if sum <= T::zero() {
         return T::zero();
     }

@@ -14,6 +14,7 @@
 use super::equations::Equations;
 use crate::acquire::sample::Segment;
 use crate::config::SPEED_OF_LIGHT;
+use crate::math::scalar::Scalar as _;
 use crate::tone::verdict::Usable;
 use crate::tone::{Tone, Verdict};
 use fixed::types::I32F32;
@@ -356,7 +357,7 @@ pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> 
 pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Target {
     let [up, down] = tones.each_ref().map(|tone| beat(tone, equations));
     let sigma = |[m1, m3]: [Scale; 2]| {
-        libm::hypotf(m1.float * root(up.variance), m3.float * root(down.variance))
+        root(m1.float * m1.float * up.variance + m3.float * m3.float * down.variance)
     };
     let place = |ramps: [i64; 2]| {
         let warp = warp(ramps, equations);
@@ -401,5 +402,5 @@ fn worst(tones: &[Tone], contradiction: bool) -> Verdict {
 }
 
 fn root(x: f32) -> f32 {
-    libm::sqrtf(x.max(0.0))
+    x.max(0.0).root()
 }

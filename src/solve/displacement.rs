@@ -7,6 +7,7 @@
 
 use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
+use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::Phasor;
 use crate::tone::{Tone, Usable, Verdict};
 use core::f32::consts::TAU;
@@ -127,7 +128,7 @@ impl Unwrapper {
                 // What a changing acceleration makes of it, from the blocks before.
                 let bend = samples * (rise - last.rise) / 6.0;
                 let sigma = 0.5 * samples * libm::hypotf(tone.sigma, last.tone.sigma);
-                let sigma = libm::sqrtf(sigma * sigma + both * both);
+                let sigma = (sigma * sigma + both * both).root();
                 let reach = rest.to_num::<f32>().abs() + SURE * sigma + bend.abs();
                 let step = expected.checked_add(rest)?;
                 (reach < 0.5).then(|| last.turns.checked_add(step)).flatten()

@@ -16,6 +16,7 @@ use super::chirp::{Ambiguity, Scale, Shape, Target, in_steps, metres, stretched}
 use super::equations::Equations;
 use crate::acquire::sample::Stamp;
 use crate::config::SPEED_OF_LIGHT;
+use crate::math::scalar::Scalar as _;
 use crate::tone::phasor::Phasor;
 use crate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
@@ -55,7 +56,7 @@ impl Line {
         let n = self.count;
         let spread = n * (n * n - 1.0) / 12.0;
         let slope = (self.moment - 0.5 * (n - 1.0) * self.sum) / spread;
-        (slope, libm::sqrtf(self.variance / (n * spread)))
+        (slope, (self.variance / (n * spread)).root())
     }
 }
 

@@ -18,6 +18,7 @@ use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::Phasor;
 use crate::acquire::sample::{Record, Stamp};
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Band;
@@ -184,7 +185,7 @@ impl Series {
             return None;
         }
         harmonic.tone.frequency = Frequency(I0F32::from_bits(steps as i64 as i32));
-        harmonic.tone.sigma = libm::sqrtf(variance) / weight / n as f32;
+        harmonic.tone.sigma = variance.root() / weight / n as f32;
         Some(harmonic)
     }
 }

@@ -1,4 +1,4 @@
-//! What the loop bounds: answers to noise, saves, and counters that a host has set to 0.
+//! What the loop bounds: answers to noise, saves, waits for what is due, and counters that a host has set to 0.
 
 use picket::acquire::frontend::Counters;
 use picket_wire::telemetry::Health;
@@ -75,6 +75,48 @@ impl Saves {
     }
 }
 
+/// Seconds from a watchdog's last feed to its bite, on every board.
+const WATCHDOG_S: u64 = 4;
+
+/// The time that something due stays away: blocks while the gate is open, bytes of a queue on their way out. The watchdog is
+/// fed only within it, so its bite comes 5 s or two blocks after the last one, whichever is more.
+#[derive(Clone, Copy, Debug)]
+pub struct Deadline {
+    /// The longest, ticks.
+    limit: u64,
+    /// The ticks at the last look, and whether something was due then.
+    seen: u32,
+    due: bool,
+    /// The ticks that something has been due.
+    waited: u64,
+    /// How often the gate has closed, and nothing came.
+    vain: u8,
+}
+
+impl Deadline {
+    /// For what takes `block` ticks, of `hz`, from these ticks on.
+    pub const fn new(block: u64, ticks: u32, hz: u32) -> Self {
+        let hz = hz as u64;
+        let longest = block.saturating_mul(2).saturating_sub(hz.saturating_mul(WATCHDOG_S));
+        let limit = if longest > hz { longest } else { hz };
+        Self { limit, seen: ticks, due: false, waited: 0, vain: 0 }
+    }
+
+    /// Whether it holds at these ticks; `due` says whether something was due since the last look, `came` whether it came.
+    pub fn holds(&mut self, ticks: u32, due: bool, came: bool) -> bool {
+        let passed = ticks.wrapping_sub(self.seen);
+        self.vain = self.vain.saturating_add(u8::from(self.due && !due));
+        (self.seen, self.due) = (ticks, due);
+        if came {
+            (self.waited, self.vain) = (0, 0);
+        } else if due || self.vain > 1 {
+            // A fault may cost one chirp. After the second in vain the time counts, so that rare pulses are enough.
+            self.waited = self.waited.saturating_add(passed.into());
+        }
+        self.waited <= self.limit
+    }
+}
+
 /// What was lost up to a block since a host has set the counters to 0, when they stood at `zero`. By a block that was
 /// filled before, and waited, nothing.
 pub fn health(counters: &Counters, zero: &Counters) -> Health {
@@ -121,6 +163,44 @@ mod tests {
             saves.second();
         }
         assert_eq!(made, 16 + 86_400 / 600);
+    }
+
+    /// The last feed in seconds after the start, where nothing comes and `due` tells whether it should. A look is a tenth of a second.
+    fn last_feed(block_s: f64, hz: u32, due: impl Fn(u32) -> bool) -> Option<f64> {
+        let (start, look) = (u32::MAX - hz, hz / 10);
+        let mut deadline = Deadline::new((block_s * f64::from(hz)) as u64, start, hz);
+        let ends =
+            |n: &u32| !deadline.holds(start.wrapping_add(n.wrapping_mul(look)), due(*n), false);
+        (1..100_000).find(ends).map(|n| f64::from(n - 1) / 10.0)
+    }
+
+    /// Of a watchdog that takes 4 s, at rates of 1024 S/s to 0.5 S/s and both boards' ticks.
+    #[test]
+    fn the_bite_comes_five_seconds_or_two_blocks_after_the_last_block() {
+        for hz in [1_000_000, 72_000_000, 90_000_000] {
+            for block_s in [0.0, 0.002, 1.0, 2.4, 2.6, 3.0, 10.24, 1024.0, 2048.0] {
+                let fed = last_feed(block_s, hz, |_| true).expect("it is fed for ever");
+                let (bite, bound) = (fed + 4.0, f64::max(5.0, 2.0 * block_s));
+                assert!(bite <= bound + 1e-6 && bite > bound - 0.2, "{hz} {block_s}: {bite}");
+                // The fastest oscillator of a watchdog bites after 2.7 s, and the next block is in time.
+                assert!(fed + 2.7 > block_s, "{hz} {block_s}: {fed}");
+            }
+        }
+    }
+
+    /// A gate that opens once in ten seconds, for less than a look.
+    #[test]
+    fn rare_chirps_in_vain_are_told_from_a_source_that_pauses() {
+        let hz = 90_000_000;
+        assert_eq!(last_feed(0.002, hz, |_| false), None);
+        assert_eq!(last_feed(0.002, hz, |n| n == 100), None, "one chirp broken by a fault");
+        let fed = last_feed(0.002, hz, |n| n.is_multiple_of(100)).expect("it is fed for ever");
+        assert!((20.0..21.1).contains(&fed), "{fed}");
+        // Each chirp brings a block a look later.
+        let mut deadline = Deadline::new(180_000, 0, hz);
+        let alive =
+            |n: u32| deadline.holds(n.wrapping_mul(hz / 10), n.is_multiple_of(100), n % 100 == 1);
+        assert!((1..10_000).all(alive));
     }
 
     /// A block that waited while the counters were set to 0 once had lost 4,294,967,295.

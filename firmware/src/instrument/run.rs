@@ -4,7 +4,7 @@
 //! settings, leaves them to the next program and resets the chip. Start and stop are settings like
 //! the others.
 
-use super::bounds::{HEARD, Refusals, Saves, health};
+use super::bounds::{Deadline, HEARD, Refusals, Saves, health};
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
@@ -21,7 +21,7 @@ use picket_wire::boot::{Boot, Causes, LastEnd, Name, Origin};
 use picket_wire::capture::EncodingError;
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
-use picket_wire::settings::{Drive, Settings};
+use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
 use picket_wire::telemetry::{Health, Telemetry};
@@ -61,9 +61,9 @@ pub struct Instrument<
     stack: Stack,
     /// The duration of a block with its guard, ticks.
     block: u64,
-    /// The ticks at the last look, and since the last progress.
-    seen: u32,
-    idle: u64,
+    /// When a block must come, and when a byte must leave the line.
+    next_block: Deadline,
+    next_byte: Deadline,
 }
 
 /// The settings in these words, if they are for blocks of `N` samples. Compiled once for what the last program left and for the flash.
@@ -135,7 +135,8 @@ where
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
         boot.measuring = blocks.is_some();
         let since = board.ticks();
-        let block = block_ticks(&plan, board.ticks_hz());
+        let ticks_hz = board.ticks_hz();
+        let block = block_ticks(&plan, ticks_hz);
         let mut instrument = Self {
             board,
             plan,
@@ -156,8 +157,8 @@ where
             longest: 0,
             stack: Stack::unknown(),
             block,
-            seen: since,
-            idle: 0,
+            next_block: Deadline::new(block, since, ticks_hz),
+            next_byte: Deadline::new(0, since, ticks_hz),
         };
         // A zero ends what a program left on the line that could not wait for it.
         let _ = instrument.board.send(&[0]);
@@ -194,19 +195,14 @@ where
         }
     }
 
-    /// Whether the loop makes progress: a block was measured, or none is overdue. A block is overdue
-    /// a second after the next one, too, should have come.
+    /// Whether the loop makes progress: neither a block nor a byte on the line is overdue. An external source may pause as
+    /// long as it likes.
     fn progress(&mut self, measured: bool) -> bool {
         let now = self.board.ticks();
-        self.idle = self.idle.saturating_add(now.wrapping_sub(self.seen).into());
-        self.seen = now;
-        // An external source may pause as long as it likes.
-        let waits = self.blocks.is_none() || self.plan.settings.drive == Drive::External;
-        if measured || waits {
-            self.idle = 0;
-        }
-        let second = u64::from(self.board.ticks_hz());
-        self.idle <= second.saturating_add(self.block.saturating_mul(2))
+        let due = self.blocks.is_some() && self.board.gate_opened();
+        let stalled = self.board.stalled();
+        let blocks = self.next_block.holds(now, due, measured);
+        self.next_byte.holds(now, stalled, !stalled) && blocks
     }
 
     /// Measures a block, if one waits. Returns whether it did.
@@ -393,6 +389,7 @@ where
         if measuring {
             self.board.resume();
         }
+        self.next_block = Deadline::new(self.block, self.board.ticks(), self.board.ticks_hz());
         saved
     }
 

@@ -4,13 +4,13 @@ use super::serial::Serial;
 use super::storage::{self, Flash};
 use super::words::Words;
 use super::words::clock::{Speed, Tree};
-use super::{N, SLOT, converter, start};
+use super::{N, SLOT, chirp, converter, start};
 use crate::board::Board;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket_wire::boot::{Causes, Clock};
-use picket_wire::settings::Settings;
+use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::SettingsError;
 
 /// The NUCLEO-F446RE.
@@ -31,6 +31,9 @@ impl Board<N, SLOT> for Nucleo {
     fn start(settings: &Settings) -> Option<Self> {
         let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
         start::peripherals(&tree);
+        if let Drive::Dac { low, .. } = settings.drive {
+            chirp::rest(low);
+        }
         start::brown_out_level();
         start::watchdog();
         let serial = Serial::start(tree.apb1_hz)?;
@@ -88,6 +91,14 @@ impl Board<N, SLOT> for Nucleo {
 
     fn resume(&mut self) {
         converter::resume();
+    }
+
+    fn gate_opened(&mut self) -> bool {
+        chirp::gate_opened()
+    }
+
+    fn stalled(&mut self) -> bool {
+        self.serial.stalled()
     }
 
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {

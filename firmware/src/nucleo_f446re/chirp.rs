@@ -6,7 +6,9 @@ use super::registers::{dac, dma1, gpiob, put, spi1, tim2, tim3, tim4, wait};
 use super::words::Words;
 use super::words::pins::{CE_HIGH, CE_LOW, LE_HIGH, LE_LOW, SPI_CR1};
 use super::words::sampling::{TIMER_CR2_UPDATE, TIMER_SMCR_COUNT_TIM3};
-use super::words::waveform::{DAC_CR, DAC_SR_UNDERRUN, DAC_STREAM, STEPS, SyncInput, SyncOutput};
+use super::words::waveform::{
+    DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, STEPS, SyncInput, SyncOutput,
+};
 use crate::instrument::adf4159::Adf4159;
 use crate::instrument::plan::Plan;
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -64,6 +66,12 @@ pub fn play(first: u16, table: &'static [u16], hold: u16) {
     put!(tim4().smcr(), TIMER_SMCR_COUNT_TIM3);
 }
 
+/// Has the DAC hold a code, so that what follows it is never driven by a pin that floats.
+pub fn rest(code: u16) {
+    put!(dac().cr(), DAC_REST);
+    put!(dac().dhr12r1(), u32::from(code.min(4095)));
+}
+
 /// Sets up a pulse for each chirp.
 fn mark(segments: u16, length: u32) {
     let SyncOutput { reload, compare, mode, rest, enable } = SyncOutput::new(segments, length);
@@ -98,12 +106,16 @@ pub fn stop() {
     if !gated() {
         put!(tim2().ccmr2_output(), REST.load(Ordering::Relaxed));
     }
-    put!(dac().cr(), 0);
+    if LENGTH.load(Ordering::Relaxed) > 0 {
+        rest(FIRST.load(Ordering::Relaxed));
+    } else {
+        put!(dac().cr(), 0);
+    }
     put!(dma1().st(5).cr(), 0);
     let _ = wait(|| dma1().st(5).cr().read().bits() & 1 == 0);
 }
 
-/// Returns to the start of a chirp. The converters and the DAC must be off, because the events that
+/// Returns to the start of a chirp. The converters must be off and the DAC rest, because the events that
 /// load the timers' registers trigger both.
 pub fn rewind() {
     // HIFCR, stream 5's flags: 11:6.
@@ -126,6 +138,17 @@ pub fn rewind() {
 
 fn gated() -> bool {
     GATE.load(Ordering::Relaxed) != 0
+}
+
+/// Whether the gate was open at any time since the last call; without one the samples always pass. The main loop calls this.
+pub fn gate_opened() -> bool {
+    if !gated() {
+        return true;
+    }
+    // TIF 6: a pulse came; it is cleared by a zero (RM 17.4.5). CEN 0: the gate is open.
+    let pulse = tim2().sr().read().bits() & 1 << 6 != 0;
+    put!(tim2().sr(), !(1 << 6));
+    pulse || tim2().cr1().read().bits() & 1 != 0
 }
 
 /// Whether the DAC's table was not read in time. The DAC then asks for no more codes (RM 14.3.7).

@@ -36,6 +36,9 @@ static LINE: Mutex<RefCell<Option<Line>>> = Mutex::new(RefCell::new(None));
 pub struct Serial {
     out: Producer<'static, u8>,
     into: Consumer<'static, u8>,
+    /// Bytes that entered the queue to the host, and those that had left it at the last look; modulo 2^32.
+    entered: u32,
+    left: u32,
 }
 
 impl Serial {
@@ -53,7 +56,7 @@ impl Serial {
         put!(usart2().brr(), divider(bus_hz, BAUD));
         put!(usart2().cr1(), CR1);
         enable(pac::Interrupt::USART2);
-        Some(Self { out, into })
+        Some(Self { out, into, entered: 0, left: 0 })
     }
 
     /// Whether there is room for this many bytes.
@@ -67,12 +70,20 @@ impl Serial {
             return false;
         }
         OUTWARD.fetch_add(frame.len(), Relaxed);
+        self.entered = self.entered.wrapping_add(frame.len() as u32);
         for &byte in frame {
             // There is room: only the interrupt takes bytes, which makes more.
             let _ = enqueue(&mut self.out, byte);
         }
         NVIC::pend(pac::Interrupt::USART2);
         true
+    }
+
+    /// Whether bytes wait and none has left since the last call.
+    pub fn stalled(&mut self) -> bool {
+        let waiting = OUTWARD.load(Relaxed) as u32;
+        let left = self.entered.wrapping_sub(waiting);
+        waiting > 0 && core::mem::replace(&mut self.left, left) == left
     }
 
     /// The next byte from the host; `None` if none waits.

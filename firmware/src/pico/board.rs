@@ -144,6 +144,14 @@ impl Board<N, SLOT> for Pico {
         converter::resume();
     }
 
+    fn gate_opened(&mut self) -> bool {
+        converter::gate_opened()
+    }
+
+    fn stalled(&mut self) -> bool {
+        self.serial.stalled()
+    }
+
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<SLOT>>>) {
         converter::sleep(blocks);
     }

@@ -271,6 +271,15 @@ pub fn resume() {
     });
 }
 
+/// Whether the gate was open at any time since the last call; without one the samples always pass.
+pub fn gate_opened() -> bool {
+    let opened = |time: &mut Time| match time {
+        Time::Pulsed(pulse, ..) => pulse.opened(),
+        Time::Free(_) => true,
+    };
+    FILLER.with(|filler| opened(&mut filler.dma().time)).unwrap_or(true)
+}
+
 /// The front end's counters so far.
 pub fn counters() -> Counters {
     FILLER.counters()

@@ -35,6 +35,8 @@ static INTO: Mutex<RefCell<Option<Producer<'static, u8>>>> = Mutex::new(RefCell:
 pub struct Serial {
     ring: &'static mut [u8; OUT],
     into: Consumer<'static, u8>,
+    /// Bytes that had left the ring at the last look; modulo 2^32.
+    left: u32,
 }
 
 /// Adds to a count that one place alone writes.
@@ -77,7 +79,7 @@ impl Serial {
         put!(uart().uartimsc(), 1 << 6 | 1 << 4);
         enable(pac::Interrupt::DMA_IRQ_1);
         enable(pac::Interrupt::UART0_IRQ);
-        Some(Self { ring, into })
+        Some(Self { ring, into, left: 0 })
     }
 
     /// Whether there is room for this many bytes.
@@ -96,6 +98,13 @@ impl Serial {
         add(&WRITTEN, frame.len() as u32);
         tell();
         true
+    }
+
+    /// Whether bytes wait and none has left since the last call.
+    pub fn stalled(&mut self) -> bool {
+        let waiting = unsent();
+        let left = WRITTEN.load(Relaxed).wrapping_sub(waiting);
+        waiting > 0 && core::mem::replace(&mut self.left, left) == left
     }
 
     /// The next byte from the host; `None` if none waits.

@@ -76,6 +76,8 @@ pub struct Pulse {
     seen: usize,
     /// Rises without a chirp that are not yet counted.
     vain: u32,
+    /// Chirps over at the last call of [`Pulse::opened`].
+    told: usize,
 }
 
 impl Pulse {
@@ -87,7 +89,7 @@ impl Pulse {
         // IE 6, PDE 2, SCHMITT 1: an input with a pull-down. FUNCSEL 4:0 = 4: the PWM's.
         put!(pads().gpio(13), 1 << 6 | 1 << 2 | 1 << 1);
         put!(io().gpio(13).gpio_ctrl(), 4);
-        Self { gate, armed: false, seen: 0, vain: 0 }
+        Self { gate, armed: false, seen: 0, vain: 0, told: 0 }
     }
 
     /// Waits for a rise. The converter's queue and the channels of the slots must be ready.
@@ -157,6 +159,13 @@ impl Pulse {
                 put!(pwm().ch(RISES).ctr(), READY);
             }
         }
+    }
+
+    /// Whether a chirp was open since the last call: slice 6 counts on from its rise to its end.
+    pub fn opened(&mut self) -> bool {
+        let over = over();
+        let closed = core::mem::replace(&mut self.told, over) != over;
+        closed || pwm().ch(RISES).ctr().read().bits() & READY != READY
     }
 
     /// Tells of the chirps that are over since the last call, and of the pulses in vain. The converter's cycles since a chirp was

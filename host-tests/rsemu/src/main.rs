@@ -15,6 +15,7 @@
 //! load ADDRESS FILE   writes a file into flash, while the power is off
 //! input CHANNEL table FILE | dac | pulse SCALE | none
 //! keep 0|1            whether the DAC's codes are kept
+//! transmitter 0|1     whether the serial port sends
 //! overrun             the converter's result was not fetched in time
 //! underrun            the DAC's code was not fetched in time
 //! codes, edges, broken
@@ -248,6 +249,7 @@ impl Board {
                 bench.keep = on == "1";
                 bench.codes.clear();
             }),
+            ["transmitter", on] => rsemu::MUTE.store(on == "0", SeqCst),
             ["overrun"] => adc::overrun(),
             ["underrun"] => dac::underrun(),
             ["codes"] => {

@@ -284,6 +284,15 @@ impl Emulated {
         self.order(&format!("write {address:#x} {word:#x}"));
     }
 
+    /// Sends pulses of 1 ms to the sync input from now on, one every so many us.
+    pub fn pulses(&mut self, period: u32) {
+        // PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
+        let words = [(0x28, 7), (0x2C, period - 1), (0x34, 1000), (0x18, 0x60), (0x20, 1)];
+        for (at, word) in words.into_iter().chain([(0x14, 1), (0, 1)]) {
+            self.write(0x4000_1000 + at, word);
+        }
+    }
+
     /// Sends bytes to the board.
     pub fn hear(&mut self, bytes: &[u8]) {
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();

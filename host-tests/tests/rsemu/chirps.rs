@@ -7,6 +7,8 @@ use host_tests::sized;
 use picket::acquire::sample::Segment;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Shape;
+use picket_firmware::nucleo_f446re::N;
+use picket_wire::command::{Command, Request};
 use picket_wire::settings::{Drive, Settings};
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -72,6 +74,32 @@ fn a_chirp_is_played_code_by_code() {
     }
 }
 
+/// Whenever the chirp stands the DAC holds its first code: while flash is erased, and when a host has stopped the board.
+#[test]
+fn the_dac_rests_at_the_first_code() {
+    let settings = Settings { report_every: 9, ..chirp(500e3, Shape::Trapezoid, 32, DAC) };
+    let Some(mut board) = Emulated::plug() else { return };
+    board.order("erase 100");
+    let (mut board, _) = board.power();
+    board.request(Command::SetSettings(settings, N)).unwrap();
+    board.boot();
+    board.run(7_311);
+    // EN 0 and TEN 2 of DAC_CR, and DAC_DOR1.
+    let dac = |board: &mut Emulated| (board.read(0x4000_7400) & 5, board.read(0x4000_742C));
+    assert_eq!(dac(&mut board).0, 5, "it plays");
+    board.hear(&Request { tag: 9, command: Command::Save }.to_frame());
+    for _ in 0..3 {
+        board.run(20_000);
+        assert_eq!(dac(&mut board), (1, 400), "while it saves");
+    }
+    board.run(100_000);
+    assert_eq!(dac(&mut board).0, 5, "it plays again");
+    board.request(Command::Stop).unwrap();
+    assert!(!board.boot().measuring);
+    assert_eq!(dac(&mut board), (1, 400), "stopped");
+    board.assert_rules();
+}
+
 /// A code of the DAC that is not fetched in time ends its requests: the chain starts anew, and counts what was lost.
 #[test]
 fn an_underrun_of_the_dac_is_told_and_mended() {
@@ -100,12 +128,7 @@ fn an_external_chirp_is_met_anew_after_each_overrun() {
     let Some((mut board, _)) = Emulated::start(&settings) else { return };
     // Ticks of the second bus since the pulse, 180 a sample.
     board.order("input 0 pulse 180");
-    // A pulse of 1 ms every 8 ms: PSC, ARR, CCR1, CCMR1 PWM 1, CCER, EGR, CR1.
-    for (at, word) in
-        [(0x28, 7), (0x2C, 7999), (0x34, 1000), (0x18, 0x60), (0x20, 1), (0x14, 1), (0, 1)]
-    {
-        board.write(0x4000_1000 + at, word);
-    }
+    board.pulses(8_000);
     board.run(20_000);
     for round in 0..sized(4, 100) {
         // A chirp lasts 6.3 of the 8 ms: the overrun comes anywhere in it.

@@ -121,6 +121,12 @@ const CORRECTIONS: &[Correction] = &[
         from: "                    self.reset_requested = true;\n",
         to: "                    self.reset_requested = true;\n                    crate::RESET.store(true, ::core::sync::atomic::Ordering::SeqCst);\n",
     },
+    // A serial port may fail.
+    Correction {
+        file: "src/dev/stm32/usart.rs",
+        from: "        if self.variant == Variant::U5 {\n            return self.transmit_fifo();\n        }\n        let byte",
+        to: "        if crate::MUTE.load(::core::sync::atomic::Ordering::SeqCst) {\n            return false;\n        }\n        let byte",
+    },
     // A clock from outside may not come.
     Correction {
         file: "src/dev/stm32/rcc.rs",
@@ -130,7 +136,7 @@ const CORRECTIONS: &[Correction] = &[
     Correction {
         file: "src/lib.rs",
         from: "pub mod core;\n",
-        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core has written to a peripheral.\npub static STORED: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The clock from outside is missing.\npub static NO_HSE: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
+        to: "pub mod core;\n/// The core stands still.\npub static HELD: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core has written to a peripheral.\npub static STORED: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The core asked for a reset.\npub static RESET: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The clock from outside is missing.\npub static NO_HSE: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n/// The serial port sends nothing.\npub static MUTE: ::core::sync::atomic::AtomicBool = ::core::sync::atomic::AtomicBool::new(false);\n",
     },
 ];
 

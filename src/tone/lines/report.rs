@@ -9,6 +9,7 @@ use super::fit::Window;
 use super::rest::Found;
 use super::{Hunt, IMAGE, apart};
 use crate::acquire::sample::{Record, Stamp};
+use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places, has_ring};
@@ -138,7 +139,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let turned = if line == Line::Steady { beside.noise.power } else { near };
         // The mean of one over an estimated power is larger than one over its mean.
         let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
-        let sigma = sigma_bins(&found.fit, N, near) * libm::sqrtf(self.shared(index));
+        let sigma = sigma_bins(&found.fit, N, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let engine = self.rest.spectrum.error();
         let seen = Seen {

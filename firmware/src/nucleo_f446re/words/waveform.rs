@@ -99,6 +99,9 @@ impl Waveform {
 /// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12. DMAUDRIE 13
 /// stays off: an underrun shows in DAC_SR.
 pub const DAC_CR: u32 = 1 | 1 << 2 | 5 << 3 | 1 << 12;
+/// DAC_CR while the chirp stands: no trigger and no request, so that a code appears as it is written. TSEL stays, because it must
+/// not change while EN is set.
+pub const DAC_REST: u32 = 1 | 5 << 3;
 /// DAC_SR (RM 14.5.14): the table was not read in time.
 pub const DAC_SR_UNDERRUN: u32 = 1 << 13;
 /// DMA_SxCR for DMA1's stream 5, channel 7, DAC1 (RM 9.3.4, table 28): CHSEL 27:25 = 7, PL 17:16 =
@@ -232,7 +235,7 @@ mod tests {
     // RM 14.5.1, 9.5.5, 17.4.
     #[test]
     fn words() {
-        assert_eq!(DAC_CR, 0x0000_102D);
+        assert_eq!((DAC_CR, DAC_REST), (0x0000_102D, 0x0000_0029));
         assert_eq!(DAC_STREAM, 0x0E02_2D40);
         let output = SyncOutput::new(3, 1088);
         assert_eq!((output.reload, output.compare), (3263, 1088));
