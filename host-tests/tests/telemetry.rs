@@ -28,7 +28,18 @@ fn float(rng: &mut impl Rng) -> f32 {
     }
 }
 
+/// A record with any numbers that its verdicts allow.
 fn record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
+    loop {
+        let record = any_record(sequence, rng);
+        let Measurement { tone, result, .. } = &record.measurement;
+        if tone.is_consistent() && result.is_consistent() {
+            return record;
+        }
+    }
+}
+
+fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
     let verdict = |rng: &mut _| Verdict::ALL[Rng::next_u32(rng) as usize % Verdict::ALL.len()];
     let result = match rng.random_range(0..5) {
         0 => Outcome::None,
