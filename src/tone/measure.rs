@@ -230,7 +230,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         gap: stamp.gap,
         weak: standing.is_none(),
         sigma,
-        unseen: around.engine * around.engine + wider(&options.width, sigma, fit, N, quiet),
+        unseen: unseen(around.engine, &options.width, sigma, fit, N, quiet),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
 }
@@ -364,16 +364,17 @@ pub(super) struct Seen {
     pub unseen: f32,
 }
 
-/// The variance, in squared bins, that the tone's own width adds to `sigma`: what the fit leaves may have widened that beyond the noise
-/// already.
+/// The variance, in squared bins, that no noise tells of: the engine's, and what the tone's own width adds to `sigma`, which
+/// what the fit leaves may have widened beyond the noise already.
 #[inline(never)]
-fn wider(width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, noise: f32) -> f32 {
-    let width = width.of_block();
-    if width <= 0.0 {
-        return 0.0;
+fn unseen(engine: f32, width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, noise: f32) -> f32 {
+    let engine = engine * engine;
+    // In integers, because a core without an FPU does it in each block.
+    if width.walk.to_bits() | width.envelope.to_bits() == 0 {
+        return engine;
     }
     let alone = sigma_bins(fit, n, noise);
-    (width - (sigma * sigma - alone * alone)).max(0.0)
+    engine + (width.of_block() - (sigma * sigma - alone * alone)).max(0.0)
 }
 
 impl Seen {
