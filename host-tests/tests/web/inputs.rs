@@ -80,7 +80,8 @@ pub fn lines() -> Lines {
 
 fn fundamental() -> Fundamental {
     let frequency = Frequency(I0F32::from_num(0.0002));
-    let tone = Tone { frequency, sigma: 4e-8, verdict: Verdict::Good, ..Tone::default() };
+    let tone =
+        Tone { frequency, sigma: 4e-8, snr: 10.0, verdict: Verdict::Good, ..Tone::default() };
     Fundamental::of(&Stamp { sequence: LAST, ..Stamp::default() }, Harmonic { tone, orders: 7 })
 }
 
