@@ -3,7 +3,7 @@
 use super::answer::lines;
 use super::measure::N;
 use super::options::Options;
-use super::{DemoError, said};
+use super::{DemoError, said, shown};
 use crate::analyze::bursts::Weighted;
 use crate::output::Output;
 use crate::progress;
@@ -162,15 +162,9 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<(Vec<Row>, Summary), DemoError
 /// Measures, prints and draws. Failure: mean or rms are not the flow's.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     let (rows, summary) = measured(options.seed, options.snr_db())?;
-    if let Some(file) = &options.plot {
-        draw(&rows, &summary, file, options.output)?;
-    }
-    if options.json {
-        lines(&rows, &summary)?;
-    } else {
-        print(&rows, &summary, options);
-    }
-    Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let draw = |file: &Path| draw(&rows, &summary, file, options.output);
+    let print = || print(&rows, &summary, options);
+    shown(options, draw, || lines(&rows, &summary), print, summary.inside())
 }
 
 fn print(rows: &[Row], summary: &Summary, options: &Options) {

@@ -19,6 +19,7 @@ pub mod wind;
 use crate::scenario;
 use options::{Board, Options, Scenario};
 use std::fmt::Display;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// One line for a person who has to do something about it.
@@ -36,6 +37,25 @@ impl std::error::Error for DemoError {}
 /// Any error as its one line.
 pub fn said(error: impl Display) -> DemoError {
     DemoError(error.to_string())
+}
+
+/// Draws what a scenario has measured, and writes its lines for programs or prints it for people. Failure: it is not as it should be.
+fn shown(
+    options: &Options,
+    draw: impl FnOnce(&Path) -> Result<(), DemoError>,
+    lines: impl FnOnce() -> Result<(), DemoError>,
+    print: impl FnOnce(),
+    inside: bool,
+) -> Result<ExitCode, DemoError> {
+    if let Some(file) = &options.plot {
+        draw(file)?;
+    }
+    if options.json {
+        lines()?;
+    } else {
+        print();
+    }
+    Ok(if inside { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Does what the options say and prints it. Failure: a row is outside the bars.

@@ -4,7 +4,7 @@ use super::answer::{Answer, lines};
 use super::drive::{check_both, save_both};
 use super::measure::N;
 use super::options::Options;
-use super::{DemoError, said};
+use super::{DemoError, said, shown};
 use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::lidar;
@@ -171,15 +171,9 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     }
     let rows = measured(options.seed, options.snr_db())?;
     let summary = Summary::of(&rows);
-    if let Some(file) = &options.plot {
-        draw(&rows, file, options.output)?;
-    }
-    if options.json {
-        lines(&rows, &summary)?;
-    } else {
-        print(&rows, &summary, options);
-    }
-    Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let draw = |file: &Path| draw(&rows, file, options.output);
+    let print = || print(&rows, &summary, options);
+    shown(options, draw, || lines(&rows, &summary), print, summary.inside())
 }
 
 /// Each car with the target that is of it, the good one before others, and then the targets of no car.

@@ -3,7 +3,7 @@
 use super::answer::lines;
 use super::measure::N;
 use super::options::Options;
-use super::{DemoError, said};
+use super::{DemoError, said, shown};
 use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::vibration::{self as plate, CYCLES, SWING_HZ, SWING_M};
@@ -123,20 +123,11 @@ pub fn summed(rows: &[Row], snr_db: f64) -> Summary {
 
 /// Measures, prints and draws. Failure: amplitude or noise are not as they should be.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
-    if let Some(file) = &options.plot {
-        options.output.check(file, &[]).map_err(said)?;
-    }
     let rows = measured(options)?;
     let summary = summed(&rows, options.snr_db());
-    if let Some(file) = &options.plot {
-        draw(&rows, &summary, file, options.output)?;
-    }
-    if options.json {
-        lines(&rows, &summary)?;
-    } else {
-        print(&rows, &summary, options);
-    }
-    Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let draw = |file: &Path| draw(&rows, &summary, file, options.output);
+    let print = || print(&rows, &summary, options);
+    shown(options, draw, || lines(&rows, &summary), print, summary.inside())
 }
 
 fn print(rows: &[Row], summary: &Summary, options: &Options) {

@@ -3,7 +3,7 @@
 use super::answer::lines;
 use super::measure::N;
 use super::options::Options;
-use super::{DemoError, said};
+use super::{DemoError, said, shown};
 use crate::output::Output;
 use crate::progress;
 use crate::report::chart::{Axis, Chart, Series, Style};
@@ -178,15 +178,9 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     let rows = measured(options.seed, options.snr_db())?;
     let summary = Summary::of(&rows, options.snr_db());
-    if let Some(file) = &options.plot {
-        draw(&rows, options, file, options.output)?;
-    }
-    if options.json {
-        lines(&rows, &summary)?;
-    } else {
-        print(&rows, &summary, options);
-    }
-    Ok(if summary.inside() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let draw = |file: &Path| draw(&rows, options, file, options.output);
+    let print = || print(&rows, &summary, options);
+    shown(options, draw, || lines(&rows, &summary), print, summary.inside())
 }
 
 fn print(rows: &[Row], summary: &Summary, options: &Options) {
