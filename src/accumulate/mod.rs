@@ -61,7 +61,6 @@ use crate::plan::Terms;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::tone::detection::FALSE_ALARM;
-use crate::tone::evidence::WHOLE_SPECTRUM;
 use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
 use crate::tone::verdict::Reasons;
@@ -239,8 +238,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
             (2.0 * fit.power / n, 2.0 * libm::sqrtf(line) / n)
         };
         let sigma = libm::sqrt(variance) as f32 / n;
-        let known = sigma < WHOLE_SPECTRUM;
-        let reasons = if known { reasons } else { reasons.with(Verdict::Weak) };
+        let reasons = reasons.with_sigma(sigma);
         let tone = Tone {
             frequency,
             sigma,

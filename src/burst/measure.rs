@@ -11,7 +11,6 @@ use crate::plan::Terms;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::Band;
-use crate::tone::evidence::WHOLE_SPECTRUM;
 use crate::tone::frequency::Frequency;
 use crate::tone::sigma::CLIPPED;
 use crate::tone::{Reasons, Tone, Verdict};
@@ -111,8 +110,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
             Validation::Weak => Reasons::NONE.with(Verdict::Weak),
             Validation::Clipped => Reasons::NONE.with(Verdict::Clipped),
         };
-        let known = sigma < WHOLE_SPECTRUM;
-        let reasons = if known { reasons } else { reasons.with(Verdict::Weak) };
+        let reasons = reasons.with_sigma(sigma);
         burst.tone = Tone {
             frequency,
             sigma,

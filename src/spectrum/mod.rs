@@ -25,7 +25,7 @@ use scan::Scan;
 
 /// An offset stands out of its neighbours if it has so many times the power of both. Noise does in one record of 81:
 /// one over the square of this number and 1.
-const STANDS_OUT: u64 = 8;
+pub const STANDS_OUT: u64 = 8;
 
 /// The spectrum of one record of `N` samples.
 ///

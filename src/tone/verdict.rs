@@ -1,5 +1,7 @@
 //! What is known against a number, and what the number may be used for.
 
+use super::evidence::WHOLE_SPECTRUM;
+
 /// What is known against a number. Every number comes with a verdict, and [`Verdict::usable`] says what the number may
 /// be used for. If several apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A
 /// telemetry record holds a verdict as its number.
@@ -284,6 +286,13 @@ impl Reasons {
     #[must_use]
     pub const fn with(self, verdict: Verdict) -> Self {
         Self(self.0 | 1 << verdict.severity())
+    }
+
+    /// With [`Verdict::Weak`] where the frequency's sigma is as wide as the spectrum, or no number.
+    #[must_use]
+    pub(crate) fn with_sigma(self, sigma: f32) -> Self {
+        let known = sigma < WHOLE_SPECTRUM;
+        if known { self } else { self.with(Verdict::Weak) }
     }
 
     /// Without one.

@@ -8,6 +8,7 @@ use fixed::types::I0F32;
 use picket::acquire::sample::Statistics;
 use picket::math::scalar::Scalar;
 use picket::plan::Terms;
+use picket::spectrum::STANDS_OUT;
 use picket::spectrum::bins::{Bins, Rectangular};
 use picket::spectrum::peak::{Band, Peak, SKIRT, Search};
 use picket::tone::clipped::Unclipped;
@@ -76,7 +77,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     fn take_offset(&mut self) {
         if let [offset, above, .., below] = self.spectrum.as_mut_slice()
             && R::IQ
-            && offset.norm_sqr() > (above.norm_sqr() + below.norm_sqr()) * T::of(8.0)
+            && offset.norm_sqr() > (above.norm_sqr() + below.norm_sqr()) * T::of(STANDS_OUT as f64)
         {
             *offset = (*above + *below) * T::of(0.5);
         }
