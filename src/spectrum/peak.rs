@@ -219,7 +219,7 @@ fn beside_offset<R: Record, const N: usize>(
     match offset.wrapping_sub(peak.bin) {
         -1 => *before = 0,
         1 => *after = 0,
-        _ if apart::<R, N>(offset, peak.bin) > SKIRT as u32 => {
+        _ if apart::<R, N>(offset, peak.bin) > SKIRT => {
             peak.floor = peak.floor.saturating_sub(spectrum.power(offset));
             peak.floor_bins = peak.floor_bins.saturating_sub(1);
         }
@@ -251,11 +251,14 @@ fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
     [k, k.wrapping_add(turn), k.wrapping_sub(turn)].into_iter().find(held)
 }
 
-/// How many bins two bins are apart: round the circle in an I/Q record.
-const fn apart<R: Record, const N: usize>(one: i32, other: i32) -> u32 {
-    let apart = one.abs_diff(other);
-    let round = (N as u32).saturating_sub(apart);
-    if R::IQ && round < apart { round } else { apart }
+/// Bins from one to another, round the circle for I/Q.
+pub(crate) fn apart<R: Record, const N: usize>(a: i32, b: i32) -> i32 {
+    let (apart, n) = (a.wrapping_sub(b), N as i32);
+    if !R::IQ {
+        return apart.abs();
+    }
+    let apart = apart.checked_rem_euclid(n).unwrap_or(0);
+    apart.min(n - apart)
 }
 
 /// [`find`] by its definition in portable code. Tests compare kernels with it.
@@ -341,12 +344,12 @@ pub fn within<R: crate::acquire::sample::Record, const N: usize>(
         let Some(k) = named::<R, N>(band, k) else {
             continue;
         };
-        if apart::<R, N>(k, whole.bin) > SKIRT as u32 && k != band.offset {
+        if apart::<R, N>(k, whole.bin) > SKIRT && k != band.offset {
             floor = floor.wrapping_sub(spectrum.power(k));
             floor_bins = floor_bins.saturating_sub(1);
         }
     }
-    let apart = u64::from(apart::<R, N>(bin, whole.bin));
+    let apart = u64::from(apart::<R, N>(bin, whole.bin).unsigned_abs());
     if apart > SKIRT as u64 {
         let leakage = whole.power[1] / (4 * apart * apart).max(1);
         floor = floor.saturating_add(leakage.saturating_mul(u64::from(floor_bins)));

@@ -35,7 +35,7 @@ use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
-use crate::spectrum::peak::Band;
+use crate::spectrum::peak::{Band, apart};
 use crate::tone::fit::Course;
 use crate::tone::{Reasons, Tone, Verdict};
 use floor::{Blocks, Candidate};
@@ -328,14 +328,4 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             || self.hidden.iter().any(|hidden| apart::<R, N>(k, hidden.bin) <= hidden.width)
             || R::IQ && apart::<R, N>(k, 0) < DRIFT
     }
-}
-
-/// Bins from one to another, round the circle for I/Q.
-fn apart<R: Record, const N: usize>(a: i32, b: i32) -> i32 {
-    let (apart, n) = (a.wrapping_sub(b), N as i32);
-    if !R::IQ {
-        return apart.abs();
-    }
-    let apart = apart.checked_rem_euclid(n).unwrap_or(0);
-    apart.min(n - apart)
 }
