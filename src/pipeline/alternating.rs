@@ -125,7 +125,8 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
             Tone { frequency: lowered(tone.frequency), sigma: 2.0 * tone.sigma, ..tone };
         let image = self.mirrored(&tone);
         let edge_bins = pairs.frequency.bins(N).abs() as f32;
-        pairs.conclude(&Evidence { image, edge_bins, ..Evidence::of(tone.said()) });
+        let sigma = pairs.sigma;
+        pairs.conclude(&Evidence { image, edge_bins, sigma, ..Evidence::of(tone.said()) });
         (clipped, pairs)
     }
 
