@@ -244,6 +244,15 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         burst::measure::measure(&mut self.spectrum, &self.plan, cut)
     }
 
+    /// What a tone of another source than the blocks themselves (a burst, a sum) amounts to: a velocity where the scene is a Doppler
+    /// shift, else nothing more.
+    pub fn outcome(&self, tone: &Tone) -> Outcome {
+        match self.plan.solver {
+            Solver::Doppler(scale) => Outcome::Velocity(doppler::velocity(tone, scale)),
+            _ => Outcome::None,
+        }
+    }
+
     /// The velocity or target that a tone leads to.
     pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
         self.ramps.solve(&self.plan.solver, stamp, tone, R::IQ)

@@ -3,6 +3,7 @@
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_wire::boot::Boot;
+use picket_wire::burst::Burst;
 use picket_wire::command::{Answer, Command, Request};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{self, Frame, Kind, PAYLOAD, Reader};
@@ -10,6 +11,7 @@ use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::settings::Settings;
 use picket_wire::status::{Raw, Status};
+use picket_wire::sum::Sum;
 use picket_wire::telemetry::Telemetry;
 
 /// Bytes as they come over a line. Each frame that is accepted is what its sender would have sent.
@@ -48,6 +50,8 @@ pub fn message(bytes: &[u8]) {
         Kind::Follow => same(&frame, |it| Follow::of_frame(it).ok(), |it| it.to_frame()),
         Kind::Lines => same(&frame, |it| Lines::of_frame(it).ok(), |it| it.to_frame()),
         Kind::Fundamental => same(&frame, Fundamental::of_frame, |it| it.to_frame()),
+        Kind::Burst => same(&frame, Burst::of_frame, |it| it.to_frame()),
+        Kind::Sum => same(&frame, Sum::of_frame, |it| it.to_frame()),
         Kind::Command => drop(Request::of_frame(&frame)),
         Kind::Reply | Kind::Refusal => {
             if let Some((answer, said)) = Answer::of_frame(&frame) {

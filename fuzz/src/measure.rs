@@ -29,9 +29,15 @@ pub fn pipeline(bytes: &[u8]) {
     let mut iq = Pipeline::<Iq, N>::new(picket::Plan::IDLE);
     for sequence in 0..2 {
         let short = input.take::<{ Settings::SHORT }>();
-        // Only settings of version 3 are longer.
-        let rest = if short[0] == 3 { input.take::<8>() } else { [0; 8] };
-        let Ok((settings, _)) = Settings::of_bytes(&[&short[..], &rest].concat()) else { return };
+        // Settings of later versions are longer.
+        let mut bytes = short.to_vec();
+        for _ in 3..=short[0].min(4) {
+            bytes.extend(input.take::<8>());
+        }
+        if short[0] == 5 {
+            bytes.extend(input.take::<{ Settings::BYTES - Settings::SHORT }>());
+        }
+        let Ok((settings, _)) = Settings::of_bytes(&bytes) else { return };
         let Ok(plan) = Plan::<N>::new(&settings, settings.config.rate_hz) else { return };
         let calibration = settings.calibration;
         for sequence in 2 * sequence..2 * sequence + 2 {

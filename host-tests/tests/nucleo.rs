@@ -39,6 +39,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 mod several;
+mod signals;
 
 const N: usize = 1024;
 const SEED: u64 = 446;

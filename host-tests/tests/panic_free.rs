@@ -81,6 +81,15 @@ fn the_boards_image_of_several_tones_cannot_panic() {
 }
 
 #[test]
+fn the_boards_image_of_sums_and_bursts_cannot_panic() {
+    if let Err(error) =
+        link("frontend_nucleo", Target::M4f, Profile::Balanced, &["nucleo", "signals"])
+    {
+        panic!("{error}\n{error:?}");
+    }
+}
+
+#[test]
 fn the_picos_image_cannot_panic() {
     if !has_core(Target::M0) {
         return;

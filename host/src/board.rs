@@ -29,6 +29,8 @@ pub enum Beside {
     Tracking,
     /// It reports several tones of a block.
     Lines,
+    /// It adds blocks, and cuts bursts.
+    Signals,
 }
 
 /// The image for the board, or for the emulator.
@@ -38,9 +40,11 @@ pub fn image(played: bool, beside: Beside) -> Result<PathBuf, toolchain::ToolErr
         Beside::Nothing => None,
         Beside::Tracking => Some("tracking"),
         Beside::Lines => Some("lines"),
+        Beside::Signals => Some("signals"),
     });
-    // Compiled for size alone, the search for further tones takes twice as long; for speed alone, all of the flash.
-    let profile = if beside == Beside::Lines { Profile::Balanced } else { Profile::Size };
+    // Compiled for size alone, the search for further tones, a sum and a burst take twice as long; for speed alone, all of the flash.
+    let fast = matches!(beside, Beside::Lines | Beside::Signals);
+    let profile = if fast { Profile::Balanced } else { Profile::Size };
     Firmware { bin: IMAGE, target: Target::M4f, features: &features, profile }.build()
 }
 

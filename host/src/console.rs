@@ -92,6 +92,26 @@ impl Console {
         Err(RunError::Timeout(LIMIT))
     }
 
+    /// Waits for a turn of the board's loop, in which it measures at most one block: all that it says until its status, without that.
+    pub fn turn(&mut self) -> Result<Vec<Said>, RunError> {
+        let (mut before, mut answered) = (Vec::new(), false);
+        self.tag = self.tag.wrapping_add(1);
+        let request = Request { tag: self.tag, command: Command::Status };
+        self.send(&request.to_frame())?;
+        self.expect(|said| match said {
+            Said::Answer(answer, _) if answer == request.answer() => {
+                answered = true;
+                None
+            }
+            Said::Status(_) if answered => Some(()),
+            other => {
+                before.push(other);
+                None
+            }
+        })?;
+        Ok(before)
+    }
+
     /// Asks a question and gives the answer to it.
     pub fn request(&mut self, command: Command) -> Result<Result<Vec<u8>, Refusal>, RunError> {
         self.tag = self.tag.wrapping_add(1);

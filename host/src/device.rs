@@ -1,12 +1,14 @@
 //! What an instrument says over its serial port, told apart and counted.
 
 use picket_wire::boot::Boot;
+use picket_wire::burst::Burst;
 use picket_wire::command::{Answer, Refusal};
 use picket_wire::follow::Follow;
 use picket_wire::frame::{Frame, Kind, Reader};
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::status::{Raw, Status};
+use picket_wire::sum::Sum;
 use picket_wire::telemetry::Telemetry;
 use std::ops::RangeInclusive;
 
@@ -25,6 +27,10 @@ pub enum Said {
     Lines(Lines),
     /// The fundamental of the harmonics in the block of the last measurement.
     Fundamental(Fundamental),
+    /// A burst.
+    Burst(Burst),
+    /// The blocks that the last measurement is of.
+    Sum(Sum),
     /// A piece of a block's samples.
     Raw(Raw),
     /// The answer to a command.
@@ -42,6 +48,8 @@ pub struct Listener {
     pub records: u64,
     /// Blocks between them of which no record came: lost by the device, left out by its settings or lost on the line.
     pub missing: u64,
+    /// Those of them that are before the last measurement.
+    skipped: u64,
     /// Frames that were damaged or of a kind or version unknown here.
     pub bad: u64,
 }
@@ -55,6 +63,16 @@ impl Listener {
                 let sequence = record.measurement.stamp.sequence;
                 self.told = Some((sequence, rate_hz(record)));
                 self.count(sequence);
+            }
+            Some(Said::Burst(burst)) => {
+                self.told = Some((burst.number, rate_hz(&burst.record())));
+                self.count(burst.number);
+            }
+            // A sum leaves none of its blocks out.
+            Some(Said::Sum(sum)) => {
+                let own = u64::from(sum.blocks.saturating_sub(1)).min(self.skipped);
+                self.missing = self.missing.saturating_sub(own);
+                self.skipped = 0;
             }
             // It counts from 0 again, perhaps at another rate.
             Some(Said::Boot(_)) => (self.last, self.told) = (None, None),
@@ -83,9 +101,8 @@ impl Listener {
         self.records += 1;
         let step = self.last.map_or(1, |last| sequence.wrapping_sub(last));
         // A step back is a device that started anew.
-        if step < u32::MAX / 2 {
-            self.missing += u64::from(step.saturating_sub(1));
-        }
+        self.skipped = if step < u32::MAX / 2 { step.saturating_sub(1).into() } else { 0 };
+        self.missing += self.skipped;
         self.last = Some(sequence);
     }
 }
@@ -107,6 +124,8 @@ impl Said {
             Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),
             Kind::Lines => Said::Lines(Lines::of_frame(frame).ok()?),
             Kind::Fundamental => Said::Fundamental(Fundamental::of_frame(frame)?),
+            Kind::Burst => Said::Burst(Burst::of_frame(frame)?),
+            Kind::Sum => Said::Sum(Sum::of_frame(frame)?),
             Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
                 let (answer, said) = Answer::of_frame(frame)?;

@@ -37,8 +37,11 @@ pub struct Options {
     /// The image that also reports up to four tones of a block: see `most` in docs/board.md
     #[arg(long, conflicts_with = "tracking")]
     lines: bool,
-    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    /// The image that also adds blocks without their phases and cuts bursts out of the stream: see `mode` in docs/board.md
     #[arg(long, conflicts_with_all = ["tracking", "lines"])]
+    signals: bool,
+    /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
+    #[arg(long, conflicts_with_all = ["tracking", "lines", "signals"])]
     self_test: bool,
     /// Writes nothing: begins the self-test that is on the board anew, and prints its list
     #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
@@ -47,7 +50,7 @@ pub struct Options {
     #[arg(long, requires = "listen")]
     quick: bool,
     /// With --board pico: the image that has a serial port over USB, too. It is outside the proof that no panic is reachable
-    #[arg(long, conflicts_with_all = ["tracking", "self_test"])]
+    #[arg(long, conflicts_with_all = ["tracking", "signals", "self_test"])]
     usb: bool,
     /// Stops before the board
     #[arg(long)]
@@ -63,6 +66,8 @@ pub enum Kind {
     Tracking,
     /// Reports several tones of a block.
     Lines,
+    /// Adds blocks, and cuts bursts.
+    Signals,
     /// Goes through the board's list.
     SelfTest,
 }
@@ -79,6 +84,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         (_, _, true) => Kind::SelfTest,
         (true, ..) => Kind::Tracking,
         (_, true, _) => Kind::Lines,
+        _ if options.signals => Kind::Signals,
         _ => Kind::Usual,
     };
     let image = build(kind)?;
@@ -99,7 +105,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
 }
 
 fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
-    if options.tracking || options.lines || options.self_test {
+    if options.tracking || options.lines || options.signals || options.self_test {
         return Err(FlashError::NoSuchImage);
     }
     let image = pico::flash::build(options.usb)?;
@@ -120,6 +126,9 @@ pub const TRACKING: Footprint = Footprint { flash: 166 << 10, ram: 112 << 10 };
 /// What the image that reports several tones of a block may take.
 pub const LINES: Footprint = Footprint { flash: 252 << 10, ram: 112 << 10 };
 
+/// What the image for sums and bursts may take: it has eight slots.
+pub const SIGNALS: Footprint = Footprint { flash: 252 << 10, ram: 112 << 10 };
+
 /// What the self-test may take: its code lies in RAM as well, and its DAC's table of 10 KB.
 pub const SELF_TEST: Footprint = Footprint { flash: 100 << 10, ram: 60 << 10 };
 
@@ -138,7 +147,7 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has neither an image that follows tones or reports several, nor a self-test, the NUCLEO none with USB.
+    /// The Pico has no image that follows tones, reports several or takes sums and bursts, nor a self-test, the NUCLEO none with USB.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -163,7 +172,7 @@ impl fmt::Display for FlashError {
             FlashError::NoSuchImage => {
                 write!(
                     f,
-                    "this board has no such image: --usb is the Pico's, --tracking, --lines and --self-test are the NUCLEO's"
+                    "this board has no such image: --usb is the Pico's, --tracking, --lines, --signals and --self-test are the NUCLEO's"
                 )
             }
             FlashError::Port(error) => error.fmt(f),
@@ -231,6 +240,7 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
         Kind::Usual => board::image(false, Beside::Nothing)?,
         Kind::Tracking => board::image(false, Beside::Tracking)?,
         Kind::Lines => board::image(false, Beside::Lines)?,
+        Kind::Signals => board::image(false, Beside::Signals)?,
         Kind::SelfTest => board::self_test()?,
     };
     let bytes = binary(&elf)?;
@@ -241,6 +251,7 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
         Kind::Usual => BUDGET,
         Kind::Tracking => TRACKING,
         Kind::Lines => LINES,
+        Kind::Signals => SIGNALS,
         Kind::SelfTest => SELF_TEST,
     };
     Ok(Image { footprint: Footprint::of(&elf)?, budget, program: checksum(&elf)?, elf, binary })

@@ -1,7 +1,7 @@
 //! `cargo picket demo` as a user runs it: the emulated firmware measures targets and recordings.
 
 use clap::Parser;
-use picket_host::demo::options::Options;
+use picket_host::demo::options::{Board, Options};
 use picket_host::demo::{drive, fan, ldv, traffic, vibration, wind};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -376,7 +376,7 @@ fn seeds(usual: u64, long: u64) -> std::ops::RangeInclusive<u64> {
 fn a_turbulent_flow_has_its_mean_and_rms() {
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     for seed in seeds(3, 30) {
-        let (rows, summary) = ldv::measured(seed, 20.0).unwrap();
+        let (rows, summary) = ldv::measured(seed, 20.0, Board::Mps2).unwrap();
         println!("seed {seed}: {:+.4?} {summary:?}", summary.errors());
         let alike = summary.alike_mean_mps / summary.truth_mean_mps - 1.0;
         let [mean, rms] = summary.errors();
@@ -413,7 +413,7 @@ fn a_turbulent_flow_has_its_mean_and_rms() {
 fn wind_below_the_noise_is_measured() {
     let (mut squares, mut chi2, mut beams) = (0.0, 0.0, 0.0);
     for seed in seeds(4, 40) {
-        let summary = wind::Summary::of(&wind::measured(seed, -20.0).unwrap(), -20.0);
+        let summary = wind::Summary::of(&wind::measured(seed, -20.0, Board::Mps2).unwrap(), -20.0);
         println!("seed {seed}: {summary:?}");
         assert!(summary.inside(), "seed {seed}");
         let count = summary.beams as f64;
@@ -436,9 +436,32 @@ fn wind_below_the_noise_is_measured() {
     assert!((0.9..1.25 * (1.0 + chance / 2.0)).contains(&rms), "{rms}");
     assert!((0.85 - chance..1.2 + chance).contains(&chi2), "{chi2}");
     // Another ten decibels below, a hundred blocks are too few.
-    let weak = wind::Summary::of(&wind::measured(1, -30.0).unwrap(), -30.0);
+    let weak = wind::Summary::of(&wind::measured(1, -30.0, Board::Mps2).unwrap(), -30.0);
     assert!(!weak.inside(), "{weak:?}");
     the_page_shows("wind");
+}
+
+/// The NUCLEO's image on its emulator measures what the core does here: a round of wind, and in the long form (some minutes) the flow.
+#[test]
+fn the_emulated_board_measures_wind_and_flow() {
+    let [here, board] =
+        [Board::Mps2, Board::Nucleo].map(|board| wind::measured(1, -20.0, board).unwrap());
+    assert_eq!(here.len(), board.len());
+    for (here, board) in here.iter().zip(&board) {
+        // The board's wavelength is another one, in the last place.
+        let apart = (here.velocity_mps - board.velocity_mps).abs() / here.sigma_mps;
+        assert!(apart < 1e-4 && here.verdict == board.verdict, "{here:?} {board:?}");
+    }
+    assert!(wind::Summary::of(&board, -20.0).inside());
+    if std::env::var_os("PICKET_LONG").is_none() {
+        println!("skipped: the flow through the board takes some minutes (PICKET_LONG=1)");
+        return;
+    }
+    let [here, board] =
+        [Board::Mps2, Board::Nucleo].map(|board| ldv::measured(1, 20.0, board).unwrap());
+    assert_eq!(here.0.len(), board.0.len());
+    assert_eq!(here.1.errors(), board.1.errors());
+    assert!(board.1.inside(), "{:?}", board.1);
 }
 
 /// The blades' sidebands are alike on both sides, and the body's speed is right by its sigma, which knows of them.

@@ -92,9 +92,10 @@ impl Place {
         /// Steps of an eighth of a bin: between two of them a line's power falls by at most .6 %.
         const STEPS: i32 = 6;
         let mut best = *self;
+        let data = super::fit::data(sums, self);
         for step in -STEPS..=STEPS {
             let offset = self.offset + 0.125 * step as f32;
-            let evidence = super::fit::evidence(sums, self, offset);
+            let evidence = super::fit::evidence(&data, sums.blocks, N, offset);
             if evidence > best.evidence {
                 best.evidence = evidence;
                 let nearest = libm::rintf(offset);

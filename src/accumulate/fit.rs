@@ -38,19 +38,18 @@ fn kernel(u: f32, n: usize) -> f32 {
     f32::unit(0.5 * u).im / (x * sinc(narrow * narrow))
 }
 
-/// The sum of the products of bins k and `k + lag` with the record's middle as the origin of time, where a line's is positive or
-/// negative as the kernel is.
+/// What a sum of the products of bins k and `k + lag` is divided by to have the record's middle as the origin of time, where a line's
+/// is positive or negative as the kernel is.
 ///
 /// The turn of bins by `exp(j pi k (N - 1) / N)` makes of a product `(-1)^lag exp(-j pi lag / N)` times it. The real part of a line's
 /// is by the cosine of that angle too small.
-fn entry<R: Record, const N: usize>(sums: &Sums<R, N>, k: i32, lag: usize) -> f32 {
-    let sum = sums.product(k, lag) as f32;
-    let cosine = f32::unit(0.5 * lag as f32 / N as f32).re;
-    if lag & 1 == 0 { sum / cosine } else { -sum / cosine }
+fn turn(lag: usize, n: usize) -> f32 {
+    let cosine = f32::unit(0.5 * lag as f32 / n.max(1) as f32).re;
+    if lag & 1 == 0 { cosine } else { -cosine }
 }
 
 /// The entries of a symmetric matrix within [`LAGS`] of its diagonal.
-type Entries = [[f32; LAGS + 1]; BINS];
+pub(super) type Entries = [[f32; LAGS + 1]; BINS];
 
 /// The sum over the matrix of products of entries.
 fn inner(a: &Entries, b: &Entries) -> f32 {
@@ -78,11 +77,13 @@ fn entries(mut of: impl FnMut(usize, usize) -> f32) -> Entries {
 }
 
 /// The entries around a place in units of the noise of one bin and block, less that noise.
-fn data<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Entries {
+pub(super) fn data<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Entries {
     let blocks = sums.blocks.max(1) as f32;
     let unit = blocks / place.noise;
+    let turns: [f32; LAGS + 1] = core::array::from_fn(|lag| turn(lag, N));
     entries(|row, lag| {
-        let entry = unit * entry(sums, place.bin - SIDE + row as i32, lag);
+        let sum = sums.product(place.bin - SIDE + row as i32, lag) as f32;
+        let entry = unit * (sum / turns.get(lag).copied().unwrap_or(1.0));
         if lag == 0 { entry - blocks } else { entry }
     })
 }
@@ -94,16 +95,12 @@ fn shape(at: f32, n: usize) -> [f32; BINS] {
 
 /// The number of blocks and the power of the best line at an offset from a place, in units whose variance in noise is one for each
 /// block, as that of the power of a bin.
-pub(super) fn evidence<R: Record, const N: usize>(
-    sums: &Sums<R, N>,
-    place: &Place,
-    offset: f32,
-) -> f32 {
-    let g = shape(offset, N);
+pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f32 {
+    let g = shape(offset, n);
     let at = |i: usize| g.get(i).copied().unwrap_or(0.0);
     let line = entries(|i, lag| at(i) * at(i + lag));
-    let power = inner(&data(sums, place), &line) / libm::sqrtf(inner(&line, &line));
-    power + sums.blocks as f32
+    let power = inner(data, &line) / libm::sqrtf(inner(&line, &line));
+    power + blocks as f32
 }
 
 /// Fits `C = S g g' + 1` by least squares, S and the frequency unknown, all in units of the noise.

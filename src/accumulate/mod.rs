@@ -85,6 +85,11 @@ pub struct Accumulated {
     pub blocks: u32,
 }
 
+/// A probability of a false alarm in its range: 1e-30 where it is no number.
+const fn held(probability: f64) -> f64 {
+    probability.max(1e-30).min(0.5)
+}
+
 /// Adds blocks and measures the strongest line of their sum.
 ///
 /// Its memory is `8 N` bytes for real records and `16 N` for I/Q, however many blocks are added: four numbers of 32 bits a bin,
@@ -96,7 +101,9 @@ pub struct Accumulator<R: Record, const N: usize> {
     sums: Sums<R, N>,
     /// The blocks of a sum.
     blocks: u32,
-    segment: Option<Segment>,
+    /// The segment whose blocks are added, if it is not that of all.
+    segment: Segment,
+    of_segment: bool,
     /// Bins from block to block.
     drift: f32,
     false_alarm: f64,
@@ -107,24 +114,31 @@ pub struct Accumulator<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Accumulator<R, N> {
+    /// A placeholder of zeros that waits for [`Accumulator::adopt`]: for static memory.
+    pub const IDLE: Self = Self {
+        sums: Sums::new(),
+        blocks: 0,
+        segment: Segment::Continuous,
+        of_segment: false,
+        drift: 0.0,
+        false_alarm: 0.0,
+        first: 0,
+        clipped: 0,
+    };
+
     /// Sums of so many blocks, held to 1..=[`MOST_BLOCKS`].
     pub const fn new(blocks: u32) -> Self {
         let blocks = if blocks == 0 { 1 } else { blocks };
-        Self {
-            sums: Sums::new(),
-            blocks: if blocks > MOST_BLOCKS { MOST_BLOCKS } else { blocks },
-            segment: None,
-            drift: 0.0,
-            false_alarm: FALSE_ALARM,
-            first: 0,
-            clipped: 0,
-        }
+        let blocks = if blocks > MOST_BLOCKS { MOST_BLOCKS } else { blocks };
+        let mut sum = Self::IDLE;
+        (sum.blocks, sum.false_alarm) = (blocks, FALSE_ALARM);
+        sum
     }
 
     /// Adds blocks of one segment of a chirp alone, and passes the others over.
     #[must_use]
     pub const fn for_segment(mut self, segment: Segment) -> Self {
-        self.segment = Some(segment);
+        (self.segment, self.of_segment) = (segment, true);
         self
     }
 
@@ -139,8 +153,17 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
     /// The probability for each sum that noise alone passes for a tone, held to 1e-30..=0.5; 1e-6 unless told.
     #[must_use]
     pub const fn with_false_alarm(mut self, probability: f64) -> Self {
-        self.false_alarm = probability.max(1e-30).min(0.5);
+        self.false_alarm = held(probability);
         self
+    }
+
+    /// Begins anew, with sums of so many blocks, a line that moves by so many bins from one to the next, and this probability of a
+    /// false alarm: each held to its range.
+    pub fn adopt(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
+        self.blocks = blocks.clamp(1, MOST_BLOCKS);
+        self.drift = if drift_bins.is_finite() { drift_bins } else { 0.0 };
+        self.false_alarm = held(false_alarm);
+        self.clear();
     }
 
     /// The blocks of a sum.
@@ -169,7 +192,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         pipeline: &Pipeline<R, N, E>,
     ) -> Option<Accumulated> {
         let stamp = &measurement.stamp;
-        if self.segment.is_some_and(|segment| segment != stamp.segment) {
+        if self.of_segment && self.segment != stamp.segment {
             return None;
         }
         if self.sums.blocks == 0 {

@@ -43,6 +43,11 @@ pub struct Trigger {
     pub least: u32,
 }
 
+impl Trigger {
+    /// The least ratio: a lower one is held to it.
+    pub const LEAST_RATIO: f32 = 1.05;
+}
+
 /// A record around a burst.
 #[derive(Clone, Copy, Debug)]
 pub struct Cut<'a, R: Record, const N: usize> {
@@ -117,27 +122,16 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
     /// Samples in a cell: short records have fewer cells, because a sum of few squares tells little.
     const LENGTH: usize = if N / CELLS < 4 { 4 } else { N / CELLS };
 
-    /// A detector for a stream of these codes.
-    pub fn new(codes: Codes, trigger: Trigger) -> Self {
-        const { assert!(N.is_power_of_two() && N >= 64, "N must be 64, 128, ... 4096") };
-        let degrees = (WINDOW * Self::LENGTH * if R::IQ { 2 } else { 1 }) as f32;
-        // Wilson and Hilferty's cube root of a mean of squares, at so many standard deviations.
-        let quantile = |deviations: f32| {
-            let spread = 2.0 / (9.0 * degrees);
-            let root = 1.0 - spread + deviations * spread.root();
-            root * root * root
-        };
-        // 3.4 deviations are exceeded in one of 3,000; .674 below the mean is the quartile.
-        let usual = quantile(3.4) / quantile(-0.674);
-        let ratio = trigger.ratio.filter(|ratio| ratio.is_finite()).map_or(usual, |r| r.max(1.05));
+    /// A placeholder of zeros that waits for [`BurstDetector::adopt`]: for static memory.
+    pub const IDLE: Self = {
+        assert!(N.is_power_of_two() && N >= 64, "N must be 64, 128, ... 4096");
         Self {
-            codes,
-            trigger,
-            // The cast saturates.
-            ratio: (256.0 * ratio.min(1e6)) as u32,
-            ring: [[R::Sample::default(); N]; 2],
-            record: [R::Sample::default(); N],
-            cell: Cell::default(),
+            codes: Codes::IDLE,
+            trigger: Trigger { ratio: None, hold_off: 0, least: 0 },
+            ratio: 0,
+            ring: [[R::ZERO; N]; 2],
+            record: [R::ZERO; N],
+            cell: Cell { sum: [0; 2], squares: 0, filled: 0 },
             history: [0; HISTORY],
             cells: 0,
             offset: [0; 2],
@@ -147,8 +141,39 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
             began: None,
             waning: None,
             ended: None,
-            counters: Counters::default(),
+            counters: Counters { samples: 0, bursts: 0, lost: 0, long: 0, dead: 0 },
         }
+    };
+
+    /// A detector for a stream of these codes.
+    pub fn new(codes: Codes, trigger: Trigger) -> Self {
+        let mut detector = Self::IDLE;
+        detector.adopt(codes, trigger);
+        detector
+    }
+
+    /// Takes samples of these codes from the next on, and other bounds of a burst. What it has learnt of the noise stays.
+    pub fn adopt(&mut self, codes: Codes, trigger: Trigger) {
+        let degrees = (WINDOW * Self::LENGTH * if R::IQ { 2 } else { 1 }) as f32;
+        // Wilson and Hilferty's cube root of a mean of squares, at so many standard deviations.
+        let quantile = |deviations: f32| {
+            let spread = 2.0 / (9.0 * degrees);
+            let root = 1.0 - spread + deviations * spread.root();
+            root * root * root
+        };
+        // 3.4 deviations are exceeded in one of 3,000; .674 below the mean is the quartile.
+        let usual = quantile(3.4) / quantile(-0.674);
+        let ratio = trigger
+            .ratio
+            .filter(|ratio| ratio.is_finite())
+            .map_or(usual, |r| r.max(Trigger::LEAST_RATIO));
+        // The cast saturates.
+        (self.codes, self.trigger, self.ratio) = (codes, trigger, (256.0 * ratio.min(1e6)) as u32);
+    }
+
+    /// The number of the next sample.
+    pub const fn clock(&self) -> u64 {
+        self.clock
     }
 
     /// What was counted so far.

@@ -20,6 +20,8 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     type Cells<T: Part, const N: usize>: Cells<T>;
     /// True for I/Q records.
     const IQ: bool;
+    /// The sample whose parts are 0.
+    const ZERO: Self::Sample;
     /// The sample with these parts; a real sample ignores the quadrature part.
     fn of_parts(parts: [i16; 2]) -> Self::Sample;
     /// The parts of a sample: in phase and quadrature. The quadrature part of a real sample is 0.
@@ -41,6 +43,7 @@ impl Record for Real {
     type Sample = i16;
     type Cells<T: Part, const N: usize> = [T; N];
     const IQ: bool = false;
+    const ZERO: i16 = 0;
     #[inline]
     fn of_parts([value, _]: [i16; 2]) -> i16 {
         value
@@ -58,6 +61,7 @@ impl Record for Iq {
     type Sample = [i16; 2];
     type Cells<T: Part, const N: usize> = [[T; 2]; N];
     const IQ: bool = true;
+    const ZERO: [i16; 2] = [0; 2];
     #[inline]
     fn of_parts(parts: [i16; 2]) -> [i16; 2] {
         parts

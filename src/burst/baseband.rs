@@ -5,14 +5,15 @@ use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use core::mem::MaybeUninit;
+use core::ops::RangeInclusive;
 use num_complex::Complex;
 
 /// Points in time, and bins.
 pub(super) const POINTS: usize = 64;
 /// Points at each end of the record over which it is tapered, so that its ends do not ring in the others.
 const TAPERED: f32 = 6.0;
-/// Points whose taper is below this are not used.
-const LEAST: f32 = 0.2;
+/// Points whose taper is a fifth or less are not used: those at the very ends.
+const USED: RangeInclusive<usize> = 2..=POINTS - 2;
 /// Bins on each side that pass whole; from there to 32 the bins are tapered, too.
 const WHOLE: f32 = 16.0;
 
@@ -24,6 +25,9 @@ pub(super) const CORRELATION: f32 = 0.370_397_7;
 /// The factor of the record's taper at a place, in records from its begin.
 pub(super) fn taper(place: f32) -> f32 {
     let end = place.min(1.0 - place) * POINTS as f32 / TAPERED;
+    if end >= 1.0 {
+        return 1.0;
+    }
     let sine = f32::unit(0.25 * end.clamp(0.0, 1.0)).im;
     sine * sine
 }
@@ -41,7 +45,7 @@ pub(super) fn place(index: usize) -> f32 {
 
 /// Whether a point is used.
 pub(super) fn used(index: usize) -> bool {
-    taper(place(index)) > LEAST
+    USED.contains(&index)
 }
 
 impl Baseband {
@@ -71,8 +75,7 @@ impl Baseband {
         }
         let mut points = inverse(&bins);
         for (index, point) in points.iter_mut().enumerate() {
-            let factor = taper(place(index));
-            *point = if factor > LEAST { *point / factor } else { zero };
+            *point = if used(index) { *point / taper(place(index)) } else { zero };
         }
         Self { points }
     }
@@ -94,4 +97,17 @@ fn inverse(bins: &[Complex<f32>; POINTS]) -> [Complex<f32>; POINTS] {
         let a = n % SIDE;
         (0..SIDE).fold(zero, |sum, b| sum + of(&inner, a + SIDE * b) * turn(b * n))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_with_a_fifth_of_the_taper_are_used() {
+        for index in 0..POINTS {
+            assert_eq!(used(index), taper(place(index)) > 0.2, "{index}");
+        }
+        assert_eq!(f32::unit(0.25).im, 1.0);
+    }
 }

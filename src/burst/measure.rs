@@ -144,7 +144,8 @@ fn weigh<R: Record, const N: usize, const STEP: usize>(
     let [i0, q0] = [offset.re, offset.im].map(|x| libm::rintf(x) as i32);
     let q15 = |index: usize| libm::rintf(32768.0 * weight(index as f32 / N as f32)) as i32;
     let mut next = q15(0);
-    for (group, (from, to)) in from.chunks(STEP).zip(to.chunks_mut(STEP)).enumerate() {
+    let groups = from.as_chunks::<STEP>().0.iter().zip(to.as_chunks_mut::<STEP>().0);
+    for (group, (from, to)) in groups.enumerate() {
         let first = next;
         next = q15((group + 1) * STEP);
         for ((sample, place), part) in from.iter().zip(to).zip(0i32..) {

@@ -43,7 +43,7 @@ mod envelope;
 pub(crate) mod measure;
 
 use crate::acquire::burst::{BurstDetector, Counters, Trigger};
-use crate::acquire::sample::Record;
+use crate::acquire::sample::{Record, Stamp};
 use crate::pipeline::Pipeline;
 use crate::plan::Plan;
 use crate::tone::Tone;
@@ -119,10 +119,20 @@ pub struct BurstProcessor<R: Record, const N: usize> {
     detector: BurstDetector<R, N>,
     pipeline: Pipeline<R, N>,
     /// The arrival of the last burst.
-    last: f64,
+    last: Option<f64>,
 }
 
 impl<R: Record, const N: usize> BurstProcessor<R, N> {
+    /// A placeholder of zeros that waits for [`BurstProcessor::adopt`]: for static memory.
+    pub const IDLE: Self =
+        Self { detector: BurstDetector::IDLE, pipeline: Pipeline::new(Plan::IDLE), last: None };
+
+    /// Follows another plan from the next sample on, and other bounds of a burst.
+    pub fn adopt(&mut self, plan: Plan<R, N>, trigger: Trigger) {
+        self.detector.adopt(plan.codes, trigger);
+        self.pipeline.adopt(plan);
+    }
+
     /// A processor with the plan's codes, band and rate.
     pub fn new(plan: Plan<R, N>) -> Self {
         Self::with_trigger(plan, Trigger::default())
@@ -133,7 +143,7 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         Self {
             detector: BurstDetector::new(plan.codes, trigger),
             pipeline: Pipeline::new(plan),
-            last: -1.0,
+            last: None,
         }
     }
 
@@ -143,11 +153,26 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         detector.push(samples, |cut| {
             let burst = pipeline.burst(cut);
             // The flank of a burst whose record holds all of it may trigger once more.
-            if burst.arrival - *last > 0.5 * f64::from(burst.deviation) || *last < 0.0 {
+            let apart = 0.5 * f64::from(burst.deviation);
+            if last.is_none_or(|last| burst.arrival - last > apart) {
                 each(&burst);
-                *last = burst.arrival;
+                *last = Some(burst.arrival);
             }
         });
+    }
+
+    /// Takes the samples of a block. Those that are missing between it and the block before are told by its stamp.
+    pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N], each: impl FnMut(&Burst)) {
+        let missing = stamp.clock.saturating_sub(self.detector.clock());
+        if missing > 0 {
+            self.lost(missing);
+        }
+        self.push(samples, each);
+    }
+
+    /// What measures the bursts. It may measure whole blocks between them.
+    pub const fn pipeline(&mut self) -> &mut Pipeline<R, N> {
+        &mut self.pipeline
     }
 
     /// Says that so many samples are missing before the next. A burst in progress is dropped and counted as lost.

@@ -5,16 +5,20 @@ use crate::device::{Blocks, Listener, Said};
 use crate::row::row;
 use crate::settings::{Kind, Settings};
 use crate::station::{self, Station};
+use picket::acquire::burst::Counters;
 use picket::acquire::sample::Stamp;
 use picket::config::Scene;
 use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::tone::Tone;
 use picket_wire::boot::Boot;
+use picket_wire::burst::Burst;
 use picket_wire::command::{Command, Request};
 use picket_wire::lines::Lines;
 use picket_wire::settings::Settings as Device;
 use picket_wire::status::Status;
+use picket_wire::sum::Sum;
+use picket_wire::telemetry::Telemetry;
 
 /// What is known of a board.
 #[derive(Default)]
@@ -30,6 +34,8 @@ pub struct Board {
     lines: Lines,
     lines_hz: f64,
     fundamental: Option<Tone>,
+    burst: Option<Burst>,
+    sum: Option<Sum>,
     /// The sample rate of the last record, where it tells one.
     told_hz: Option<f64>,
     /// The settings have become unknown.
@@ -49,27 +55,12 @@ impl Board {
         let mut answers = Vec::new();
         for &byte in bytes {
             match self.listener.push(byte) {
-                Some(Said::Telemetry(record)) => {
-                    let told = self.listener.rate_hz();
-                    if told.is_some() && self.told_hz.is_some() && told != self.told_hz {
-                        self.forget();
-                    }
-                    self.told_hz = told;
-                    let rate_hz = self.rate_of(record.measurement.stamp.sequence);
-                    if rate_hz > 0.0 {
-                        settings.rate_hz = rate_hz;
-                    }
-                    let mut row = Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
-                    // As `picket watch` has it, to the bit.
-                    let tone = record.measurement.tone;
-                    row.time_s = row.clock / rate_hz;
-                    row.frequency_hz = tone.frequency.0.to_num::<f64>() * rate_hz;
-                    row.sigma_hz = f64::from(tone.sigma) * rate_hz;
-                    row.snr_db = 10.0 * libm::log10(tone.snr.into());
-                    row.lost = record.health.lost.into();
-                    row.faults = record.health.faults.into();
-                    answers.push(row);
+                Some(Said::Telemetry(record)) => answers.push(self.measured(&record, settings)),
+                Some(Said::Burst(burst)) => {
+                    self.burst = Some(burst);
+                    answers.push(self.measured(&burst.record(), settings));
                 }
+                Some(Said::Sum(sum)) => self.sum = Some(sum),
                 Some(Said::Boot(boot)) => {
                     settings.n = boot.n as usize;
                     self.forget();
@@ -103,9 +94,33 @@ impl Board {
         answers
     }
 
+    /// The row of a record.
+    fn measured(&mut self, record: &Telemetry, settings: &mut Settings) -> Answer {
+        let told = self.listener.rate_hz();
+        if told.is_some() && self.told_hz.is_some() && told != self.told_hz {
+            self.forget();
+        }
+        self.told_hz = told;
+        let rate_hz = self.rate_of(record.measurement.stamp.sequence);
+        if rate_hz > 0.0 {
+            settings.rate_hz = rate_hz;
+        }
+        let mut row = Answer::of(&record.measurement, settings.n, settings.iq, rate_hz);
+        // As `picket watch` has it, to the bit.
+        let tone = record.measurement.tone;
+        row.time_s = row.clock / rate_hz;
+        row.frequency_hz = tone.frequency.0.to_num::<f64>() * rate_hz;
+        row.sigma_hz = f64::from(tone.sigma) * rate_hz;
+        row.snr_db = 10.0 * libm::log10(tone.snr.into());
+        row.lost = record.health.lost.into();
+        row.faults = record.health.faults.into();
+        row
+    }
+
     /// The settings may be others now: the page asks for them.
     fn forget(&mut self) {
         (self.device, self.station, self.fundamental) = (None, None, None);
+        (self.burst, self.sum) = (None, None);
         self.lines = Lines::default();
         self.asks = true;
     }
@@ -222,6 +237,19 @@ impl Board {
             let hertz = |cycles: f64| cycles * tone.rate_hz;
             let (at, sigma) = (hertz(tone.frequency.0.to_num()), hertz(tone.sigma.into()));
             say("fundamental", format!("{at:.4} Hz \u{b1} {sigma:.4} Hz, {}", tone.verdict.name()));
+        }
+        if let Some(Burst { burst, counters, .. }) = &self.burst {
+            let validation = burst.validation.name();
+            let transit_us =
+                8f64.sqrt() * 1e6 * f64::from(burst.deviation) / self.told_hz.unwrap_or(f64::NAN);
+            let Counters { samples, bursts, lost, long, dead } = counters;
+            let share = 100.0 * *dead as f64 / (*samples).max(1) as f64;
+            say("burst", format!("{validation}, transit time {transit_us:.1} us"));
+            say("bursts", format!("{bursts}, {lost} lost, {long} too long, dead for {share:.1} %"));
+        }
+        if let Some(sum) = &self.sum {
+            let digits = -sum.ln_chance / core::f32::consts::LN_10;
+            say("sum", format!("{} blocks, noise alone once in 10^{digits:.1}", sum.blocks));
         }
         if let Some(status) = &self.status {
             say("load", format!("{:.1} %", f64::from(status.load) / 10.0));

@@ -170,7 +170,10 @@ impl Request {
             (3, []) => Command::Stop,
             (4, []) => Command::GetSettings,
             (5, body) => {
-                if !matches!(body.len(), Settings::SHORT | Settings::LONG | Settings::BYTES) {
+                if !matches!(
+                    body.len(),
+                    Settings::SHORT | Settings::LONG | Settings::WIDE | Settings::BYTES
+                ) {
                     return unknown;
                 }
                 let (settings, n) = Settings::of_bytes(body)

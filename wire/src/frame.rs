@@ -55,6 +55,10 @@ pub enum Kind {
     Lines = 10,
     /// The fundamental of a block's harmonics ([`super::fundamental::Fundamental`]).
     Fundamental = 11,
+    /// A burst ([`super::burst::Burst`]).
+    Burst = 12,
+    /// The sum of blocks that a record is of ([`super::sum::Sum`]).
+    Sum = 13,
 }
 
 impl Kind {
@@ -72,6 +76,8 @@ impl Kind {
             9 => Some(Kind::Follow),
             10 => Some(Kind::Lines),
             11 => Some(Kind::Fundamental),
+            12 => Some(Kind::Burst),
+            13 => Some(Kind::Sum),
             _ => None,
         }
     }

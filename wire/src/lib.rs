@@ -7,7 +7,7 @@
 //! ```
 //!
 //! - [`frame`] is the envelope: a kind, a payload and a CRC-32, stuffed by [`cobs`].
-//! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`follow`] tracks and targets, [`status`] counters, load and raw
+//! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`burst`] one burst, [`sum`] what a record adds up, [`follow`] tracks and targets, [`status`] counters, load and raw
 //!   samples, [`boot`] what an instrument says at its start.
 //! - [`command`] is what a host asks and how an instrument answers; [`settings`] is what a host sets,
 //!   and [`settings_error`] why a board refuses it.
@@ -25,6 +25,7 @@
 extern crate std;
 
 pub mod boot;
+pub mod burst;
 mod bytes;
 pub mod capture;
 pub mod cobs;
@@ -37,4 +38,5 @@ pub mod lines;
 pub mod settings;
 pub mod settings_error;
 pub mod status;
+pub mod sum;
 pub mod telemetry;

@@ -3,7 +3,7 @@
 //!
 //! | offset | field |
 //! |---|---|
-//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3, or 4 |
+//! | 0 | version of this layout: u8, 1, or 2 if more than one tone is reported, or 3, 4, or 5 |
 //! | 1 | drive: u8, 0 none, 1 DAC, 2 ADF4159, 3 external |
 //! | 2 | divider before the synthesiser: u8 |
 //! | 3 | flags: u8, bit 0 measures from power-on, bit 1 leaves the converter's codes uncorrected, bits 2 and 3 tones reported a block less one |
@@ -11,11 +11,12 @@
 //! | 16 | synthesiser's crystal, carrier at the bottom of a ramp: 2 f64, Hz |
 //! | 32 | clock's error, ppm; range's offset, m; range's slope: 3 f32 |
 //! | 44 | the measurement's configuration: as in a capture's header |
-//! | 128 | only in versions 3 and 4: the curvature of a chirp's sweep: f64 |
-//! | 136 | only in version 4: the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
+//! | 128 | only from version 3 on: the curvature of a chirp's sweep: f64 |
+//! | 136 | only from version 4 on: the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
+//! | 144 | only in version 5: the mode: u8, 1 sums, 2 bursts; zero: 3 bytes; blocks of a sum or the hold-off: u32; drift or ratio: f32, a ratio of 0 for the usual one; least energy of a burst: u32 |
 //!
 //! Version 3 is that of settings whose sweep is curved or whose mixing is the less usual one: readers without these would take a
-//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width. All other settings are, byte for byte, what earlier programs write.
+//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width, version 5 that of sums and bursts. All other settings are, byte for byte, what earlier programs write.
 //! A chirp's [`Chirp::guard_s`] is not sent: it follows from guard and rate.
 //!
 //! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
@@ -27,6 +28,7 @@ use crate::config::EncodingError;
 use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
 use heapless::Vec;
+use picket::acquire::burst::Trigger;
 use picket::acquire::codes::Codes;
 use picket::carrier::Carrier;
 use picket::config::{Config, Scene};
@@ -116,6 +118,25 @@ impl Calibration {
     }
 }
 
+/// What is made of the blocks.
+// The first case is zeros, so that a meter in static memory is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(u8)]
+pub enum Mode {
+    /// Each block is measured.
+    #[default]
+    Blocks,
+    /// Blocks are added without their phases, and each sum is measured: see [`picket::accumulate`] and [`crate::sum`].
+    Accumulate {
+        /// Blocks of a sum, 1 to 65536.
+        blocks: u32,
+        /// The line moves by so many bins from one block to the next.
+        drift_bins: f32,
+    },
+    /// Bursts are cut out of the stream, and each is measured: see [`picket::burst`] and [`crate::burst`].
+    Bursts(Trigger),
+}
+
 /// The settings of an instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -131,6 +152,9 @@ pub struct Settings {
     pub guard: u16,
     /// What makes the chirp.
     pub drive: Drive,
+    /// What is made of the blocks. Sums and bursts need an image with the feature `signals`, a scene without a chirp, and neither
+    /// tracks nor further tones.
+    pub mode: Mode,
     /// One block in `report_every` sends telemetry; all blocks are measured.
     pub report_every: u16,
     /// Tones reported a block, 1 to [`MOST`]. Above 1, all of them follow the block's telemetry with their
@@ -162,6 +186,7 @@ impl Default for Settings {
             config: Config::new(500e3, Codes::unsigned::<12>()),
             guard: 0,
             drive: Drive::Off,
+            mode: Mode::Blocks,
             report_every: 1,
             #[cfg(feature = "lines")]
             most: 1,
@@ -187,13 +212,18 @@ const WAVEFORM: u8 = 3;
 /// The version of settings with a carrier of its own width.
 const CARRIER: u8 = 4;
 
+/// The version of settings with sums or bursts.
+const MODE: u8 = 5;
+
 impl Settings {
     /// Length of the settings of versions 1 and 2, bytes.
     pub const SHORT: usize = 44 + config::BYTES;
     /// Length of the settings of version 3, bytes.
     pub const LONG: usize = Self::SHORT + 8;
+    /// Length of the settings of version 4, bytes.
+    pub const WIDE: usize = Self::LONG + 8;
     /// Length of the longest settings, bytes.
-    pub const BYTES: usize = Self::LONG + 8;
+    pub const BYTES: usize = Self::WIDE + 16;
 
     /// The settings as bytes, for blocks of `n` samples.
     pub fn to_bytes(&self, n: usize) -> Vec<u8, { Self::BYTES }> {
@@ -216,7 +246,9 @@ impl Settings {
         };
         let Carrier { linewidth_hz, envelope_hz } = self.config.carrier;
         let waveform = config::unusual(&self.config) || curvature != 0.0;
-        let version = if self.config.carrier != Carrier::default() {
+        let version = if self.mode != Mode::Blocks {
+            MODE
+        } else if self.config.carrier != Carrier::default() {
             CARRIER
         } else if waveform {
             WAVEFORM
@@ -240,9 +272,22 @@ impl Settings {
         if version >= WAVEFORM {
             writer.f64(curvature);
         }
-        if version == CARRIER {
+        if version >= CARRIER {
             writer.f32(linewidth_hz);
             writer.f32(envelope_hz);
+        }
+        let (mode, count, number, least) = match self.mode {
+            Mode::Blocks => (0, 0, 0.0, 0),
+            Mode::Accumulate { blocks, drift_bins } => (1, blocks, drift_bins, 0),
+            Mode::Bursts(Trigger { ratio, hold_off, least }) => {
+                (2, hold_off, ratio.unwrap_or(0.0), least)
+            }
+        };
+        if version == MODE {
+            writer.put([mode, 0, 0, 0]);
+            writer.u32(count);
+            writer.f32(number);
+            writer.u32(least);
         }
         // A buffer of this length holds what was written into it.
         Vec::from_slice(writer.written()).unwrap_or_default()
@@ -259,7 +304,7 @@ impl Settings {
         let [version, drive, divider, flags] = reader.take().ok_or(field)?;
         let wants = version == LINES || (version >= WAVEFORM && flags >> 2 != 0);
         let lines = cfg!(feature = "lines") && wants;
-        if !matches!(version, VERSION | LINES | WAVEFORM | CARRIER) || (wants && !lines) {
+        if !matches!(version, VERSION..=MODE) || (wants && !lines) {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
@@ -271,10 +316,24 @@ impl Settings {
         let [clock_ppm, range_offset_m, range_slope] = [short()?, short()?, short()?];
         let (iq, n, mut config) = config::take(&mut reader).map_err(SettingsError::Encoding)?;
         let curvature = if version >= WAVEFORM { reader.f64().ok_or(field)? } else { 0.0 };
-        if version == CARRIER {
+        if version >= CARRIER {
             let mut short = || reader.f32().ok_or(field);
             config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
         }
+        let mode = if version == MODE {
+            let [mode, _, _, _] = reader.take().ok_or(field)?;
+            let count = reader.u32().ok_or(field)?;
+            let number = reader.f32().ok_or(field)?;
+            let least = reader.u32().ok_or(field)?;
+            let ratio = if number == 0.0 { None } else { Some(number) };
+            match mode {
+                1 => Mode::Accumulate { blocks: count, drift_bins: number },
+                2 => Mode::Bursts(Trigger { ratio, hold_off: count, least }),
+                _ => return Err(field),
+            }
+        } else {
+            Mode::Blocks
+        };
         if let Scene::Chirp(chirp) = &mut config.scene {
             chirp.sweep_curvature = curvature;
             chirp.guard_s = f64::from(guard) / config.rate_hz;
@@ -291,6 +350,7 @@ impl Settings {
                 3 => Drive::External,
                 _ => return Err(field),
             },
+            mode,
             report_every,
             #[cfg(feature = "lines")]
             most: if lines { 1 + (flags >> 2 & 3) } else { 1 },
@@ -369,6 +429,19 @@ mod tests {
         ] {
             let bytes = settings.to_bytes(1024);
             assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+        }
+        let trigger = Trigger { ratio: Some(2.5), hold_off: 100, least: 9 };
+        for mode in [
+            Mode::Accumulate { blocks: 100, drift_bins: -0.25 },
+            Mode::Bursts(Trigger::default()),
+            Mode::Bursts(trigger),
+        ] {
+            let settings = Settings { mode, ..Settings::default() };
+            let bytes = settings.to_bytes(1024);
+            assert_eq!((bytes[0], bytes.len()), (5, Settings::BYTES));
+            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+            let cut = Settings::of_bytes(&bytes[..Settings::WIDE]);
+            assert_eq!(cut, Err(SettingsError::Encoding(EncodingError::Field)));
         }
         #[cfg(feature = "lines")]
         for most in 1..=4 {

@@ -75,6 +75,10 @@ pub enum SettingsError {
     Slots,
     /// The board has no second converter.
     Iq,
+    /// The settings ask for sums or bursts, but this image is built without the feature `signals`.
+    Signals,
+    /// Sums or bursts of a chirp, or beside tracks or further tones; or their numbers are out of range.
+    Mode,
 }
 
 impl SettingsError {
@@ -96,6 +100,8 @@ impl SettingsError {
             SettingsError::Speed => [13, 0],
             SettingsError::Slots => [14, 0],
             SettingsError::Iq => [15, 0],
+            SettingsError::Signals => [16, 0],
+            SettingsError::Mode => [17, 0],
         }
     }
 
@@ -137,6 +143,12 @@ impl SettingsError {
             }
             [14, _] => "slots: 4 to 16 on the NUCLEO, or 0 for the usual number",
             [15, _] => "I/Q needs a second converter, which this board does not have",
+            [16, _] => {
+                "this image neither adds blocks nor takes bursts: flash one that is built with --signals, or leave mode at blocks"
+            }
+            [17, _] => {
+                "mode: sums of 1 to 65536 blocks, bursts from a ratio of 1.05 on, of a tone or a Doppler shift, without follow, most or harmonics"
+            }
             [13, _] => "the board has no such core_mhz: see its page in docs/, or leave it at 0",
             _ => "the settings do not work",
         }

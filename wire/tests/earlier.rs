@@ -92,7 +92,7 @@ fn a_width_is_of_another_version() {
     for mut settings in [tone, doppler, chirp] {
         settings.config.carrier = Carrier { linewidth_hz: 120.5, envelope_hz: 0.1 };
         let bytes = settings.to_bytes(1024);
-        assert_eq!((bytes[0], bytes.len()), (4, Settings::BYTES));
+        assert_eq!((bytes[0], bytes.len()), (4, Settings::WIDE));
         assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
         assert!(Settings::of_bytes(&bytes[..Settings::LONG]).is_err());
     }

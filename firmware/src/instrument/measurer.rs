@@ -1,27 +1,54 @@
 //! Measures blocks: by the pipeline, or, in an image that follows tones, by the tracker around it.
 
+#[cfg(image = "signals")]
+pub use super::signals::Gatherer as Meter;
 use crate::slot::Slot;
 use heapless::Vec;
 use picket::acquire::frontend::Block;
 use picket::acquire::sample::{Iq, Real, Stamp};
-#[cfg(not(feature = "tracking"))]
+use picket::config::Config;
+#[cfg(not(any(image = "signals", image = "tracking")))]
 pub use picket::pipeline::Pipeline as Meter;
 use picket::pipeline::{Alternating, Measurement};
 use picket::plan::{EitherPlan, Plan};
 use picket::tone::harmonic::Harmonic;
 use picket::tone::lines::MOST;
 use picket::tone::phasor::Phasor;
-#[cfg(feature = "tracking")]
+#[cfg(image = "tracking")]
 pub use picket::tracker::Tracker as Meter;
+use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
+use picket_wire::settings::{Mode, Settings};
+use picket_wire::sum::Sum;
 
 /// Whether this image follows tones.
-pub const FOLLOWS: bool = cfg!(feature = "tracking");
+pub const FOLLOWS: bool = cfg!(image = "tracking");
 
 /// Whether this image reports more than one tone of a block.
-pub const LINES: bool = cfg!(all(feature = "lines", not(feature = "tracking")));
+pub const LINES: bool = cfg!(image = "lines");
+
+/// Whether this image adds blocks and cuts bursts out of the stream.
+pub const SIGNALS: bool = cfg!(image = "signals");
+
+/// What a block gave.
+// The first case is zeros, so that a meter in static memory is.
+#[derive(Clone, Debug)]
+#[repr(u8)]
+pub enum Gathered {
+    /// Its own measurement.
+    Block,
+    /// Nothing to report yet.
+    Nothing,
+    /// It completed a sum, whose measurement its own is.
+    Sum(Sum),
+    /// It completed bursts.
+    Bursts(Vec<Burst, BURSTS>),
+}
+
+/// The most bursts that a block completes: their records do not overlap by more than half.
+pub const BURSTS: usize = 4;
 
 /// Measures I/Q records: of pairs that two converters take at once, or that one takes by turns.
 pub trait IqMeter<const N: usize>: 'static {
@@ -30,6 +57,14 @@ pub trait IqMeter<const N: usize>: 'static {
 
     /// Measures a block, whose codes are the same again afterwards.
     fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement;
+
+    /// Adds blocks, or cuts bursts, as the mode says; a sum of noise passes for a tone with the probability given.
+    fn choose(&mut self, _: Mode, _: f64) {}
+
+    /// What the last block gave.
+    fn gathered(&mut self) -> Gathered {
+        Gathered::Block
+    }
 
     /// Tracks and targets after a block, if the plan follows tones.
     fn followed(&self, _: &Stamp) -> Option<Follow> {
@@ -56,17 +91,27 @@ impl<const N: usize> IqMeter<N> for Meter<Iq, N> {
         Meter::block(self, stamp, pairs)
     }
 
-    #[cfg(feature = "tracking")]
+    #[cfg(image = "signals")]
+    fn choose(&mut self, mode: Mode, false_alarm: f64) {
+        Meter::choose(self, mode, false_alarm);
+    }
+
+    #[cfg(image = "signals")]
+    fn gathered(&mut self) -> Gathered {
+        Meter::gathered(self)
+    }
+
+    #[cfg(image = "tracking")]
     fn followed(&self, stamp: &Stamp) -> Option<Follow> {
         self.follows().then(|| Follow::of(self, stamp))
     }
 
-    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    #[cfg(image = "lines")]
     fn lines(&self, measurement: &Measurement, most: usize) -> Vec<Phasor, MOST> {
         Meter::lines(self, measurement, most)
     }
 
-    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    #[cfg(image = "lines")]
     fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
         Meter::harmonic(self, measurement, order)
     }
@@ -117,15 +162,19 @@ pub enum Measurer<const N: usize, Q: IqMeter<N> = Meter<Iq, N>> {
 }
 
 impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
-    /// The meter for this plan.
-    pub fn new((real, iq): Meters<N, Q>, plan: &EitherPlan<N>) -> Self {
-        match plan {
+    /// The meter for checked settings.
+    pub fn new((real, iq): Meters<N, Q>, plan: &super::plan::Plan<N>) -> Self {
+        let Settings { mode, config: Config { false_alarm, .. }, .. } = plan.settings;
+        match &plan.plan {
             EitherPlan::Real(plan) => {
                 real.adopt(*plan);
+                #[cfg(image = "signals")]
+                real.choose(mode, false_alarm);
                 Measurer::Real(real)
             }
             EitherPlan::Iq(plan) => {
                 iq.adopt(*plan);
+                iq.choose(mode, false_alarm);
                 Measurer::Iq(iq)
             }
         }
@@ -144,8 +193,19 @@ impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
         }
     }
 
+    /// What the last block gave.
+    pub fn gathered(&mut self) -> Gathered {
+        match self {
+            #[cfg(image = "signals")]
+            Measurer::Real(meter) => meter.gathered(),
+            #[cfg(not(image = "signals"))]
+            Measurer::Real(_) => Gathered::Block,
+            Measurer::Iq(meter) => meter.gathered(),
+        }
+    }
+
     /// Tracks and targets after a block, if the plan follows tones.
-    #[cfg(feature = "tracking")]
+    #[cfg(image = "tracking")]
     pub fn followed(&self, stamp: &Stamp) -> Option<Follow> {
         match self {
             Measurer::Real(tracker) => tracker.follows().then(|| Follow::of(tracker, stamp)),
@@ -155,7 +215,7 @@ impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
 
     /// All tones of the last block, if the settings ask for some beyond the first. The block is that of this
     /// measurement.
-    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    #[cfg(image = "lines")]
     pub fn lines(&self, measurement: &Measurement, further: u8) -> Option<Lines> {
         let tones = |most: usize| match self {
             Measurer::Real(meter) => meter.lines(measurement, most),
@@ -166,7 +226,7 @@ impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
 
     /// The fundamental of the last block's harmonics up to an order above 0. The block is that of this
     /// measurement.
-    #[cfg(all(feature = "lines", not(feature = "tracking")))]
+    #[cfg(image = "lines")]
     pub fn fundamental(&self, measurement: &Measurement, order: u8) -> Option<Fundamental> {
         if order == 0 {
             return None;
@@ -179,19 +239,19 @@ impl<const N: usize, Q: IqMeter<N>> Measurer<N, Q> {
     }
 
     /// Nothing: this image seeks no harmonics.
-    #[cfg(not(all(feature = "lines", not(feature = "tracking"))))]
+    #[cfg(not(image = "lines"))]
     pub fn fundamental(&self, _: &Measurement, _: u8) -> Option<Fundamental> {
         None
     }
 
     /// Nothing: this image reports one tone of a block.
-    #[cfg(not(all(feature = "lines", not(feature = "tracking"))))]
+    #[cfg(not(image = "lines"))]
     pub fn lines(&self, _: &Measurement, _: u8) -> Option<Lines> {
         None
     }
 
     /// Nothing: this image does not follow tones.
-    #[cfg(not(feature = "tracking"))]
+    #[cfg(not(image = "tracking"))]
     pub fn followed(&self, _: &Stamp) -> Option<Follow> {
         None
     }

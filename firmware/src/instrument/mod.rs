@@ -15,6 +15,8 @@ pub mod plan;
 pub mod retained;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 mod run;
+#[cfg(all(target_os = "none", feature = "instrument", image = "signals"))]
+mod signals;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod stack;
 pub mod storage;

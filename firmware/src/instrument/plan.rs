@@ -1,11 +1,13 @@
 //! The checks of settings that are the same on every board.
 
+use picket::accumulate::MOST_BLOCKS;
+use picket::acquire::burst::Trigger;
 use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Timing;
 use picket::config::{Config, Scene};
 use picket::plan::EitherPlan;
 use picket::solve::equations::Chirp;
-use picket_wire::settings::{Calibration, Drive, GUARD, Settings};
+use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 
 /// Checked settings, and what follows from them.
@@ -40,6 +42,9 @@ impl<const N: usize> Plan<N> {
         if chirp != (settings.drive != Drive::Off) {
             return Err(SettingsError::Drive);
         }
+        if !is_possible(settings, chirp) {
+            return Err(SettingsError::Mode);
+        }
         let length = N as u32 + u32::from(settings.guard);
         let config = true_config(settings, rate_hz, length);
         let plan = if settings.iq {
@@ -64,6 +69,21 @@ impl<const N: usize> Plan<N> {
             _ => Err(SettingsError::Drive),
         }
     }
+}
+
+/// Whether the mode goes with the other settings: sums and bursts are of one tone, and have no tracks.
+fn is_possible(settings: &Settings, chirp: bool) -> bool {
+    let numbers = match settings.mode {
+        Mode::Blocks => return true,
+        Mode::Accumulate { blocks, drift_bins } => {
+            (1..=MOST_BLOCKS).contains(&blocks) && drift_bins.is_finite()
+        }
+        Mode::Bursts(Trigger { ratio, .. }) => {
+            ratio.is_none_or(|ratio| ratio >= Trigger::LEAST_RATIO && ratio.is_finite())
+        }
+    };
+    let alone = settings.config.following.most == 0 && settings.further() + settings.order() == 0;
+    numbers && alone && !chirp
 }
 
 /// The configuration with the board's rate, the converter's codes and the ramp's true duration and guard.

@@ -7,7 +7,7 @@
 use super::bounds::{Deadline, HEARD, Refusals, Saves, health};
 use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
-use super::measurer::{FOLLOWS, IqMeter, LINES, Measurer, Meter, Meters};
+use super::measurer::{FOLLOWS, Gathered, IqMeter, LINES, Measurer, Meter, Meters, SIGNALS};
 use super::plan::Plan;
 use super::stack::Stack;
 use super::storage::{self, Kept};
@@ -16,14 +16,17 @@ use crate::slot::Slot;
 use heapless::Vec;
 use picket::acquire::frontend::{Block, Blocks, Counters};
 use picket::acquire::sample::{Iq, Real};
+use picket::burst;
 use picket::pipeline::Measurement;
 use picket_wire::boot::{Boot, Causes, LastEnd, Name, Origin};
+use picket_wire::burst::Burst;
 use picket_wire::capture::EncodingError;
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Kind, Reader, WIRE};
-use picket_wire::settings::Settings;
+use picket_wire::settings::{Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
+use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Health, Telemetry};
 
 /// The line's room with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
@@ -87,6 +90,9 @@ fn planned<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     if (settings.further() > 0 || settings.order() > 0) && !LINES {
         return Err(SettingsError::Encoding(EncodingError::Version));
     }
+    if settings.mode != Mode::Blocks && !SIGNALS {
+        return Err(SettingsError::Signals);
+    }
     board.plan(settings)
 }
 
@@ -147,7 +153,7 @@ where
             saves: Saves::new(saves),
             dropped: 0,
             blocks,
-            measurer: Measurer::new(meters?, &plan.plan),
+            measurer: Measurer::new(meters?, &plan),
             captures: 0,
             raw: None,
             until_report: 0,
@@ -213,6 +219,7 @@ where
         let before = self.board.ticks();
         self.board.correct(&mut block.slot);
         let mut measurement = self.measurer.block(&mut block, guard);
+        let gathered = self.measurer.gathered();
         self.board.widen(&mut measurement);
         self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
@@ -226,16 +233,46 @@ where
             // knows that the slot is free.
             blocks.release(block.slot);
         }
+        let sum = match gathered {
+            Gathered::Block => None,
+            Gathered::Sum(sum) => Some(sum),
+            Gathered::Nothing => return true,
+            Gathered::Bursts(bursts) => {
+                bursts.iter().for_each(|burst| self.report_burst(burst, health));
+                return true;
+            }
+        };
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            self.report(measurement, health, before, captured);
+            self.report(measurement, health, before, captured, sum);
         }
         true
     }
 
+    /// Reports a burst.
+    fn report_burst(&mut self, burst: &Burst, health: Health) {
+        let (tone, result) = (burst.burst.tone, burst.result);
+        let mut measurement = Measurement { tone, result, ..Measurement::default() };
+        self.board.widen(&mut measurement);
+        let inner = burst::Burst { tone: measurement.tone, ..burst.burst };
+        let burst = Burst { burst: inner, result: measurement.result, health, ..*burst };
+        if self.board.has_room(RECORD) {
+            self.send(&burst.to_frame());
+        } else {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
     /// Reports a block whose measurement began at a tick.
-    fn report(&mut self, measurement: Measurement, health: Health, began: u32, captured: bool) {
+    fn report(
+        &mut self,
+        measurement: Measurement,
+        health: Health,
+        began: u32,
+        captured: bool,
+        sum: Option<Sum>,
+    ) {
         let method = self.plan.plan.options.method;
         let stamp = measurement.stamp;
         let lines = self.measurer.lines(&measurement, self.plan.settings.further());
@@ -249,6 +286,9 @@ where
             return;
         }
         self.send(&Telemetry { measurement, method, health }.to_frame());
+        if let Some(sum) = sum {
+            self.send(&sum.to_frame());
+        }
         if let Some(lines) = lines {
             self.send(&lines.to_frame());
         }

@@ -2,15 +2,19 @@
 
 use super::answer::lines;
 use super::measure::N;
-use super::options::Options;
+use super::nucleo::Nucleo;
+use super::options::{Board, Options};
 use super::{DemoError, said, shown};
 use crate::analyze::bursts::Weighted;
+use crate::device::Said;
 use crate::output::Output;
 use crate::progress;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::flow::{self, FRINGES, Flow, MEAN_MPS, PARTICLES, TURBULENCE};
+use picket::acquire::burst::{Counters, Trigger};
 use picket::{Burst, BurstProcessor, Real, Validation};
 use picket_simulator::Particle;
+use picket_wire::settings::Mode;
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -137,10 +141,54 @@ impl Row {
     }
 }
 
-/// Measures every burst of a flow.
-pub fn measured(seed: u64, snr_db: f64) -> Result<(Vec<Row>, Summary), DemoError> {
-    let plan = flow::config().plan::<Real, N>().map_err(said)?;
-    let mut processor = Box::new(BurstProcessor::<Real, N>::new(plan));
+/// What measures the bursts.
+enum By {
+    Core(Box<BurstProcessor<Real, N>>),
+    Board(Box<Nucleo>, Counters),
+}
+
+impl By {
+    fn new(board: Board) -> Result<Self, DemoError> {
+        if board == Board::Nucleo {
+            let mode = Mode::Bursts(Trigger::default());
+            let board = Nucleo::start(flow::config(), false, mode)?;
+            return Ok(By::Board(Box::new(board), Counters::default()));
+        }
+        let plan = flow::config().plan::<Real, N>().map_err(said)?;
+        Ok(By::Core(Box::new(BurstProcessor::new(plan))))
+    }
+
+    /// Takes codes, whole blocks of them.
+    fn push(&mut self, codes: &[i16], mut each: impl FnMut(&Burst)) -> Result<(), DemoError> {
+        match self {
+            By::Core(processor) => processor.push(codes, each),
+            By::Board(board, counters) => {
+                for block in codes.chunks(N) {
+                    for said in board.block(block)? {
+                        if let Said::Burst(mut told) = said {
+                            // What was slowed down for the board.
+                            told.burst.tone.rate_hz = flow::config().rate_hz;
+                            *counters = told.counters;
+                            each(&told.burst);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn counters(&self) -> &Counters {
+        match self {
+            By::Core(processor) => processor.counters(),
+            By::Board(_, counters) => counters,
+        }
+    }
+}
+
+/// Measures every burst of a flow, by the core here or by the emulated board.
+pub fn measured(seed: u64, snr_db: f64, board: Board) -> Result<(Vec<Row>, Summary), DemoError> {
+    let mut processor = By::new(board)?;
     let mut flow = Flow::new(seed, snr_db);
     let bar = progress::bar(PARTICLES as u64, "particles");
     let mut rows = Vec::new();
@@ -150,7 +198,7 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<(Vec<Row>, Summary), DemoError
         after += usize::from(flow.is_over());
         let codes = flow.codes(64 * N);
         bar.set_position(flow.particles.len() as u64);
-        processor.push(&codes, |burst| rows.push(Row::of(burst, &flow.particles)));
+        processor.push(&codes, |burst| rows.push(Row::of(burst, &flow.particles)))?;
     }
     bar.finish_and_clear();
     let counters = processor.counters();
@@ -161,7 +209,7 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<(Vec<Row>, Summary), DemoError
 
 /// Measures, prints and draws. Failure: mean or rms are not the flow's.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
-    let (rows, summary) = measured(options.seed, options.snr_db())?;
+    let (rows, summary) = measured(options.seed, options.snr_db(), options.board)?;
     let draw = |file: &Path| draw(&rows, &summary, file, options.output);
     let print = || print(&rows, &summary, options);
     shown(options, draw, || lines(&rows, &summary), print, summary.inside())

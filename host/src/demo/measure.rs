@@ -34,7 +34,8 @@ pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(options.method, options.laser())?;
     let Lidar { config, ref rows, ref sensor, .. } = lidar;
     let records = match options.board {
-        Board::Mps2 => measured::<Real>(config, sensor, rows, options)?,
+        // The NUCLEO is told before that it is for other scenes.
+        Board::Mps2 | Board::Nucleo => measured::<Real>(config, sensor, rows, options)?,
         Board::Pico => pico::lidar(config, sensor, rows, options)?,
     };
     Ok(lidar.summary(records.iter().map(|record| &record.measurement), options.seeds))

@@ -6,6 +6,7 @@ mod errors;
 pub mod fan;
 pub mod ldv;
 pub mod measure;
+mod nucleo;
 pub mod options;
 pub mod pico;
 pub mod replay;
@@ -116,6 +117,12 @@ fn fits(options: &Options) -> Result<(), DemoError> {
     }
     if options.record.is_some() && !board {
         return Err(said("--record keeps a board's session: add --scenario board"));
+    }
+    let scene = matches!(options.scenario, Scenario::Ldv | Scenario::Wind);
+    if options.board == Board::Nucleo && (!scene || options.replay.is_some()) {
+        return Err(said(
+            "the NUCLEO adds blocks and takes bursts here: use --scenario ldv or wind",
+        ));
     }
     let pico = options.board == Board::Pico;
     let replay = options.replay.is_some();

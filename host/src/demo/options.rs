@@ -112,6 +112,8 @@ pub struct Options {
 pub enum Board {
     /// Arm's MPS2 with a Cortex-M33, whose converter is played (QEMU)
     Mps2,
+    /// The NUCLEO-F446RE with its image for sums and bursts, slowed down to 200 kS/s: ldv and wind (QEMU)
+    Nucleo,
     /// The Raspberry Pi Pico with its own image: tones at 500 kS/s, a chirp's from its ramps' records (rp2040js)
     Pico,
 }
@@ -132,9 +134,9 @@ pub enum Scenario {
     Traffic,
     /// A plate at 30 cm that swings by 10 um before a 122 GHz radar, from the phase; by the core on this machine
     Vibration,
-    /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the core on this machine
+    /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the core on this machine, or the NUCLEO
     Ldv,
-    /// Wind at twelve heights, 20 dB below the noise, from sums of 100 blocks; by the core on this machine
+    /// Wind around a cone of 36 beams, 20 dB below the noise, from sums of 100 blocks; by the core on this machine, or the NUCLEO
     Wind,
     /// A fan that moves before a 24 GHz radar with I/Q records: its body's speed beside its blades' sidebands
     Fan,

@@ -2,16 +2,20 @@
 
 use super::answer::lines;
 use super::measure::N;
-use super::options::Options;
+use super::nucleo::Nucleo;
+use super::options::{Board, Options};
 use super::{DemoError, said, shown};
+use crate::device::Said;
 use crate::output::Output;
 use crate::progress;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::wind::{self, BEAMS, BLOCKS, FROM_DEG, WIND_MPS};
 use crate::simulate::generator;
+use picket::pipeline::Outcome;
 use picket::plan::Solver;
 use picket::solve::doppler;
-use picket::{Accumulator, Iq, Pipeline, Stamp, Tone, Usable};
+use picket::{Accumulated, Accumulator, Iq, Pipeline, Stamp, Tone, Usable, Velocity};
+use picket_wire::settings::Mode;
 use serde::Serialize;
 use std::path::Path;
 use std::process::ExitCode;
@@ -122,8 +126,27 @@ fn is_usable(tone: &Tone) -> bool {
     tone.verdict.usable() <= Usable::WithinSigma
 }
 
-/// Measures the beams of a round.
-pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
+/// The one measurement that the board has told.
+fn measured_by_board(said: &mut Vec<Said>) -> Result<(Tone, Velocity), DemoError> {
+    let mut tones = said.drain(..).filter_map(|said| match said {
+        Said::Telemetry(record) => Some(record.measurement),
+        _ => None,
+    });
+    let (first, more) = (tones.next(), tones.next());
+    match (first.map(|first| (first.tone, first.result)), more) {
+        (Some((tone, Outcome::Velocity(velocity))), None) => Ok((tone, velocity)),
+        _ => Err(super::said("the board has not told one velocity a beam")),
+    }
+}
+
+/// Measures the beams of a round, by the core here or by the emulated board.
+pub fn measured(seed: u64, snr_db: f64, board: Board) -> Result<Vec<Row>, DemoError> {
+    let mode = Mode::Accumulate { blocks: BLOCKS, drift_bins: 0.0 };
+    let mut board = match board {
+        Board::Nucleo => Some(Nucleo::start(wind::config(), true, mode)?),
+        _ => None,
+    };
+    let mut said_by_board = Vec::new();
     let plan = wind::config().plan::<Iq, N>().map_err(said)?;
     let Solver::Doppler(scale) = plan.solver else { return Err(said("no velocity")) };
     let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
@@ -154,8 +177,19 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
                 }
             }
             bar.inc(1);
-            let Some(sum) = accumulator.add(&measurement, &pipeline) else { continue };
-            let velocity = doppler::velocity(&sum.tone, scale);
+            let added = accumulator.add(&measurement, &pipeline);
+            if let Some(board) = &mut board {
+                said_by_board.extend(board.block(samples.as_flattened())?);
+            }
+            let Some(sum) = added else { continue };
+            let (tone, velocity) = match &mut board {
+                None => (sum.tone, doppler::velocity(&sum.tone, scale)),
+                Some(board) => {
+                    said_by_board.extend(board.rest()?);
+                    measured_by_board(&mut said_by_board)?
+                }
+            };
+            let sum = Accumulated { tone, ..sum };
             let peak = sum.tone.frequency.bins(N).rem_euclid(N as f64).round() as usize % N;
             rows.push(Row {
                 azimuth_deg: wind::azimuth_deg(beam),
@@ -176,7 +210,7 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
 
 /// Measures, prints and draws. Failure: a beam is not right.
 pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
-    let rows = measured(options.seed, options.snr_db())?;
+    let rows = measured(options.seed, options.snr_db(), options.board)?;
     let summary = Summary::of(&rows, options.snr_db());
     let draw = |file: &Path| draw(&rows, options, file, options.output);
     let print = || print(&rows, &summary, options);

@@ -16,6 +16,7 @@ mod outcomes;
 pub mod over_snr;
 pub mod page;
 mod picture;
+mod rough;
 mod targets;
 mod velocimeter;
 pub mod verdicts;
@@ -33,7 +34,7 @@ pub const SEED: u64 = 2026;
 type Part = (fn(&Lab) -> Result<Section, String>, u64);
 
 /// The parts, in the order of the page.
-const PARTS: [Part; 15] = [
+const PARTS: [Part; 16] = [
     (over_snr::over_snr, over_snr::OVER_SNR),
     (verdicts::verdicts, 0),
     (impaired::impaired, impaired::IMPAIRED),
@@ -49,6 +50,7 @@ const PARTS: [Part; 15] = [
     (velocimeter::crossings, velocimeter::CROSSINGS),
     (velocimeter::three_ratios, velocimeter::THREE_RATIOS),
     (velocimeter::turntable, velocimeter::TURNTABLE),
+    (rough::rough, rough::ROUGH),
 ];
 
 /// Computes everything and writes `report.html` and each picture as SVG and PNG into `folder`. Gives what was checked.

@@ -3,15 +3,18 @@
 use super::Style;
 use crate::analyze::names;
 use crate::device::Listener;
+use picket::acquire::burst::Counters;
 use picket::acquire::sample::Segment;
 use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
 use picket::tone::phasor::Phasor;
 use picket::tone::{Tone, Verdict};
 use picket_wire::boot::Boot;
+use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
 use picket_wire::lines as wire;
 use picket_wire::status::Status;
+use picket_wire::sum::Sum;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
 
@@ -108,6 +111,21 @@ pub struct Row {
     faults: u32,
     missing: u64,
     bad_frames: u64,
+    /// Of a burst.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    transit: Option<Transit>,
+}
+
+/// What only a burst has.
+#[derive(Clone, Debug, Serialize)]
+struct Transit {
+    validation: &'static str,
+    arrival_samples: f64,
+    transit_s: Option<f64>,
+    bursts: u32,
+    bursts_lost: u32,
+    bursts_long: u32,
+    dead_share: f64,
 }
 
 /// The header of comma-separated values.
@@ -161,6 +179,7 @@ impl Row {
             faults: record.health.faults,
             missing: listener.missing,
             bad_frames: listener.bad,
+            transit: None,
         };
         match &measurement.result {
             Outcome::None => {}
@@ -187,6 +206,24 @@ impl Row {
             (row.reading.frequency_hz, row.reading.sigma_hz) = (None, None);
         }
         row
+    }
+
+    /// The row of a burst at this sample rate, if it is known.
+    pub fn of_burst(burst: &Burst, rate_hz: Option<f64>, listener: &Listener) -> Self {
+        let picket::Burst { arrival, deviation, validation, .. } = burst.burst;
+        let Counters { samples, bursts, lost, long, dead } = burst.counters;
+        let transit = Transit {
+            validation: validation.name(),
+            arrival_samples: arrival,
+            transit_s: rate_hz.map(|rate| 8f64.sqrt() * f64::from(deviation) / rate),
+            bursts,
+            bursts_lost: lost,
+            bursts_long: long,
+            dead_share: dead as f64 / samples.max(1) as f64,
+        };
+        let row = Self::of(&burst.record(), rate_hz, listener);
+        let time_s = rate_hz.map(|rate| arrival / rate);
+        Self { segment: "burst", time_s, transit: Some(transit), ..row }
     }
 
     /// The block's number.
@@ -227,7 +264,7 @@ impl Row {
             self.missing.to_string(),
             self.bad_frames.to_string(),
             // Those of a line.
-            String::new(),
+            self.transit.as_ref().map_or(String::new(), |transit| transit.validation.into()),
             String::new(),
             String::new(),
         ]
@@ -240,7 +277,13 @@ impl Row {
             Some(value) => format!("{value:.digits$}"),
             None => "-".into(),
         };
-        let caution = self.caution.map_or(String::new(), |words| format!("  {words}"));
+        let caution = match (&self.transit, self.caution) {
+            (Some(Transit { validation, transit_s: Some(time), .. }), _) => {
+                format!("  {validation}, {:.1} us", 1e6 * time)
+            }
+            (Some(Transit { validation, .. }), _) => format!("  {validation}"),
+            (None, caution) => caution.map_or(String::new(), |words| format!("  {words}")),
+        };
         let (frequency, sigma) = match self.reading.frequency_hz.is_none() && self.knows_rate() {
             true => ("-".into(), "-".into()),
             false => self.reading.cells(),
@@ -266,6 +309,7 @@ impl Row {
             ("snr_db", Some(self.reading.snr_db)),
             ("range_m", self.range_m),
             ("velocity_mps", self.velocity_mps),
+            ("transit_s", self.transit.as_ref().and_then(|transit| transit.transit_s)),
             ("lost", Some(self.lost.into())),
             ("missing", Some(self.missing as f64)),
         ];
@@ -411,6 +455,26 @@ pub fn follow(follow: &Follow, rate_hz: Option<f64>) -> Vec<String> {
         })
     });
     tracks.chain(targets).map(|line| line.to_string()).collect()
+}
+
+/// What a record adds up, below its row.
+pub(super) fn sum(sum: &Sum, style: Style) -> Vec<String> {
+    let &Sum { sequence, blocks, ln_chance } = sum;
+    let log10_chance = ln_chance / std::f32::consts::LN_10;
+    match style {
+        Style::Jsonl => {
+            let line = serde_json::json!({
+                "sum": true, "sequence": sequence, "blocks": blocks, "log10_chance": log10_chance,
+            });
+            vec![line.to_string()]
+        }
+        Style::Table => {
+            let told = format!("noise alone shows such a line once in 10^{:.1}", -log10_chance);
+            vec![format!("{:>9}  of {blocks} blocks: {told}", "sum")]
+        }
+        // Their columns are those of a tone.
+        Style::Csv | Style::Teleplot => Vec::new(),
+    }
 }
 
 /// A device's status as JSON.

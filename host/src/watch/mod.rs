@@ -298,12 +298,20 @@ impl Watch {
             | Said::Follow(_)
             | Said::Lines(_)
             | Said::Fundamental(_)
+            | Said::Burst(_)
+            | Said::Sum(_)
                 if self.quiet => {}
             Said::Telemetry(record) => {
                 self.sequence = None;
                 let rate_hz = self.rate_of(record.measurement.stamp.sequence);
                 self.row(&line::Row::of(&record, rate_hz, &self.listener))
             }
+            Said::Burst(burst) => {
+                self.sequence = None;
+                let rate_hz = self.rate_of(burst.number);
+                self.row(&line::Row::of_burst(&burst, rate_hz, &self.listener))
+            }
+            Said::Sum(sum) => self.below(sum.sequence, line::sum(&sum, self.style)),
             Said::Lines(lines) => {
                 let tones = line::Lines::of(&lines, self.rate_of(lines.sequence));
                 self.below(lines.sequence, tones.written(self.style));

@@ -1,6 +1,7 @@
 //! A device's settings as JSON, for people to read and edit.
 
 use super::{WatchError, io};
+use picket::acquire::burst::Trigger;
 use picket::acquire::codes::Codes;
 use picket::carrier::Carrier;
 use picket::config::{Config, Following, Scene};
@@ -9,7 +10,7 @@ use picket::solve::chirp::{Mixing, Shape};
 use picket::solve::equations::Chirp;
 use picket::tone::fit::Reach;
 use picket::tone::lines::MOST;
-use picket_wire::settings::{Calibration, Drive, Settings};
+use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -31,6 +32,7 @@ struct Fields {
     follow: Follow,
     carrier: Width,
     drive: Drives,
+    mode: Modes,
     guard: u16,
     report_every: u16,
     slots: u16,
@@ -130,6 +132,27 @@ enum Drives {
     External,
 }
 
+/// What is made of the blocks.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Modes {
+    #[default]
+    Blocks,
+    Accumulate {
+        blocks: u32,
+        #[serde(default)]
+        drift_bins: f32,
+    },
+    Bursts {
+        #[serde(default)]
+        ratio: Option<f32>,
+        #[serde(default)]
+        hold_off: u32,
+        #[serde(default)]
+        least: u32,
+    },
+}
+
 impl Default for Fields {
     fn default() -> Self {
         Self::of(&Settings::default(), 1024)
@@ -180,6 +203,13 @@ impl Fields {
                     Drives::Adf4159 { reference_hz, start_hz, divider }
                 }
                 Drive::External => Drives::External,
+            },
+            mode: match settings.mode {
+                Mode::Blocks => Modes::Blocks,
+                Mode::Accumulate { blocks, drift_bins } => Modes::Accumulate { blocks, drift_bins },
+                Mode::Bursts(Trigger { ratio, hold_off, least }) => {
+                    Modes::Bursts { ratio, hold_off, least }
+                }
             },
             guard: settings.guard,
             report_every: settings.report_every,
@@ -268,12 +298,20 @@ impl Fields {
             range_offset_m: self.range_offset_m,
             range_slope: self.range_slope,
         };
+        let mode = match self.mode {
+            Modes::Blocks => Mode::Blocks,
+            Modes::Accumulate { blocks, drift_bins } => Mode::Accumulate { blocks, drift_bins },
+            Modes::Bursts { ratio, hold_off, least } => {
+                Mode::Bursts(Trigger { ratio, hold_off, least })
+            }
+        };
         let settings = Settings {
             core_mhz: self.core_mhz,
             iq: self.iq,
             config,
             guard: self.guard,
             drive,
+            mode,
             report_every: self.report_every,
             most: self.most,
             harmonics: self.harmonics,
@@ -333,6 +371,15 @@ mod tests {
                 ..Settings::default()
             },
             Settings { uncorrected: true, ..Settings::default() },
+            Settings {
+                mode: Mode::Accumulate { blocks: 100, drift_bins: -0.5 },
+                ..Settings::default()
+            },
+            Settings { mode: Mode::Bursts(Trigger::default()), ..Settings::default() },
+            Settings {
+                mode: Mode::Bursts(Trigger { ratio: Some(2.5), hold_off: 7, least: 9 }),
+                ..Settings::default()
+            },
         ] {
             let fields: Fields = serde_json::from_str(&to_json(&settings, 1024)).unwrap();
             assert_eq!(fields.settings(), Ok((settings, 1024)));
@@ -340,6 +387,14 @@ mod tests {
         assert!(serde_json::from_str::<Fields>(r#"{"rat_hz": 3}"#).is_err());
         let sparse: Fields = serde_json::from_str(r#"{"rate_hz": 1e5}"#).unwrap();
         assert_eq!(sparse.settings().unwrap().0.config.rate_hz, 1e5);
+        let mode = |text: &str| {
+            let fields: Fields = serde_json::from_str(&format!("{{\"mode\": {text}}}")).unwrap();
+            fields.settings().map(|(settings, _)| settings.mode)
+        };
+        assert_eq!(mode(r#""blocks""#), Ok(Mode::Blocks));
+        assert_eq!(mode(r#"{"bursts": {}}"#), Ok(Mode::Bursts(Trigger::default())));
+        let sums = Mode::Accumulate { blocks: 9, drift_bins: 0.0 };
+        assert_eq!(mode(r#"{"accumulate": {"blocks": 9}}"#), Ok(sums));
         let scene = |text: &str| {
             let fields: Fields = serde_json::from_str(&format!("{{\"scene\": {text}}}")).unwrap();
             fields.settings().map(|(settings, _)| settings.config.scene)

@@ -20,7 +20,7 @@ use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
 use picket::config::Scene;
 use picket::solve::equations::Chirp;
-use picket_wire::settings::{Drive, Settings};
+use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling};
 use waveform::{SyncInput, Waveform};
@@ -51,6 +51,32 @@ const fn lines_cycles(settings: &Settings) -> u64 {
     tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
 
+/// Core cycles that the sum of a real and of an I/Q block takes, and those of a sum's line, by 1.4 cycles an instruction: host-tests
+/// hold the counted instructions against them (`nucleo::signals`).
+pub const ADD_CYCLES: [u64; 2] = [90_000, 180_000];
+/// See above.
+pub const SUM_CYCLES: [u64; 2] = [800_000, 1_200_000];
+/// Core cycles in which a burst is sought in a block, and measured.
+pub const SEEK_CYCLES: [u64; 2] = [40_000, 60_000];
+/// See above.
+pub const BURST_CYCLES: [u64; 2] = [1_300_000, 1_800_000];
+
+/// The fewest core cycles that a block may last, whatever its samples are. What a sum's last block or a burst takes more, the blocks
+/// wait for in slots that the stream does not fill.
+fn least_cycles(settings: &Settings, slots: u16) -> u64 {
+    let of = |[real, iq]: [u64; 2]| if settings.iq { iq } else { real };
+    let wait = u64::from(slots.saturating_sub(2).max(1));
+    match settings.mode {
+        Mode::Blocks => of(BLOCK_CYCLES) + lines_cycles(settings),
+        Mode::Accumulate { blocks, .. } => {
+            let wait = wait.min(blocks.max(1).into());
+            of(BLOCK_CYCLES) + of(ADD_CYCLES) + of(SUM_CYCLES).div_ceil(wait)
+        }
+        // At most one burst in so many blocks, on average.
+        Mode::Bursts(_) => of(SEEK_CYCLES) + of(BURST_CYCLES).div_ceil(wait),
+    }
+}
+
 impl Words {
     /// Checks settings for blocks of `N` samples with this clock, and computes their words.
     ///
@@ -73,10 +99,8 @@ impl Words {
         let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
         // What follows tones rarely searches a whole block. The slow clock is a way out of a failure.
         let searches = settings.config.following.most == 0 && tree.pll.is_some();
-        let [real, iq] = BLOCK_CYCLES;
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
-        let least = if settings.iq { iq } else { real } + lines_cycles(&settings);
-        if searches && settings.start && cycles < least {
+        if searches && settings.start && cycles < least_cycles(&settings, slots) {
             return Err(SettingsError::Rate(RateError::Load));
         }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);

@@ -169,6 +169,7 @@ impl Live {
         let unknown = self.scale.hear(&said, &self.listener);
         match said {
             Said::Telemetry(record) => self.measured(record),
+            Said::Burst(burst) => self.measured(burst.record()),
             Said::Status(status) => self.status = Some(status),
             Said::Follow(follow) => self.follow = Some(follow),
             Said::Boot(boot) => {
@@ -177,7 +178,7 @@ impl Live {
                 self.begin(None);
             }
             // The picture has room for one tone.
-            Said::Lines(_) | Said::Fundamental(_) => {}
+            Said::Lines(_) | Said::Fundamental(_) | Said::Sum(_) => {}
             Said::Answer(..) | Said::Raw(_) => {}
         }
         unknown

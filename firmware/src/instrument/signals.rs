@@ -1,0 +1,103 @@
+//! Sums of blocks, and bursts in the stream.
+
+use super::measurer::{BURSTS, Gathered};
+use core::mem;
+use heapless::Vec;
+use picket::accumulate::Accumulator;
+use picket::acquire::sample::{Record, Stamp};
+use picket::burst::BurstProcessor;
+use picket::pipeline::Measurement;
+use picket::plan::Plan;
+use picket_wire::burst::Burst;
+use picket_wire::settings::Mode;
+use picket_wire::sum::Sum;
+use picket_wire::telemetry::Health;
+
+/// Measures blocks, sums of them, or bursts.
+pub struct Gatherer<R: Record, const N: usize> {
+    mode: Mode,
+    /// Its pipeline measures blocks, too.
+    processor: BurstProcessor<R, N>,
+    sum: Accumulator<R, N>,
+    gathered: Gathered,
+    /// The number of the next burst.
+    number: u32,
+}
+
+impl<R: Record, const N: usize> Gatherer<R, N> {
+    /// A gatherer that waits for its plan, which is not this one, in memory of zeros.
+    pub const fn new(_: Plan<R, N>) -> Self {
+        Self {
+            mode: Mode::Blocks,
+            processor: BurstProcessor::IDLE,
+            sum: Accumulator::IDLE,
+            gathered: Gathered::Block,
+            number: 0,
+        }
+    }
+
+    /// Follows another plan from the next block on.
+    pub fn adopt(&mut self, plan: Plan<R, N>) {
+        self.processor.pipeline().adopt(plan);
+    }
+
+    /// Adds blocks, or cuts bursts, as `mode` says; a sum of noise passes for a tone with the probability given.
+    pub fn choose(&mut self, mode: Mode, false_alarm: f64) {
+        self.mode = mode;
+        match mode {
+            Mode::Blocks => {}
+            Mode::Accumulate { blocks, drift_bins } => {
+                self.sum.adopt(blocks, drift_bins, false_alarm);
+            }
+            Mode::Bursts(trigger) => {
+                let plan = *self.processor.pipeline().plan();
+                self.processor.adopt(plan, trigger);
+            }
+        }
+    }
+
+    /// Takes a block, and measures what it completes.
+    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+        if let Mode::Bursts(_) = self.mode {
+            self.gathered = self.bursts(&stamp, samples);
+            return Measurement { stamp, ..Measurement::default() };
+        }
+        let pipeline = self.processor.pipeline();
+        let mut measurement = pipeline.block(stamp, samples);
+        if let Mode::Accumulate { .. } = self.mode {
+            self.gathered = match self.sum.add(&measurement, pipeline) {
+                None => Gathered::Nothing,
+                Some(sum) => {
+                    measurement.tone = sum.tone;
+                    measurement.result = pipeline.outcome(&sum.tone);
+                    let (sequence, ln_chance) = (stamp.sequence, sum.ln_chance);
+                    Gathered::Sum(Sum { sequence, blocks: sum.blocks, ln_chance })
+                }
+            };
+        }
+        measurement
+    }
+
+    /// The bursts that a block completes.
+    fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Gathered {
+        let mut bursts = Vec::<Burst, BURSTS>::new();
+        let number = &mut self.number;
+        self.processor.block(stamp, samples, |&burst| {
+            // What finds no room is missing among the numbers.
+            let _ = bursts.push(Burst { number: *number, burst, ..Burst::default() });
+            *number = number.wrapping_add(1);
+        });
+        let counters = *self.processor.counters();
+        let pipeline = self.processor.pipeline();
+        for burst in &mut bursts {
+            burst.result = pipeline.outcome(&burst.burst.tone);
+            (burst.counters, burst.health) = (counters, Health::default());
+        }
+        if bursts.is_empty() { Gathered::Nothing } else { Gathered::Bursts(bursts) }
+    }
+
+    /// What the last block gave.
+    pub fn gathered(&mut self) -> Gathered {
+        mem::replace(&mut self.gathered, Gathered::Block)
+    }
+}

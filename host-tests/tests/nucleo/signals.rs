@@ -1,0 +1,258 @@
+//! The image for sums and bursts: each of them to the bit as this machine has it, and what the image refuses.
+
+use super::several::longest_block;
+use super::*;
+use picket::accumulate::Accumulator;
+use picket::acquire::burst::Trigger;
+use picket::burst::BurstProcessor;
+use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
+use picket_firmware::nucleo_f446re::words::{ADD_CYCLES, BURST_CYCLES, SUM_CYCLES};
+use picket_host::device::Listener;
+use picket_simulator::{Fringes, Particle};
+use picket_wire::settings::Mode;
+use picket_wire::settings_error::SettingsError;
+use picket_wire::{burst, sum};
+
+/// A wavelength, so that what is measured is a velocity, too.
+fn doppler(mode: Mode, iq: bool) -> Settings {
+    let settings = Settings::default();
+    let scene =
+        Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0, mixing: picket::Mixing::default() };
+    let config = Config { scene, rate_hz: 200e3, ..settings.config };
+    Settings { mode, iq, config, ..settings }
+}
+
+/// The image with these settings.
+fn begun(image: &Path, settings: &Settings) -> Board {
+    let mut board = Board::start_counted(image).unwrap();
+    boot(&mut board);
+    let answer = board.request(Command::SetSettings(*settings, N)).unwrap();
+    let answer = answer.unwrap_or_else(|refusal| panic!("{refusal}"));
+    assert_eq!(Settings::of_bytes(&answer).unwrap().0.mode, settings.mode);
+    assert!(boot(&mut board).measuring);
+    board.recorded = Some(Vec::new());
+    board
+}
+
+/// What was said since the settings.
+fn heard(board: &Board) -> Listener {
+    let mut listener = Listener::default();
+    listener.read(board.recorded.as_deref().unwrap());
+    listener
+}
+
+/// Noise as of a photodiode around the middle of the codes, with a weak tone of a new phase in each block.
+fn weak<R: Record>(bin: f64, rng: &mut impl Rng) -> Vec<i16> {
+    use rand_distr::StandardNormal;
+    let (phase, parts) = (rng.random::<f64>(), if R::IQ { 2 } else { 1 });
+    let sample = |index: usize| {
+        let angle = std::f64::consts::TAU * (bin * (index / parts) as f64 / N as f64 + phase);
+        let signal = if index.is_multiple_of(parts) { angle.cos() } else { angle.sin() };
+        let value = 2048.0 + 30.0 * signal + 120.0 * rng.sample::<f64, _>(StandardNormal);
+        value.round().clamp(0.0, 4095.0) as i16
+    };
+    (0..parts * N).map(sample).collect()
+}
+
+fn sums<R: Record>(image: &Path, document: &Document, rng: &mut impl Rng) {
+    let mode = Mode::Accumulate { blocks: 25, drift_bins: 0.0 };
+    let settings = doppler(mode, R::IQ);
+    let mut board = begun(image, &settings);
+    let mut here = Here::<R>::new(&settings);
+    let mut sum = Accumulator::<R, N>::new(25).with_false_alarm(settings.config.false_alarm);
+    let (bin, mut alone) = (200.37, 0);
+    let (mut expected, mut said) = (Vec::new(), Vec::new());
+    for number in 0..75 {
+        let samples = weak::<R>(bin, rng);
+        assert!(board.block(&bytes(&samples)).unwrap());
+        said.extend(board.turn().unwrap());
+        let samples: Vec<R::Sample> = match R::IQ {
+            false => samples.iter().map(|&code| R::of_parts([code, 0])).collect(),
+            true => samples.as_chunks().0.iter().map(|&pair| R::of_parts(pair)).collect(),
+        };
+        let stamp = here.stamp(number, false);
+        let mut record = here.record(stamp, samples.as_array().unwrap(), Health::default());
+        alone += u32::from(record.measurement.tone.verdict == Verdict::Good);
+        let Some(added) = sum.add(&record.measurement, &here.pipeline) else { continue };
+        record.measurement.tone = added.tone;
+        record.measurement.result = here.pipeline.outcome(&added.tone);
+        assert!(matches!(record.measurement.result, Outcome::Velocity(_)));
+        expected.push(Said::Telemetry(record));
+        let (sequence, blocks, ln_chance) = (number as u32, 25, added.ln_chance);
+        expected.push(Said::Sum(sum::Sum { sequence, blocks, ln_chance }));
+        let tone = added.tone;
+        let off = (tone.frequency.bins(N) - bin) / (f64::from(tone.sigma) * N as f64);
+        assert!(tone.verdict == Verdict::Good && off.abs() < 5.0, "{tone}");
+    }
+    said.extend(board.turn().unwrap());
+    said.retain(|said| matches!(said, Said::Telemetry(_) | Said::Sum(_)));
+    assert_eq!((said.len(), &said), (6, &expected));
+    assert_eq!(heard(&board).missing, 0);
+    println!("{alone} of 75 blocks alone can be used");
+    let longest = longest_block(&mut board);
+    // A sum that is never complete: what a block takes alone.
+    let settings = doppler(Mode::Accumulate { blocks: 1000, drift_bins: 0.0 }, R::IQ);
+    let mut board = begun(image, &settings);
+    for _ in 0..6 {
+        assert!(board.block(&bytes(&weak::<R>(bin, rng))).unwrap());
+        board.turn().unwrap();
+    }
+    let block = longest_block(&mut board);
+    let kind = if R::IQ { "I/Q" } else { "real" };
+    println!("{kind}: {block} instructions a block, {longest} with the sum's line");
+    let of = |cycles: [u64; 2]| cycles[usize::from(R::IQ)] as f64;
+    assert!(1.4 * f64::from(block) < of(BLOCK_CYCLES) + of(ADD_CYCLES));
+    assert!(1.4 * f64::from(longest - block) < of(SUM_CYCLES));
+    document.assert_states(
+        &format!("# instructions with sums of {kind} records and # with a sum's last one"),
+        &[block.into(), longest.into()],
+    );
+}
+
+/// What one block cannot show, the sum of 25 does, bit by bit as on this machine.
+#[test]
+fn sums_on_the_board_are_those_of_this_machine() {
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let image = built(Beside::Signals);
+    let document = Document::board();
+    sums::<Real>(&image, &document, &mut rng);
+    sums::<Iq>(&image, &document, &mut rng);
+}
+
+/// Particles in fringes, as light on a photodiode: bursts bit by bit as on this machine, the numbers without a gap, the lost blocks
+/// told to the detector.
+#[test]
+fn bursts_on_the_board_are_those_of_this_machine() {
+    use rand_distr::StandardNormal;
+    println!("seed {SEED}");
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    let image = built(Beside::Signals);
+    let settings = doppler(Mode::Bursts(Trigger::default()), false);
+    let mut board = begun(&image, &settings);
+    let here = Here::<Real>::new(&settings);
+    let rate_hz = here.plan.settings.config.rate_hz;
+    let mut processor = Box::new(BurstProcessor::<Real, N>::new(*here.pipeline.plan()));
+    // Fringes of 200 um before particles of 4 m/s: 20 kHz, and an envelope whose deviation is an eighth of a record.
+    let fringes = Fringes { spacing_m: 200e-6, radius_m: 5.1e-3, visibility: 0.7 };
+    let mut particles = Vec::new();
+    let mut next_s = 12.0 * N as f64 / rate_hz;
+    while particles.len() < 24 {
+        let speed_mps = 4.0 * (1.0 + 0.1 * rng.sample::<f64, _>(StandardNormal));
+        particles.push(Particle { middle_s: next_s, speed_mps, level: 400.0, turns: rng.random() });
+        next_s += rng.random_range(2.5..6.0) * N as f64 / rate_hz;
+    }
+    let blocks = (next_s * rate_hz / N as f64) as u64 + 3;
+    let (mut valid, mut within, mut lost_blocks) = (0, 0, 0);
+    let (mut expected, mut said) = (Vec::new(), Vec::new());
+    for block in 0..blocks {
+        let first = block * N as u64;
+        let samples: [i16; N] = std::array::from_fn(|index| {
+            let time_s = (first + index as u64) as f64 / rate_hz;
+            let light: f64 = particles.iter().map(|one| fringes.light(one, time_s)).sum();
+            let noise = 20.0 * rng.sample::<f64, _>(StandardNormal);
+            (1500.0 + light + noise).round().clamp(0.0, 4095.0) as i16
+        });
+        // The converter overruns once, in the middle.
+        if block == blocks / 2 {
+            board.adc_overrun().unwrap();
+            let counters = status(&mut board).counters;
+            lost_blocks = counters.lost();
+            assert!(lost_blocks > 0);
+        }
+        assert!(board.block(&bytes(&samples)).unwrap());
+        said.extend(board.turn().unwrap());
+        let stamp = here.stamp(block + u64::from(lost_blocks), false);
+        let mut bursts = Vec::new();
+        processor.block(&stamp, &samples, |burst| bursts.push(*burst));
+        let (counters, number) = (*processor.counters(), expected.len() as u32);
+        for (number, burst) in (number..).zip(bursts) {
+            let result = here.pipeline.outcome(&burst.tone);
+            let health = Health { lost: lost_blocks, faults: u32::from(lost_blocks > 0) };
+            expected.push(Said::Burst(burst::Burst { number, burst, result, counters, health }));
+            if burst.validation != picket::Validation::Valid {
+                continue;
+            }
+            valid += 1;
+            let shift = u64::from(lost_blocks) * N as u64;
+            let time_s = (burst.arrival - shift as f64) / rate_hz;
+            let near = particles
+                .iter()
+                .min_by(|a, b| (a.middle_s - time_s).abs().total_cmp(&(b.middle_s - time_s).abs()));
+            let hertz = near.unwrap().speed_mps / fringes.spacing_m;
+            let off = (burst.tone.hertz() - hertz) / burst.tone.sigma_hertz();
+            within += u32::from(off.abs() < 5.0);
+        }
+    }
+    said.extend(board.turn().unwrap());
+    said.retain(|said| matches!(said, Said::Telemetry(_) | Said::Burst(_)));
+    let number = expected.len();
+    assert_eq!((said.len(), &said), (number, &expected));
+    println!("{number} bursts, {valid} valid, {within} within 5 sigma");
+    assert!(valid >= 18 && within == valid, "{valid} {within}");
+    let heard = heard(&board);
+    assert_eq!((heard.records, heard.missing), (number as u64, 0));
+    let longest = longest_block(&mut board);
+    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    let ram = footprint.ram + u64::from(stack);
+    println!("{longest} instructions; flash {} B, RAM {ram} B", footprint.flash);
+    assert!(footprint.flash <= flash::SIGNALS.flash && ram <= flash::SIGNALS.ram);
+    let [most, _] = BURST_CYCLES;
+    assert!(1.4 * f64::from(longest) < most as f64);
+    let document = Document::board();
+    document.assert_states("at most # instructions with a burst", &[longest.into()]);
+    // By the crystal's clock.
+    let held = |mode: Mode| {
+        let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+        let rate = (1..1500).rev().find(|&kilohertz| {
+            let config = Config { rate_hz: 1e3 * f64::from(kilohertz), ..settings.config };
+            let settings = Settings { config, slots: 8, mode, ..settings };
+            Words::plan::<N>(&settings, &tree).is_ok()
+        });
+        f64::from(rate.unwrap())
+    };
+    let sums = Mode::Accumulate { blocks: 100, drift_bins: 0.0 };
+    document.assert_states(
+        "with `slots` 8 it holds # kS/s of real records with sums of 100 blocks, and # kS/s with bursts",
+        &[held(sums), held(settings.mode)],
+    );
+    document.assert_states(
+        "For sums and bursts the image is # B of flash and # B of RAM with its stack",
+        &[footprint.flash as f64, ram as f64],
+    );
+}
+
+/// Settings that go with no sum and no burst, and an image that has neither.
+#[test]
+fn what_is_no_sum_and_no_burst_is_refused() {
+    let told = |board: &mut Board, settings: &Settings| {
+        board.request(Command::SetSettings(*settings, N)).unwrap().unwrap_err()
+    };
+    let bursts = Mode::Bursts(Trigger::default());
+    let (mut usual, _) = start();
+    let code = SettingsError::Signals.code();
+    assert_eq!(told(&mut usual, &doppler(bursts, false)), Refusal::Settings(code));
+    let mut board = Board::start(&built(Beside::Signals)).unwrap();
+    boot(&mut board);
+    let code = SettingsError::Mode.code();
+    let mut chirp = doppler(bursts, false);
+    chirp.config.scene = Scene::Chirp(Chirp {
+        shape: Shape::Triangle,
+        wavelength_m: 0.0125,
+        bandwidth_hz: 200e6,
+        duration_s: 1.0,
+        ..Chirp::default()
+    });
+    chirp.drive = Drive::Dac { low: 0, high: 4095 };
+    let accumulate = |blocks, drift_bins| doppler(Mode::Accumulate { blocks, drift_bins }, true);
+    let ratio = Some(1.0);
+    for settings in [
+        chirp,
+        accumulate(0, 0.0),
+        accumulate(65_537, 0.0),
+        accumulate(2, f32::NAN),
+        doppler(Mode::Bursts(Trigger { ratio, ..Trigger::default() }), false),
+    ] {
+        assert_eq!(told(&mut board, &settings), Refusal::Settings(code), "{:?}", settings.mode);
+    }
+}
