@@ -61,7 +61,7 @@ fn the_quick_report() {
         assert!(checks.iter().any(|check| check["figure"] == figure), "no \"{figure}\"");
     }
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
-    assert!(page.ends_with("</body></html>\n") && page.matches("<h2").count() == 15);
+    assert!(page.ends_with("</body></html>\n") && page.matches("<h2").count() == 16);
     // One file: nothing is fetched.
     assert!(!page.contains("<img") && !page.contains("<link") && !page.contains("<script"));
     assert!(!page.contains("NaN"));

@@ -141,7 +141,9 @@ impl SettingsError {
             [12, _] => {
                 "this image does not follow tones: flash one that is built with --tracking, or follow 0"
             }
-            [14, _] => "slots: 4 to 16 on the NUCLEO, or 0 for the usual number",
+            [14, _] => {
+                "slots: 4 to 16 on the NUCLEO, 8 at most in the image for sums and bursts, or 0 for the usual number"
+            }
             [15, _] => "I/Q needs a second converter, which this board does not have",
             [16, _] => {
                 "this image neither adds blocks nor takes bursts: flash one that is built with --signals, or leave mode at blocks"
