@@ -155,7 +155,7 @@ pub fn rough(lab: &Lab) -> Result<Section, String> {
             name: "doppler-figure-5-rough",
             title: "Turntable with a rough rim: error of usable blocks".into(),
             x: Axis::linear("speed of the rim, m/s", 0.0, 4.0),
-            y: Axis::log("RMSE, mm/s", 0.05, 20.0),
+            y: Axis::log("RMSE, mm/s", 0.05, 5.0),
             series,
         }],
         tables: vec![table],
