@@ -1,8 +1,8 @@
 //! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
 
 use crate::{
-    analyze, bench, c, demo, design, end, explain, firmware, flash, python, recipe, report, shell,
-    soak, sweep, toolchain, watch, web,
+    analyze, bench, c, calibrate, demo, design, end, explain, firmware, flash, python, recipe,
+    report, shell, soak, sweep, toolchain, watch, web,
 };
 use clap::error::ErrorKind as Asked;
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -40,6 +40,7 @@ enum Command {
     Soak(soak::Options),
     Flash(flash::Options),
     Watch(watch::Options),
+    Calibrate(calibrate::Options),
     Web(web::Options),
     C(c::Options),
     Python(python::Options),
@@ -62,6 +63,7 @@ impl Command {
             Command::Soak(options) => soak::run(options)?,
             Command::Flash(options) => flash::run(options).map_err(told)?,
             Command::Watch(options) => watch::run(options)?,
+            Command::Calibrate(options) => calibrate::run(options)?,
             Command::Web(options) => web::run(options).map_err(told)?,
             Command::C(options) => c::run(options).map_err(told)?,
             Command::Python(options) => python::run(options).map_err(told)?,

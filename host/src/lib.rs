@@ -14,6 +14,7 @@ pub mod band;
 pub mod bench;
 pub mod board;
 pub mod c;
+pub mod calibrate;
 pub mod campaign;
 pub mod cli;
 pub mod console;

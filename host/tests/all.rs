@@ -2,6 +2,7 @@
 
 mod bad;
 mod builds;
+mod calibrate;
 mod campaign;
 mod cli;
 mod demo;

@@ -16,12 +16,13 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 10] = [
+const LEFT_OUT: [(&str, &str); 11] = [
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
     ),
     ("cargo picket watch /dev/", "there is no board; tests/device.rs plays one"),
+    ("cargo picket calibrate /dev/", "there is no board; tests/calibrate.rs plays one"),
     ("cargo picket flash", "it would write to a board"),
     ("cargo picket web", "it serves for ever; host-tests/tests/web.rs opens the page in a browser"),
     ("qemu-system-arm", "its image is the reader's; host-tests/tests/dependents.rs runs ours"),

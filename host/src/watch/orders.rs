@@ -131,6 +131,20 @@ impl Orders {
 }
 
 impl Pending {
+    /// These orders, and nothing else.
+    pub fn of<const COUNT: usize>(queue: [Command; COUNT]) -> Self {
+        Self {
+            queue: queue.into(),
+            sent: None,
+            asked: None,
+            tag: 0,
+            ends: true,
+            print: false,
+            ordered: true,
+            renews: false,
+        }
+    }
+
     /// Sends the order whose turn it is, when the port has been opened.
     pub fn ask(&mut self, source: &mut Source) -> Result<(), WatchError> {
         if !source.listens() {
