@@ -5,6 +5,8 @@
 
 #[path = "rsemu/board.rs"]
 mod board;
+#[path = "rsemu/brown_out.rs"]
+mod brown_out;
 #[path = "rsemu/chirps.rs"]
 mod chirps;
 #[path = "rsemu/saves.rs"]

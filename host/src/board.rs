@@ -31,6 +31,8 @@ pub enum Beside {
     Lines,
     /// It adds blocks, and cuts bursts.
     Signals,
+    /// It sets the chip's brown-out level, once.
+    BrownOut,
 }
 
 /// The image for the board, or for the emulator.
@@ -41,6 +43,7 @@ pub fn image(played: bool, beside: Beside) -> Result<PathBuf, toolchain::ToolErr
         Beside::Tracking => Some("tracking"),
         Beside::Lines => Some("lines"),
         Beside::Signals => Some("signals"),
+        Beside::BrownOut => Some("brown-out"),
     });
     // Compiled for size alone, the search for further tones, a sum and a burst take twice as long; for speed alone, all of the flash.
     let fast = matches!(beside, Beside::Lines | Beside::Signals);

@@ -43,6 +43,9 @@ pub struct Options {
     /// The image that goes through the list of docs/board.md by itself, with one wire from A2 to A0
     #[arg(long, conflicts_with_all = ["tracking", "lines", "signals"])]
     self_test: bool,
+    /// The image that also sets the chip's brown-out level, once, by its option bytes: see docs/board.md
+    #[arg(long, conflicts_with_all = ["tracking", "lines", "signals", "self_test"])]
+    brown_out: bool,
     /// Writes nothing: begins the self-test that is on the board anew, and prints its list
     #[arg(long, value_name = "PORT", requires = "self_test", conflicts_with = "dry_run")]
     listen: Option<String>,
@@ -50,7 +53,7 @@ pub struct Options {
     #[arg(long, requires = "listen")]
     quick: bool,
     /// With --board pico: the image that has a serial port over USB, too. It is outside the proof that no panic is reachable
-    #[arg(long, conflicts_with_all = ["tracking", "signals", "self_test"])]
+    #[arg(long, conflicts_with_all = ["tracking", "signals", "self_test", "brown_out"])]
     usb: bool,
     /// Stops before the board
     #[arg(long)]
@@ -70,6 +73,8 @@ pub enum Kind {
     Signals,
     /// Goes through the board's list.
     SelfTest,
+    /// Measures block by block, and sets the brown-out level.
+    BrownOut,
 }
 
 /// Builds the image, shows its size and writes it.
@@ -85,6 +90,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         (true, ..) => Kind::Tracking,
         (_, true, _) => Kind::Lines,
         _ if options.signals => Kind::Signals,
+        _ if options.brown_out => Kind::BrownOut,
         _ => Kind::Usual,
     };
     let image = build(kind)?;
@@ -98,6 +104,11 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
             Kind::SelfTest => {
                 outln!("written: wire A2 to A0, then picket flash --self-test --listen PORT")
             }
+            Kind::BrownOut => {
+                outln!(
+                    "written: its start sets the chip's brown-out level to 2.7 V, unless that is set; leave the board its power for some seconds"
+                );
+            }
             _ => outln!("written: picket watch lists the ports"),
         }
     }
@@ -105,7 +116,8 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
 }
 
 fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
-    if options.tracking || options.lines || options.signals || options.self_test {
+    let Options { tracking, lines, signals, self_test, brown_out, .. } = *options;
+    if [tracking, lines, signals, self_test, brown_out].contains(&true) {
         return Err(FlashError::NoSuchImage);
     }
     let image = pico::flash::build(options.usb)?;
@@ -147,7 +159,8 @@ pub enum FlashError {
     Probe(String),
     /// No drive of a Pico is mounted.
     NoDrive(PathBuf),
-    /// The Pico has no image that follows tones, reports several or takes sums and bursts, nor a self-test, the NUCLEO none with USB.
+    /// The Pico has no image that follows tones, reports several, takes sums and bursts or sets a brown-out level, nor a self-test, the
+    /// NUCLEO none with USB.
     NoSuchImage,
     /// The board's port.
     Port(WatchError),
@@ -172,7 +185,7 @@ impl fmt::Display for FlashError {
             FlashError::NoSuchImage => {
                 write!(
                     f,
-                    "this board has no such image: --usb is the Pico's, --tracking, --lines, --signals and --self-test are the NUCLEO's"
+                    "this board has no such image: --usb is the Pico's, --tracking, --lines, --signals, --brown-out and --self-test are the NUCLEO's"
                 )
             }
             FlashError::Port(error) => error.fmt(f),
@@ -241,14 +254,19 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
         Kind::Tracking => board::image(false, Beside::Tracking)?,
         Kind::Lines => board::image(false, Beside::Lines)?,
         Kind::Signals => board::image(false, Beside::Signals)?,
+        Kind::BrownOut => board::image(false, Beside::BrownOut)?,
         Kind::SelfTest => board::self_test()?,
     };
     let bytes = binary(&elf)?;
-    let name = if kind == Kind::SelfTest { "picket-self-test.bin" } else { "picket-nucleo.bin" };
+    let name = match kind {
+        Kind::SelfTest => "picket-self-test.bin",
+        Kind::BrownOut => "picket-brown-out.bin",
+        _ => "picket-nucleo.bin",
+    };
     let binary = firmware_dir().join(name);
     std::fs::write(&binary, &bytes).map_err(io_error(binary.display()))?;
     let budget = match kind {
-        Kind::Usual => BUDGET,
+        Kind::Usual | Kind::BrownOut => BUDGET,
         Kind::Tracking => TRACKING,
         Kind::Lines => LINES,
         Kind::Signals => SIGNALS,

@@ -119,7 +119,7 @@ fn the_self_test_prints_its_list() {
     for (line, wanted) in lines[2..].iter().zip([
         "clock of 180 MHz from the crystal: the probe's 8 MHz are 8.000000 by it, the watchdog's 32 kHz 32.00",
         "clock of 144 MHz from the crystal",
-        "brown-out reset",
+        "option word 0fffaae1: a reset below 2.7 V is set",
         "cycles of a block: transform ",
         "500 kS/s: 8 blocks, 0 lost, 0 faults",
         "10 kS/s: 8 blocks, 0 lost, 0 faults",

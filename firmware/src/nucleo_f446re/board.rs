@@ -34,7 +34,8 @@ impl Board<N, SLOT> for Nucleo {
         if let Drive::Dac { low, .. } = settings.drive {
             chirp::rest(low);
         }
-        start::brown_out_level();
+        #[cfg(feature = "brown-out")]
+        super::brown_out::set();
         start::watchdog();
         let serial = Serial::start(tree.apb1_hz)?;
         Some(Self { tree, serial })

@@ -8,6 +8,8 @@ pub mod words;
 
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 mod board;
+#[cfg(all(target_os = "none", feature = "brown-out"))]
+mod brown_out;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod chirp;
 #[cfg(all(target_os = "none", feature = "nucleo"))]

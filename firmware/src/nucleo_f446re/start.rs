@@ -2,7 +2,7 @@
 
 use super::registers::{clear, enable, flash, gpioa, gpiob, iwdg, put, pwr, rcc, set, tim5, wait};
 use super::words::clock::{Source, Speed, Tree};
-use super::words::guard::{self, FEED, LONGEST_MS, START, UNLOCK, WATCHDOG, brown_out};
+use super::words::guard::{self, FEED, START, UNLOCK, WATCHDOG};
 use super::words::pins::{AHB1, APB1, APB2, PORT_A, PORT_B, Port};
 use crate::instrument::fault;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -175,23 +175,4 @@ pub fn watchdog() {
 /// Feeds the watchdog.
 pub fn feed() {
     put!(iwdg().kr(), FEED);
-}
-
-/// Sets the brown-out level, once in the chip's life.
-pub fn brown_out_level() {
-    const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
-    let flash = flash();
-    let Some(word) = brown_out(flash.optcr().read().bits()) else { return };
-    let idle = || within(LONGEST_MS, || flash.sr().read().bits() & 1 << 16 == 0);
-    if !idle() {
-        return;
-    }
-    KEYS.iter().for_each(|&key| {
-        put!(flash.optkeyr(), key);
-    });
-    put!(flash.optcr(), word);
-    // OPTSTRT 1; BSY 16; OPTLOCK 0 (RM 3.6.2).
-    put!(flash.optcr(), word | 1 << 1);
-    let _ = idle();
-    put!(flash.optcr(), word | 1);
 }

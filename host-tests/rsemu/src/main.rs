@@ -7,6 +7,7 @@
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! hse HZ              the probe's clock; 0 without power: it does not come, and while it runs: it fails (RM 6.2.7)
 //! oscillator 0|1      whether the watchdog's oscillator is at TIM5's input (before `power`)
+//! options WORD        what FLASH_OPTCR holds, 0x0FFFAAE1 otherwise (before `power`); what the program changes stays over `power`
 //! line CHARACTERS     the serial line takes so many a second, 92160 otherwise (before `power`)
 //! power               off and on: flash is kept, memory is lost
 //! run US              lets time pass, in steps of 10: `say HEX` for what the board sends, `reset US CAUSE` for each reset, then `at US`
@@ -49,6 +50,10 @@ const SIZE: usize = 512 << 10;
 /// FLASH_SR and its bit BSY.
 const FLASH_SR: u64 = 0x4002_3C0C;
 const BUSY: u32 = 1 << 16;
+/// FLASH_OPTCR, and its bits OPTLOCK and OPTSTRT.
+const FLASH_OPTCR: u64 = 0x4002_3C14;
+const OPTLOCK: u32 = 1;
+const OPTSTRT: u32 = 1 << 1;
 /// RCC_CR, with RCC_CFGR two words behind, and its bits.
 const RCC_CR: u64 = 0x4002_3800;
 const HSEON: u32 = 1 << 16;
@@ -65,6 +70,8 @@ struct Board {
     erase_ms: u64,
     lsi_hz: u64,
     hse_hz: u64,
+    /// The option word.
+    options: u32,
     /// Characters that the serial line takes in a second.
     line: u64,
     stall: bool,
@@ -106,6 +113,7 @@ impl Board {
                     .to_le_bytes()[3];
             }
         }
+        self.options = self.peek(FLASH_OPTCR)? & !OPTSTRT | OPTLOCK;
         self.machine = None;
         Ok(())
     }
@@ -118,7 +126,7 @@ impl Board {
         let text = text
             .replace("LSI", &self.lsi_hz.to_string())
             .replace("LINE", &self.line.to_string())
-            .replace("OPTR", "0x0FFFAAE1");
+            .replace("OPTR", &format!("{:#x}", self.options));
         let mut registry = catalog::registry()?;
         let mut options = catalog::build_options()?;
         for add in [adc::add, dac::add, bench::add, pulses::add] {
@@ -207,6 +215,7 @@ impl Board {
                 self.hse_hz = hz.parse()?;
                 rsemu::NO_HSE.store(false, SeqCst);
             }
+            ["options", word] => self.options = number(word)? as u32,
             ["line", characters] => self.line = characters.parse()?,
             ["oscillator", on] => OSCILLATOR.store(on == "1", SeqCst),
             ["quantum", us] => self.quantum = us.parse()?,
@@ -297,6 +306,7 @@ fn main() -> Fallible<()> {
         erase_ms: 1_000,
         lsi_hz: 32_000,
         hse_hz: 8_000_000,
+        options: 0x0FFF_AAE1,
         line: 92_160,
         stall: true,
         now: 0,

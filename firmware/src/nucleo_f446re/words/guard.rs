@@ -61,8 +61,8 @@ pub const WATCHDOG: Watchdog = Watchdog::after(4_000);
 const BOR_LEVEL: u32 = 3 << 2;
 
 /// The option word that resets the chip below 2.7 V, where flash can no longer be written by words
-/// (BOR level 3, code 0). `None` if `optcr` already has this level: the option bytes are programmed
-/// once in a chip's life.
+/// (BOR level 3, code 0). `None` if `optcr` already has this level: the image that sets it programs the
+/// option bytes once in a chip's life.
 pub const fn brown_out(optcr: u32) -> Option<u32> {
     // Bits 0 and 1 are OPTLOCK and OPTSTRT: commands, not options.
     if optcr & BOR_LEVEL == 0 { None } else { Some(optcr & !BOR_LEVEL & !3) }
