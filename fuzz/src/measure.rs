@@ -195,6 +195,7 @@ fn number(measurement: &Measurement) {
         measurement: *measurement,
         method: Method::default(),
         health: Health { lost: 0, faults: 0 },
+        basis: None,
     };
     let mut reader = Reader::default();
     let frame = record.to_frame();

@@ -93,7 +93,8 @@ impl<R: Record> Here<R> {
 
     fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
         let measurement = self.pipeline.block(stamp, samples);
-        Telemetry { measurement, method: self.plan.plan.options.method, health }
+        let basis = Some(self.plan.basis(tree().source.clock()));
+        Telemetry { measurement, method: self.plan.plan.options.method, health, basis }
     }
 
     fn stamp(&self, number: u64, gap: bool) -> Stamp {
@@ -264,7 +265,8 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         assert!(board.block(&bytes(&samples)).unwrap());
         let stamp = plan.timing.stamp(number, false);
         let measurement = tracker.block(stamp, &samples);
-        let expected = Telemetry { measurement, method, health: Health::default() };
+        let basis = Some(plan.basis(tree().source.clock()));
+        let expected = Telemetry { measurement, method, health: Health::default(), basis };
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");
         let follow = board.expect(|said| match said {
             Said::Follow(follow) => Some(follow),

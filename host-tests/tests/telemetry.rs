@@ -9,8 +9,9 @@ use picket::solve::doppler::Velocity;
 use picket::tone::frequency::Frequency;
 use picket::tone::{Tone, Verdict, Verdicts};
 use picket_host::device::{Listener, Said};
+use picket_wire::boot::Clock;
 use picket_wire::frame::{self, FrameError, Kind, Reader};
-use picket_wire::telemetry::{Health, Telemetry, TelemetryError};
+use picket_wire::telemetry::{Basis, Health, Telemetry, TelemetryError};
 use picket_wire::{cobs, frame::PAYLOAD};
 use proptest::prelude::*;
 use rand::{Rng, RngExt, SeedableRng};
@@ -83,6 +84,11 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
         },
         method: Method::ALL[rng.random_range(0..Method::ALL.len())],
         health: Health { lost: rng.random(), faults: rng.random() },
+        basis: rng.random::<bool>().then(|| Basis {
+            settings: rng.random(),
+            clock: Clock::from_u8(rng.random_range(0..3)).unwrap(),
+            effort: rng.random_range(0..3),
+        }),
     }
 }
 

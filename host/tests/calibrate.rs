@@ -79,7 +79,7 @@ impl Bench {
             let stamp = Stamp { sequence, clock: 1024 * u64::from(sequence), ..Stamp::default() };
             let measurement = Measurement { stamp, tone, ..Measurement::default() };
             let (method, health) = (Method::LeastSquaresReal, Health::default());
-            bytes.extend(Telemetry { measurement, method, health }.to_frame());
+            bytes.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
         }
         bytes
     }

@@ -7,8 +7,9 @@ use picket::pipeline::Measurement;
 use picket::tone::frequency::Frequency;
 use picket::tone::phasor::Phasor;
 use picket::tone::{Tone, Verdict};
+use picket_wire::boot::Clock;
 use picket_wire::lines::Lines;
-use picket_wire::telemetry::{Health, Telemetry};
+use picket_wire::telemetry::{Basis, Health, Telemetry};
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -64,7 +65,10 @@ fn the_tones_of_a_block_are_shown() {
             });
         let measurement = Measurement { stamp, tone: phasors[0].tone, ..Measurement::default() };
         let (method, health) = (Method::LeastSquaresReal, Health::default());
-        bytes.extend(Telemetry { measurement, method, health }.to_frame());
+        // Earlier programs tell no settings.
+        let basis = Basis { settings: 0x00C0_FFEE, clock: Clock::Internal, effort: 1 };
+        let basis = (sequence > 0).then_some(basis);
+        bytes.extend(Telemetry { measurement, method, health, basis }.to_frame());
         bytes.extend(Lines::of(&stamp, phasors.into_iter().collect()).to_frame());
     }
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("tones.bin");
@@ -83,7 +87,12 @@ fn the_tones_of_a_block_are_shown() {
     assert!(rows[10].contains("0 bad frames"), "{table}");
     let json = watch(&["--jsonl"]);
     let json = json.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
-    let lines: Vec<_> = json.filter(|line| line["line"] == 2).collect();
+    let (lines, rows): (Vec<_>, Vec<_>) = json.partition(|line| !line["line"].is_null());
+    let told =
+        |row: &serde_json::Value| ["settings", "clock", "effort"].map(|key| row[key].clone());
+    assert!(told(&rows[0]).iter().all(serde_json::Value::is_null), "{}", rows[0]);
+    assert_eq!(told(&rows[1]), ["00c0ffee", "internal", "one"].map(serde_json::Value::from));
+    let lines: Vec<_> = lines.into_iter().filter(|line| line["line"] == 2).collect();
     assert_eq!(lines.len(), 3);
     assert_eq!(lines[1]["sequence"], 1);
     assert_eq!(lines[1]["frequency_hz"], 200_500.0);

@@ -21,6 +21,7 @@ use heapless::Vec;
 
 /// The source of the sample clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Clock {
     /// A crystal or an external clock: some ten ppm.
@@ -41,6 +42,15 @@ impl Clock {
             1 => Some(Clock::Internal),
             2 => Some(Clock::Slow),
             _ => None,
+        }
+    }
+
+    /// The source's name in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Clock::External => "external",
+            Clock::Internal => "internal",
+            Clock::Slow => "slow",
         }
     }
 

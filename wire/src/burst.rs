@@ -102,7 +102,7 @@ impl Burst {
         // The cast saturates.
         let stamp = Stamp { sequence: self.number, clock: arrival as u64, ..Stamp::default() };
         let measurement = Measurement { stamp, clipped: 0, tone, result: self.result };
-        Telemetry { measurement, method: Method::LeastSquares, health: self.health }
+        Telemetry { measurement, method: Method::LeastSquares, health: self.health, basis: None }
     }
 
     /// The burst in a frame; `None` for a frame of another kind or version, one that is cut off, or one with an unknown value or one

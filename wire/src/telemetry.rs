@@ -26,10 +26,16 @@
 //! | 72 | the other range of an exchange: i64 |
 //! | 80 | the other velocity of an exchange: i64 |
 //! | 88 | sample rate: f64, Hz |
+//! | 96 | CRC-32 of the settings in use, as the boot record has it: u32 |
+//! | 100 | source of the clock: u8, as the boot record has it |
+//! | 101 | effort of the measurement: u8, its place in `Effort::ALL` |
+//! | 102 | zero: 2 bytes |
 //!
-//! A later layout of the same version may append fields. Readers ignore what follows byte 96.
+//! Layouts of the same version may append fields. Earlier programs end at byte 96, and so does a record that tells nothing of settings and
+//! clock. Readers ignore what follows the bytes that they know.
 
 use super::frame::{self, Frame, Kind};
+use crate::boot::Clock;
 use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
@@ -44,8 +50,23 @@ use picket::tone::{Tone, Verdict, Verdicts};
 /// The version of the layout.
 pub const VERSION: u8 = 2;
 
-/// Length of the telemetry of one block, bytes.
+/// Length of what every record tells, bytes.
 pub const LENGTH: usize = 96;
+
+/// Length of the longest record, bytes.
+pub const LONG: usize = LENGTH + 8;
+
+/// By what a record was measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Basis {
+    /// CRC-32 of the settings in use, as in the boot record.
+    pub settings: u32,
+    /// The source of the sample clock.
+    pub clock: Clock,
+    /// The effort of the measurement: its place in [`Effort::ALL`](picket::Effort::ALL), where the program knows it.
+    pub effort: u8,
+}
 
 /// What the front end lost so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,6 +88,8 @@ pub struct Telemetry {
     pub method: Method,
     /// What was lost so far.
     pub health: Health,
+    /// By what it was measured; earlier programs do not tell.
+    pub basis: Option<Basis>,
 }
 
 /// Why a frame holds no telemetry.
@@ -174,13 +197,26 @@ impl Flat {
     }
 }
 
+impl Basis {
+    /// `None` where it is not told, or the clock is of a kind that is unknown here.
+    fn read(reader: &mut Reader<'_>) -> Option<Self> {
+        let settings = reader.u32()?;
+        let [clock, effort, _, _] = reader.take()?;
+        Some(Self { settings, clock: Clock::from_u8(clock)?, effort })
+    }
+}
+
 impl Telemetry {
     /// The telemetry as bytes.
-    pub fn to_bytes(&self) -> [u8; LENGTH] {
+    pub fn to_bytes(&self) -> Vec<u8, LONG> {
+        // A buffer of this length holds them.
+        Vec::from_slice(self.written(&mut [0; LONG])).unwrap_or_default()
+    }
+
+    fn written<'a>(&self, bytes: &'a mut [u8; LONG]) -> &'a [u8] {
         let Measurement { stamp, clipped, tone, result } = &self.measurement;
         let flat = Flat::of(result);
-        let mut bytes = [0; LENGTH];
-        let mut writer = Writer::new(&mut bytes);
+        let mut writer = Writer::new(bytes);
         let flags = u8::from(stamp.gap) | tone.also.bits() << 1;
         writer.put([VERSION, stamp.segment as u8, flags, tone.verdict as u8]);
         writer.u32(stamp.sequence);
@@ -200,13 +236,17 @@ impl Telemetry {
         writer.i64(flat.other_range);
         writer.i64(flat.other_velocity);
         writer.f64(tone.rate_hz);
-        bytes
+        let Basis { settings, clock, effort } = self.basis.unwrap_or_default();
+        writer.u32(settings);
+        writer.put([clock as u8, effort, 0, 0]);
+        let length = if self.basis.is_some() { LONG } else { LENGTH };
+        bytes.get(..length).unwrap_or_default()
     }
 
     /// The telemetry as a frame, ready to send.
     pub fn to_frame(&self) -> Vec<u8, { frame::WIRE }> {
         // Telemetry is shorter than the largest payload.
-        frame::encode(Kind::Telemetry, &self.to_bytes()).unwrap_or_default()
+        frame::encode(Kind::Telemetry, self.written(&mut [0; LONG])).unwrap_or_default()
     }
 
     /// The telemetry in a frame.
@@ -231,10 +271,11 @@ impl Telemetry {
             Some(&VERSION) => {}
             Some(&version) => return Err(TelemetryError::Version(version)),
         }
-        let Some((body, _)) = bytes.split_first_chunk::<LENGTH>() else {
+        let Some((body, more)) = bytes.split_first_chunk::<LENGTH>() else {
             return Err(TelemetryError::Short);
         };
-        Self::read(&mut Reader(body)).ok_or(TelemetryError::Field)
+        let record = Self::read(&mut Reader(body)).ok_or(TelemetryError::Field)?;
+        Ok(Self { basis: Basis::read(&mut Reader(more)), ..record })
     }
 
     fn read(reader: &mut Reader<'_>) -> Option<Self> {
@@ -275,7 +316,8 @@ impl Telemetry {
             return None;
         }
         let method = Method::from_u8(method)?;
-        Some(Self { measurement: Measurement { stamp, clipped, tone, result }, method, health })
+        let measurement = Measurement { stamp, clipped, tone, result };
+        Some(Self { measurement, method, health, basis: None })
     }
 }
 
@@ -299,7 +341,7 @@ mod tests {
             let result = Outcome::Velocity(velocity);
             let measurement = Measurement { tone, result, ..Measurement::default() };
             let health = Health::default();
-            let record = Telemetry { measurement, method: Method::default(), health };
+            let record = Telemetry { measurement, method: Method::default(), health, basis: None };
             Telemetry::of_bytes(&record.to_bytes())
         };
         assert!(told(tone, velocity).is_ok());
@@ -329,10 +371,25 @@ mod tests {
             ..Target::default()
         };
         let measurement = Measurement { result: Outcome::Target(target), ..Measurement::default() };
-        let record = Telemetry { measurement, method: Method::ZRife, health: Health::default() };
-        // The last field ends the layout.
-        assert_eq!(Telemetry::of_bytes(&record.to_bytes()), Ok(record));
-        const { assert!(LENGTH <= frame::PAYLOAD) };
-        assert!(!record.to_frame().is_empty());
+        let basis = Basis { settings: 0xDEAD_BEEF, clock: Clock::Internal, effort: 2 };
+        let (method, health) = (Method::ZRife, Health::default());
+        for (basis, length) in [(None, LENGTH), (Some(basis), LONG)] {
+            let record = Telemetry { measurement, method, health, basis };
+            // The last field ends the layout.
+            let bytes = record.to_bytes();
+            assert_eq!((Telemetry::of_bytes(&bytes), bytes.len()), (Ok(record), length));
+            assert!(!record.to_frame().is_empty());
+            // Whatever a later layout appends is skipped.
+            let later = [&bytes[..], &[7; 24]].concat();
+            assert!(length == LENGTH || Telemetry::of_bytes(&later) == Ok(record));
+        }
+        const { assert!(LONG <= frame::PAYLOAD) };
+        // What is cut off, and a clock that nobody knows here, are not told; the measurement is.
+        let record = Telemetry { measurement, method, health, basis: Some(basis) };
+        let unknown = Ok(Telemetry { basis: None, ..record });
+        let mut bytes = record.to_bytes();
+        assert_eq!(Telemetry::of_bytes(&bytes[..LONG - 1]), unknown);
+        bytes[100] = 9;
+        assert_eq!(Telemetry::of_bytes(&bytes), unknown);
     }
 }

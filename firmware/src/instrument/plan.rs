@@ -1,5 +1,6 @@
 //! The checks of settings that are the same on every board.
 
+use super::checksum;
 use picket::accumulate::MOST_BLOCKS;
 use picket::acquire::burst::Trigger;
 use picket::acquire::codes::Codes;
@@ -7,8 +8,10 @@ use picket::acquire::frontend::Timing;
 use picket::config::{Config, Scene};
 use picket::plan::EitherPlan;
 use picket::solve::equations::Chirp;
+use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
 use picket_wire::settings_error::SettingsError;
+use picket_wire::telemetry::Basis;
 
 /// Checked settings, and what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +60,12 @@ impl<const N: usize> Plan<N> {
         let report_every = settings.report_every.max(1);
         let settings = Settings { config, report_every, ..*settings };
         Ok(Plan { settings, plan, length, timing })
+    }
+
+    /// By what its blocks are measured, as records tell it.
+    pub fn basis(&self, clock: Clock) -> Basis {
+        let settings = checksum::of_bytes(&self.settings.to_bytes(N));
+        Basis { settings, clock, effort: self.plan.options.effort as u8 }
     }
 
     /// The same for a board that cannot make a chirp, nor follow one.

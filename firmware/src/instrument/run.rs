@@ -5,7 +5,6 @@
 //! the others.
 
 use super::bounds::{Deadline, HEARD, Refusals, Saves, health};
-use super::checksum;
 use super::legacy::{Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, Gathered, IqMeter, LINES, Measurer, Meter, Meters, SIGNALS};
 use super::plan::Plan;
@@ -27,7 +26,7 @@ use picket_wire::settings::{Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
 use picket_wire::sum::Sum;
-use picket_wire::telemetry::{Health, Telemetry};
+use picket_wire::telemetry::{Basis, Health, Telemetry};
 
 /// The line's room with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
 const RECORD: usize = 3 * WIRE;
@@ -42,6 +41,7 @@ pub struct Instrument<
     board: B,
     plan: Plan<N>,
     boot: Boot,
+    basis: Basis,
     reader: Reader,
     refused: u32,
     refusals: Refusals,
@@ -136,7 +136,8 @@ where
                 (plan, words, true)
             }
         };
-        let mut boot = boot_record::<B, N, SLOT>(&board, &plan, causes, last, origin, unfit);
+        let basis = plan.basis(board.clock());
+        let mut boot = boot_record::<B, N, SLOT>(&board, basis, causes, last, origin, unfit);
         // This comes last, so that no block passes before the loop runs.
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
         boot.measuring = blocks.is_some();
@@ -147,6 +148,7 @@ where
             board,
             plan,
             boot,
+            basis,
             reader: Reader::default(),
             refused: 0,
             refusals: Refusals::new(since),
@@ -285,7 +287,8 @@ where
             self.dropped = self.dropped.wrapping_add(1);
             return;
         }
-        self.send(&Telemetry { measurement, method, health }.to_frame());
+        let basis = Some(self.basis);
+        self.send(&Telemetry { measurement, method, health, basis }.to_frame());
         if let Some(sum) = sum {
             self.send(&sum.to_frame());
         }
@@ -468,7 +471,7 @@ fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
 
 fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
     board: &B,
-    plan: &Plan<N>,
+    basis: Basis,
     causes: Causes,
     last: LastEnd,
     origin: Origin,
@@ -476,13 +479,13 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
 ) -> Boot {
     Boot {
         board: const { Name::new(B::NAME) },
-        clock: board.clock(),
+        clock: basis.clock,
         causes,
         measuring: false,
         origin,
         unfit,
         program: B::program(),
-        settings: checksum::of_bytes(&plan.settings.to_bytes(N)),
+        settings: basis.settings,
         n: N as u32,
         core_hz: board.core_hz(),
         last,

@@ -151,7 +151,9 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let frames = segments.map(|(segment, number)| {
         let mut measurement = block(plan.timing.stamp(number, false), &segment[each * guard..]);
         widen(&mut measurement, !settings.uncorrected, settings.iq);
-        Telemetry { measurement, method, health: Health::default() }.to_frame().to_vec()
+        Telemetry { measurement, method, health: Health::default(), basis: None }
+            .to_frame()
+            .to_vec()
     });
     frames.collect()
 }

@@ -360,17 +360,12 @@ impl Calibrated {
 
     /// For programs.
     fn json(&self, clock: Option<Clock>, saved: bool) -> String {
-        let clock = clock.map(|clock| match clock {
-            Clock::External => "external",
-            Clock::Internal => "internal",
-            Clock::Slow => "slow",
-        });
         serde_json::json!({
             "reference_hz": self.reference_hz, "mean_hz": self.mean_hz, "sigma_hz": self.sigma_hz,
             "records": self.records, "left_out": self.left_out, "seconds": self.seconds,
             "scatter": self.scatter, "scatter_agrees": self.agrees,
             "clock_ppm_before": f64::from(self.before_ppm), "clock_ppm": self.after_ppm,
-            "sigma_ppm": self.sigma_ppm, "clock": clock, "saved": saved,
+            "sigma_ppm": self.sigma_ppm, "clock": clock.map(Clock::name), "saved": saved,
         })
         .to_string()
     }

@@ -73,6 +73,7 @@ fn frame(rng: &mut impl Rng) -> Vec<u8> {
                 measurement: Default::default(),
                 method: Default::default(),
                 health: Health { lost: rng.random(), faults: rng.random() },
+                basis: None,
             };
             record.measurement.stamp.clock = rng.random();
             record.measurement.tone.sigma = rng.random();

@@ -173,7 +173,9 @@ impl Life {
         let measurement = self.pipeline.block(stamp, &samples);
         let since = self.expected.since(&self.zero);
         let health = Health { lost: since.lost(), faults: since.faults() };
-        let ours = Telemetry { measurement, method: self.plan.plan.options.method, health };
+        let (method, basis) =
+            (self.plan.plan.options.method, Some(self.plan.basis(Source::Hsi.clock())));
+        let ours = Telemetry { measurement, method, health, basis };
         let theirs = self.board.expect(|said| match said {
             Said::Telemetry(record) => Some(record),
             _ => None,

@@ -3,6 +3,7 @@
 use super::Style;
 use crate::analyze::names;
 use crate::device::Listener;
+use picket::Effort;
 use picket::acquire::burst::Counters;
 use picket::acquire::sample::Segment;
 use picket::pipeline::Outcome;
@@ -15,7 +16,7 @@ use picket_wire::follow::Follow;
 use picket_wire::lines as wire;
 use picket_wire::status::Status;
 use picket_wire::sum::Sum;
-use picket_wire::telemetry::Telemetry;
+use picket_wire::telemetry::{Basis, Telemetry};
 use serde::Serialize;
 
 /// What is read of a tone.
@@ -111,9 +112,29 @@ pub struct Row {
     faults: u32,
     missing: u64,
     bad_frames: u64,
+    /// By what it was measured.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    basis: Option<Told>,
     /// Of a burst.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     transit: Option<Transit>,
+}
+
+/// Settings' checksum, clock and effort, where a board tells them.
+#[derive(Clone, Debug, Serialize)]
+struct Told {
+    settings: String,
+    clock: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    effort: Option<&'static str>,
+}
+
+impl Told {
+    fn of(basis: Basis) -> Self {
+        let Basis { settings, clock, effort } = basis;
+        let effort = Effort::ALL.get(usize::from(effort)).map(|effort| effort.name());
+        Self { settings: format!("{settings:08x}"), clock: clock.name(), effort }
+    }
 }
 
 /// What only a burst has.
@@ -179,6 +200,7 @@ impl Row {
             faults: record.health.faults,
             missing: listener.missing,
             bad_frames: listener.bad,
+            basis: record.basis.map(Told::of),
             transit: None,
         };
         match &measurement.result {
