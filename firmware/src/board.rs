@@ -50,7 +50,7 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// Corrects the samples of a block in place, before it is measured, where the converter needs it.
     fn correct(&self, _: &mut Slot<WORDS>) {}
 
-    /// Widens a measurement's sigma by what the converter adds to its error.
+    /// Widens a measurement's sigma by what converter and clock add to its error.
     fn widen(&self, _: &mut Measurement) {}
 
     /// The front end's counters so far.

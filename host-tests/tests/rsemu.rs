@@ -168,17 +168,35 @@ fn a_source_may_pause_as_long_as_it_likes() {
 /// The crystal's clock fails while the board measures: it goes on by its own, and tells.
 #[test]
 fn it_outlives_its_crystal() {
-    let Some((mut board, _)) = Emulated::start(&tone(500e3)) else { return };
-    board.run(5_000);
+    let Some(mut board) = Emulated::plug() else { return };
+    let codes: Vec<u8> = streams::table(900.0).into_iter().flat_map(u16::to_le_bytes).collect();
+    board.order(&format!("input 0 table {}", board::file(&codes).display()));
+    let mut sectors = Sectors::new();
+    sectors.save(&tone(500e3));
+    board.load(&sectors);
+    let (mut board, _) = board.power();
+    // The share of the frequency that sigma is.
+    let share = |board: &mut Emulated| {
+        board.telemetry();
+        board.run(20_000);
+        let records = board.telemetry();
+        let record = records.last().unwrap();
+        let (tone, basis) = (record.measurement.tone, record.basis.unwrap());
+        assert_eq!(tone.verdict.name(), "good", "{tone:?}");
+        (f64::from(tone.sigma) / tone.frequency.cycles(), basis)
+    };
+    let (exact, basis) = share(&mut board);
+    assert!(exact < 1e-4 && basis.clock == Clock::External, "{exact} {basis:?}");
     board.order("hse 0");
     let boot = board.boot();
     assert_eq!((boot.clock, boot.core_hz, boot.measuring), (Clock::Internal, 180_000_000, true));
     assert_eq!((boot.causes.message(), boot.last.kind), ("software", 3));
     // Settings that were not saved are those that were: the end was no order.
     assert!(boot.origin == Origin::Flash && !boot.unfit, "{boot:?}");
-    board.telemetry();
-    board.run(20_000);
-    assert!(!board.telemetry().is_empty());
+    // The internal oscillator's 1 %, evenly spread.
+    let (wide, basis) = share(&mut board);
+    assert!((wide * 3f64.sqrt() - 0.01).abs() < 1e-5, "{wide}");
+    assert_eq!((basis.clock, basis.settings), (Clock::Internal, boot.settings));
     assert_eq!(board.resets.len(), 1);
     board.assert_rules();
 }

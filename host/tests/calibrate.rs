@@ -258,6 +258,9 @@ fn an_internal_oscillator_is_told() {
     let output = calibrate("internal.bin", &bytes, &["--reference", "50k"]);
     assert!(output.status.success());
     assert!(text(&output.stderr).contains("changes with temperature"), "{}", text(&output.stderr));
+    // Its records' sigma covers the oscillator: the scatter tells that of the mean.
+    assert!(text(&output.stdout).contains("± 0.5"), "{}", text(&output.stdout));
+    assert!(!text(&output.stdout).contains("scatter"), "{}", text(&output.stdout));
 }
 
 /// A board that takes settings by a restart. It tells each order, and ends with its port.

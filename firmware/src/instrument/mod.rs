@@ -4,6 +4,7 @@
 pub mod adf4159;
 pub mod bounds;
 pub mod checksum;
+pub mod clock;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fault;
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -220,8 +220,9 @@ where
         let guard = self.plan.settings.guard;
         let before = self.board.ticks();
         self.board.correct(&mut block.slot);
-        let mut measurement = self.measurer.block(&mut block, guard);
+        let measured = self.measurer.block(&mut block, guard);
         let gathered = self.measurer.gathered();
+        let mut measurement = measured;
         self.board.widen(&mut measurement);
         self.longest = self.longest.max(self.board.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
@@ -247,7 +248,7 @@ where
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            self.report(measurement, health, before, captured, sum);
+            self.report(&measured, measurement, health, before, captured, sum);
         }
         true
     }
@@ -266,9 +267,10 @@ where
         }
     }
 
-    /// Reports a block whose measurement began at a tick.
+    /// Reports a block whose measurement began at a tick: what was measured, and what is told of it.
     fn report(
         &mut self,
+        measured: &Measurement,
         measurement: Measurement,
         health: Health,
         began: u32,
@@ -277,8 +279,8 @@ where
     ) {
         let method = self.plan.plan.options.method;
         let stamp = measurement.stamp;
-        let lines = self.measurer.lines(&measurement, self.plan.settings.further());
-        let fundamental = self.measurer.fundamental(&measurement, self.plan.settings.order());
+        let lines = self.measurer.lines(measured, self.plan.settings.further());
+        let fundamental = self.measurer.fundamental(measured, self.plan.settings.order());
         if LINES {
             self.longest = self.longest.max(self.board.ticks().wrapping_sub(began));
         }

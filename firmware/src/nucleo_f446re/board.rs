@@ -6,9 +6,11 @@ use super::words::Words;
 use super::words::clock::{Speed, Tree};
 use super::{N, SLOT, chirp, converter, start};
 use crate::board::Board;
+use crate::instrument::clock;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::frontend::{Blocks, Counters};
+use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::SettingsError;
@@ -48,6 +50,13 @@ impl Board<N, SLOT> for Nucleo {
 
     fn sample(&mut self, plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot<SLOT>>> {
         converter::start(plan, words, &self.tree)
+    }
+
+    fn widen(&self, measurement: &mut Measurement) {
+        // What is played is exact, whatever the clock.
+        if !cfg!(feature = "played") {
+            clock::widen(self.clock(), measurement);
+        }
     }
 
     fn counters(&self) -> Counters {

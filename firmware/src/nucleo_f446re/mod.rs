@@ -2,7 +2,7 @@
 //!
 //! With the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor
 //! DMA. Their registers are then a piece of memory ([`PLAYED`]), in which the host plays them.
-//! Nothing else differs.
+//! What it plays is exact, so sigma does not cover QEMU's fallback clock. Nothing else differs.
 
 pub mod words;
 

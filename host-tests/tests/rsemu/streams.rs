@@ -13,7 +13,7 @@ use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::Settings;
 
 /// Codes of a converter: a tone over a table whose length has no factor in common with a block's.
-fn table(amplitude: f64) -> Vec<u16> {
+pub fn table(amplitude: f64) -> Vec<u16> {
     let length = 8191;
     let code = |n: usize| {
         let angle = std::f64::consts::TAU * 1013.0 * n as f64 / length as f64;

@@ -270,12 +270,8 @@ impl Calibrated {
         let reach = |sigma: f64| REACH * reference_hz + 5.0 * sigma;
         let near = |&&(hertz, sigma): &&(f64, f64)| (hertz - reference_hz).abs() <= reach(sigma);
         let used: Vec<(f64, f64)> = readings.iter().filter(near).copied().collect();
-        let off = |hertz: f64, after_ppm: f64| CalibrateError::Off {
-            hertz,
-            reference_hz,
-            ppm: after_ppm,
-            internal: clock.is_some_and(|clock| clock != Clock::External),
-        };
+        let internal = clock.is_some_and(|clock| clock != Clock::External);
+        let off = |hertz, ppm| CalibrateError::Off { hertz, reference_hz, ppm, internal };
         let pace = settings.calibration.true_hz(1.0);
         // The clock's error with which the board would read the reference.
         let ppm_of = |hertz: f64| (pace * reference_hz / hertz - 1.0) * 1e6;
@@ -301,9 +297,11 @@ impl Calibrated {
         let deviations =
             scatter.map_or(0.0, |scatter| (scatter.powf(2.0 / 3.0) - 1.0 + part) / part.sqrt());
         let right = scatter.is_none_or(|scatter| (1.0 / FACTOR..=FACTOR).contains(&scatter));
-        let agrees = right || deviations.abs() <= DEVIATIONS;
+        // A sigma that covers an internal oscillator says nothing of the scatter, which alone tells the mean's sigma.
+        let agrees = internal || right || deviations.abs() <= DEVIATIONS;
         // Where the records scatter more, so does their mean.
-        let wider = if agrees { 1.0 } else { scatter.unwrap_or(1.0).max(1.0) };
+        let least = if agrees { 1.0 } else { scatter.unwrap_or(1.0).max(1.0) };
+        let wider = if internal { scatter.unwrap_or(1.0) } else { least };
         let sigma_hz = wider / weights.sqrt();
         let after_ppm = ppm_of(mean_hz);
         if after_ppm.abs() > f64::from(Calibration::MOST_PPM) {
@@ -316,7 +314,7 @@ impl Calibrated {
             records: used.len(),
             left_out: tones.len() - used.len(),
             seconds,
-            scatter,
+            scatter: scatter.filter(|_| !internal),
             agrees,
             before_ppm: settings.calibration.clock_ppm,
             after_ppm,

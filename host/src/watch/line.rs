@@ -10,7 +10,7 @@ use picket::pipeline::Outcome;
 use picket::solve::chirp::Ambiguity;
 use picket::tone::phasor::Phasor;
 use picket::tone::{Tone, Verdict};
-use picket_wire::boot::Boot;
+use picket_wire::boot::{Boot, Clock};
 use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
 use picket_wire::lines as wire;
@@ -443,8 +443,12 @@ pub fn boot(boot: &Boot) -> String {
         4 => format!(", after a panic in line {} of a crate for USB", boot.last.more[0]),
         other => format!(", after an end of kind {other}"),
     };
+    let covered = match boot.clock {
+        Clock::External => "",
+        _ => "; sigma covers that clock",
+    };
     format!(
-        "started by {}{last}: program {:08x}, {} MHz from {}, blocks of {}, {settings}, {}",
+        "started by {}{last}: program {:08x}, {} MHz from {}, blocks of {}, {settings}, {}{covered}",
         boot.causes.message(),
         boot.program,
         f64::from(boot.core_hz) / 1e6,
