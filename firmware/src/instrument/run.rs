@@ -41,7 +41,6 @@ pub struct Instrument<
     board: B,
     plan: Plan<N>,
     boot: Boot,
-    basis: Basis,
     reader: Reader,
     refused: u32,
     refusals: Refusals,
@@ -148,7 +147,6 @@ where
             board,
             plan,
             boot,
-            basis,
             reader: Reader::default(),
             refused: 0,
             refusals: Refusals::new(since),
@@ -289,7 +287,9 @@ where
             self.dropped = self.dropped.wrapping_add(1);
             return;
         }
-        let basis = Some(self.basis);
+        let (settings, clock) = (self.boot.settings, self.boot.clock);
+        let effort = self.plan.plan.options.effort as u8;
+        let basis = Some(Basis { settings, clock, effort });
         self.send(&Telemetry { measurement, method, health, basis }.to_frame());
         if let Some(sum) = sum {
             self.send(&sum.to_frame());
