@@ -132,6 +132,7 @@ fn boot_status_and_samples_come_back_as_they_were() {
             origin: [Origin::Host, Origin::Flash, Origin::Default, Origin::Unreadable]
                 [rng.random_range(0..4)],
             unfit: rng.random(),
+            halted: rng.random(),
             program: rng.random(),
             settings: rng.random(),
             n: rng.random(),

@@ -149,6 +149,32 @@ fn the_watchdog_bites_when_what_is_due_stays_away() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Three bites in a row, each within a minute: the board starts stopped, tells so, and an order starts it.
+#[test]
+fn a_crash_loop_ends_stopped() {
+    let Some((mut board, boot)) = Emulated::start(&tone(500e3)) else { return };
+    assert!(boot.measuring && !boot.halted, "{boot:?}");
+    let crash = |board: &mut Emulated| {
+        let bites = board.resets.len();
+        Dead::Timer.happen(board);
+        while board.resets.len() == bites {
+            board.run(100_000);
+            assert!(board.now < 60_000_000, "no bite");
+        }
+        board.boot()
+    };
+    for number in 1..=3 {
+        let boot = crash(&mut board);
+        assert_eq!((boot.causes.message(), boot.origin), ("watchdog", Origin::Flash));
+        assert_eq!((boot.measuring, boot.halted), (number < 3, number == 3), "{boot:?}");
+    }
+    board.request(Command::Start).unwrap();
+    let boot = board.boot();
+    assert!(boot.measuring && !boot.halted, "{boot:?}");
+    let boot = crash(&mut board);
+    assert!(boot.measuring && !boot.halted, "{boot:?}");
+}
+
 /// A source that sends a chirp now and then, and ends: no bite.
 #[test]
 fn a_source_may_pause_as_long_as_it_likes() {

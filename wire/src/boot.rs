@@ -5,12 +5,12 @@
 //! | 0 | version of this layout: u8 |
 //! | 1 | source of the clock: u8, 0 external, 1 internal, 2 internal and slow |
 //! | 2 | reset causes: u8, bit 0 power or brown-out, 1 pin, 2 software, 3 watchdog, 4 other |
-//! | 3 | flags: u8, bit 0 measuring, 1 settings from flash, 2 these settings do not work here, 3 the settings in flash cannot be read, 4 none are in flash |
+//! | 3 | flags: u8, bit 0 measuring, 1 settings from flash, 2 these settings do not work here, 3 the settings in flash cannot be read, 4 none are in flash, 5 stopped after three crashes in a row |
 //! | 4 | CRC-32 of the program: u32 |
 //! | 8 | CRC-32 of the settings in use: u32 |
 //! | 12 | samples in a block: u32 |
 //! | 16 | core's clock: u32, Hz |
-//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed |
+//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed, 4 panic |
 //! | 24 | program counter at that end: u32 |
 //! | 28 | two further words about that end: 2 u32 |
 //! | 36 | the board's name: 16 bytes of ASCII, zeros behind it |
@@ -183,6 +183,9 @@ pub struct Boot {
     pub measuring: bool,
     /// Where its settings come from.
     pub origin: Origin,
+    /// Whether it waits stopped because it has ended abnormally three times in a row, each time within a minute. An order that starts it,
+    /// or power-on, ends that.
+    pub halted: bool,
     /// Whether those settings do not work here, so that it waits with the default ones.
     pub unfit: bool,
     /// CRC-32 of the program in flash.
@@ -205,7 +208,9 @@ impl Boot {
 
     /// The record as bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
-        let flags = u8::from(self.measuring) | self.origin.flags() | u8::from(self.unfit) << 2;
+        let flags =
+            u8::from(self.measuring) | u8::from(self.unfit) << 2 | u8::from(self.halted) << 5;
+        let flags = flags | self.origin.flags();
         let LastEnd { kind, pc, more: [a, b] } = self.last;
         let words = [self.program, self.settings, self.n, self.core_hz, kind, pc, a, b];
         let mut bytes = [0; Self::BYTES];
@@ -238,6 +243,7 @@ impl Boot {
             measuring: flags & 1 != 0,
             origin: Origin::of_flags(flags),
             unfit: flags & 4 != 0,
+            halted: flags & 32 != 0,
             program,
             settings,
             n,

@@ -1,9 +1,10 @@
 //! What survives a reset: how the last program ended, and the settings for the next one.
 
 use super::checksum;
+use super::crashes::Crashes;
 use super::retained::Retained;
 use cortex_m::peripheral::SCB;
-use picket_wire::boot::LastEnd;
+use picket_wire::boot::{Causes, LastEnd};
 use picket_wire::settings::Settings;
 
 /// Length of the settings, words.
@@ -26,6 +27,25 @@ const LENGTH: usize = 1 + 4 + 1 + 1 + WORDS + 1;
 
 #[unsafe(link_section = ".uninit.retained")]
 static RETAINED: Retained<LENGTH> = Retained::new();
+
+/// The word of [`Crashes`].
+#[unsafe(link_section = ".uninit.crashes")]
+static CRASHES: Retained<1> = Retained::new();
+
+/// Counts how the last program ended, for this start.
+pub fn count(causes: Causes, last: &LastEnd) -> Crashes {
+    let [word] = CRASHES.words();
+    let crashes = Crashes::at_start(word, causes, last);
+    CRASHES.keep(&[crashes.word()]);
+    crashes
+}
+
+/// Takes into account that this program runs since so many seconds.
+pub fn lives(crashes: Crashes, seconds: u32) {
+    if let Some(word) = crashes.settles(seconds) {
+        CRASHES.keep(&[word]);
+    }
+}
 
 /// Settings for blocks of `n` samples as words. Those beyond shorter settings are 0.
 pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {

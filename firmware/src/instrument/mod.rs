@@ -5,6 +5,7 @@ pub mod adf4159;
 pub mod bounds;
 pub mod checksum;
 pub mod clock;
+pub mod crashes;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fault;
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -5,7 +5,8 @@
 //! the others.
 
 use super::bounds::{Deadline, HEARD, Refusals, Saves, health};
-use super::legacy::{Legacy, WORDS, words};
+use super::crashes::Crashes;
+use super::legacy::{self, Legacy, WORDS, words};
 use super::measurer::{FOLLOWS, Gathered, IqMeter, LINES, Measurer, Meter, Meters, SIGNALS};
 use super::plan::Plan;
 use super::stack::Stack;
@@ -58,6 +59,9 @@ pub struct Instrument<
     /// The ticks at the last status, and the ticks asleep since.
     since: u32,
     asleep: u32,
+    crashes: Crashes,
+    /// Seconds since the start.
+    seconds: u32,
     /// The longest measurement since the last status, ticks.
     longest: u32,
     stack: Stack,
@@ -113,6 +117,7 @@ where
     pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
         let Legacy { last, settings: left, saves } = Legacy::take();
         let causes = B::causes();
+        let crashes = legacy::count(causes, &last);
         let reads = |words: &[u32; WORDS]| of_words::<N>(words).is_some();
         let kept = storage::latest(&B::Storage::default(), reads);
         let (words, origin) = match (left.filter(reads), kept) {
@@ -123,7 +128,7 @@ where
         };
         let mut wanted = words.and_then(|words| of_words::<N>(&words)).unwrap_or_default();
         // It waits for a host: to measure by other settings than the saved ones would be silently wrong.
-        wanted.start &= origin != Origin::Unreadable;
+        wanted.start &= origin != Origin::Unreadable && !crashes.halts();
         let mut board = B::start(&wanted)?;
         // If the clock is slower than wanted, correct settings may fail: the board then waits for
         // others.
@@ -139,7 +144,7 @@ where
         let mut boot = boot_record::<B, N, SLOT>(&board, basis, causes, last, origin, unfit);
         // This comes last, so that no block passes before the loop runs.
         let blocks = if plan.settings.start { board.sample(&plan, &words) } else { None };
-        boot.measuring = blocks.is_some();
+        (boot.measuring, boot.halted) = (blocks.is_some(), crashes.halts());
         let since = board.ticks();
         let ticks_hz = board.ticks_hz();
         let block = block_ticks(&plan, ticks_hz);
@@ -160,6 +165,8 @@ where
             zero: Counters::default(),
             since,
             asleep: 0,
+            crashes,
+            seconds: 0,
             longest: 0,
             stack: Stack::unknown(),
             block,
@@ -184,6 +191,8 @@ where
             }
             if self.board.ticks().wrapping_sub(self.since) > self.board.ticks_hz() {
                 self.saves.second();
+                self.seconds = self.seconds.saturating_add(1);
+                legacy::lives(self.crashes, self.seconds);
                 self.send_status();
             }
             if !measured {
@@ -484,6 +493,7 @@ fn boot_record<B: Board<N, SLOT>, const N: usize, const SLOT: usize>(
         clock: basis.clock,
         causes,
         measuring: false,
+        halted: false,
         origin,
         unfit,
         program: B::program(),

@@ -454,7 +454,12 @@ pub fn boot(boot: &Boot) -> String {
         f64::from(boot.core_hz) / 1e6,
         boot.clock.message(),
         boot.n,
-        if boot.measuring { "measuring" } else { "stopped" },
+        match (boot.halted, boot.measuring) {
+            (true, _) =>
+                "stopped after three crashes within a minute each: picket watch PORT --start starts it",
+            (_, true) => "measuring",
+            _ => "stopped",
+        },
     )
 }
 
