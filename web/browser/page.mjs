@@ -155,6 +155,24 @@ async function bursts() {
   await context.close();
 }
 
+/** A tone 20 dB below the noise of a sample: a block alone, and the sum of a hundred. */
+async function sums() {
+  const { page, errors, context } = await open(browser);
+  await page.selectOption("#scene", "tone");
+  await slide(page, "snr_db", -20);
+  const alone = await until(page, ({ word }) => word === "weak" || word === "no-signal");
+  await page.selectOption("#sum", "100");
+  const sum = await until(page, ({ word }) => word === "good");
+  const found = await hindrances(page, "sums");
+  await page.click("#verdict");
+  const { notice } = await until(page, (said) => said.notice);
+  // No chirp is added up: that is told, and nothing else is measured.
+  await page.selectOption("#scene", "chirp");
+  const chirp = await until(page, (said) => said.notice.startsWith("This cannot work"));
+  tell("sums", { errors, alone, sum, found, told: notice, chirp });
+  await context.close();
+}
+
 /** The sheet of rates and lengths, as it answers several questions. */
 async function design() {
   const { page, errors, context } = await open(browser);
@@ -505,5 +523,5 @@ async function microphone() {
 await scenes();
 await Promise.all([hands(), files(), hasty(), several(), board("session.bin"), board("stranger.bin"), microphone()]);
 await Promise.all([access(), explained(), strange(), choices()]);
-await Promise.all([bursts(), design()]);
+await Promise.all([bursts(), design(), sums()]);
 await browser.close();

@@ -90,6 +90,8 @@ const CODES = [["12", "12 bits, signed"], ["-12", "12 bits, from 0"], ["14", "14
 const MIXINGS = [["0", "tx-conj-rx"], ["1", "rx-conj-tx"]];
 const MIXING = "Which signal an I/Q receiver conjugates. To check it, move a hand towards the antenna: the velocity must be positive, else choose the other one.";
 
+const SUMS = [["1", "each block"], ["10", "10 blocks"], ["100", "100 blocks"]];
+
 const TONES = [["1", "the strongest"], ["2", "up to two, with phase"], ["4", "up to four, with phase"]];
 
 /** The form of the instrument: `values` are its settings by the library's names. */
@@ -117,6 +119,7 @@ export function instrumentForm(form, source, values, changed) {
     source === "scene" ? make("p", { className: "quiet", id: "mixing-hint", textContent: MIXING }) : "",
     field("band_low_hz", "Band, Hz", make("div", { className: "pair" }, number("band_low_hz", { placeholder: "from" }), "\u2013",
       number("band_high_hz", { placeholder: "to", ariaLabel: "Band, Hz, upper end" }))),
+    field("sum", "Answer of", select("sum", SUMS)),
     field("tones-most", "Tones", select("tones", TONES, "tones-most")),
     source === "file" ? field("channel", "Channel", make("div", { className: "pair" }, number("channel", { min: 1, step: 1, placeholder: "the only one" }), "Q",
       number("channel_q", { min: 1, step: 1, placeholder: "none", ariaLabel: "Channel of Q" }))) : "",

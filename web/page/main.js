@@ -18,9 +18,9 @@ const page = {
   core: null, source: null, turn: 0, name: "scene", paused: false, scene: SCENES[0], rows: [], kind: 2,
   counts: {}, spoken: 0, spokenWord: "", pictured: null, poured: 0, reference: 0, last: 0, shown: 0, times: [], drawn: -1,
   values: {
-    scene: { n: 1024, bits: 12, iq: 1, mixing: 0, tones: 1, band_low_hz: 0, band_high_hz: 0 },
-    file: { n: 1024, bits: 16, iq: 0, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1, channel: 0, channel_q: 0 },
-    microphone: { n: 4096, bits: 16, iq: 0, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
+    scene: { n: 1024, bits: 12, iq: 1, mixing: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0 },
+    file: { n: 1024, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 0, band_high_hz: 0, file_rate_hz: 0, scale: 1, channel: 0, channel_q: 0 },
+    microphone: { n: 4096, bits: 16, iq: 0, sum: 1, tones: 1, band_low_hz: 40, band_high_hz: 6000 },
     board: { n: 1024, bits: -12, iq: 0, band_low_hz: 0, band_high_hz: 0 },
   },
 };
@@ -129,6 +129,9 @@ function simulate(scene) {
   else finder().then((found) => { if (found && !late()) page.source = new Particles(page.core, found, page.flow); });
 }
 
+/** Whether an answer is of more than one block. */
+const summed = () => page.values[page.name]?.sum > 1;
+
 /** Whether the scene is one of bursts. */
 const bursts = () => page.name === "scene" && page.scene.kind === 3;
 
@@ -199,6 +202,7 @@ const SEGMENTS = ["", ", rising ramp", ", flat segment", ", falling ramp"];
 async function explain() {
   if (!$("why").hidden) return unexplain();
   if (bursts()) return notice("A burst is judged as a whole: its validation stands below the answer. Choose another scene for the tests behind a verdict.");
+  if (summed()) return notice("A sum is judged as a whole: by how seldom noise alone has such a line. Let each block have its answer for the tests behind a verdict.");
   const turn = page.turn;
   const held = page.paused;
   pause(true);
@@ -237,7 +241,7 @@ function unexplain() {
 function tonesNow() {
   if (page.name === "board") return page.core.told();
   const most = page.values[page.name].tones;
-  return page.finder && most > 1 ? page.finder.find(page.core.shown(), most) : [];
+  return page.finder && most > 1 && !summed() ? page.finder.find(page.core.shown(), most) : [];
 }
 
 /** The tones as a table. */

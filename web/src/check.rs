@@ -35,7 +35,9 @@ fn measure<R: Record>(fixed: bool, n: usize, blocks: u32, random: &mut Random, s
     for sequence in 0..blocks {
         fill::<R>(&mut samples, codes, random);
         let parts: Vec<[i16; 2]> = samples.iter().map(|&sample| R::parts(sample)).collect();
-        let tone = station.block(Stamp { sequence, ..Stamp::default() }, &parts).tone;
+        let stamp = Stamp { sequence, ..Stamp::default() };
+        let Some(measurement) = station.block(stamp, &parts) else { continue };
+        let tone = measurement.tone;
         seen.blocks += 1;
         seen.good += u32::from(tone.verdict == picket::Verdict::Good);
         let [sigma, snr, amplitude] = [tone.sigma, tone.snr, tone.amplitude].map(f32::to_bits);

@@ -40,25 +40,28 @@ impl File {
         }
         (settings.rate_hz, settings.iq) = (recording.rate_hz(), recording.iq());
         settings.kind = Kind::Tone;
-        let station = station::station(settings).map_err(|error| error.to_string())?;
+        let station = station::station(settings)?;
         let blocks = recording.blocks(settings.n, settings.n, 0);
         Ok(File { blocks, settings: *settings, station, number: 0 })
     }
 
-    /// The answer to the next block; `None` at the end.
+    /// The answer to the next block or sum; `None` at the end.
     ///
     /// # Errors
     /// The recording is damaged from here on, or its samples do not fit the codes.
     pub fn next_block(&mut self) -> Result<Option<Answer>, String> {
         let name = self.blocks.recording().path().display().to_string();
-        let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
-        let Some((start, samples)) = block else { return Ok(None) };
-        fits(samples, &self.settings)?;
-        let codes: Vec<[i16; 2]> = samples.iter().map(Sample::code).collect();
-        let stamp = Stamp { sequence: self.number, clock: start, ..Stamp::default() };
-        self.number = self.number.wrapping_add(1);
-        let measurement = self.station.block(stamp, &codes);
-        Ok(Some(station::answer(&measurement, self.station.terms())))
+        loop {
+            let block = self.blocks.next_block().map_err(|error| sentence(&name, &error))?;
+            let Some((start, samples)) = block else { return Ok(None) };
+            fits(samples, &self.settings)?;
+            let codes: Vec<[i16; 2]> = samples.iter().map(Sample::code).collect();
+            let stamp = Stamp { sequence: self.number, clock: start, ..Stamp::default() };
+            self.number = self.number.wrapping_add(1);
+            if let Some(measurement) = self.station.block(stamp, &codes) {
+                return Ok(Some(station::answer(&measurement, self.station.terms())));
+            }
+        }
     }
 }
 

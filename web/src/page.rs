@@ -94,7 +94,7 @@ impl Page {
         let started = station::station(&self.settings).map(|station| {
             self.source = Source::Station(station);
         });
-        self.said(started.map_err(|error| format!("This cannot work: {error}.")))
+        self.said(started.map_err(|sentence| format!("This cannot work: {sentence}.")))
     }
 
     pub(crate) fn simulate(&mut self, blocks: u32) {
@@ -102,7 +102,7 @@ impl Page {
         let Source::Station(station) = &mut self.source else { return };
         for _ in 0..blocks {
             let (stamp, samples, truth) = self.scene.block(&self.settings);
-            let measurement = station.block(stamp, &samples);
+            let Some(measurement) = station.block(stamp, &samples) else { continue };
             let row = Answer {
                 truth_hz: truth.hertz,
                 truth_m: truth.range_m,
@@ -128,7 +128,7 @@ impl Page {
             let clock = u64::from(self.blocks) * n as u64;
             let stamp = Stamp { sequence: self.blocks, clock, ..Stamp::default() };
             self.blocks = self.blocks.wrapping_add(1);
-            let measurement = station.block(stamp, samples);
+            let Some(measurement) = station.block(stamp, samples) else { continue };
             station::answer(&measurement, station.terms()).put(&mut self.numbers);
         }
     }

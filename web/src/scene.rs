@@ -265,7 +265,7 @@ mod tests {
         let mut errors = [const { Vec::new() }; 3];
         for _ in 0..blocks {
             let (stamp, samples, truth) = scene.block(settings);
-            let measurement = station.block(stamp, &samples);
+            let measurement = station.block(stamp, &samples).unwrap();
             let tone = measurement.tone;
             let Truth { hertz, velocity_mps, range_m } = truth;
             // The flat segment's beat passes 0 Hz where the target turns.

@@ -40,6 +40,8 @@ pub struct Settings {
     pub mixing: Option<Mixing>,
     /// The most tones followed.
     pub most: u8,
+    /// Blocks that are added without their phases for an answer; 1 where each block has its own.
+    pub sum: u32,
     /// Codes per unit of a file.
     pub scale: f64,
     /// The rate, Hz, of a file that does not know its own; 0 where nothing is said.
@@ -61,6 +63,7 @@ impl Default for Settings {
             bandwidth_hz: 200e6,
             mixing: None,
             most: 4,
+            sum: 1,
             scale: 1.0,
             file_rate_hz: 0.0,
             channel: (0, 0),
@@ -86,6 +89,7 @@ impl Settings {
                 self.mixing = mixing;
             }
             "most" => self.most = value as u8,
+            "sum" => self.sum = value.max(1.0) as u32,
             "scale" => self.scale = value,
             "file_rate_hz" => self.file_rate_hz = value,
             "channel" => self.channel.0 = value as usize,

@@ -61,7 +61,7 @@ mod tests {
     /// A start after this end, and a run of so many seconds: whether it was halted, and the word then.
     fn lived(word: u32, (causes, kind): (Causes, u32), seconds: u32) -> (bool, u32) {
         let crashes = Crashes::at_start(word, causes, &LastEnd { kind, ..LastEnd::default() });
-        let settled = (1..=seconds).filter_map(|second| crashes.settles(second)).last();
+        let settled = (1..=seconds).filter_map(|second| crashes.settles(second)).next_back();
         (crashes.halts(), settled.unwrap_or(crashes.word()))
     }
 

@@ -215,6 +215,19 @@ fn bursts(said: &Value) {
     assert!(far <= 1, "{errors:?}");
 }
 
+/// A tone that no block shows is that of a hundred, right within its sigma; chirps are refused with the reason.
+fn sums(said: &Value) {
+    nothing_hinders(said);
+    let usable = |word: &str| word == "good";
+    assert!(!usable(word(&said["alone"], "word")), "{said}");
+    assert_eq!(word(&said["sum"], "word"), "good", "{said}");
+    let errors = errors(&Value::Array(vec![said["sum"].clone()]), "Frequency", "Hz");
+    println!("sums: {errors:.2?} sigmas off");
+    assert!(errors.len() == 1 && errors[0].abs() < 5.0, "{errors:?} {said}");
+    assert!(word(said, "told").contains("judged as a whole"), "{said}");
+    assert!(word(&said["chirp"], "notice").contains("sums are of a tone"), "{said}");
+}
+
 /// The sheet of rates and lengths: each answer is the library's on this machine, to the digits shown.
 fn design(said: &Value) {
     nothing_hinders(said);
@@ -532,6 +545,7 @@ fn the_page_in_a_browser() {
             "hands" => hands(&said),
             "access" => access(&said),
             "bursts" => bursts(&said),
+            "sums" => sums(&said),
             "design" => design(&said),
             "explained" => explained(&said, &folder),
             "strange" => strange(&said),
@@ -566,7 +580,8 @@ fn the_page_in_a_browser() {
             "microphone",
             "scenes",
             "several",
-            "strange"
+            "strange",
+            "sums"
         ]
     );
 }
