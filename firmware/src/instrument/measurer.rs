@@ -36,6 +36,7 @@ pub const SIGNALS: bool = cfg!(image = "signals");
 // The first case is zeros, so that a meter in static memory is.
 #[derive(Clone, Debug)]
 #[repr(u8)]
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 pub enum Gathered {
     /// Its own measurement.
     Block,
