@@ -11,6 +11,7 @@ use picket_host::device::{Listener, Said};
 use picket_host::pico;
 use picket_host::pico::bench::Pico;
 use picket_host::pico::converter::Converter;
+use picket_wire::boot::Clock;
 use picket_wire::command::Command;
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
@@ -151,9 +152,14 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let frames = segments.map(|(segment, number)| {
         let mut measurement = block(plan.timing.stamp(number, false), &segment[each * guard..]);
         widen(&mut measurement, !settings.uncorrected, settings.iq);
-        Telemetry { measurement, method, health: Health::default(), basis: None }
-            .to_frame()
-            .to_vec()
+        Telemetry {
+            measurement,
+            method,
+            health: Health::default(),
+            basis: Some(plan.basis(Clock::External)),
+        }
+        .to_frame()
+        .to_vec()
     });
     frames.collect()
 }
