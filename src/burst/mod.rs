@@ -113,6 +113,13 @@ pub struct Burst {
     pub validation: Validation,
 }
 
+impl Burst {
+    /// The transit time, samples: between the points at which the power is down by `exp(-2)`.
+    pub fn transit(&self) -> f64 {
+        2.0 * core::f64::consts::SQRT_2 * f64::from(self.deviation)
+    }
+}
+
 /// Samples in, bursts out: a detector, and a pipeline that measures what it cuts.
 #[derive(Clone, Debug)]
 pub struct BurstProcessor<R: Record, const N: usize> {

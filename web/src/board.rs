@@ -240,8 +240,7 @@ impl Board {
         }
         if let Some(Burst { burst, counters, .. }) = &self.burst {
             let validation = burst.validation.name();
-            let transit_us =
-                8f64.sqrt() * 1e6 * f64::from(burst.deviation) / self.told_hz.unwrap_or(f64::NAN);
+            let transit_us = 1e6 * burst.transit() / self.told_hz.unwrap_or(f64::NAN);
             let Counters { samples, bursts, lost, long, dead } = counters;
             let share = 100.0 * *dead as f64 / (*samples).max(1) as f64;
             say("burst", format!("{validation}, transit time {transit_us:.1} us"));

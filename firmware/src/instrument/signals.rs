@@ -11,7 +11,6 @@ use picket::plan::Plan;
 use picket_wire::burst::Burst;
 use picket_wire::settings::Mode;
 use picket_wire::sum::Sum;
-use picket_wire::telemetry::Health;
 
 /// Measures blocks, sums of them, or bursts.
 pub struct Gatherer<R: Record, const N: usize> {
@@ -91,7 +90,7 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
         let pipeline = self.processor.pipeline();
         for burst in &mut bursts {
             burst.result = pipeline.outcome(&burst.burst.tone);
-            (burst.counters, burst.health) = (counters, Health::default());
+            burst.counters = counters;
         }
         if bursts.is_empty() { Gathered::Nothing } else { Gathered::Bursts(bursts) }
     }

@@ -132,7 +132,7 @@ impl Found {
         rate_hz: f64,
         radar: Option<Carrier>,
     ) -> Self {
-        let Burst { tone, arrival, deviation, validation } = burst;
+        let Burst { tone, arrival, validation, .. } = burst;
         let (frequency_hz, sigma_hz) = (tone.hertz(), tone.sigma_hertz());
         Self {
             burst: number,
@@ -141,7 +141,7 @@ impl Found {
             sigma_hz,
             snr_db: tone.snr_db().into(),
             amplitude: tone.amplitude.into(),
-            transit_s: 8f64.sqrt() * f64::from(*deviation) / rate_hz,
+            transit_s: burst.transit() / rate_hz,
             speed: radar.map(|carrier| carrier.speed(frequency_hz, Some(sigma_hz), R::IQ)),
             validation: validation.name(),
             verdict: tone.verdict.name(),

@@ -135,7 +135,7 @@ impl Row {
             truth_mps: near.map(|particle| particle.speed_mps),
             velocity_mps: burst.tone.hertz() * FRINGES.spacing_m,
             sigma_mps: burst.tone.sigma_hertz() * FRINGES.spacing_m,
-            transit_s: 8f64.sqrt() * f64::from(burst.deviation) / rate_hz,
+            transit_s: burst.transit() / rate_hz,
             validation: burst.validation.name(),
         }
     }

@@ -232,12 +232,12 @@ impl Row {
 
     /// The row of a burst at this sample rate, if it is known.
     pub fn of_burst(burst: &Burst, rate_hz: Option<f64>, listener: &Listener) -> Self {
-        let picket::Burst { arrival, deviation, validation, .. } = burst.burst;
+        let picket::Burst { arrival, validation, .. } = burst.burst;
         let Counters { samples, bursts, lost, long, dead } = burst.counters;
         let transit = Transit {
             validation: validation.name(),
             arrival_samples: arrival,
-            transit_s: rate_hz.map(|rate| 8f64.sqrt() * f64::from(deviation) / rate),
+            transit_s: rate_hz.map(|rate| burst.burst.transit() / rate),
             bursts,
             bursts_lost: lost,
             bursts_long: long,
