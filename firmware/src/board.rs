@@ -4,6 +4,7 @@
 use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;
 use crate::slot::Slot;
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
@@ -18,6 +19,8 @@ use picket_wire::settings_error::SettingsError;
 pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// The name in the boot record: up to 16 letters of ASCII.
     const NAME: &'static str;
+    /// The converter's codes, as they stand in a slot after [`Board::correct`].
+    const CODES: Codes;
     /// The words that settings become in the board's registers.
     type Words;
     /// Flash, or whatever keeps settings over a restart; its default value is the access to it.
@@ -33,7 +36,7 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     fn start(settings: &Settings) -> Option<Self>;
 
     /// The plan and the register words for these settings, with the clock that a restart with them
-    /// would give.
+    /// would give. Their codes are [`Board::CODES`].
     ///
     /// # Errors
     /// The settings cannot work on this board.

@@ -37,4 +37,4 @@ pub mod progress;
 pub mod sampler;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod shared;
-pub mod slot;
+pub use picket_instrument::slot;

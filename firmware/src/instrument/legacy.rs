@@ -4,11 +4,8 @@ use super::checksum;
 use super::crashes::Crashes;
 use super::retained::Retained;
 use cortex_m::peripheral::SCB;
+pub use picket_instrument::words::{WORDS, words};
 use picket_wire::boot::{Causes, LastEnd};
-use picket_wire::settings::Settings;
-
-/// Length of the settings, words.
-pub const WORDS: usize = Settings::BYTES / 4;
 
 /// What one program hands to the next.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,15 +42,6 @@ pub fn lives(crashes: Crashes, seconds: u32) {
     if let Some(word) = crashes.settles(seconds) {
         CRASHES.keep(&[word]);
     }
-}
-
-/// Settings for blocks of `n` samples as words. Those beyond shorter settings are 0.
-pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
-    let bytes = settings.to_bytes(n);
-    let mut words = [0; WORDS];
-    let fields = bytes.as_chunks().0.iter().map(|&field| u32::from_le_bytes(field));
-    words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
-    words
 }
 
 impl Legacy {

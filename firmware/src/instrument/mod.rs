@@ -1,27 +1,19 @@
-//! The instrument: it turns blocks into telemetry and commands into answers, the same on every
-//! board.
+//! The instrument on a chip: `picket-instrument` between a board and the resets by which settings take effect.
 
-pub mod adf4159;
-pub mod bounds;
 pub mod checksum;
-pub mod clock;
-pub mod crashes;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fault;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod legacy;
 #[cfg(all(target_os = "none", feature = "instrument"))]
-pub mod measurer;
-pub mod plan;
+pub mod meter;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod retained;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 mod run;
-#[cfg(all(target_os = "none", feature = "instrument", image = "signals"))]
-mod signals;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod stack;
-pub mod storage;
 
+pub use picket_instrument::{adf4159, bounds, clock, crashes, plan, storage};
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub use run::Instrument;

@@ -9,6 +9,7 @@ use crate::board::Board;
 use crate::instrument::clock;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
@@ -23,6 +24,7 @@ pub struct Nucleo {
 
 impl Board<N, SLOT> for Nucleo {
     const NAME: &'static str = "nucleo-f446re";
+    const CODES: Codes = Codes::unsigned::<12>();
     type Words = Words;
     type Storage = Flash;
 

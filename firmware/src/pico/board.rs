@@ -8,6 +8,7 @@ use super::{N, SLOT, converter, start, widths};
 use crate::board::Board;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
@@ -34,6 +35,7 @@ pub struct Pico {
 
 impl Board<N, SLOT> for Pico {
     const NAME: &'static str = "pico";
+    const CODES: Codes = Codes::unsigned::<12>();
     type Words = Words;
     type Storage = Flash;
 

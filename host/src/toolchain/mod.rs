@@ -114,7 +114,8 @@ impl Profile {
 
     /// The packages that are compiled at another opt-level than 3, and at which.
     const fn for_size(self) -> (&'static [&'static str], &'static str) {
-        const OURS: &[&str] = &["picket-dsp", "picket-firmware", "picket-wire", "libm"];
+        const OURS: &[&str] =
+            &["picket-dsp", "picket-firmware", "picket-instrument", "picket-wire", "libm"];
         match self {
             Profile::Release => (&[], ""),
             Profile::Size => (OURS, "'z'"),

@@ -1,9 +1,8 @@
 //! The checks of settings that are the same on every board.
 
-use super::checksum;
+use crate::checksum;
 use picket::accumulate::MOST_BLOCKS;
 use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
 use picket::acquire::frontend::Timing;
 use picket::config::{Config, Scene};
 use picket::plan::EitherPlan;
@@ -16,7 +15,7 @@ use picket_wire::telemetry::Basis;
 /// Checked settings, and what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan<const N: usize> {
-    /// The settings with clock, rate, duration and codes as the board makes them.
+    /// The settings with clock, rate and duration as the board makes them.
     pub settings: Settings,
     /// The pipeline's plan.
     pub plan: EitherPlan<N>,
@@ -28,7 +27,7 @@ pub struct Plan<const N: usize> {
 
 impl<const N: usize> Plan<N> {
     /// Checks settings for blocks of `N` samples. `rate_hz` is the board's rate nearest to the
-    /// wanted one.
+    /// wanted one. The codes are those of the settings, which the instrument sets to its board's.
     ///
     /// # Errors
     /// The settings contradict each other, or cannot be measured.
@@ -95,10 +94,10 @@ fn is_possible(settings: &Settings, chirp: bool) -> bool {
     numbers && alone && !chirp
 }
 
-/// The configuration with the board's rate, the converter's codes and the ramp's true duration and guard.
+/// The configuration with the board's rate, and the ramp's true duration and guard.
 fn true_config(settings: &Settings, rate_hz: f64, length: u32) -> Config {
     let rate_hz = settings.calibration.true_hz(rate_hz);
-    let mut config = Config { rate_hz, codes: Codes::unsigned::<12>(), ..settings.config };
+    let mut config = Config { rate_hz, ..settings.config };
     if let Scene::Chirp(Chirp { duration_s, guard_s, .. }) = &mut config.scene {
         // A board's rate is above 0.
         *duration_s = f64::from(length) / rate_hz;

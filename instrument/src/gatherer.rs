@@ -1,6 +1,6 @@
 //! Sums of blocks, and bursts in the stream.
 
-use super::measurer::{BURSTS, Gathered};
+use crate::meter::{BURSTS, Gathered, Meter};
 use core::mem;
 use heapless::Vec;
 use picket::accumulate::Accumulator;
@@ -35,13 +35,33 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
         }
     }
 
-    /// Follows another plan from the next block on.
-    pub fn adopt(&mut self, plan: Plan<R, N>) {
+    /// The bursts that a block completes.
+    fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Gathered {
+        let mut bursts = Vec::<Burst, BURSTS>::new();
+        let number = &mut self.number;
+        self.processor.block(stamp, samples, |&burst| {
+            // What finds no room is missing among the numbers.
+            let _ = bursts.push(Burst { number: *number, burst, ..Burst::default() });
+            *number = number.wrapping_add(1);
+        });
+        let counters = *self.processor.counters();
+        let pipeline = self.processor.pipeline();
+        for burst in &mut bursts {
+            burst.result = pipeline.outcome(&burst.burst.tone);
+            burst.counters = counters;
+        }
+        if bursts.is_empty() { Gathered::Nothing } else { Gathered::Bursts(bursts) }
+    }
+}
+
+impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
+    const SIGNALS: bool = true;
+
+    fn adopt(&mut self, plan: Plan<R, N>) {
         self.processor.pipeline().adopt(plan);
     }
 
-    /// Adds blocks, or cuts bursts, as `mode` says; a sum of noise passes for a tone with the probability given.
-    pub fn choose(&mut self, mode: Mode, false_alarm: f64) {
+    fn choose(&mut self, mode: Mode, false_alarm: f64) {
         self.mode = mode;
         match mode {
             Mode::Blocks => {}
@@ -55,8 +75,7 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
         }
     }
 
-    /// Takes a block, and measures what it completes.
-    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         if let Mode::Bursts(_) = self.mode {
             self.gathered = self.bursts(&stamp, samples);
             return Measurement { stamp, ..Measurement::default() };
@@ -77,26 +96,7 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
         measurement
     }
 
-    /// The bursts that a block completes.
-    fn bursts(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Gathered {
-        let mut bursts = Vec::<Burst, BURSTS>::new();
-        let number = &mut self.number;
-        self.processor.block(stamp, samples, |&burst| {
-            // What finds no room is missing among the numbers.
-            let _ = bursts.push(Burst { number: *number, burst, ..Burst::default() });
-            *number = number.wrapping_add(1);
-        });
-        let counters = *self.processor.counters();
-        let pipeline = self.processor.pipeline();
-        for burst in &mut bursts {
-            burst.result = pipeline.outcome(&burst.burst.tone);
-            burst.counters = counters;
-        }
-        if bursts.is_empty() { Gathered::Nothing } else { Gathered::Bursts(bursts) }
-    }
-
-    /// What the last block gave.
-    pub fn gathered(&mut self) -> Gathered {
+    fn gathered(&mut self) -> Gathered {
         mem::replace(&mut self.gathered, Gathered::Block)
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! A page with a shorter payload was saved by an earlier program: the words that it lacks are read as 0.
 
-use super::checksum::of_words;
+use crate::checksum::of_words;
 
 /// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all
 /// ones.

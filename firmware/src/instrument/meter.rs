@@ -1,0 +1,38 @@
+//! What an image measures, beyond one tone of a block or not, and the memory for it.
+
+#[cfg(image = "signals")]
+pub use picket_instrument::gatherer::Gatherer as Meter;
+#[cfg(image = "lines")]
+pub use picket_instrument::meter::Several as Meter;
+#[cfg(not(any(image = "signals", image = "tracking", image = "lines")))]
+pub use picket::pipeline::Pipeline as Meter;
+#[cfg(image = "tracking")]
+pub use picket::tracker::Tracker as Meter;
+use picket::acquire::sample::{Iq, Real};
+
+/// A meter for each kind of record, in static memory: built at run time, they would pass over the
+/// stack.
+pub type Meters<const N: usize, Q = Meter<Iq, N>> =
+    picket_instrument::meter::Meters<'static, Meter<Real, N>, Q>;
+
+/// The meters of an image whose blocks have this many samples, in static memory; `None` at the
+/// second call. A board that takes the pairs of an I/Q record by turns names their meter, too.
+#[macro_export]
+macro_rules! meters {
+    ($n:expr) => {
+        $crate::meters!(
+            $n,
+            $crate::instrument::meter::Meter<picket::acquire::sample::Iq, { $n }>,
+            $crate::instrument::meter::Meter::new(picket::plan::Plan::IDLE)
+        )
+    };
+    ($n:expr, $iq:ty, $idle:expr) => {{
+        use picket::acquire::sample::Real;
+        use picket::plan::Plan;
+        use $crate::instrument::meter::Meter;
+        static REAL: static_cell::ConstStaticCell<Meter<Real, { $n }>> =
+            static_cell::ConstStaticCell::new(Meter::new(Plan::IDLE));
+        static IQ: static_cell::ConstStaticCell<$iq> = static_cell::ConstStaticCell::new($idle);
+        REAL.try_take().zip(IQ.try_take())
+    }};
+}

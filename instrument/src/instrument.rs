@@ -1,0 +1,503 @@
+//! The machine: blocks to telemetry, commands to answers.
+//!
+//! Settings take effect by a new start, so there is only one way into operation. A command checks the settings and ends the
+//! instrument; whoever runs it starts another one with them. Start and stop are settings like the others.
+
+use crate::bounds::{Deadline, Refusals, Saves, health};
+use crate::meter::{Gathered, Measurer, Meter, Meters};
+use crate::plan::Plan;
+use crate::port::Port;
+use crate::slot::Slot;
+use crate::start::Start;
+use crate::storage;
+use crate::words::{WORDS, words};
+use heapless::Vec;
+use picket::acquire::frontend::{Block, Counters};
+use picket::acquire::sample::{Iq, Real};
+use picket::burst;
+use picket::config::Config;
+use picket::pipeline::{Measurement, Pipeline};
+use picket_wire::boot::{Boot, Name};
+use picket_wire::burst::Burst;
+use picket_wire::capture::EncodingError;
+use picket_wire::command::{Answer, Command, Refusal, Request};
+use picket_wire::frame::{Kind, Reader, WIRE};
+use picket_wire::settings::{Mode, Settings};
+use picket_wire::settings_error::SettingsError;
+use picket_wire::status::{Raw, Status};
+use picket_wire::sum::Sum;
+use picket_wire::telemetry::{Basis, Health, Telemetry};
+
+/// The line's room with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
+const RECORD: usize = 3 * WIRE;
+
+/// How an instrument ends. Its last answer may still wait for the line; every block's memory is the port's again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
+pub enum End {
+    /// Another one shall start, with these settings.
+    Restart(Settings),
+    /// Another one shall start, as from power-on.
+    Reboot,
+}
+
+/// The instrument on a port `P`, whose blocks have `N` samples in slots of `SLOT` words. `M` measures real records, and `Q` I/Q
+/// ones.
+pub struct Instrument<
+    'a,
+    P: Port<N, SLOT>,
+    const N: usize,
+    const SLOT: usize,
+    M: Meter<Real, N> = Pipeline<Real, N>,
+    Q: Meter<Iq, N> = Pipeline<Iq, N>,
+> {
+    plan: Plan<N>,
+    boot: Boot,
+    reader: Reader,
+    refused: u32,
+    refusals: Refusals,
+    saves: Saves,
+    /// Frames dropped because the line had no room.
+    dropped: u32,
+    measurer: Measurer<'a, M, Q>,
+    /// Raw blocks still to send, and the block being sent with the number of its bytes that are
+    /// out.
+    captures: u16,
+    raw: Option<(Block<Slot<SLOT>>, usize)>,
+    until_report: u16,
+    zero: Counters,
+    /// The ticks at the last status, and the ticks asleep since.
+    since: u32,
+    asleep: u32,
+    /// Seconds since the start.
+    seconds: u32,
+    /// The longest measurement since the last status, ticks.
+    longest: u32,
+    /// The duration of a block with its guard, ticks.
+    block: u64,
+    /// Whether a block came since the last look.
+    measured: bool,
+    /// When a block must come, and when a byte must leave the line.
+    next_block: Deadline,
+    next_byte: Deadline,
+    port: core::marker::PhantomData<fn() -> P>,
+}
+
+/// Settings that this instrument can follow, and what they become on the board.
+fn planned<P, const N: usize, const SLOT: usize, M, Q>(
+    port: &P,
+    settings: &Settings,
+) -> Result<(Plan<N>, P::Words), SettingsError>
+where
+    P: Port<N, SLOT>,
+    M: Meter<Real, N>,
+    Q: Meter<Iq, N>,
+{
+    let can = |real: bool, iq: bool| if settings.iq { iq } else { real };
+    if settings.config.following.most > 0 && !can(M::FOLLOWS, Q::FOLLOWS) {
+        return Err(SettingsError::Tracking);
+    }
+    if (settings.further() > 0 || settings.order() > 0) && !can(M::LINES, Q::LINES) {
+        return Err(SettingsError::Encoding(EncodingError::Version));
+    }
+    if settings.mode != Mode::Blocks && !can(M::SIGNALS, Q::SIGNALS) {
+        return Err(SettingsError::Signals);
+    }
+    let config = Config { codes: P::CODES, ..settings.config };
+    port.plan(&Settings { config, ..*settings })
+}
+
+/// The duration of a block with its guard, ticks.
+fn block_ticks<const N: usize>(plan: &Plan<N>, ticks_hz: u32) -> u64 {
+    let seconds = f64::from(plan.length) / plan.settings.config.rate_hz;
+    (seconds * f64::from(ticks_hz)) as u64
+}
+
+impl<'a, P, const N: usize, const SLOT: usize, M, Q> Instrument<'a, P, N, SLOT, M, Q>
+where
+    P: Port<N, SLOT>,
+    M: Meter<Real, N>,
+    Q: Meter<Iq, N>,
+{
+    /// An instrument before its first block, and what its settings become on the board. Where the wanted ones cannot work on the
+    /// board as it is, they are the default ones, stopped, and the boot record says so: if the clock is slower than wanted, the board waits
+    /// for others. `None` if not even these work.
+    pub fn new(port: &P, start: &Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
+        let (plan, words, unfit) = match planned::<P, N, SLOT, M, Q>(port, &start.settings) {
+            Ok((plan, words)) => (plan, words, false),
+            Err(_) => {
+                let safe = Settings { start: false, ..Settings::default() };
+                let config = Config { codes: P::CODES, ..safe.config };
+                let (plan, words) = port.plan(&Settings { config, ..safe }).ok()?;
+                (plan, words, true)
+            }
+        };
+        let basis = plan.basis(port.clock());
+        let boot = Boot {
+            board: const { Name::new(P::NAME) },
+            clock: basis.clock,
+            causes: start.causes,
+            measuring: false,
+            halted: start.halted,
+            origin: start.origin,
+            unfit,
+            program: start.program,
+            settings: basis.settings,
+            n: N as u32,
+            core_hz: port.core_hz(),
+            last: start.last,
+        };
+        let since = port.ticks();
+        let ticks_hz = port.ticks_hz();
+        let block = block_ticks(&plan, ticks_hz);
+        let instrument = Self {
+            plan,
+            boot,
+            reader: Reader::default(),
+            refused: 0,
+            refusals: Refusals::new(since),
+            saves: Saves::new(start.saves),
+            dropped: 0,
+            measurer: Measurer::new(meters, &plan),
+            captures: 0,
+            raw: None,
+            until_report: 0,
+            zero: Counters::default(),
+            since,
+            asleep: 0,
+            seconds: 0,
+            longest: 0,
+            block,
+            measured: false,
+            next_block: Deadline::new(block, since, ticks_hz),
+            next_byte: Deadline::new(0, since, ticks_hz),
+            port: core::marker::PhantomData,
+        };
+        Some((instrument, words))
+    }
+
+    /// Sends the boot record. `measuring` says whether the samples have been started; blocks may come from now on.
+    pub fn begin(&mut self, port: &mut P, measuring: bool) {
+        self.boot.measuring = measuring;
+        // A zero ends what a program left on the line that could not wait for it.
+        let _ = port.send(&[0]);
+        let frame = self.boot.to_frame();
+        self.send(port, &frame);
+    }
+
+    /// The settings in use, and what follows from them. Samples shall be taken if its settings say `start`.
+    pub const fn plan(&self) -> &Plan<N> {
+        &self.plan
+    }
+
+    /// The saves of late, for the [`Start`] of the next instrument.
+    pub const fn saves(&self) -> u32 {
+        self.saves.used()
+    }
+
+    /// The core has slept for so many ticks: they are none of its load.
+    pub const fn slept(&mut self, ticks: u32) {
+        self.asleep = self.asleep.wrapping_add(ticks);
+    }
+
+    /// Hears bytes of the host, and answers its commands. After an end, which they may bring, the rest is not heard. More than
+    /// [`HEARD`](crate::bounds::HEARD) at a time may keep a block waiting.
+    pub fn on_bytes(&mut self, port: &mut P, bytes: &[u8]) -> Option<End> {
+        bytes.iter().find_map(|&byte| self.on_byte(port, byte))
+    }
+
+    /// Hears one byte of the host, as [`Instrument::on_bytes`].
+    pub fn on_byte(&mut self, port: &mut P, byte: u8) -> Option<End> {
+        let request = match self.reader.push(byte)? {
+            Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
+            // Frames for others, or echoes, are not commands.
+            Ok(_) => return None,
+            Err(_) => Err((Answer::default(), Refusal::Damaged)),
+        };
+        let (answer, outcome) = match request {
+            Ok(request) => (request.answer(), self.follow(port, &request)),
+            Err((answer, refusal)) => (answer, Err(refusal)),
+        };
+        let refusal = match outcome {
+            Ok(None) => return None,
+            Ok(end) => {
+                if let Some((block, _)) = self.raw.take() {
+                    port.release(block.slot);
+                }
+                return end;
+            }
+            Err(refusal) => refusal,
+        };
+        self.refused = self.refused.wrapping_add(1);
+        if refusal != Refusal::Damaged || self.refusals.answers(port.ticks(), port.ticks_hz()) {
+            self.send(port, &answer.refusal(refusal));
+        }
+        None
+    }
+
+    /// Measures a block, and sends its record if it is due. Its memory comes back by [`Port::release`], now or once it is
+    /// captured.
+    pub fn on_block(&mut self, port: &mut P, mut block: Block<Slot<SLOT>>) {
+        self.measured = true;
+        let guard = self.plan.settings.guard;
+        let before = port.ticks();
+        port.correct(&mut block.slot);
+        let measured = self.measurer.block::<N, SLOT>(&mut block, guard);
+        let gathered = self.measurer.gathered::<N>();
+        let mut measurement = measured;
+        port.widen(&mut measurement);
+        self.longest = self.longest.max(port.ticks().wrapping_sub(before));
+        self.plan.settings.calibration.apply(&mut measurement);
+        let health = health(&block.counters, &self.zero);
+        let captured = self.captures > 0 && self.raw.is_none();
+        if captured {
+            self.captures -= 1;
+            self.raw = Some((block, 0));
+        } else {
+            // The slot is released before the telemetry is out, so a host that has the telemetry
+            // knows that the slot is free.
+            port.release(block.slot);
+        }
+        let sum = match gathered {
+            Gathered::Block => None,
+            Gathered::Sum(sum) => Some(sum),
+            Gathered::Nothing => return,
+            Gathered::Bursts(bursts) => {
+                return bursts.iter().for_each(|burst| self.report_burst(port, burst, health));
+            }
+        };
+        self.until_report = self.until_report.saturating_sub(1);
+        if self.until_report == 0 || captured {
+            self.until_report = self.plan.settings.report_every;
+            self.report(port, &measured, measurement, health, before, captured, sum);
+        }
+    }
+
+    /// Does what is due: sends pieces of a captured block while the line has room, feeds the watchdog while blocks and bytes make
+    /// progress, and sends the status once a second. It is called after each block, and some ten times a second at
+    /// least.
+    pub fn poll(&mut self, port: &mut P) {
+        self.send_raw(port);
+        if self.progress(port) {
+            port.feed();
+        }
+        if port.ticks().wrapping_sub(self.since) > port.ticks_hz() {
+            self.saves.second();
+            self.seconds = self.seconds.saturating_add(1);
+            port.lives(self.seconds);
+            self.send_status(port);
+        }
+    }
+
+    /// Sends a frame, or counts it as dropped.
+    fn send(&mut self, port: &mut P, frame: &[u8]) {
+        if frame.is_empty() || !port.send(frame) {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
+    /// Whether there is progress: neither a block nor a byte on the line is overdue. An external source may pause as
+    /// long as it likes.
+    fn progress(&mut self, port: &mut P) -> bool {
+        let now = port.ticks();
+        let due = self.boot.measuring && port.gate_opened();
+        let stalled = port.stalled();
+        let measured = core::mem::take(&mut self.measured);
+        let blocks = self.next_block.holds(now, due, measured);
+        self.next_byte.holds(now, stalled, !stalled) && blocks
+    }
+
+    /// Reports a burst.
+    fn report_burst(&mut self, port: &mut P, burst: &Burst, health: Health) {
+        let (tone, result) = (burst.burst.tone, burst.result);
+        let mut measurement = Measurement { tone, result, ..Measurement::default() };
+        port.widen(&mut measurement);
+        let inner = burst::Burst { tone: measurement.tone, ..burst.burst };
+        let burst = Burst { burst: inner, result: measurement.result, health, ..*burst };
+        if port.has_room(RECORD) {
+            self.send(port, &burst.to_frame());
+        } else {
+            self.dropped = self.dropped.wrapping_add(1);
+        }
+    }
+
+    /// Reports a block whose measurement began at a tick: what was measured, and what is told of it.
+    #[expect(clippy::too_many_arguments, reason = "it is a part of `on_block`")]
+    fn report(
+        &mut self,
+        port: &mut P,
+        measured: &Measurement,
+        measurement: Measurement,
+        health: Health,
+        began: u32,
+        captured: bool,
+        sum: Option<Sum>,
+    ) {
+        let method = self.plan.plan.options.method;
+        let stamp = measurement.stamp;
+        let lines = self.measurer.lines::<N>(measured, self.plan.settings.further());
+        let fundamental = self.measurer.fundamental::<N>(measured, self.plan.settings.order());
+        if M::LINES || Q::LINES {
+            self.longest = self.longest.max(port.ticks().wrapping_sub(began));
+        }
+        // Answers, the status and a capture find room on a full line; a captured block's record is of the capture.
+        if !captured && !port.has_room(RECORD) {
+            self.dropped = self.dropped.wrapping_add(1);
+            return;
+        }
+        let (settings, clock) = (self.boot.settings, self.boot.clock);
+        let effort = self.plan.plan.options.effort as u8;
+        let basis = Some(Basis { settings, clock, effort });
+        self.send(port, &Telemetry { measurement, method, health, basis }.to_frame());
+        if let Some(sum) = sum {
+            self.send(port, &sum.to_frame());
+        }
+        if let Some(lines) = lines {
+            self.send(port, &lines.to_frame());
+        }
+        if let Some(fundamental) = fundamental {
+            self.send(port, &fundamental.to_frame());
+        }
+        if let Some(follow) = self.measurer.followed::<N>(&stamp) {
+            self.send(port, &follow.to_frame());
+        }
+    }
+
+    /// Sends as much of the captured block as the line takes.
+    fn send_raw(&mut self, port: &mut P) {
+        // The line must keep room for a status.
+        while port.has_room(2 * WIRE)
+            && let Some((block, sent)) = self.raw.take()
+        {
+            let guard = self.plan.settings.guard;
+            let mut bytes = Vec::new();
+            let length = if self.plan.settings.iq {
+                let samples = block.slot.samples::<Iq, N>(guard).as_flattened();
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            } else {
+                let samples = block.slot.samples::<Real, N>(guard);
+                piece(samples, sent, &mut bytes);
+                size_of_val(samples)
+            };
+            let raw = Raw { sequence: block.stamp.sequence, offset: sent as u16, bytes };
+            let sent = sent + raw.bytes.len();
+            if sent < length {
+                self.raw = Some((block, sent));
+            } else {
+                port.release(block.slot);
+            }
+            self.send(port, &raw.to_frame());
+        }
+    }
+
+    fn send_status(&mut self, port: &mut P) {
+        let now = port.ticks();
+        let passed = now.wrapping_sub(self.since).max(1);
+        let awake = u64::from(passed.saturating_sub(self.asleep));
+        let status = Status {
+            counters: port.counters().since(&self.zero),
+            dropped: self.dropped,
+            refused: self.refused,
+            load: (awake * 1000 / u64::from(passed)) as u32,
+            stack: port.stack(),
+            longest: self.longest,
+            peak: (u64::from(self.longest) * 1000).checked_div(self.block).unwrap_or(0) as u32,
+        };
+        (self.since, self.asleep, self.longest) = (now, 0, 0);
+        self.send(port, &status.to_frame());
+    }
+
+    fn follow(&mut self, port: &mut P, request: &Request) -> Result<Option<End>, Refusal> {
+        let answer = request.answer();
+        let settings = self.plan.settings;
+        match request.command {
+            Command::Identify => self.send(port, &answer.reply(&self.boot.to_bytes())),
+            Command::GetSettings => self.send(port, &answer.reply(&settings.to_bytes(N))),
+            Command::SetSettings(settings, n) => {
+                let plan = self.check(port, &settings, n)?;
+                return Ok(Some(self.restart(port, answer, plan.settings)));
+            }
+            Command::Start => {
+                let settings = Settings { start: true, ..settings };
+                return Ok(Some(self.restart(port, answer, settings)));
+            }
+            Command::Stop => {
+                let settings = Settings { start: false, ..settings };
+                return Ok(Some(self.restart(port, answer, settings)));
+            }
+            Command::Reboot => {
+                self.send(port, &answer.reply(&[]));
+                return Ok(Some(End::Reboot));
+            }
+            Command::Save => {
+                self.save(port, &words(&settings, N))?;
+                self.send(port, &answer.reply(&[]));
+            }
+            Command::Capture(blocks) => {
+                if !self.boot.measuring {
+                    return Err(Refusal::Stopped);
+                }
+                self.captures = blocks;
+                self.send(port, &answer.reply(&[]));
+            }
+            Command::Reset => {
+                self.zero = port.counters();
+                (self.dropped, self.refused) = (0, 0);
+                self.send(port, &answer.reply(&[]));
+            }
+            Command::Status => {
+                self.send(port, &answer.reply(&[]));
+                self.send_status(port);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Saves settings. Flash that is erased holds the core for a second or two: the samples stop
+    /// before, and start again after it.
+    fn save(&mut self, port: &mut P, words: &[u32; WORDS]) -> Result<(), Refusal> {
+        let newest = storage::load::<WORDS, _>(port.storage());
+        if newest.is_some_and(|(_, _, newest)| newest == *words) {
+            return Ok(());
+        }
+        if !self.saves.permit() {
+            return Err(Refusal::Often);
+        }
+        let measuring = self.boot.measuring;
+        if measuring {
+            port.pause();
+        }
+        port.feed();
+        let saved = storage::save(port.storage(), words).map_err(|_| Refusal::Flash);
+        port.feed();
+        if measuring {
+            port.resume();
+        }
+        self.next_block = Deadline::new(self.block, port.ticks(), port.ticks_hz());
+        saved
+    }
+
+    /// Checks settings that a command brought.
+    fn check(&self, port: &P, settings: &Settings, n: usize) -> Result<Plan<N>, Refusal> {
+        let refused = |error: SettingsError| Refusal::Settings(error.code());
+        if n != N {
+            return Err(refused(SettingsError::Length));
+        }
+        planned::<P, N, SLOT, M, Q>(port, settings).map(|(plan, _)| plan).map_err(refused)
+    }
+
+    /// Answers with the settings and ends with them.
+    fn restart(&mut self, port: &mut P, answer: Answer, settings: Settings) -> End {
+        self.send(port, &answer.reply(&settings.to_bytes(N)));
+        End::Restart(settings)
+    }
+}
+
+/// Appends bytes of the samples from byte `from` on, little-endian, as many as a piece holds.
+fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
+    for sample in samples.iter().skip(from / 2).take(Raw::PIECE / 2) {
+        // A piece has room for this many.
+        let _ = bytes.extend_from_slice(&sample.to_le_bytes());
+    }
+}

@@ -1,0 +1,44 @@
+//! A Picket instrument as a state machine without I/O: it turns blocks into telemetry and commands into answers, the same on every
+//! board, by every executor, and on a host without a board.
+//!
+//! ```text
+//! bytes of the host -> Instrument::on_bytes --+
+//! blocks of samples -> Instrument::on_block --+-> Port: frames, settings to keep, a watchdog to feed
+//! time              -> Instrument::poll     --+
+//! ```
+//!
+//! - [`instrument`] is the machine, [`port`] what it needs around it, [`start`] what is known before.
+//! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] sums and bursts.
+//! - [`storage`] keeps settings in two pages of flash, [`words`] turns them into words, [`checksum`] is that of both.
+//! - [`bounds`] bounds answers, saves and waits; [`crashes`] counts abnormal ends; [`clock`] says what a clock adds to sigma.
+//! - [`slot`] is the memory of a block, [`adf4159`] the words of a ramp synthesiser.
+//!
+//! The crate has no panic handler and touches no register. It does not reset the chip, sleep or wait: [`instrument::End`] says when a
+//! program shall start anew. It allocates nothing and cannot panic.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod adf4159;
+pub mod bounds;
+pub mod checksum;
+pub mod clock;
+pub mod crashes;
+pub mod gatherer;
+pub mod instrument;
+pub mod meter;
+pub mod plan;
+pub mod port;
+pub mod slot;
+pub mod start;
+pub mod storage;
+pub mod words;
+
+pub use instrument::{End, Instrument};
+pub use port::Port;
+pub use start::Start;

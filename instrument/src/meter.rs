@@ -1,0 +1,259 @@
+//! Measures blocks: by a pipeline, by the tracker around it, or as sums and bursts.
+
+use crate::slot::Slot;
+use heapless::Vec;
+use picket::acquire::frontend::Block;
+use picket::acquire::sample::{Iq, Real, Record, Stamp};
+use picket::config::Config;
+use picket::pipeline::{Alternating, Measurement, Pipeline};
+use picket::plan::{EitherPlan, Plan};
+use picket::tone::harmonic::Harmonic;
+use picket::tone::lines::MOST;
+use picket::tone::phasor::Phasor;
+use picket::tracker::Tracker;
+use picket_wire::burst::Burst;
+use picket_wire::follow::Follow;
+use picket_wire::fundamental::Fundamental;
+use picket_wire::lines::Lines;
+use picket_wire::settings::{Mode, Settings};
+use picket_wire::sum::Sum;
+
+/// What a block gave.
+// The first case is zeros, so that a meter in static memory is.
+#[derive(Clone, Debug)]
+#[repr(u8)]
+#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
+pub enum Gathered {
+    /// Its own measurement.
+    Block,
+    /// Nothing to report yet.
+    Nothing,
+    /// It completed a sum, whose measurement its own is.
+    Sum(Sum),
+    /// It completed bursts.
+    Bursts(Vec<Burst, BURSTS>),
+}
+
+/// The most bursts that a block completes: their records do not overlap by more than half.
+pub const BURSTS: usize = 4;
+
+/// Measures blocks of `N` samples. Settings that ask for more than its constants say are refused.
+pub trait Meter<R: Record, const N: usize> {
+    /// Whether it follows tones from block to block.
+    const FOLLOWS: bool = false;
+    /// Whether it finds more than one tone of a block, and a fundamental.
+    const LINES: bool = false;
+    /// Whether it adds blocks, and cuts bursts out of the stream.
+    const SIGNALS: bool = false;
+
+    /// Follows another plan from the next block on.
+    fn adopt(&mut self, plan: Plan<R, N>);
+
+    /// Measures a block, whose codes are the same again afterwards.
+    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement;
+
+    /// Adds blocks, or cuts bursts, as the mode says; a sum of noise passes for a tone with the probability given.
+    fn choose(&mut self, _: Mode, _: f64) {}
+
+    /// What the last block gave.
+    fn gathered(&mut self) -> Gathered {
+        Gathered::Block
+    }
+
+    /// Tracks and targets after a block, if the plan follows tones.
+    fn followed(&self, _: &Stamp) -> Option<Follow> {
+        None
+    }
+
+    /// Up to so many tones of the last block, whose measurement this is.
+    fn lines(&self, _: &Measurement, _: usize) -> Vec<Phasor, MOST> {
+        Vec::new()
+    }
+
+    /// The fundamental of the last block's harmonics up to an order. The block is that of this measurement.
+    fn harmonic(&self, _: &Measurement, _: u32) -> Option<Harmonic> {
+        None
+    }
+}
+
+impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
+    fn adopt(&mut self, plan: Plan<R, N>) {
+        Pipeline::adopt(self, plan);
+    }
+
+    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+        Pipeline::block(self, stamp, samples)
+    }
+}
+
+impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
+    const FOLLOWS: bool = true;
+
+    fn adopt(&mut self, plan: Plan<R, N>) {
+        Tracker::adopt(self, plan);
+    }
+
+    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+        Tracker::block(self, stamp, samples)
+    }
+
+    fn followed(&self, stamp: &Stamp) -> Option<Follow> {
+        self.follows().then(|| Follow::of(self, stamp))
+    }
+}
+
+/// A pipeline that also reports further tones of a block, and a fundamental.
+pub struct Several<R: Record, const N: usize>(Pipeline<R, N>);
+
+impl<R: Record, const N: usize> Several<R, N> {
+    /// Its pipeline with this plan.
+    pub const fn new(plan: Plan<R, N>) -> Self {
+        Self(Pipeline::new(plan))
+    }
+}
+
+impl<R: Record, const N: usize> Meter<R, N> for Several<R, N> {
+    const LINES: bool = true;
+
+    fn adopt(&mut self, plan: Plan<R, N>) {
+        self.0.adopt(plan);
+    }
+
+    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+        self.0.block(stamp, samples)
+    }
+
+    fn lines(&self, measurement: &Measurement, most: usize) -> Vec<Phasor, MOST> {
+        self.0.lines(measurement, most)
+    }
+
+    fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
+        self.0.harmonic(measurement, order)
+    }
+}
+
+/// Pairs that one converter takes by turns.
+impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> {
+    fn adopt(&mut self, plan: Plan<Iq, N>) {
+        Alternating::adopt(self, plan);
+    }
+
+    fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
+        Alternating::block(self, stamp, pairs)
+    }
+}
+
+/// A meter for each kind of record. In static memory they need no room on the stack.
+pub type Meters<'a, M, Q> = (&'a mut M, &'a mut Q);
+
+/// The meter for the kind of record in use.
+pub(crate) enum Measurer<'a, M, Q> {
+    /// For records of one input.
+    Real(&'a mut M),
+    /// For records of two inputs.
+    Iq(&'a mut Q),
+}
+
+impl<'a, M, Q> Measurer<'a, M, Q> {
+    /// The meter for checked settings.
+    pub fn new<const N: usize>((real, iq): Meters<'a, M, Q>, plan: &super::plan::Plan<N>) -> Self
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        let Settings { mode, config: Config { false_alarm, .. }, .. } = plan.settings;
+        match &plan.plan {
+            EitherPlan::Real(plan) => {
+                real.adopt(*plan);
+                real.choose(mode, false_alarm);
+                Measurer::Real(real)
+            }
+            EitherPlan::Iq(plan) => {
+                iq.adopt(*plan);
+                iq.choose(mode, false_alarm);
+                Measurer::Iq(iq)
+            }
+        }
+    }
+
+    /// Measures a block without its guard.
+    pub fn block<const N: usize, const WORDS: usize>(
+        &mut self,
+        block: &mut Block<Slot<WORDS>>,
+        guard: u16,
+    ) -> Measurement
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        match self {
+            Measurer::Real(meter) => {
+                meter.block(block.stamp, block.slot.samples_mut::<Real, N>(guard))
+            }
+            Measurer::Iq(meter) => meter.block(block.stamp, block.slot.samples_mut::<Iq, N>(guard)),
+        }
+    }
+
+    /// What the last block gave.
+    pub fn gathered<const N: usize>(&mut self) -> Gathered
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        match self {
+            Measurer::Real(meter) => meter.gathered(),
+            Measurer::Iq(meter) => meter.gathered(),
+        }
+    }
+
+    /// Tracks and targets after a block, if the plan follows tones.
+    pub fn followed<const N: usize>(&self, stamp: &Stamp) -> Option<Follow>
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        match self {
+            Measurer::Real(meter) => meter.followed(stamp),
+            Measurer::Iq(meter) => meter.followed(stamp),
+        }
+    }
+
+    /// All tones of the last block, if the settings ask for some beyond the first. The block is that of this
+    /// measurement.
+    pub fn lines<const N: usize>(&self, measurement: &Measurement, further: u8) -> Option<Lines>
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        if !(M::LINES || Q::LINES) || further == 0 {
+            return None;
+        }
+        let most = 1 + usize::from(further);
+        let tones = match self {
+            Measurer::Real(meter) => meter.lines(measurement, most),
+            Measurer::Iq(meter) => meter.lines(measurement, most),
+        };
+        Some(Lines::of(&measurement.stamp, tones))
+    }
+
+    /// The fundamental of the last block's harmonics up to an order above 0. The block is that of this
+    /// measurement.
+    pub fn fundamental<const N: usize>(
+        &self,
+        measurement: &Measurement,
+        order: u8,
+    ) -> Option<Fundamental>
+    where
+        M: Meter<Real, N>,
+        Q: Meter<Iq, N>,
+    {
+        if !(M::LINES || Q::LINES) || order == 0 {
+            return None;
+        }
+        let harmonic = match self {
+            Measurer::Real(meter) => meter.harmonic(measurement, order.into()),
+            Measurer::Iq(meter) => meter.harmonic(measurement, order.into()),
+        };
+        Some(Fundamental::of(&measurement.stamp, harmonic?))
+    }
+}

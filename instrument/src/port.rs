@@ -1,0 +1,93 @@
+//! What the instrument needs around it.
+
+use crate::plan::Plan;
+use crate::slot::Slot;
+use crate::storage::Storage;
+use picket::acquire::codes::Codes;
+use picket::acquire::frontend::Counters;
+use picket::pipeline::Measurement;
+use picket_wire::boot::Clock;
+use picket_wire::settings::Settings;
+use picket_wire::settings_error::SettingsError;
+
+/// The board as the instrument sees it, where blocks have `N` samples in slots of `SLOT` words: `N` words, and a guard's if it has
+/// chirps. Every method returns within bounded time.
+pub trait Port<const N: usize, const SLOT: usize> {
+    /// The name in the boot record: up to 16 letters of ASCII.
+    const NAME: &'static str;
+    /// The converter's codes, as they stand in a slot after [`Port::correct`].
+    const CODES: Codes;
+    /// What settings become on the board; `()` if it is nothing.
+    type Words;
+    /// Flash, or whatever keeps settings over a restart.
+    type Storage: Storage;
+
+    /// The plan for these settings, and what they become on the board, with the clock that a restart with them would give. Their codes
+    /// are [`Port::CODES`].
+    ///
+    /// # Errors
+    /// The settings cannot work on this board.
+    fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Self::Words), SettingsError>;
+
+    /// Corrects the samples of a block in place, before it is measured, where the converter needs it.
+    fn correct(&self, _: &mut Slot<SLOT>) {}
+
+    /// Widens a measurement's sigma by what converter and clock add to its error.
+    fn widen(&self, _: &mut Measurement) {}
+
+    /// Takes a block's memory back.
+    fn release(&mut self, slot: Slot<SLOT>);
+
+    /// The front end's counters so far.
+    fn counters(&self) -> Counters;
+
+    /// The source of the clock.
+    fn clock(&self) -> Clock;
+
+    /// The core's clock, Hz.
+    fn core_hz(&self) -> u32;
+
+    /// Ticks of [`Port::ticks_hz`] since the start, modulo 2^32.
+    fn ticks(&self) -> u32;
+
+    /// The rate of [`Port::ticks`], Hz.
+    fn ticks_hz(&self) -> u32;
+
+    /// Whether the line has room for this many bytes.
+    fn has_room(&self, bytes: usize) -> bool;
+
+    /// Takes a frame whole to be sent and returns true, or drops it and returns false. It never waits.
+    fn send(&mut self, frame: &[u8]) -> bool;
+
+    /// Where settings are saved.
+    fn storage(&mut self) -> &mut Self::Storage;
+
+    /// Stops the samples until [`Port::resume`], where writing to the storage would hold the core for longer than the blocks
+    /// can wait.
+    fn pause(&mut self) {}
+
+    /// Starts the samples after [`Port::pause`], at the start of a chirp. What passed meanwhile is counted as lost.
+    fn resume(&mut self) {}
+
+    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate they
+    /// always are.
+    fn gate_opened(&mut self) -> bool {
+        true
+    }
+
+    /// Whether bytes wait on the line and none has left since the last call. A board that cannot tell says no.
+    fn stalled(&mut self) -> bool {
+        false
+    }
+
+    /// Feeds the watchdog, which bites four seconds after the last time.
+    fn feed(&mut self) {}
+
+    /// The instrument runs since so many seconds. Called once a second.
+    fn lives(&mut self, _: u32) {}
+
+    /// The largest stack so far, bytes; 0 if unknown.
+    fn stack(&mut self) -> u32 {
+        0
+    }
+}
