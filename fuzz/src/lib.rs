@@ -2,11 +2,13 @@
 //! functions by `fuzz/run`, and a test gives them the kept corpus.
 
 mod input;
+mod instrument;
 mod line;
 mod measure;
 mod paths;
 mod recordings;
 
+pub use instrument::{instrument, steps};
 pub use line::{command, frame, message, settings};
 pub use measure::{pipeline, tracker};
 pub use paths::paths;
@@ -16,13 +18,14 @@ pub use recordings::{archive, csv, json, npy, raw, wav};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Every target.
-pub const TARGETS: [Target; 13] = [
+pub const TARGETS: [Target; 14] = [
     ("frame", frame),
     ("message", message),
     ("command", command),
     ("settings", settings),
     ("pipeline", pipeline),
     ("tracker", tracker),
+    ("instrument", instrument),
     ("paths", paths),
     ("wav", wav),
     ("npy", npy),

@@ -84,6 +84,7 @@ pub struct Instrument<
 }
 
 /// Settings that this instrument can follow, and what they become on the board.
+#[inline(never)]
 fn planned<P, const N: usize, const SLOT: usize, M, Q>(
     port: &P,
     settings: &Settings,
@@ -123,15 +124,14 @@ where
     /// board as it is, they are the default ones, stopped, and the boot record says so: if the clock is slower than wanted, the board waits
     /// for others. `None` if not even these work.
     pub fn new(port: &P, start: &Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
-        let (plan, words, unfit) = match planned::<P, N, SLOT, M, Q>(port, &start.settings) {
-            Ok((plan, words)) => (plan, words, false),
+        let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &start.settings) {
+            Ok(planned) => (planned, false),
             Err(_) => {
                 let safe = Settings { start: false, ..Settings::default() };
-                let config = Config { codes: P::CODES, ..safe.config };
-                let (plan, words) = port.plan(&Settings { config, ..safe }).ok()?;
-                (plan, words, true)
+                (planned::<P, N, SLOT, M, Q>(port, &safe).ok()?, true)
             }
         };
+        let (plan, words) = planned;
         let basis = plan.basis(port.clock());
         let boot = Boot {
             board: const { Name::new(P::NAME) },
@@ -249,7 +249,8 @@ where
         self.longest = self.longest.max(port.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
         let health = health(&block.counters, &self.zero);
-        let captured = self.captures > 0 && self.raw.is_none();
+        // A capture waits for room, too: behind one that is just out its record would take an answer's.
+        let captured = self.captures > 0 && self.raw.is_none() && port.has_room(RECORD);
         if captured {
             self.captures -= 1;
             self.raw = Some((block, 0));
@@ -269,7 +270,7 @@ where
         self.until_report = self.until_report.saturating_sub(1);
         if self.until_report == 0 || captured {
             self.until_report = self.plan.settings.report_every;
-            self.report(port, &measured, measurement, health, before, captured, sum);
+            self.report(port, &measured, measurement, health, before, sum);
         }
     }
 
@@ -330,7 +331,6 @@ where
         measurement: Measurement,
         health: Health,
         began: u32,
-        captured: bool,
         sum: Option<Sum>,
     ) {
         let method = self.plan.plan.options.method;
@@ -340,8 +340,8 @@ where
         if M::LINES || Q::LINES {
             self.longest = self.longest.max(port.ticks().wrapping_sub(began));
         }
-        // Answers, the status and a capture find room on a full line; a captured block's record is of the capture.
-        if !captured && !port.has_room(RECORD) {
+        // Answers, the status and a capture find room on a full line.
+        if !port.has_room(RECORD) {
             self.dropped = self.dropped.wrapping_add(1);
             return;
         }
@@ -488,6 +488,8 @@ where
     }
 
     /// Answers with the settings and ends with them.
+    // Not inlined: three orders end so.
+    #[inline(never)]
     fn restart(&mut self, port: &mut P, answer: Answer, settings: Settings) -> End {
         self.send(port, &answer.reply(&settings.to_bytes(N)));
         End::Restart(settings)

@@ -10,6 +10,6 @@ pub use picket_instrument::checksum::*;
 /// Each part is memory, and reading it changes nothing.
 pub unsafe fn of_memory(parts: impl IntoIterator<Item = Range<usize>>) -> u32 {
     // SAFETY: the caller promises that memory lies at these addresses.
-    let byte = |address| [unsafe { read_volatile(with_exposed_provenance::<u8>(address)) }];
-    of_pieces(parts.into_iter().flatten().map(byte))
+    let byte = |address| unsafe { read_volatile(with_exposed_provenance::<u8>(address)) };
+    of_stream(parts.into_iter().flatten().map(byte))
 }

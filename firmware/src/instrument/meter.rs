@@ -1,14 +1,14 @@
 //! What an image measures, beyond one tone of a block or not, and the memory for it.
 
-#[cfg(image = "signals")]
-pub use picket_instrument::gatherer::Gatherer as Meter;
-#[cfg(image = "lines")]
-pub use picket_instrument::meter::Several as Meter;
+use picket::acquire::sample::{Iq, Real};
 #[cfg(not(any(image = "signals", image = "tracking", image = "lines")))]
 pub use picket::pipeline::Pipeline as Meter;
 #[cfg(image = "tracking")]
 pub use picket::tracker::Tracker as Meter;
-use picket::acquire::sample::{Iq, Real};
+#[cfg(image = "signals")]
+pub use picket_instrument::gatherer::Gatherer as Meter;
+#[cfg(image = "lines")]
+pub use picket_instrument::meter::Several as Meter;
 
 /// A meter for each kind of record, in static memory: built at run time, they would pass over the
 /// stack.

@@ -136,9 +136,10 @@ where
         let causes = B::causes();
         let crashes = legacy::count(causes, &last);
         let storage = B::Storage::default();
-        let start = Start::new::<N>(left, &storage, crashes);
-        let start = Start { causes, last, saves, program: B::program(), ..start };
+        let mut start = Start::new::<N>(left, &storage, crashes);
         let board = B::start(&start.settings)?;
+        (start.causes, start.last, start.saves, start.program) =
+            (causes, last, saves, B::program());
         let mut wired = Wired { board, storage, blocks: None, stack: Stack::unknown(), crashes };
         let (mut inner, words) = picket_instrument::Instrument::new(&wired, &start, meters?)?;
         // This comes last, so that no block passes before the loop runs.
