@@ -369,7 +369,7 @@ fn life<M: Meter<Real, N>, Q: Meter<Iq, N>>(
     knows.crashes = crashes.word();
     let start = Start::new::<N>(left, &world.flash, crashes);
     let start = Start { causes, last, saves: knows.saves, ..start };
-    let made = Instrument::<World, N, SLOT, M, Q>::new(world, &start, meters);
+    let made = Instrument::<World, N, SLOT, M, Q>::new(world, start, meters);
     let (mut it, ()) = made.expect("the default settings work here");
     let measuring = it.plan().settings.start;
     it.begin(world, measuring);

@@ -9,6 +9,8 @@ mod board;
 mod brown_out;
 #[path = "rsemu/chirps.rs"]
 mod chirps;
+#[path = "rsemu/line.rs"]
+mod line;
 #[path = "rsemu/saves.rs"]
 mod saves;
 #[path = "rsemu/self_test.rs"]

@@ -122,6 +122,21 @@ fn holes_and_restarts_in_the_sequence() {
     assert_eq!((listener.records, listener.missing), (7, 3));
 }
 
+/// What a full line leaves out is missing and not lost; what the board has lost is both. A host may set the counts to 0 between.
+#[test]
+fn blocks_that_are_left_out_are_told_from_lost_ones() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let mut listener = Listener::default();
+    let told = [(0, 5), (1, 5), (4, 5), (8, 7), (9, 7), (12, 1), (20, 100)];
+    let expected = [(0, 0), (0, 0), (2, 0), (5, 2), (5, 2), (7, 3), (14, 10)];
+    for ((sequence, lost), expected) in told.into_iter().zip(expected) {
+        let mut sent = record(sequence, &mut rng);
+        sent.health.lost = lost;
+        listener.read(&sent.to_frame());
+        assert_eq!((listener.missing, listener.lost), expected, "block {sequence}");
+    }
+}
+
 #[test]
 fn a_hundred_thousand_damaged_frames_and_none_accepted() {
     println!("seed 6");

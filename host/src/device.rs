@@ -46,8 +46,13 @@ pub struct Listener {
     told: Option<(u32, Option<f64>)>,
     /// Measurements.
     pub records: u64,
-    /// Blocks between them of which no record came: lost by the device, left out by its settings or lost on the line.
+    /// Blocks between them of which no record came: lost by the device, left out by its settings or by a full line, or lost on the
+    /// line.
     pub missing: u64,
+    /// Those of them that the device itself has lost, as its records say.
+    pub lost: u64,
+    /// The losses that the last record told of.
+    losses: Option<u32>,
     /// Those of them that are before the last measurement.
     skipped: u64,
     /// Frames that were damaged or of a kind or version unknown here.
@@ -63,6 +68,11 @@ impl Listener {
                 let sequence = record.measurement.stamp.sequence;
                 self.told = Some((sequence, rate_hz(record)));
                 self.count(sequence);
+                // Counts that have become fewer were reset.
+                let losses = record.health.lost;
+                let before = self.losses.replace(losses).unwrap_or(losses);
+                let since = losses.checked_sub(before).unwrap_or(losses);
+                self.lost += self.skipped.min(since.into());
             }
             Some(Said::Burst(burst)) => {
                 self.told = Some((burst.number, rate_hz(&burst.record())));
@@ -75,7 +85,7 @@ impl Listener {
                 self.skipped = 0;
             }
             // It counts from 0 again, perhaps at another rate.
-            Some(Said::Boot(_)) => (self.last, self.told) = (None, None),
+            Some(Said::Boot(_)) => (self.last, self.told, self.losses) = (None, None, None),
             Some(_) => {}
             None => self.bad += 1,
         }

@@ -11,8 +11,8 @@ const MAGIC: u32 = 0x4352_5300;
 /// In place of the count: the program has run for long enough.
 const SETTLED: u32 = 0xFF;
 
-/// Abnormal ends in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Abnormal ends in a row; none by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crashes(u32);
 
 impl Crashes {

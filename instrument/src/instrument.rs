@@ -15,7 +15,6 @@ use heapless::Vec;
 use picket::acquire::frontend::{Block, Counters};
 use picket::acquire::sample::{Iq, Real};
 use picket::burst;
-use picket::config::Config;
 use picket::pipeline::{Measurement, Pipeline};
 use picket_wire::boot::{Boot, Name};
 use picket_wire::burst::Burst;
@@ -83,11 +82,12 @@ pub struct Instrument<
     port: core::marker::PhantomData<fn() -> P>,
 }
 
-/// Settings that this instrument can follow, and what they become on the board.
+/// Settings that this instrument can follow, and what they become on the board, whose codes they are given.
+// Not inlined: it is called at two places.
 #[inline(never)]
 fn planned<P, const N: usize, const SLOT: usize, M, Q>(
     port: &P,
-    settings: &Settings,
+    settings: &mut Settings,
 ) -> Result<(Plan<N>, P::Words), SettingsError>
 where
     P: Port<N, SLOT>,
@@ -104,8 +104,8 @@ where
     if settings.mode != Mode::Blocks && !can(M::SIGNALS, Q::SIGNALS) {
         return Err(SettingsError::Signals);
     }
-    let config = Config { codes: P::CODES, ..settings.config };
-    port.plan(&Settings { config, ..*settings })
+    settings.config.codes = P::CODES;
+    port.plan(settings)
 }
 
 /// The duration of a block with its guard, ticks.
@@ -123,12 +123,12 @@ where
     /// An instrument before its first block, and what its settings become on the board. Where the wanted ones cannot work on the
     /// board as it is, they are the default ones, stopped, and the boot record says so: if the clock is slower than wanted, the board waits
     /// for others. `None` if not even these work.
-    pub fn new(port: &P, start: &Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
-        let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &start.settings) {
+    pub fn new(port: &P, mut start: Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
+        let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &mut start.settings) {
             Ok(planned) => (planned, false),
             Err(_) => {
-                let safe = Settings { start: false, ..Settings::default() };
-                (planned::<P, N, SLOT, M, Q>(port, &safe).ok()?, true)
+                start.settings = Settings { start: false, ..Settings::default() };
+                (planned::<P, N, SLOT, M, Q>(port, &mut start.settings).ok()?, true)
             }
         };
         let (plan, words) = planned;
@@ -414,8 +414,8 @@ where
         match request.command {
             Command::Identify => self.send(port, &answer.reply(&self.boot.to_bytes())),
             Command::GetSettings => self.send(port, &answer.reply(&settings.to_bytes(N))),
-            Command::SetSettings(settings, n) => {
-                let plan = self.check(port, &settings, n)?;
+            Command::SetSettings(mut settings, n) => {
+                let plan = self.check(port, &mut settings, n)?;
                 return Ok(Some(self.restart(port, answer, plan.settings)));
             }
             Command::Start => {
@@ -479,7 +479,7 @@ where
     }
 
     /// Checks settings that a command brought.
-    fn check(&self, port: &P, settings: &Settings, n: usize) -> Result<Plan<N>, Refusal> {
+    fn check(&self, port: &P, settings: &mut Settings, n: usize) -> Result<Plan<N>, Refusal> {
         let refused = |error: SettingsError| Refusal::Settings(error.code());
         if n != N {
             return Err(refused(SettingsError::Length));

@@ -9,7 +9,7 @@
 //!
 //! - [`instrument`] is the machine, [`port`] what it needs around it, [`start`] what is known before.
 //! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] sums and bursts.
-//! - [`storage`] keeps settings in two pages of flash, [`words`] turns them into words, [`checksum`] is that of both.
+//! - [`storage`] keeps settings in two pages of flash (`nor`: of any driver by `embedded-storage`, with the feature of this name), [`words`] turns them into words, [`checksum`] is that of both.
 //! - [`bounds`] bounds answers, saves and waits; [`crashes`] counts abnormal ends; [`clock`] says what a clock adds to sigma.
 //! - [`slot`] is the memory of a block, [`adf4159`] the words of a ramp synthesiser.
 //!
@@ -32,6 +32,8 @@ pub mod crashes;
 pub mod gatherer;
 pub mod instrument;
 pub mod meter;
+#[cfg(feature = "embedded-storage")]
+pub mod nor;
 pub mod plan;
 pub mod port;
 pub mod slot;

@@ -143,6 +143,15 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
     }
 }
 
+/// No meter, for a board without such records, whose plan refuses them: it takes no memory.
+impl<R: Record, const N: usize> Meter<R, N> for () {
+    fn adopt(&mut self, _: Plan<R, N>) {}
+
+    fn block(&mut self, stamp: Stamp, _: &mut [R::Sample; N]) -> Measurement {
+        Measurement { stamp, ..Measurement::default() }
+    }
+}
+
 /// A meter for each kind of record. In static memory they need no room on the stack.
 pub type Meters<'a, M, Q> = (&'a mut M, &'a mut Q);
 

@@ -141,7 +141,7 @@ where
         (start.causes, start.last, start.saves, start.program) =
             (causes, last, saves, B::program());
         let mut wired = Wired { board, storage, blocks: None, stack: Stack::unknown(), crashes };
-        let (mut inner, words) = picket_instrument::Instrument::new(&wired, &start, meters?)?;
+        let (mut inner, words) = picket_instrument::Instrument::new(&wired, start, meters?)?;
         // This comes last, so that no block passes before the loop runs.
         if inner.plan().settings.start {
             wired.blocks = wired.board.sample(inner.plan(), &words);

@@ -393,14 +393,14 @@ impl Watch {
     }
 
     fn finish(&self) {
-        let Listener { records, missing, bad, .. } = self.listener;
+        let Listener { records, missing, lost, bad, .. } = self.listener;
         match self.style {
             _ if self.quiet => {}
             Style::Jsonl => print_line(&format!(
-                r#"{{"summary":true,"records":{records},"missing":{missing},"bad_frames":{bad}}}"#
+                r#"{{"summary":true,"records":{records},"missing":{missing},"missing_lost":{lost},"bad_frames":{bad}}}"#
             )),
             _ => self.note(&format!(
-                "{records} records, {missing} blocks between them without one, {bad} bad frames"
+                "{records} records, {missing} blocks between them without one ({lost} lost by the board, the others left out), {bad} bad frames"
             )),
         }
     }

@@ -167,6 +167,10 @@ impl Live {
             words.push(Span::styled(format!("   {name} {count}"), style));
         }
         if let Some(status) = &self.status {
+            // Records that a full line has thinned are missing, and no block of them is lost.
+            if status.dropped > 0 {
+                words.push(Span::styled(format!("   no room {}", status.dropped), raised));
+            }
             words.push(Span::raw(format!("   load {:.1} %", f64::from(status.load) / 10.0)));
         }
         let words = Paragraph::new(Line::from(words));
