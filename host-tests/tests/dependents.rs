@@ -29,6 +29,8 @@ const STM32F4: Dependent = Dependent { name: "stm32f4", triple: "thumbv7em-none-
 const RP2040: Dependent = Dependent { name: "rp2040", triple: "thumbv6m-none-eabi" };
 const EMBASSY_STM32: Dependent =
     Dependent { name: "embassy-stm32", triple: "thumbv7em-none-eabihf" };
+const EMBASSY_STM32_INSTRUMENT: Dependent =
+    Dependent { name: "embassy-stm32-instrument", triple: "thumbv7em-none-eabihf" };
 const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-none-eabi" };
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
 const SKELETON: Dependent = Dependent { name: "skeleton", triple: "thumbv7m-none-eabi" };
@@ -98,7 +100,9 @@ fn assert_states_footprint(words: &str, image: &Path) {
 #[test]
 fn the_page_shows_the_programs_as_they_are() {
     let page = include_str!("../../docs/own-board.md");
-    for Dependent { name, .. } in [STM32F4, RP2040, EMBASSY_STM32, EMBASSY_RP] {
+    for Dependent { name, .. } in
+        [STM32F4, RP2040, EMBASSY_STM32, EMBASSY_STM32_INSTRUMENT, EMBASSY_RP]
+    {
         let program = fs::read_to_string(dependents().join(name).join("src/main.rs")).unwrap();
         assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/own-board.md, {name}");
     }
@@ -279,6 +283,18 @@ fn embassys_ring_buffer_on_an_stm32_links_with_its_interrupt() {
     let Some(image) = had(EMBASSY_STM32.build(&[])) else { return };
     assert_states_footprint("a DMA ring of two halves.", &image);
     Image::of(&image).assert_vectors(0x0800_0000, 97, &[(56, "DMA2_STREAM0")]);
+}
+
+#[test]
+fn the_instrument_in_embassys_executor_links_with_its_interrupts() {
+    let Some(image) = had(EMBASSY_STM32_INSTRUMENT.build(&[])) else { return };
+    assert_states_footprint("any flash that has a driver by `embedded-storage`.", &image);
+    // USART2 is 38; the time driver has a timer of its own.
+    let image = Image::of(&image);
+    let vectors = image.vectors(0x0800_0000);
+    for (line, handler) in [(56, "DMA2_STREAM0"), (38, "USART2")] {
+        assert_eq!(vectors[16 + line], image.handler(handler), "{handler}");
+    }
 }
 
 #[test]

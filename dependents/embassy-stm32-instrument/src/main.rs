@@ -50,7 +50,8 @@ async fn send(mut line: BufferedUartTx<'static>) {
 /// Blocks for the instrument, memory for the next ones, and the task that fills it.
 static FULL: Channel<CriticalSectionRawMutex, Block<Slot<N>>, 2> = Channel::new();
 static EMPTY: Channel<CriticalSectionRawMutex, Slot<N>, 2> = Channel::new();
-static COUNTERS: Mutex<CriticalSectionRawMutex, Cell<Option<Counters>>> = Mutex::new(Cell::new(None));
+static COUNTERS: Mutex<CriticalSectionRawMutex, Cell<Option<Counters>>> =
+    Mutex::new(Cell::new(None));
 
 #[embassy_executor::task]
 async fn sample(mut adc: RingBufferedAdc<'static, peripherals::ADC1>) {
@@ -58,16 +59,16 @@ async fn sample(mut adc: RingBufferedAdc<'static, peripherals::ADC1>) {
     loop {
         let whole = adc.read(&mut words).await.is_ok();
         let stamp = Timing::continuous(N as u32).stamp(counters.filled().into(), gap);
-        match EMPTY.try_receive() {
+        if !whole {
             // The converter overran the ring. Nobody knows how many samples are missing: one block at least.
-            _ if !whole => counters.broken += 1,
-            Err(_) => counters.overruns += 1,
-            Ok(mut slot) => {
-                counters.blocks += 1;
-                let samples = slot.samples_mut::<Real, N>(0);
-                samples.iter_mut().zip(words).for_each(|(sample, word)| *sample = word as i16);
-                let _ = FULL.try_send(Block { stamp, counters, slot });
-            }
+            counters.broken += 1;
+        } else if let Ok(mut slot) = EMPTY.try_receive() {
+            counters.blocks += 1;
+            let samples = slot.samples_mut::<Real, N>(0);
+            samples.iter_mut().zip(words).for_each(|(sample, word)| *sample = word as i16);
+            let _ = FULL.try_send(Block { stamp, counters, slot });
+        } else {
+            counters.overruns += 1;
         }
         let last = COUNTERS.lock(|last| last.replace(Some(counters))).unwrap_or_default();
         gap = counters.lost() != last.lost();

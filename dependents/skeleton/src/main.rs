@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::{Peripherals, syst::SystClkSource};
 use cortex_m_rt::{entry, exception};
 use heapless::Deque;
+use picket::acquire::codes::Codes;
 use picket::acquire::frontend::{Blocks, Counters};
 use picket_firmware::instrument::{Instrument, plan::Plan, storage::Nowhere};
 use picket_firmware::{board::Board, sampler::Sampler, slot::Slot};
@@ -64,6 +65,7 @@ impl Skeleton {
 
 impl Board<N, N> for Skeleton {
     const NAME: &'static str = "skeleton";
+    const CODES: Codes = Codes::unsigned::<12>();
     type Words = ();
     type Storage = Nowhere;
 
@@ -115,11 +117,7 @@ impl Board<N, N> for Skeleton {
     }
 
     fn send(&mut self, frame: &[u8]) -> bool {
-        let room = self.has_room(frame.len());
-        for &byte in frame.iter().filter(|_| room) {
-            let _ = self.out.push_back(byte);
-        }
-        room
+        self.has_room(frame.len()) && frame.iter().all(|&byte| self.out.push_back(byte).is_ok())
     }
 
     fn receive(&mut self) -> Option<u8> {
