@@ -1,13 +1,13 @@
-//! Picket's firmware: an instrument that is the same on every board, the boards, and one image a
+//! Picket's firmware: the instrument (`picket-instrument`) in a loop that is the same on every board, the boards, and one image a
 //! file.
 //!
 //! ```text
 //! bin/            one image a file
 //!   |
-//! instrument/     blocks to telemetry, commands to answers
+//! instrument/     the loop, and the resets by which settings take effect
 //!   |
 //! board.rs        what the instrument needs from a board
-//!   ^             (progress.rs, sampler.rs, shared.rs, slot.rs: what boards have in common)
+//!   ^             (progress.rs, sampler.rs, shared.rs: what boards have in common)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
 //! pico/           another one, with words.rs
 //!

@@ -20,7 +20,7 @@ fn main() {
     while begin.elapsed() < seconds {
         let length = 1 + random() % 256;
         let bytes: Vec<u8> = (0..length).flat_map(|_| random().to_le_bytes()).collect();
-        let done = std::panic::catch_unwind(|| picket_fuzz::steps(&bytes));
+        let done = std::panic::catch_unwind(|| picket_fuzz::instrument::steps(&bytes));
         let Ok(done) = done else {
             println!("after {steps} steps: {bytes:?}");
             std::process::exit(1);
