@@ -2,13 +2,13 @@
 //! functions by `fuzz/run`, and a test gives them the kept corpus.
 
 mod input;
-mod instrument;
+pub mod instrument;
 mod line;
 mod measure;
 mod paths;
 mod recordings;
 
-pub use instrument::{instrument, steps};
+pub use instrument::instrument;
 pub use line::{command, frame, message, settings};
 pub use measure::{pipeline, tracker};
 pub use paths::paths;
