@@ -32,7 +32,6 @@ const RECORD: usize = 3 * WIRE;
 
 /// How an instrument ends. Its last answer may still wait for the line; every block's memory is the port's again.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 pub enum End {
     /// Another one shall start, with these settings.
     Restart(Settings),
@@ -323,7 +322,6 @@ where
     }
 
     /// Reports a block whose measurement began at a tick: what was measured, and what is told of it.
-    #[expect(clippy::too_many_arguments, reason = "it is a part of `on_block`")]
     fn report(
         &mut self,
         port: &mut P,
