@@ -206,6 +206,8 @@ where
     }
 
     /// Hears one byte of the host, as [`Instrument::on_bytes`].
+    // Not inlined, so that a command's settings take no stack beside a measurement.
+    #[inline(never)]
     pub fn on_byte(&mut self, port: &mut P, byte: u8) -> Option<End> {
         let request = match self.reader.push(byte)? {
             Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
