@@ -7,7 +7,7 @@
 //! instrument/     the loop, and the resets by which settings take effect
 //!   |
 //! board.rs        what the instrument needs from a board
-//!   ^             (progress.rs, sampler.rs, shared.rs: what boards have in common)
+//!   ^             (fence.rs, progress.rs, sampler.rs, shared.rs: what boards have in common)
 //! nucleo_f446re/  a board: its registers, and in words/ what goes into them
 //! pico/           another one, with words.rs
 //!
@@ -27,6 +27,8 @@
 extern crate std;
 
 pub mod board;
+#[cfg(all(target_os = "none", feature = "instrument"))]
+pub mod fence;
 pub mod instrument;
 #[cfg(all(target_os = "none", feature = "mps2"))]
 pub mod mps2;

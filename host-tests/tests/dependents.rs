@@ -32,6 +32,11 @@ const EMBASSY_STM32: Dependent =
 const EMBASSY_STM32_INSTRUMENT: Dependent =
     Dependent { name: "embassy-stm32-instrument", triple: "thumbv7em-none-eabihf" };
 const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-none-eabi" };
+const EMBASSY_STM32G4: Dependent =
+    Dependent { name: "embassy-stm32g4", triple: "thumbv7em-none-eabihf" };
+const NRF52840: Dependent = Dependent { name: "nrf52840", triple: "thumbv7em-none-eabihf" };
+const RP2350: Dependent = Dependent { name: "rp2350", triple: "thumbv8m.main-none-eabihf" };
+const ESP32C3: Dependent = Dependent { name: "esp32c3", triple: "riscv32imc-unknown-none-elf" };
 const RISCV32: Dependent = Dependent { name: "riscv32", triple: "riscv32imac-unknown-none-elf" };
 const SKELETON: Dependent = Dependent { name: "skeleton", triple: "thumbv7m-none-eabi" };
 const WASM32: Dependent = Dependent { name: "wasm32", triple: "wasm32-unknown-unknown" };
@@ -48,6 +53,11 @@ impl Image {
         let file = object::File::parse(&*self.0).unwrap();
         let section = file.section_by_name(name).unwrap_or_else(|| panic!("no section {name}"));
         (section.address(), section.data().unwrap().to_vec())
+    }
+
+    fn size(&self, name: &str) -> u64 {
+        let file = object::File::parse(&*self.0).unwrap();
+        file.section_by_name(name).unwrap_or_else(|| panic!("no section {name}")).size()
     }
 
     /// A function's address as a vector has it: its lowest bit says that it is Thumb code.
@@ -88,11 +98,29 @@ impl Image {
         let crc = crc::Crc::<u32>::new(&crc::CRC_32_MPEG_2).checksum(code);
         assert_eq!(checksum, crc.to_le_bytes());
     }
+
+    /// Asserts that the ROM of an RP2350 starts it: within the first 4 KiB is a loop of blocks, of one that says that the image is a
+    /// program for the chip's Arm cores, in secure mode (datasheet, 5.9).
+    fn assert_image_definition(&self) {
+        let (at, block) = self.section(".start_block");
+        assert!(at < 0x1000_1000 && at % 4 == 0, "{at:#x}");
+        let words: Vec<u32> =
+            block.as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect();
+        let [start, image, last, next, end] = words[..] else { panic!("{words:x?}") };
+        assert_eq!((start, end), (0xFFFF_DED3, 0xAB12_3579));
+        // An item of type 0x42 and one word: EXE 0, S 5:4 = 2, ARM 10:8 = 0, RP2350 14:12 = 1.
+        assert_eq!(image, 0x1021_0142);
+        // The last item says that one word came before it; the next block is this one.
+        assert_eq!((last, next), (0x0000_01FF, 0));
+    }
 }
 
 /// The page states what an image takes, behind these words.
 fn assert_states_footprint(words: &str, image: &Path) {
-    let Footprint { flash, ram } = Footprint::of(image).unwrap();
+    assert_states(words, Footprint::of(image).unwrap());
+}
+
+fn assert_states(words: &str, Footprint { flash, ram }: Footprint) {
     let phrase = format!("{words} Flash # B, RAM # B without the stack");
     Document::own_board().assert_states(&phrase, &[flash as f64, ram as f64]);
 }
@@ -100,9 +128,18 @@ fn assert_states_footprint(words: &str, image: &Path) {
 #[test]
 fn the_page_shows_the_programs_as_they_are() {
     let page = include_str!("../../docs/own-board.md");
-    for Dependent { name, .. } in
-        [STM32F4, RP2040, EMBASSY_STM32, EMBASSY_STM32_INSTRUMENT, EMBASSY_RP]
-    {
+    let shown = [
+        STM32F4,
+        RP2040,
+        RP2350,
+        EMBASSY_STM32,
+        EMBASSY_STM32G4,
+        EMBASSY_STM32_INSTRUMENT,
+        EMBASSY_RP,
+        NRF52840,
+        ESP32C3,
+    ];
+    for Dependent { name, .. } in shown {
         let program = fs::read_to_string(dependents().join(name).join("src/main.rs")).unwrap();
         assert!(page.contains(&format!("```rust\n{program}```\n")), "docs/own-board.md, {name}");
     }
@@ -247,7 +284,7 @@ fn a_device_crates_interrupts_are_in_the_vector_table() {
     let Some(image) = stm32f4() else { return };
     assert_states_footprint("the interrupt by the device crate's own attribute.", image);
     // RM0390, table 38: 97 lines, DMA2 stream 0 is 56.
-    Image::of(image).assert_vectors(0x0800_0000, 97, &[(56, "DMA2_STREAM0")]);
+    Image::of(image).assert_vectors(0x0800_0000, 97, &[(18, "ADC"), (56, "DMA2_STREAM0")]);
 }
 
 /// The test above can fail: a package that hands the linker an empty `device.x` of its own, as this one once did, hides the
@@ -295,6 +332,70 @@ fn the_instrument_in_embassys_executor_links_with_its_interrupts() {
     for (line, handler) in [(56, "DMA2_STREAM0"), (38, "USART2")] {
         assert_eq!(vectors[16 + line], image.handler(handler), "{handler}");
     }
+}
+
+#[test]
+fn embassys_ring_buffer_on_an_stm32g4_links_with_its_interrupt() {
+    let Some(image) = had(EMBASSY_STM32G4.build(&[])) else { return };
+    assert_states_footprint("which the program sees by the converter's flag.", &image);
+    // RM0440, table 97: 102 lines, DMA1 channel 1 is 11.
+    Image::of(&image).assert_vectors(0x0800_0000, 102, &[(11, "DMA1_CHANNEL1")]);
+}
+
+#[test]
+fn two_buffers_on_an_nrf52840_link_with_their_interrupt() {
+    let Some(image) = had(NRF52840.build(&[])) else { return };
+    assert_states_footprint("A timer counts full buffers.", &image);
+    // nRF52840 product specification, 4.2.4: a line is its peripheral's number, the SAADC's 7; 48 of them.
+    Image::of(&image).assert_vectors(0, 48, &[(7, "SAADC")]);
+}
+
+#[test]
+fn a_chip_that_reads_blocks_finds_the_one_of_its_image() {
+    let Some(image) = had(RP2350.build(&[])) else { return };
+    assert_states_footprint("as on the RP2040.", &image);
+    let image = Image::of(&image);
+    // RP2350 datasheet, 3.2: 52 lines, DMA_IRQ_0 is 10.
+    image.assert_vectors(0x1000_0000, 52, &[(10, "DMA_IRQ_0")]);
+    image.assert_image_definition();
+    // The kernels for the DSP extension are in it.
+    let file = object::File::parse(&*image.0).unwrap();
+    assert!(
+        file.symbols().any(|symbol| symbol.name().is_ok_and(|name| name.contains("kernel_dsp")))
+    );
+}
+
+#[test]
+fn a_core_without_atomics_links_with_its_traps_and_its_description() {
+    let Some(image) = had(ESP32C3.build(&[])) else { return };
+    let image = Image::of(&image);
+    // The linker's script reserves the rest: the stack, and room in each address space for what the other one shows.
+    let sizes = |names: &[&str]| names.iter().map(|name| image.section(name).1.len() as u64).sum();
+    let in_ram: u64 = sizes(&[".trap", ".rwtext", ".data"]);
+    let flash = in_ram + sizes(&[".flash.appdesc", ".rodata", ".text"]);
+    let ram = in_ram + image.size(".bss");
+    assert_states(
+        "an interrupt each fetches a conversion and begins the next.",
+        Footprint { flash, ram },
+    );
+    // ESP32-C3 datasheet, table 3-1: where code runs from memory, and where it is read from flash.
+    let (traps, _) = image.section(".trap");
+    let (text, _) = image.section(".text");
+    assert!(
+        (0x4037_C000..0x403E_0000).contains(&traps) && (0x4200_0000..0x4280_0000).contains(&text)
+    );
+    // The table of interrupts is at a multiple of 256, and each entry a jump (RISC-V privileged architecture, mtvec): `jal x0`.
+    let table = u64::from(image.handler("_vector_table") - 1);
+    let (at, code) = image.section(".trap");
+    assert!(table % 256 == 0 && (at..at + code.len() as u64).contains(&table), "{table:#x}");
+    let jumps = code[(table - at) as usize..]
+        .chunks(4)
+        .take(32)
+        .filter(|jump| jump[0] == 0x6F && jump[1] & 15 == 0);
+    assert_eq!(jumps.count(), 32);
+    // What the second stage of the boot looks for in front of the constants.
+    let (_, description) = image.section(".flash.appdesc");
+    assert_eq!(description[..4], 0xABCD_5432_u32.to_le_bytes());
 }
 
 #[test]

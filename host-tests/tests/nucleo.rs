@@ -38,6 +38,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+mod fence;
 mod several;
 mod signals;
 

@@ -192,6 +192,20 @@ fn settings_outlive_a_restart_and_are_kept_in_flash() {
     assert_eq!(pico.request(Command::SetSettings(iq, N)).unwrap(), refused);
 }
 
+/// The supply's regulator keeps to one rate of switching, and a line with nothing on it is no break.
+#[test]
+fn supply_and_receiver_are_set() {
+    let Some(mut pico) = plug() else { return };
+    pico.power().unwrap();
+    // Pico datasheet, 2.1: GPIO 23 is the regulator's mode, high for one rate. RP2040 datasheet, 2.19.6.1 and 2.3.1.7: IO_BANK0's
+    // GPIO23_CTRL with function 5, SIO's GPIO_OUT and GPIO_OE.
+    assert_eq!(pico.read(0x4001_40BC).unwrap() & 31, 5);
+    let [out, enable] = [0xD000_0010, 0xD000_0020].map(|at| pico.read(at).unwrap() >> 23 & 1);
+    assert_eq!([out, enable], [1, 1]);
+    // 2.19.6.3: PADS_BANK0's GPIO1 with PUE 3 and without PDE 2.
+    assert_eq!(pico.read(0x4001_C008).unwrap() >> 2 & 3, 0b10);
+}
+
 /// Without blocks the timer wakes the core, and the watchdog is fed; when blocks stay away, it bites.
 #[test]
 fn the_watchdog_bites_only_when_blocks_stay_away() {

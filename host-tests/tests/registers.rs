@@ -5,6 +5,7 @@ use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_firmware::nucleo_f446re::words::gauge;
 use picket_firmware::nucleo_f446re::words::guard::{FEED, START, UNLOCK, WATCHDOG};
 use picket_firmware::nucleo_f446re::words::pins::{self, PORT_A, PORT_B};
+use picket_firmware::nucleo_f446re::words::quiet::Quiet;
 use picket_firmware::nucleo_f446re::words::sampling::{self, Sampling};
 use picket_firmware::nucleo_f446re::words::waveform::{
     DAC_CR, DAC_REST, DAC_SR_UNDERRUN, DAC_STREAM, SyncInput, SyncOutput,
@@ -51,9 +52,7 @@ fn clocks() {
         word(|w: &mut rcc::cfgr::W| w.sw().pll().ppre1().div4().ppre2().div2().hpre().div1());
     // Undivided has many spellings, of which ours is zero.
     assert_eq!(tree.cfgr, cfgr & !0xF0);
-    let acr = word(|w: &mut flash::acr::W| {
-        w.latency().ws5().prften().enabled().icen().enabled().dcen().enabled()
-    });
+    let acr = word(|w: &mut flash::acr::W| w.latency().ws5().icen().enabled().dcen().enabled());
     assert_eq!(tree.flash, acr);
     let ahb1 = word(|w: &mut rcc::ahb1enr::W| {
         w.gpioaen().enabled().gpioben().enabled().dma1en().enabled().dma2en().enabled()
@@ -62,9 +61,22 @@ fn clocks() {
         w.tim2en().enabled().tim3en().enabled().tim4en().enabled().tim5en().enabled();
         w.usart2en().enabled().pwren().enabled().dacen().enabled()
     });
-    let apb2 =
-        word(|w: &mut rcc::apb2enr::W| w.adc1en().enabled().adc2en().enabled().spi1en().enabled());
+    let apb2 = word(|w: &mut rcc::apb2enr::W| {
+        w.adc1en().enabled().adc2en().enabled().spi1en().enabled().syscfgen().enabled()
+    });
     assert_eq!((pins::AHB1, pins::APB1, pins::APB2), (ahb1, apb1, apb2));
+}
+
+#[test]
+fn what_keeps_the_converters_quiet() {
+    use chip::{flash, pwr, syscfg};
+    let prefetch = word(|w: &mut flash::acr::W| w.prften().enabled());
+    assert_eq!(Quiet::Ahead.prefetch(), prefetch);
+    // Scale 1, its reset value, is not ours to say here.
+    let first = word(|w: &mut pwr::cr::W| w.adcdc1().set_bit()) & !(3 << 14);
+    assert_eq!(Quiet::First.power(), first);
+    let second = word(|w: &mut syscfg::pmc::W| w.adc1dc2().set_bit().adc2dc2().set_bit());
+    assert_eq!(Quiet::Second.mode(), second);
 }
 
 #[test]

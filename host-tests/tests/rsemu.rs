@@ -228,3 +228,53 @@ fn it_outlives_its_crystal() {
     assert_eq!(board.resets.len(), 1);
     board.assert_rules();
 }
+
+/// A clock of another rate than the board's is not used, nor told as if it were.
+#[test]
+fn it_does_not_start_by_another_crystal() {
+    for (hse_hz, clock) in [
+        (4_000_000, Clock::Internal),
+        (12_000_000, Clock::Internal),
+        (7_400_000, Clock::Internal),
+        (8_300_000, Clock::External),
+    ] {
+        let Some(mut board) = Emulated::plug() else { return };
+        board.order(&format!("hse {hse_hz}"));
+        let (mut board, boot) = board.power();
+        assert_eq!(
+            (boot.clock, boot.core_hz, boot.measuring),
+            (clock, 180_000_000, true),
+            "{hse_hz}"
+        );
+        board.assert_rules();
+    }
+}
+
+/// The watchdog's oscillator is counted by the crystal: what changes is told by a restart. One that never was what its data sheet
+/// says tells nothing.
+#[test]
+fn the_crystal_is_watched() {
+    for (lsi_hz, divider, kind) in
+        [(32_000, 1, 0), (20_000, 1, 0), (60_000, 4, 0), (32_000, 2, 3), (40_000, 3, 3)]
+    {
+        let Some(mut board) = Emulated::plug() else { return };
+        let mut sectors = Sectors::new();
+        sectors.save(&Settings { start: false, ..tone(500e3) });
+        board.load(&sectors);
+        board.order(&format!("lsi {lsi_hz}"));
+        board.order("oscillator 1");
+        let (mut board, boot) = board.power();
+        assert_eq!(boot.clock, Clock::External);
+        board.run(300_000);
+        assert_eq!(board.resets, [], "{lsi_hz}");
+        board.order(&format!("oscillator {divider}"));
+        board.run(300_000);
+        if kind > 0 {
+            let boot = board.boot();
+            assert_eq!((boot.causes.message(), boot.last.kind), ("software", kind));
+            // From its reset on the oscillator is none that the crystal contradicts.
+            board.run(1_000_000);
+        }
+        assert_eq!(board.resets.len() as u32, kind / 3, "{lsi_hz}: {:?}", board.resets);
+    }
+}

@@ -20,7 +20,7 @@ impl Crashes {
     /// button or by power begins anew.
     pub const fn at_start(word: u32, causes: Causes, last: &LastEnd) -> Self {
         // A fault, an unexpected interrupt, a panic; or the watchdog.
-        let crashed = matches!(last.kind, 1 | 2 | 4) || causes.0 & 8 != 0;
+        let crashed = matches!(last.kind, 1 | 2 | 4 | 5) || causes.0 & 8 != 0;
         let count = match word ^ MAGIC {
             _ if !crashed => 0,
             SETTLED => 0,

@@ -10,7 +10,7 @@
 //! | 8 | CRC-32 of the settings in use: u32 |
 //! | 12 | samples in a block: u32 |
 //! | 16 | core's clock: u32, Hz |
-//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed, 4 panic |
+//! | 20 | how the last program ended: u32, 0 unknown, 1 hard fault, 2 unexpected interrupt, 3 the external clock failed, 4 panic, 5 stack overflow |
 //! | 24 | program counter at that end: u32 |
 //! | 28 | two further words about that end: 2 u32 |
 //! | 36 | the board's name: 16 bytes of ASCII, zeros behind it |
@@ -97,11 +97,12 @@ impl Name {
 /// How the previous program ended. Memory keeps it over the reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LastEnd {
-    /// 0 nothing known, 1 a hard fault, 2 an unexpected interrupt, 3 the external clock failed.
+    /// 0 nothing known, 1 a hard fault, 2 an unexpected interrupt, 3 the external clock failed, 4 a panic, 5 the stack overflowed.
     pub kind: u32,
     /// The program counter at the end.
     pub pc: u32,
-    /// After a hard fault: the link register and CFSR. After an interrupt: its number.
+    /// After a hard fault: the link register and CFSR. After an interrupt: its number. After a panic: its line. After an overflow: the
+    /// stack pointer.
     pub more: [u32; 2],
 }
 

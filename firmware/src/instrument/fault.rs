@@ -2,6 +2,7 @@
 //! cannot occur.
 
 use super::legacy::Legacy;
+use crate::fence;
 use core::arch::naked_asm;
 use core::ptr::read_volatile;
 use cortex_m::peripheral::SCB;
@@ -33,21 +34,27 @@ pub fn end(last: LastEnd) -> ! {
     Legacy { last, ..Legacy::default() }.leave()
 }
 
-/// Passes the stack with the interrupted program's registers to the fault handler.
+/// Passes the stack with the interrupted program's registers to the fault handler, which has the whole stack for itself: of the old one
+/// nothing may be left.
 // SAFETY: this is the name by which cortex-m-rt's vector table knows the handler, and it does not return.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 extern "C" fn HardFault() -> ! {
     // A short branch may not reach; nothing returns to the long one's link.
     #[cfg(short_products)]
-    naked_asm!("mrs r0, msp", "bl {}", sym hard_fault);
+    naked_asm!("mrs r0, msp", "ldr r1, =_stack_start", "mov sp, r1", "bl {}", sym hard_fault);
     #[cfg(not(short_products))]
-    naked_asm!("mrs r0, msp", "b {}", sym hard_fault)
+    naked_asm!("mrs r0, msp", "ldr r1, =_stack_start", "mov sp, r1", "b {}", sym hard_fault)
 }
 
 /// # Safety
-/// `frame` must be what the core stacked: eight words.
+/// `frame` must be where the core stacked eight words, unless it is below the stack.
 unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
+    let place = frame.addr();
+    if place < fence::end() {
+        // The core may not have been able to stack anything.
+        end(LastEnd { kind: 5, pc: 0, more: [place as u32, 0] })
+    }
     // The configurable faults' status (CFSR).
     const CFSR: *const u32 = 0xE000_ED28 as *const u32;
     // SAFETY: the caller guarantees the frame, in which lr is word 5 and pc word 6; the register

@@ -6,6 +6,7 @@ use super::words::Words;
 use super::words::clock::{Speed, Tree};
 use super::{N, SLOT, chirp, converter, start};
 use crate::board::Board;
+use crate::fence;
 use crate::instrument::clock;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
@@ -33,11 +34,13 @@ impl Board<N, SLOT> for Nucleo {
     }
 
     fn start(settings: &Settings) -> Option<Self> {
-        let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
-        start::peripherals(&tree);
+        fence::raise();
+        start::buses();
         if let Drive::Dac { low, .. } = settings.drive {
             chirp::rest(low);
         }
+        let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
+        start::pins(&tree);
         #[cfg(feature = "brown-out")]
         super::brown_out::set();
         start::watchdog();

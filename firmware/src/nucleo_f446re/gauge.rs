@@ -1,18 +1,20 @@
 //! Measures clocks by each other: [`words::gauge`](super::words::gauge) says how.
 
-use super::registers::{clear, put, rcc, set, tim5, tim11};
-use super::start::within;
-use super::words::clock::HSE_HZ;
+use super::registers::{clear, put, rcc, set, tim5, tim11, wait};
 use super::words::gauge::{
-    APB2, EIGHTH, PROBE_CAPTURES, TIM5_CAPTURE, TIM5_ENABLE, TIM5_INPUT, TIM11_CAPTURE,
-    TIM11_ENABLE, TIM11_INPUT, WATCHDOG_CAPTURES, hz,
+    APB2, EIGHTH, START_CAPTURES, TIM5_CAPTURE, TIM5_ENABLE, TIM5_INPUT, TIM5_INTERRUPT,
+    TIM11_CAPTURE, TIM11_ENABLE, TIM11_INPUT, period_fits, probe_fits,
 };
+#[cfg(feature = "self-test")]
+use super::words::{
+    clock::HSE_HZ,
+    gauge::{PROBE_CAPTURES, WATCHDOG_CAPTURES, hz},
+};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
-/// The longest wait for a capture, ms: of an oscillator of 17 kHz eight periods take 0.5.
-const PATIENCE_MS: u32 = 2;
-
-/// The probe's clock in hertz, by a core of `core_hz`; `None` if it does not come. It takes 8 ms.
-pub fn probe_hz(core_hz: u32) -> Option<f64> {
+/// Ticks of TIM11, at the core's clock, in so many captures of the probe's clock; `None` if it does not come. 1,000 captures take
+/// 8 ms.
+fn probe_ticks(captures: u32) -> Option<u32> {
     set!(rcc().apb2enr(), APB2);
     set!(rcc().cfgr(), EIGHTH);
     let timer = tim11();
@@ -23,38 +25,92 @@ pub fn probe_hz(core_hz: u32) -> Option<f64> {
     put!(timer.cr1(), 1);
     // CC1IF 1, which reading the value clears, and CC1OF 9: one was overwritten.
     let next = || {
-        within(PATIENCE_MS, || timer.sr().read().bits() & 1 << 1 != 0)
-            .then(|| timer.ccr1().read().bits())
+        wait(|| timer.sr().read().bits() & 1 << 1 != 0).then(|| timer.ccr1().read().bits() as u16)
     };
+    // A measurement before may have left one.
+    let _ = timer.ccr1().read().bits();
     let mut whole = 0_u32;
     let mut last = next();
     put!(timer.sr(), 0);
-    for _ in 0..PROBE_CAPTURES {
+    for _ in 0..captures {
         let now = next();
         let (Some(from), Some(to)) = (last, now) else { break };
-        whole = whole.wrapping_add(u32::from((to as u16).wrapping_sub(from as u16)));
+        whole = whole.wrapping_add(u32::from(to.wrapping_sub(from)));
         last = now;
     }
     let missed = timer.sr().read().bits() & 1 << 9 != 0;
     put!(timer.cr1(), 0);
     clear!(rcc().apb2enr(), APB2);
-    // It runs at the core's rate: its bus has half of that, and timers twice their bus.
-    let found = f64::from(HSE_HZ / 1_000_000) * hz(PROBE_CAPTURES, whole, core_hz);
-    (last.is_some() && !missed).then_some(found)
+    (last.is_some() && !missed).then_some(whole)
 }
 
-/// The watchdog's oscillator in hertz, by a timer of `timer_hz`; `None` if it does not come. It
-/// takes 16 ms.
-pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
+/// Whether the probe's clock is what it should be, as far as the internal oscillator can tell, by which the core runs. It takes half
+/// a millisecond.
+pub fn crystal() -> bool {
+    probe_ticks(START_CAPTURES).is_some_and(probe_fits)
+}
+
+/// Whether a look at the watchdog's oscillator has its first capture, and that capture.
+static BEGUN: AtomicBool = AtomicBool::new(false);
+static FROM: AtomicU32 = AtomicU32::new(0);
+/// Whether the oscillator was once what it should be.
+static TRUSTED: AtomicBool = AtomicBool::new(false);
+
+/// Has the watchdog's oscillator captured from now on.
+pub fn capture() {
     let timer = tim5();
     put!(timer.or(), TIM5_INPUT);
     put!(timer.ccmr2_input(), TIM5_CAPTURE);
     // Channel 4 captures; channel 1 goes on waking the core.
     set!(timer.ccer(), TIM5_ENABLE);
-    let next = || {
-        within(PATIENCE_MS, || timer.sr().read().bits() & 1 << 4 != 0)
-            .then(|| timer.ccr4().read().bits())
-    };
+}
+
+/// Begins a look: the next two captures interrupt.
+pub fn look() {
+    BEGUN.store(false, Relaxed);
+    set!(tim5().dier(), TIM5_INTERRUPT);
+}
+
+/// Takes a capture, if one waits. Whether the oscillator, by a timer of `timer_hz`, is no longer what it was: it or the clock that
+/// drives the timer has changed.
+pub fn changed(timer_hz: u32) -> bool {
+    let timer = tim5();
+    let flags = timer.sr().read().bits();
+    // CC4IF 4, which has the bit of its interrupt's enable, and CC4OF 12.
+    if flags & timer.dier().read().bits() & TIM5_INTERRUPT == 0 {
+        return false;
+    }
+    let now = timer.ccr4().read().bits();
+    let ticks = now.wrapping_sub(FROM.load(Relaxed));
+    FROM.store(now, Relaxed);
+    put!(timer.sr(), !(1 << 12));
+    // One that was overwritten is no neighbour of the next.
+    if !BEGUN.load(Relaxed) || flags & 1 << 12 != 0 {
+        BEGUN.store(true, Relaxed);
+        return false;
+    }
+    clear!(timer.dier(), TIM5_INTERRUPT);
+    let fits = period_fits(ticks, timer_hz);
+    let trusted = TRUSTED.load(Relaxed);
+    TRUSTED.store(trusted | fits, Relaxed);
+    trusted && !fits
+}
+
+/// The probe's clock in hertz, by a core of `core_hz`; `None` if it does not come. It takes 8 ms.
+#[cfg(feature = "self-test")]
+pub fn probe_hz(core_hz: u32) -> Option<f64> {
+    // It runs at the core's rate: its bus has half of that, and timers twice their bus.
+    let ticks = probe_ticks(PROBE_CAPTURES)?;
+    Some(f64::from(HSE_HZ / 1_000_000) * hz(PROBE_CAPTURES, ticks, core_hz))
+}
+
+/// The watchdog's oscillator in hertz, by a timer of `timer_hz`; `None` if it does not come. It
+/// takes 16 ms.
+#[cfg(feature = "self-test")]
+pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
+    let timer = tim5();
+    let next =
+        || wait(|| timer.sr().read().bits() & 1 << 4 != 0).then(|| timer.ccr4().read().bits());
     let _ = next();
     let first = next();
     let mut last = first;
@@ -63,7 +119,6 @@ pub fn watchdog_hz(timer_hz: u32) -> Option<f64> {
             last = next();
         }
     }
-    clear!(timer.ccer(), TIM5_ENABLE);
     let ticks = last?.wrapping_sub(first?);
     Some(hz(WATCHDOG_CAPTURES, ticks, timer_hz))
 }

@@ -14,7 +14,7 @@ mod brown_out;
 pub mod chirp;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod converter;
-#[cfg(all(target_os = "none", feature = "self-test"))]
+#[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod gauge;
 #[cfg(all(target_os = "none", feature = "nucleo"))]
 pub mod registers;

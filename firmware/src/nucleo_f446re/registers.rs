@@ -58,6 +58,7 @@ peripheral! {
     iwdg: pac::iwdg::RegisterBlock = pac::IWDG::PTR;
     gpioa: pac::gpioa::RegisterBlock = pac::GPIOA::PTR;
     gpiob: pac::gpiob::RegisterBlock = pac::GPIOB::PTR;
+    syscfg: pac::syscfg::RegisterBlock = pac::SYSCFG::PTR;
     spi1: pac::spi1::RegisterBlock = pac::SPI1::PTR;
     usart2: pac::usart1::RegisterBlock = pac::USART2::PTR;
     tim2: pac::tim2::RegisterBlock = pac::TIM2::PTR;

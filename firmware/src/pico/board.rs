@@ -6,6 +6,7 @@ use super::storage::{self, Flash};
 use super::words::{BAUD, CORE_MHZ, Words};
 use super::{N, SLOT, converter, start, widths};
 use crate::board::Board;
+use crate::fence;
 use crate::instrument::plan::Plan;
 use crate::slot::Slot;
 use picket::acquire::codes::Codes;
@@ -17,7 +18,7 @@ use picket_wire::settings_error::SettingsError;
 use rp2040_hal::adc::{Adc, AdcPin};
 use rp2040_hal::dma::DMAExt;
 use rp2040_hal::fugit::RateExtU32;
-use rp2040_hal::gpio::{FunctionPwm, FunctionUart, Pins};
+use rp2040_hal::gpio::{FunctionPwm, FunctionUart, PinState, Pins, PullUp};
 use rp2040_hal::pwm::Slices;
 use rp2040_hal::uart::{DataBits, StopBits, UartConfig, UartPeripheral};
 use rp2040_hal::{Clock as _, Sio, Timer, pac};
@@ -44,6 +45,7 @@ impl Board<N, SLOT> for Pico {
     }
 
     fn start(_: &Settings) -> Option<Self> {
+        fence::raise();
         let mut chip = pac::Peripherals::take()?;
         let resets = &mut chip.RESETS;
         let sources = (chip.XOSC, chip.PLL_SYS, chip.PLL_USB);
@@ -52,9 +54,12 @@ impl Board<N, SLOT> for Pico {
         start::alarm();
         let sio = Sio::new(chip.SIO);
         let pins = Pins::new(chip.IO_BANK0, chip.PADS_BANK0, sio.gpio_bank0, resets);
+        // The supply's regulator switches at one rate under any load, and ripples less (Pico data sheet, 4.4).
+        pins.gpio23.into_push_pull_output_in_state(PinState::High);
+        // The receiver rests high where nothing is connected.
         let serial = (
             pins.gpio0.into_function::<FunctionUart>(),
-            pins.gpio1.into_function::<FunctionUart>(),
+            pins.gpio1.reconfigure::<FunctionUart, PullUp>(),
         );
         let config = UartConfig::new(BAUD.Hz(), DataBits::Eight, None, StopBits::One);
         UartPeripheral::new(chip.UART0, serial, resets)

@@ -1,7 +1,7 @@
 //! The chirp at GP14 and its sync pulse at GP12: two slices of the PWM, and a channel that plays the
 //! levels round and round.
 
-use super::converter::rest;
+use super::converter::{off, rest};
 use super::registers::{dma, put, pwm};
 use super::waveform::{Count, PLACES, Waveform};
 use super::words::{PLAY, PLAYED, REWIND, REWOUND};
@@ -38,6 +38,8 @@ impl Chirp {
             put!(pwm().ch(slice).ctr(), 0);
             put!(pwm().ch(slice).cc(), 0);
         }
+        off::<PLAYED>();
+        off::<REWOUND>();
         put!(dma().chan_abort(), 1 << PLAYED | 1 << REWOUND);
         rest::<PLAYED>();
         rest::<REWOUND>();

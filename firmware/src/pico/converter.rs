@@ -122,7 +122,15 @@ fn note(second: bool, slot: &Slot) {
     cortex_m::asm::dmb();
 }
 
-/// Waits until an aborted channel rests, and turns it off.
+/// Turns a channel off, so that no other starts it, before it is aborted: an abort may complete it, and start the one that it names
+/// (RP2040-E13).
+pub fn off<const CHANNEL: usize>() {
+    let control = dma().ch(CHANNEL).ch_al1_ctrl();
+    // EN 0; the error flags are cleared by ones.
+    put!(control, control.read().bits() & !(ERRORS | 1));
+}
+
+/// Waits until an aborted channel rests, and forgets its control word.
 pub fn rest<const CHANNEL: usize>() {
     let _ = wait(|| !busy(CHANNEL));
     put!(dma().ch(CHANNEL).ch_al1_ctrl(), 0);
@@ -139,6 +147,10 @@ impl Chain {
         let _ = wait(|| adc().cs().read().ready().bit_is_set());
         // An abort may raise the interrupt (RP2040-E13).
         put!(dma().inte0(), 0);
+        off::<{ CHAINED[0] }>();
+        off::<{ CHAINED[1] }>();
+        off::<{ TURNED[0] }>();
+        off::<{ TURNED[1] }>();
         put!(dma().chan_abort(), BOTH | 1 << TURNED[0] | 1 << TURNED[1]);
         rest::<{ CHAINED[0] }>();
         rest::<{ CHAINED[1] }>();

@@ -7,7 +7,7 @@
 //! last sample: slice 7 wraps  -> converter off, slice 7 off, rises meanwhile, slice 6 waits for the next one
 //! ```
 
-use super::converter::{busy, rest};
+use super::converter::{busy, off, rest};
 use super::elapsed::Pulsed;
 use super::registers::{adc, dma, io, pads, put, pwm, wait};
 use super::waveform::Count;
@@ -129,9 +129,13 @@ impl Pulse {
     pub fn stop(&mut self, pulsed: &mut Pulsed) -> bool {
         let open = self.look(pulsed).is_some();
         self.armed = false;
-        // A channel that is off is not started by another.
-        put!(dma().ch(LINKS[0]).ch_al1_ctrl(), 0);
-        put!(dma().ch(LINKS[3]).ch_al1_ctrl(), 0);
+        off::<{ LINKS[0] }>();
+        off::<{ LINKS[1] }>();
+        off::<{ LINKS[2] }>();
+        off::<{ LINKS[3] }>();
+        off::<{ LINKS[4] }>();
+        off::<{ LINKS[5] }>();
+        off::<{ LINKS[6] }>();
         put!(dma().chan_abort(), LINKS.iter().fold(0, |mask, link| mask | 1 << link));
         rest::<{ LINKS[0] }>();
         rest::<{ LINKS[1] }>();

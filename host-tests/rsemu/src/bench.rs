@@ -42,8 +42,8 @@ pub struct Bench {
 }
 
 static BENCH: Mutex<Option<Bench>> = Mutex::new(None);
-/// Whether the watchdog's oscillator is at a timer's input: its edges cost time.
-pub static OSCILLATOR: AtomicBool = AtomicBool::new(false);
+/// The watchdog's oscillator is at a timer's input, divided by this; 0 for not at all, since its edges cost time.
+pub static OSCILLATOR: AtomicU64 = AtomicU64::new(0);
 /// The watchdog bit.
 pub static BITTEN: AtomicBool = AtomicBool::new(false);
 

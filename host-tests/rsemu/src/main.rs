@@ -6,7 +6,7 @@
 //! quantum US          time passes in steps of this, 10 otherwise: for boards that sleep (before `power`)
 //! lsi HZ              the watchdog's oscillator (before `power`)
 //! hse HZ              the probe's clock; 0 without power: it does not come, and while it runs: it fails (RM 6.2.7)
-//! oscillator 0|1      whether the watchdog's oscillator is at TIM5's input (before `power`)
+//! oscillator DIVIDER  what divides the watchdog's oscillator at TIM5's input; 0, as it is before, for none (before `power`)
 //! options WORD        what FLASH_OPTCR holds, 0x0FFFAAE1 otherwise (before `power`); what the program changes stays over `power`
 //! line CHARACTERS     the serial line takes so many a second, 92160 otherwise (before `power`)
 //! power               off and on: flash is kept, memory is lost
@@ -217,7 +217,7 @@ impl Board {
             }
             ["options", word] => self.options = number(word)? as u32,
             ["line", characters] => self.line = characters.parse()?,
-            ["oscillator", on] => OSCILLATOR.store(on == "1", SeqCst),
+            ["oscillator", divider] => OSCILLATOR.store(divider.parse()?, SeqCst),
             ["quantum", us] => self.quantum = us.parse()?,
             ["stall", on] => self.stall = on == "1",
             ["power"] => self.power()?,

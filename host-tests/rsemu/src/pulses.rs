@@ -28,8 +28,13 @@ struct Shared {
 const NEVER: u64 = u64::MAX;
 
 impl Shared {
+    /// Ticks from edge to edge.
+    fn every(&self) -> u64 {
+        if self.switched.load(SeqCst) { 1 } else { OSCILLATOR.load(SeqCst).max(1) }
+    }
+
     fn turn(&self, on: bool) {
-        let next = if on { self.time.now() + 1 } else { NEVER };
+        let next = if on { self.time.now() + self.every() } else { NEVER };
         self.time.next.store(next, SeqCst);
     }
 }
@@ -51,7 +56,7 @@ impl Device for Pulses {
     }
 
     fn reset(&self, _: ResetKind) {
-        self.shared.turn(!self.shared.switched.load(SeqCst) && OSCILLATOR.load(SeqCst));
+        self.shared.turn(!self.shared.switched.load(SeqCst) && OSCILLATOR.load(SeqCst) > 0);
     }
 
     fn sink(&self, _: &str, _: &[WireId]) -> Option<SinkPin> {

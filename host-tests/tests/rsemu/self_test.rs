@@ -30,11 +30,12 @@ fn a_broken_wire_is_seen() {
     assert!(line.ends_with("good in 0"), "{line}");
 }
 
-/// A clock of half the rate, and one that does not come; in the long form a watchdog's oscillator that is too slow, too.
+/// A clock of half the rate, which is not used, and one that does not come; in the long form a watchdog's oscillator that is too slow,
+/// too.
 #[test]
 fn a_wrong_clock_is_seen() {
     let wrong = [
-        ("hse 4000000", "the watchdog's 32 kHz 64.0"),
+        ("hse 4000000", "the internal oscillator: the probe's 8 MHz are 4.000000 by it"),
         ("hse 0", "180 MHz from the internal oscillator"),
         ("lsi 10000", "the watchdog's 32 kHz 10.00"),
     ];

@@ -441,6 +441,7 @@ pub fn boot(boot: &Boot) -> String {
         2 => format!(", after an unexpected interrupt {}", boot.last.more[0]),
         3 => ", after its external clock failed".into(),
         4 => format!(", after a panic in line {} of a crate for USB", boot.last.more[0]),
+        5 => format!(", after a stack overflow at {:#010x}", boot.last.more[0]),
         other => format!(", after an end of kind {other}"),
     };
     let covered = match boot.clock {

@@ -3,7 +3,7 @@
 use crate::line::Line;
 use crate::stages::{STAGES, Work, cycles};
 use crate::state::State;
-use crate::stream::{Found, stream};
+use crate::stream::{Found, MOMENT, stream};
 use crate::tone;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
@@ -13,8 +13,9 @@ use picket_firmware::instrument::legacy::{WORDS, words};
 use picket_firmware::instrument::storage;
 use picket_firmware::nucleo_f446re::words::clock::HSE_HZ;
 use picket_firmware::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
+use picket_firmware::nucleo_f446re::words::quiet::Quiet;
 use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
-use picket_firmware::nucleo_f446re::{N, Nucleo, gauge, registers, storage::Flash};
+use picket_firmware::nucleo_f446re::{N, Nucleo, chirp, gauge, registers, start, storage::Flash};
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::{Drive, Settings};
 use static_cell::ConstStaticCell;
@@ -45,17 +46,19 @@ const fn item(mhz: u16, run: fn(&mut Bench) -> Outcome) -> Item {
 }
 
 /// The list.
-pub const ITEMS: [Item; 13] = [
+pub const ITEMS: [Item; 15] = [
     item(180, clocks),
     item(144, clocks),
     item(180, level),
     item(180, stages),
+    item(180, noise),
+    item(144, noise),
     item(180, |bench| rate(bench, 500e3)),
     item(180, |bench| rate(bench, 10e3)),
     item(180, |bench| rate(bench, 100e3)),
     item(180, |bench| rate(bench, 1.5e6)),
     item(144, |bench| rate(bench, 1.2e6)),
-    item(180, chirp),
+    item(180, ramps),
     item(180, save),
     item(180, reload),
     item(180, starve),
@@ -109,6 +112,10 @@ fn stages(bench: &mut Bench) -> Outcome {
         line = line.text(" ").text(name).text(" ").number(count);
     }
     line = line.text(", in all ").number(sum);
+    start::quiet(Quiet::Ahead);
+    let ahead = STAGES.iter().fold(0, |sum, (_, stage)| sum + cycles(*stage, work));
+    start::quiet(Quiet::USED);
+    line = line.text(", with prefetch ").number(ahead);
     bench.board.feed();
     let [most, _] = BLOCK_CYCLES;
     (work.tone.is_some() && sum > 0 && u64::from(sum) < most, line)
@@ -132,7 +139,7 @@ fn rate(bench: &mut Bench, rate_hz: f64) -> Outcome {
     tone::play();
     let mhz = (bench.board.core_hz() / 1_000_000) as u16;
     let line = Line::new("").decimal(rate_hz / 1e3, 0).text(" kS/s: ");
-    let Some(found) = stream(bench, &tone_at(rate_hz, mhz), |_, _| 0) else {
+    let Some(found) = stream(bench, &tone_at(rate_hz, mhz), MOMENT, |_, _| 0) else {
         return (false, line.text("it does not start"));
     };
     let Found { lost, faults, good, blocks, punctual, peak, load, hertz, sigma, error, .. } = found;
@@ -149,13 +156,89 @@ fn rate(bench: &mut Bench, rate_hz: f64) -> Outcome {
     (whole && fine && error < 1.5 && good >= blocks - blocks / 20, line)
 }
 
+/// Blocks with a measure against noise, before the next one takes its turn; and those of them that began before it, or were under way.
+const TURN: u32 = 8;
+const MIXED: u32 = 2;
+/// The most that the codes of an input at rest may scatter. The converter's own noise is 64 dB below the largest sine at least (DS
+/// table 77), 4096 / 8^0.5 / 10^(64 / 20) codes; the DAC may have as much.
+const SCATTER: f64 = 2.0 * 0.914;
+
+/// The codes of an input that rests, while the core measures blocks of them, with each measure against the chip's noise.
+fn noise(bench: &mut Bench) -> Outcome {
+    const MEASURES: [(&str, Quiet); 4] = [
+        (" with prefetch ", Quiet::Ahead),
+        (", without ", Quiet::Still),
+        (", with ADCDC1 ", Quiet::First),
+        (", with ADCxDC2 ", Quiet::Second),
+    ];
+    static TABLE: ConstStaticCell<[u16; 2]> = ConstStaticCell::new([0; 2]);
+    let mhz = (bench.board.core_hz() / 1_000_000) as u16;
+    let line = Line::new("noise at A0 at ").number(mhz.into()).text(" MHz, codes:");
+    let Some(table) = TABLE.try_take() else { return (false, line) };
+    *table = [tone::MIDDLE; 2];
+    chirp::play(tone::MIDDLE, table, u16::MAX);
+    // The last is for converters of 36 MHz.
+    let count = if mhz == 144 { MEASURES.len() } else { MEASURES.len() - 1 };
+    let mut scatters = [Scatter::default(); MEASURES.len()];
+    let mut blocks = 0;
+    let moment = TURN * MEASURES.len() as u32;
+    let found = stream(bench, &tone_at(500e3, mhz), moment, |_, samples| {
+        let turn = (blocks / TURN) as usize % count;
+        let place = blocks % TURN;
+        if let (0, Some((_, quiet))) = (place, MEASURES.get(turn)) {
+            start::quiet(*quiet);
+        }
+        if let (MIXED.., Some(scatter)) = (place, scatters.get_mut(turn)) {
+            scatter.add(samples);
+        }
+        blocks = blocks.wrapping_add(1);
+        0
+    });
+    let Some(found) = found else { return (false, line.text(" it does not start")) };
+    let (mut line, mut used) = (line, f64::INFINITY);
+    for ((name, quiet), scatter) in MEASURES.iter().zip(&scatters).take(count) {
+        let deviation = scatter.deviation();
+        line = line.text(name).decimal(deviation, 3);
+        if *quiet == Quiet::USED {
+            used = deviation;
+        }
+    }
+    (used < SCATTER && found.lost == 0 && found.faults == 0 && found.punctual, line)
+}
+
+/// How samples scatter around their mean.
+#[derive(Clone, Copy, Default)]
+struct Scatter {
+    count: u32,
+    sum: i64,
+    squares: i64,
+}
+
+impl Scatter {
+    fn add(&mut self, samples: &[i16; N]) {
+        self.count += N as u32;
+        for &sample in samples {
+            let sample = i64::from(sample) - i64::from(tone::MIDDLE);
+            self.sum += sample;
+            self.squares += sample * sample;
+        }
+    }
+
+    /// The standard deviation; no number of nothing.
+    fn deviation(&self) -> f64 {
+        let count = f64::from(self.count);
+        let mean = self.sum as f64 / count;
+        libm::sqrt(self.squares as f64 / count - mean * mean)
+    }
+}
+
 fn counted(line: Line, found: &Found) -> Line {
     let line = line.number(found.blocks).text(" blocks, ").number(found.lost).text(" lost, ");
     let line = line.number(found.faults).text(" faults");
     if found.punctual { line } else { line.text(", not in time") }
 }
 
-fn chirp(bench: &mut Bench) -> Outcome {
+fn ramps(bench: &mut Bench) -> Outcome {
     const GUARD: u16 = 32;
     let scene = Scene::Chirp(Chirp {
         shape: Shape::Trapezoid,
@@ -173,7 +256,7 @@ fn chirp(bench: &mut Bench) -> Outcome {
     };
     let wave = bench.board.plan(&settings).ok().and_then(|(_, words)| words.waveform);
     let Some(wave) = wave else { return (false, Line::new("chirp: it cannot be played")) };
-    let found = stream(bench, &settings, |stamp, samples| {
+    let found = stream(bench, &settings, MOMENT, |stamp, samples| {
         // The code on the DAC at the middle of the block; the ADC's average tells it.
         let steps = usize::from(wave.steps);
         let first = stamp.sequence as usize % 3 * steps;

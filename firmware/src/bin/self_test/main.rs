@@ -68,7 +68,11 @@ fn broken_off(bench: &mut Bench, last: LastEnd) {
     }
     let line = Line::new("item ").number(bench.state.item + 1).text(" ended by ");
     let line = line.text(bench.causes.message());
-    let line = if last.kind > 0 { line.text(", fault at 0x").hex(last.pc) } else { line };
+    let line = match last.kind {
+        0 => line,
+        5 => line.text(", stack overflow"),
+        _ => line.text(", fault at 0x").hex(last.pc),
+    };
     tell(bench, (false, line));
 }
 

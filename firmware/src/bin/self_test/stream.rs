@@ -34,13 +34,15 @@ pub struct Found {
 
 /// How long a rate is watched, seconds; and blocks for a moment only.
 const SECONDS: u32 = 10;
-const MOMENT: u32 = 8;
+pub const MOMENT: u32 = 8;
 
-/// Measures blocks by these settings; `None` if the board does not start. `deviation` judges each.
+/// Measures blocks by these settings, `moment` of them if it is to be quick; `None` if the board does not start. `deviation` judges
+/// each.
 pub fn stream(
     bench: &mut Bench,
     settings: &Settings,
-    deviation: impl Fn(&Stamp, &[i16; N]) -> u32,
+    moment: u32,
+    mut deviation: impl FnMut(&Stamp, &[i16; N]) -> u32,
 ) -> Option<Found> {
     static PIPELINE: ConstStaticCell<Pipeline<Real, N>> =
         ConstStaticCell::new(Pipeline::new(Plan::IDLE));
@@ -53,7 +55,7 @@ pub fn stream(
     let ticks_hz = f64::from(board.ticks_hz());
     let block_ticks = (f64::from(plan.length) / rate_hz * ticks_hz) as u32;
     let blocks = (f64::from(SECONDS) * rate_hz / f64::from(plan.length)) as u32;
-    let wanted = if bench.state.quick { MOMENT } else { blocks.max(MOMENT) };
+    let wanted = if bench.state.quick { moment } else { blocks.max(moment) };
     let mut found = Found::default();
     let mut squares = 0.0;
     let mut blocks = board.sample(&plan, &words)?;

@@ -10,6 +10,9 @@ const CODES: usize = 5003;
 /// Cycles in the table: 24.7 bins of 1024.
 const CYCLES: usize = 241;
 
+/// The code in the middle.
+pub const MIDDLE: u16 = 2048;
+
 /// Cycles per sample.
 pub const FREQUENCY: f64 = CYCLES as f64 / (CODES * HOLD) as f64;
 
@@ -18,7 +21,7 @@ pub fn code(step: usize) -> u16 {
     let step = step % CODES;
     let turns = (step * CYCLES % CODES) as f32 / CODES as f32;
     let tone = 800.0 * libm::sinf(core::f32::consts::TAU * turns);
-    libm::rintf(2048.0 + tone + noise(step as u32)) as u16
+    libm::rintf(f32::from(MIDDLE) + tone + noise(step as u32)) as u16
 }
 
 /// From -7 to 7, evenly: a step's number, stirred.

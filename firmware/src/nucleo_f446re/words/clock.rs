@@ -4,6 +4,7 @@
 //! 6.3.20): at 144 MHz the converter has 36 MHz and 2.4 MS/s, at 180 MHz it has 22.5 MHz and 1.5
 //! MS/s.
 
+use super::quiet::Quiet;
 use picket_wire::boot::Clock;
 
 /// The core's speed.
@@ -158,10 +159,10 @@ impl Tree {
 }
 
 /// FLASH_ACR at 2.7 to 3.6 V: one wait state for every 30 MHz begun after the first (RM 3.4.1,
-/// table 5), prefetch and both caches on.
+/// table 5), both caches on. [`Quiet`] decides on the prefetch.
 pub const fn flash_access(core_hz: u32) -> u32 {
     let wait_states = core_hz.saturating_sub(1) / 30_000_000;
-    wait_states | 1 << 8 | 1 << 9 | 1 << 10
+    wait_states | 1 << 9 | 1 << 10 | Quiet::USED.prefetch()
 }
 
 #[cfg(test)]
@@ -177,7 +178,7 @@ mod tests {
         assert_eq!((tree.timer_hz, tree.adc_hz), (90_000_000, 22_500_000));
         assert_eq!(tree.pll, Some(0x2840_2D04));
         assert_eq!(tree.cfgr, 0x0000_9402);
-        assert_eq!((tree.flash, tree.adc_prescaler, tree.over_drive), (0x705, 1, true));
+        assert_eq!((tree.flash, tree.adc_prescaler, tree.over_drive), (0x605, 1, true));
         assert_eq!(tree.steps(), [0xFC00, 0xFC02, 0x9402]);
 
         let tree = Tree::new(Speed::Mhz144, Source::HsePll);
@@ -185,7 +186,7 @@ mod tests {
         assert_eq!((tree.apb1_hz, tree.apb2_hz), (36_000_000, 72_000_000));
         assert_eq!((tree.timer_hz, tree.adc_hz), (72_000_000, 36_000_000));
         assert_eq!(tree.pll, Some(0x2840_2404));
-        assert_eq!((tree.flash, tree.adc_prescaler, tree.over_drive), (0x704, 0, false));
+        assert_eq!((tree.flash, tree.adc_prescaler, tree.over_drive), (0x604, 0, false));
 
         let internal = Tree::new(Speed::Mhz144, Source::HsiPll);
         assert_eq!(internal.pll, Some(0x2800_2408));
@@ -193,7 +194,7 @@ mod tests {
 
         let slow = Tree::new(Speed::Mhz180, Source::Hsi);
         assert_eq!((slow.core_hz, slow.timer_hz, slow.adc_hz), (16_000_000, 16_000_000, 8_000_000));
-        assert_eq!((slow.pll, slow.cfgr, slow.flash), (None, 0, 0x700));
+        assert_eq!((slow.pll, slow.cfgr, slow.flash), (None, 0, 0x600));
     }
 
     #[test]

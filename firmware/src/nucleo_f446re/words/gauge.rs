@@ -1,5 +1,14 @@
 //! Clocks held against each other (RM 6.2.11, internal/external clock measurement): the watchdog's
-//! oscillator and the probe's clock, in ticks of timers that the multiplier drives.
+//! oscillator and the probe's clock, in ticks of timers.
+//!
+//! **At the start** the core runs by its internal oscillator, and counts the probe's clock by it. A clock outside of what that
+//! oscillator's tolerance leaves is none of 8 MHz, and is not used: multiplied it would drive the core beyond its limits.
+//!
+//! **In operation** the probe's clock drives the timers, and counts the watchdog's oscillator ten times a second. If that once was
+//! within its own tolerance and then seems to be outside, one of the two has changed.
+
+use super::clock::HSI_HZ;
+use super::guard::LSI_HZ;
 
 /// RCC_APB2ENR (RM 6.3.14): TIM11 18.
 pub const APB2: u32 = 1 << 18;
@@ -19,6 +28,26 @@ pub const TIM5_CAPTURE: u32 = TIM11_CAPTURE << 8;
 pub const TIM11_ENABLE: u32 = 1;
 /// TIM5_CCER: CC4E 12.
 pub const TIM5_ENABLE: u32 = 1 << 12;
+/// TIM5_DIER: CC4IE 4.
+pub const TIM5_INTERRUPT: u32 = 1 << 4;
+
+/// Captures of the probe's clock at the start: half a millisecond, in which a tick is 120 ppm.
+pub const START_CAPTURES: u32 = 64;
+/// How slow and how fast the internal oscillator may be, permille, at -40 to 105 degrees (DS table 42).
+const INTERNAL: [u32; 2] = [920, 1_045];
+
+/// Whether [`START_CAPTURES`] of the probe's clock may take so many ticks of the internal oscillator.
+pub fn probe_fits(ticks: u32) -> bool {
+    const EXACT: u32 = START_CAPTURES * PERIODS * (HSI_HZ / 1_000_000);
+    let [slow, fast] = INTERNAL.map(|permille| EXACT * permille);
+    (slow..=fast).contains(&ticks.saturating_mul(1_000))
+}
+
+/// Whether a capture of the watchdog's oscillator may take so many ticks of a timer.
+pub fn period_fits(ticks: u32, timer_hz: u32) -> bool {
+    let [_, slow, fast] = LSI_HZ.map(|hz| (hz / 1_000).saturating_mul(ticks));
+    (slow..=fast).contains(&(PERIODS * (timer_hz / 1_000)))
+}
 
 /// Captures of the probe's clock: 8 ms.
 pub const PROBE_CAPTURES: u32 = 1_000;
@@ -41,5 +70,40 @@ mod tests {
         assert_eq!(hz(PROBE_CAPTURES, 1_440_000, 180_000_000), 1e6);
         assert_eq!(hz(WATCHDOG_CAPTURES, 1_440_000, 90_000_000), 32e3);
         assert!(hz(1, 0, 1).is_finite());
+    }
+
+    /// What 512 microseconds of a clock of this many times 8 MHz are, of an oscillator of this many times 16 MHz.
+    fn ticks(probe: f64, internal: f64) -> u32 {
+        (512.0 * 16.0 * internal / probe) as u32
+    }
+
+    #[test]
+    fn a_probe_of_8_mhz_is_used_by_any_oscillator_and_no_other_usual_crystal_by_any() {
+        for internal in [0.921, 0.96, 0.99, 1.0, 1.01, 1.044] {
+            assert!(probe_fits(ticks(1.0, internal)), "{internal}");
+            // 4, 6, 10, 12, 16, 25 MHz.
+            for mhz in [4.0, 6.0, 10.0, 12.0, 16.0, 25.0] {
+                assert!(!probe_fits(ticks(mhz / 8.0, internal)), "{mhz} {internal}");
+            }
+        }
+        assert!(!probe_fits(0) && !probe_fits(u32::MAX));
+        // By an oscillator that is right, 8 MHz may be 4 % slow and 8 % fast.
+        assert!(probe_fits(ticks(0.96, 1.0)) && !probe_fits(ticks(0.95, 1.0)));
+        assert!(probe_fits(ticks(1.08, 1.0)) && !probe_fits(ticks(1.09, 1.0)));
+    }
+
+    #[test]
+    fn an_oscillator_within_its_data_sheet_fits_and_a_clock_of_half_or_twice_the_rate_does_not() {
+        for timer_hz in [72_000_000, 90_000_000] {
+            let ticks = |lsi: f64| (8.0 / lsi * f64::from(timer_hz)) as u32;
+            for lsi in [17_010.0, 32_000.0, 46_990.0] {
+                assert!(period_fits(ticks(lsi), timer_hz), "{lsi}");
+            }
+            // The typical oscillator, counted by a clock that is half or twice as fast as it says.
+            for lsi in [16_000.0, 64_000.0] {
+                assert!(!period_fits(ticks(lsi), timer_hz), "{lsi}");
+            }
+            assert!(!period_fits(0, timer_hz));
+        }
     }
 }

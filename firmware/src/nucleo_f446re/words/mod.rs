@@ -10,6 +10,7 @@ pub mod gauge;
 pub mod guard;
 pub mod passage;
 pub mod pins;
+pub mod quiet;
 pub mod sampling;
 pub mod serial;
 pub mod waveform;

@@ -89,8 +89,8 @@ pub const CE_LOW: u32 = 1 << 21;
 pub const AHB1: u32 = 1 << 22 | 1 << 21 | 0b11;
 /// RCC_APB1ENR (RM 6.3.13): DAC 29, PWR 28, USART2 17, TIM5 to TIM2 3:0.
 pub const APB1: u32 = 1 << 29 | 1 << 28 | 1 << 17 | 0b1111;
-/// RCC_APB2ENR (RM 6.3.14): SPI1 12, ADC2 9, ADC1 8.
-pub const APB2: u32 = 1 << 12 | 0b11 << 8;
+/// RCC_APB2ENR (RM 6.3.14): SYSCFG 14, SPI1 12, ADC2 9, ADC1 8.
+pub const APB2: u32 = 1 << 14 | 1 << 12 | 0b11 << 8;
 
 /// SPI1_CR1 (RM 26.7.1): select by software 9:8, on 6, a sixteenth of the bus (5.6 MHz at most) 5:3, master 2, mode 0.
 pub const SPI_CR1: u32 = 0b11 << 8 | 1 << 6 | 3 << 3 | 1 << 2;
@@ -114,7 +114,7 @@ mod tests {
     // RM 6.3.10 to 6.3.14, 26.7.1.
     #[test]
     fn clocks_and_spi() {
-        assert_eq!((AHB1, APB1, APB2), (0x0060_0003, 0x3002_000F, 0x0000_1300));
+        assert_eq!((AHB1, APB1, APB2), (0x0060_0003, 0x3002_000F, 0x0000_5300));
         assert_eq!(SPI_CR1, 0x035C);
     }
 }
