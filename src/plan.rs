@@ -106,7 +106,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
             reach: Reach::Eight,
             arithmetic: Arithmetic::of_core(),
             threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
-            effort: Effort::Look,
+            effort: Effort::One,
             width: Width::NONE,
         };
         let Self { terms: idle, kind } = Self::IDLE;
@@ -149,7 +149,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
                 reach: Reach::Four,
                 arithmetic: Arithmetic::Float,
                 threshold: Threshold::ZERO,
-                effort: Effort::Look,
+                effort: Effort::One,
                 width: Width::NONE,
             },
             solver: Solver::None,

@@ -270,7 +270,7 @@ fn analysis(n: usize, iq: bool, arithmetic: Arithmetic) -> Analysis {
         reach: picket::Reach::Sixteen,
         codes: Codes::signed::<12>(),
         arithmetic,
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         width: Default::default(),
         false_alarm: picket::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -295,7 +295,7 @@ fn beside_other_lines_the_default_is_the_best() {
             if R::IQ { "least-squares" } else { "least-squares-real" }
         );
         let campaign = Campaign {
-            effort: picket::Effort::Look,
+            effort: picket::Effort::default(),
             estimators: estimator::parse(&names, Reach::Sixteen).unwrap(),
             arithmetic: Arithmetic::Target,
             n: 1024,

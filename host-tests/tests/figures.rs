@@ -35,16 +35,34 @@ fn the_documents_state_the_budget() {
             "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
             &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
         );
-        for (row, which) in
-            [("the same, worst that a search found", 0), ("the same with samples at a rail", 1)]
+        for (row, effort) in [("at most, cycles", "one"), ("at most with one look, cycles", "look")]
         {
-            let worst = |n| figure(&format!("/found/M4F/{n}/{which}"));
+            let most = |n| figure(&format!("/ceilings/M4F/real/{n}/{effort}/1"));
             document.assert_states(
-                &format!("| {row} | # | # | # |"),
-                &["256", "1024", "4096"].map(worst),
+                &format!("| the same {row} | # | # | # |"),
+                &["256", "1024", "4096"].map(most),
             );
         }
     }
+    for (row, place) in [
+        ("M4F, N = 64", "M4F/real/64"),
+        ("M4F, 256", "M4F/real/256"),
+        ("M4F, 1024", "M4F/real/1024"),
+        ("M4F, 1024, I/Q", "M4F/iq/1024"),
+        ("M4F, 4096", "M4F/real/4096"),
+        ("M3, 1024", "M3/real/1024"),
+        ("M0 and M0+, 1024", "M0/real/1024"),
+    ] {
+        let ceilings = ["look/0", "look/1", "one/0", "one/1"];
+        page.assert_states(
+            &format!("| {row} | # / # | # / # |"),
+            &ceilings.map(|which| figure(&format!("/ceilings/{place}/{which}"))),
+        );
+    }
+    page.assert_states(
+        "| M55, 1024 | # | # |",
+        &["look", "one"].map(|effort| figure(&format!("/ceilings/M55/real/1024/{effort}/0"))),
+    );
     page.assert_states(
         "| 16-bit engine: FFT, peak and noise floor | # | # | # |",
         &["256", "1024", "4096"].map(|n| cycles("picket-q15", n, "fft_peak")),

@@ -223,7 +223,7 @@ fn every_estimator_by_the_analyser() {
             reach: Reach::Sixteen,
             codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
-            effort: picket::Effort::Look,
+            effort: picket::Effort::default(),
             width: Default::default(),
             false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
             carrier: None,

@@ -104,7 +104,7 @@ fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
             reach: picket::Reach::Sixteen,
             codes,
             arithmetic,
-            effort: picket::Effort::Look,
+            effort: picket::Effort::default(),
             width: Default::default(),
             false_alarm: picket::Config::new(1.0, codes).false_alarm,
             carrier: None,

@@ -27,7 +27,7 @@ fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::F64,
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         width: Default::default(),
         false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -292,7 +292,7 @@ fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Follo
         reach: Reach::Sixteen,
         width: Default::default(),
     };
-    Pursuit { cut, following, effort: picket::Effort::Look, carrier: None }
+    Pursuit { cut, following, effort: picket::Effort::default(), carrier: None }
 }
 
 /// A car and a motorcycle before a 24 GHz radar: two tracks, each within 1 % of the reference at its points, none on

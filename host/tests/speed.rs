@@ -59,7 +59,7 @@ fn ten_minutes() {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -19,6 +19,7 @@ use super::q15_bins;
 use super::scan::{self, Scan, power_sum};
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Part, Record};
+use crate::math::products;
 use core::convert::identity;
 use core::mem::MaybeUninit;
 use core::ops::{Range, RangeInclusive};
@@ -79,6 +80,11 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// Bin k in stored units: k is 0..N of an I/Q record, 0..=N/2 of a real one. The powers of all
     /// bins sum to less than 2^63.
     fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
+
+    /// Whether none of these bins has this power, by a look at the points that splits none: it may say no without need.
+    fn is_below<R: Record>(_points: &[[Self::Part; 2]], _bins: Range<usize>, _power: u64) -> bool {
+        false
+    }
 
     /// The bins of a real record from `first` on, as many as `places` holds, all within 1..N/2.
     fn window<'a, R: Record, const N: usize>(
@@ -157,6 +163,22 @@ impl Engine for I32 {
             return integer::split_finely(points, const { sines(N) }, k);
         }
         integer::split(points, const { splits(N) }, k)
+    }
+
+    #[inline]
+    fn is_below<R: Record>(points: &[Point], bins: Range<usize>, power: u64) -> bool {
+        let (end, length) = (bins.end, points.len().wrapping_add(1));
+        let mirrored = length.wrapping_sub(end)..length.wrapping_sub(bins.start);
+        let Some(own) = points.get(bins) else { return false };
+        if R::IQ {
+            return own.iter().all(|&x| products::power(x) < power);
+        }
+        // A pair of points holds as much as both of their bins.
+        let (Some(others), least) = (points.get(mirrored), scan::worth(power)) else {
+            return false;
+        };
+        let mut pairs = own.iter().zip(others.iter().rev());
+        pairs.all(|(&x, &y)| products::plus_power(products::power(x), y) < least)
     }
 
     #[inline]

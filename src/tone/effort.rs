@@ -1,32 +1,31 @@
 //! How closely a line that is no steady tone is looked at.
 
-/// How closely a line that is no steady tone is looked at: by tests on what a fit of one tone leaves, or by a joint fit of the tone and of
-/// what else is there.
+/// How closely a line that is no steady tone is looked at. It is what a block may take at most, so a real-time system chooses it by the
+/// ceilings in `docs/performance.md`.
 ///
-/// A block that shows one steady tone has the same answer at every effort. More effort never takes an answer's usefulness away: where
-/// the joint fit does not know either, the tests' answer stands. `docs/trust.md` says which lines become usable, and how wrong they are.
-///
-/// The joint fits are there with the feature `joint-fit` alone. They are written for cores with an FPU: `docs/performance.md` has their cost.
+/// A block that shows one steady tone has the same answer at every effort. More effort hardly ever takes an answer's usefulness
+/// away: `docs/trust.md` says which lines become usable, and how wrong they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
 #[non_exhaustive]
 pub enum Effort {
-    /// Tests on what the fit of one tone leaves, see [`judge`](crate::tone::judge). Another line near the tone is `unresolved`.
+    /// One fit, and tests on what it leaves, see [`judge`](crate::tone::judge). Where they find no steady tone, two steps further. Another line
+    /// near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
+    Look = 1,
+    /// Where the tests find no steady tone, all steps to the fit's end, and one more fit beside a drift or slow hum.
     #[default]
-    Look,
-    /// One cause joins the fit at most.
+    One = 0,
+    /// Where the tests find none either, a joint fit of the tone and of three causes at most. It is there with the feature
+    /// `joint-fit` alone, and written for cores with an FPU.
     #[cfg(feature = "joint-fit")]
-    One,
-    /// Three causes join the fit at most.
-    #[cfg(feature = "joint-fit")]
-    Full,
+    Full = 2,
 }
 
 impl Effort {
     /// Every effort of this program, the least first.
     pub const ALL: &[Self] = &[
         Self::Look,
-        #[cfg(feature = "joint-fit")]
         Self::One,
         #[cfg(feature = "joint-fit")]
         Self::Full,
@@ -36,7 +35,6 @@ impl Effort {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Look => "look",
-            #[cfg(feature = "joint-fit")]
             Self::One => "one",
             #[cfg(feature = "joint-fit")]
             Self::Full => "full",
@@ -48,22 +46,33 @@ impl Effort {
         Self::ALL.iter().copied().find(|effort| effort.name() == name)
     }
 
-    /// The number in settings and captures.
+    /// The number in settings, records and captures.
     pub const fn number(self) -> u8 {
         self as u8
     }
 
     /// The effort of this number; `None` if this program has none such.
     pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.get(usize::from(number)).copied()
+        Self::ALL.iter().copied().find(|effort| effort.number() == number)
+    }
+
+    /// The most steps of a further fit to a line that is no steady tone. Two tell by a secant where it ends; eight end there.
+    pub(crate) const fn steps(self) -> u32 {
+        match self {
+            Self::Look => 2,
+            _ => 8,
+        }
+    }
+
+    /// Whether a line that is no steady tone is fitted beside a drift or hum.
+    pub(crate) const fn fits_beside_slow(self) -> bool {
+        !matches!(self, Self::Look)
     }
 
     /// How many causes may join a fit; `None` where none is made.
     pub(crate) const fn causes(self) -> Option<usize> {
         match self {
-            Self::Look => None,
-            #[cfg(feature = "joint-fit")]
-            Self::One => Some(1),
+            Self::Look | Self::One => None,
             #[cfg(feature = "joint-fit")]
             Self::Full => Some(crate::model::constants::ROUNDS),
         }

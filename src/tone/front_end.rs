@@ -62,6 +62,10 @@ pub const TOLD: u32 = 2;
 /// Bins that are read at a time.
 const WINDOW: usize = 16;
 
+/// No more windows than these are read, those passed over left out. Three lines are in three of them, the bins that share points with those of a
+/// line in three others, and weaker lines in some more. What fills as many is noise of a shape.
+const READ: u32 = 16;
+
 /// Bins between two lines.
 pub const APART: u32 = 2;
 
@@ -322,6 +326,18 @@ impl<P: Copy + Default + PartialOrd + core::ops::Add<Output = P>> Lines<P> {
         Self { least, before: P::default(), quiet: APART, count: 0 }
     }
 
+    /// Whether the next line begins with a bin that has more than half of its power: no bin before has as much.
+    #[inline]
+    fn is_quiet(&self) -> bool {
+        self.before + self.before <= self.least
+    }
+
+    /// Passes over so many bins, of which none has half of a line's power, nor has the next.
+    #[inline]
+    fn pass(&mut self, count: u32) {
+        (self.quiet, self.before) = (self.quiet.saturating_add(count), P::default());
+    }
+
     /// Takes the power of the next bin.
     #[inline]
     pub fn see(&mut self, power: P) {
@@ -353,8 +369,18 @@ pub fn lines<R: Record, const N: usize>(
     let mut left = left as usize;
     let mut lines = Lines::new(least);
     let mut places = [MaybeUninit::uninit(); WINDOW];
-    while left > 0 && lines.count <= TOLD.wrapping_add(cut) {
+    let mut read = 0;
+    while left > 0 && read < READ && lines.count <= TOLD.wrapping_add(cut) {
         let count = left.min(WINDOW);
+        // The bin after these may make a line together with the last.
+        let seen = left.min(WINDOW + 1);
+        if lines.is_quiet() && spectrum.is_below(least >> 1, k, seen) {
+            lines.pass(count as u32);
+            k = k.wrapping_add(count as i32);
+            left = left.saturating_sub(count);
+            continue;
+        }
+        read += 1;
         let window = spectrum.fill(k, places.get_mut(..count).unwrap_or_default());
         for &bin in window {
             // Where an offset is, there is no line.

@@ -180,9 +180,8 @@ fn judge_closely(
     let from_end = from_end as f32;
     let mirror = MIRROR / (from_end * from_end);
     let strange = |deviations: f32| {
-        let beyond = |statistic, power, free| {
-            observer.exceeds(statistic, power, tail(deviations).limit(free))
-        };
+        let beyond =
+            |statistic, power, free| tail(deviations).is_exceeded(statistic, power, free, observer);
         beyond(Statistic::Unexplained8, eight - explained, free8 - DIRECTIONS)
             || beyond(Statistic::Unexplained, all - explained - outside, left)
     };
@@ -191,8 +190,7 @@ fn judge_closely(
     {
         observer.hear(|| Test { statistic, value, limit: f32::INFINITY });
     }
-    let fires =
-        |statistic, power, free| observer.exceeds(statistic, power, tail(FIRES).limit(free));
+    let fires = |statistic, power, free| tail(FIRES).is_exceeded(statistic, power, free, observer);
     if bends {
         // The bend is the motion's; that of the mirror image pulls the frequency. What is left must be as small as beside a
         // steady tone's.
@@ -241,7 +239,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judge
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let tail = Tail { deviations: CLEAN, noise: noise.freedom };
-    let clean = |power: f32, free| power > tail.limit(free);
+    let clean = |power: f32, free| power > free && power > tail.limit(free);
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
@@ -339,6 +337,19 @@ struct Tail {
 }
 
 impl Tail {
+    /// Whether a power in this many free numbers is improbable. The mean, which is below any limit, ends most tests.
+    #[inline]
+    fn is_exceeded(
+        &self,
+        statistic: Statistic,
+        power: f32,
+        free: f32,
+        observer: impl Observer,
+    ) -> bool {
+        observer.hear(|| Test { statistic, value: power, limit: self.limit(free) });
+        power > free && power > self.limit(free)
+    }
+
     /// The power in this many free numbers above which it is improbable. The ratio of two noise
     /// estimates follows Fisher's distribution; its cube root is nearly normal (Wilson and
     /// Hilferty 1931).

@@ -47,9 +47,6 @@ pub struct Options {
     pub width: Width,
 }
 
-/// The most further steps of a fit to a line that is no steady tone.
-const FURTHER: u32 = 8;
-
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
 /// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset
@@ -126,14 +123,17 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     // lessens.
     if judgement.line != Line::Steady
         && clipped <= CLIPPED
-        && let Some(more) = fitted(options.reach, Course::Further(fit.offset, FURTHER))
+        && let Some(more) =
+            fitted(options.reach, Course::Further(fit.offset, options.effort.steps()))
     {
         *fit = more;
         judgement = judged(fit, Step::Further);
         observer.judged(&judgement, true);
         // A steady tone beside a drift is steady.
-        if judgement.line != Line::Steady
-            && let Some(other) = fit::fit_beside_slow(spectrum, peak.bin, options.reach, fit, noise)
+        if options.effort.fits_beside_slow()
+            && judgement.line != Line::Steady
+            && let Some(other) =
+                fit::fit_beside_slow(spectrum, around, arithmetic, options.reach, fit, noise)
         {
             let beside_slow = judged(&other, Step::BesideDrift);
             observer.judged(&beside_slow, beside_slow.line < judgement.line);

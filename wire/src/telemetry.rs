@@ -28,7 +28,7 @@
 //! | 88 | sample rate: f64, Hz |
 //! | 96 | CRC-32 of the settings in use, as the boot record has it: u32 |
 //! | 100 | source of the clock: u8, as the boot record has it |
-//! | 101 | effort of the measurement: u8, its place in `Effort::ALL` |
+//! | 101 | effort of the measurement: u8, its number, 0 for the usual one |
 //! | 102 | zero: 2 bytes |
 //!
 //! Layouts of the same version may append fields. Earlier programs end at byte 96, and so does a record that tells nothing of settings and
@@ -64,7 +64,7 @@ pub struct Basis {
     pub settings: u32,
     /// The source of the sample clock.
     pub clock: Clock,
-    /// The effort of the measurement: its place in [`Effort::ALL`](picket::Effort::ALL), where the program knows it.
+    /// The effort of the measurement: its number, see [`Effort::from_number`](picket::Effort::from_number).
     pub effort: u8,
 }
 

@@ -1,4 +1,4 @@
-//! What is claimed of an answer, on records with one thing wrong: at the least effort, and at the most.
+//! What is claimed of an answer, on records with one thing wrong, at every effort.
 
 mod records;
 
@@ -27,17 +27,17 @@ struct Said {
 const USABLE: [Verdict; 3] = [Verdict::Good, Verdict::Moving, Verdict::Clipped];
 
 /// The efforts that are compared.
-const EFFORTS: [Effort; 2] = [Effort::Look, Effort::Full];
+const EFFORTS: [Effort; 3] = [Effort::Look, Effort::One, Effort::Full];
 
-/// The answers at both efforts.
-fn both<R: Kind, const N: usize>(
-    plans: &[Plan<R, N>; 2],
+/// The answers at each effort.
+fn each<R: Kind, const N: usize>(
+    plans: &[Plan<R, N>; 3],
     scene: Scene,
     seed: u64,
     count: u64,
     snr_db: f64,
-) -> [Vec<Said>; 2] {
-    let pairs = trials(seed, count, |rng| {
+) -> [Vec<Said>; 3] {
+    let all = trials(seed, count, |rng| {
         let taken = scene.record(rng, N, R::IQ, snr_db);
         let samples: [R::Sample; N] =
             std::array::from_fn(|i| R::of_parts(taken.samples[i].map(quantise)));
@@ -66,7 +66,7 @@ fn both<R: Kind, const N: usize>(
             }
         })
     });
-    [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).collect())
+    [0, 1, 2].map(|which| all.iter().map(|said| said[which]).collect())
 }
 
 /// A row of the table: shares in percent.
@@ -111,7 +111,7 @@ fn cells<R: Kind, const N: usize>(
     snr_db: f64,
     count: u64,
     only: Option<&str>,
-) -> Vec<(Scene, [Row; 2])> {
+) -> Vec<(Scene, [Row; 3])> {
     let plans =
         EFFORTS.map(|effort| Config { effort, ..Config::new(1.0, CODES) }.plan::<R, N>().unwrap());
     let kind = if R::IQ { "I/Q" } else { "real" };
@@ -121,38 +121,38 @@ fn cells<R: Kind, const N: usize>(
     scenes
         .map(|(number, scene)| {
             let seed = 39_000 + number as u64 + (snr_db * 1000.0) as u64 + N as u64 * 7 + u64::from(R::IQ);
-            let rows = both::<R, N>(&plans, scene, seed, count, snr_db).map(|said| Row::of(&said));
-            let [a, b] = &rows;
-            println!(
-                "{kind:4} {N:4} {snr_db:3} dB {:38} off {:5.1}/{:5.1}  good off {:5.1}/{:5.1}  refused {:5.1}/{:5.1}  weak {:5.1}/{:5.1}  rms {:7.2}/{:7.2}  z2 {:8.2}/{:8.2}  sigma {:7.2}/{:7.2}",
-                format!("{scene:?}"), a.off, b.off, a.good_off, b.good_off, a.refused, b.refused, a.weak, b.weak, a.rms, b.rms, a.square, b.square, a.sigma, b.sigma
-            );
+            let rows = each::<R, N>(&plans, scene, seed, count, snr_db).map(|said| Row::of(&said));
+            for (effort, Row { off, good_off, refused, weak, rms, square, sigma }) in EFFORTS.iter().zip(&rows) {
+                println!(
+                    "{kind:4} {N:4} {snr_db:3} dB {:38} {:4}  off {off:5.1}  good off {good_off:5.1}  refused {refused:5.1}  weak {weak:5.1}  rms {rms:7.2}  z2 {square:8.2}  sigma {sigma:7.2}",
+                    format!("{scene:?}"), effort.name()
+                );
+            }
             (scene, rows)
         })
         .collect()
 }
 
-/// The table of both efforts, by groups, as `docs/trust.md` has it, the look first: shares are means over the cells, sigma the median.
-fn table(cells: &[(Scene, [Row; 2])]) -> Vec<String> {
-    let mut groups = BTreeMap::<&str, Vec<[Row; 2]>>::new();
+/// The table of all efforts, by groups, as `docs/trust.md` has it, the least first: shares are means over the cells, sigma the median.
+fn table(cells: &[(Scene, [Row; 3])]) -> Vec<String> {
+    let mut groups = BTreeMap::<&str, Vec<[Row; 3]>>::new();
     for (scene, rows) in cells {
         groups.entry(scene.group()).or_default().push(*rows);
     }
-    let row = |(group, rows): (&&str, &Vec<[Row; 2]>)| {
-        let pair = |of: &dyn Fn(&Row) -> f64| {
-            [0, 1].map(|which| rows.iter().map(|rows| of(&rows[which])).collect::<Vec<f64>>())
+    let row = |(group, rows): (&&str, &Vec<[Row; 3]>)| {
+        let each = |of: &dyn Fn(&Row) -> f64| {
+            [0, 1, 2].map(|which| rows.iter().map(|rows| of(&rows[which])).collect::<Vec<f64>>())
         };
+        let printed = |values: [f64; 3]| values.map(|value| format!("{value:.2}")).join(" | ");
         let means = |of: &dyn Fn(&Row) -> f64| {
-            let [look, full] =
-                pair(of).map(|values| values.iter().sum::<f64>() / values.len() as f64);
-            format!("{look:.2} | {full:.2}")
+            printed(each(of).map(|values| values.iter().sum::<f64>() / values.len() as f64))
         };
-        let [look, full] = pair(&|row| row.sigma).map(|mut values| {
+        let sigma = each(&|row| row.sigma).map(|mut values| {
             values.sort_by(f64::total_cmp);
             values[values.len() / 2]
         });
         let (refused, off) = (means(&|row| row.refused), means(&|row| row.off));
-        format!("| {group} | {refused} | {off} | {look:.2} | {full:.2} |")
+        format!("| {group} | {refused} | {off} | {} |", printed(sigma))
     };
     let rows: Vec<String> = groups.iter().map(row).collect();
     rows.iter().for_each(|row| println!("{row}"));
@@ -208,8 +208,8 @@ const LIMITS: [(&str, [f64; 2]); 8] = [
     ("walk", [6.5, 1.0]),
 ];
 
-fn hold(cells: &[(Scene, [Row; 2])]) {
-    let mut groups = BTreeMap::<&str, [Vec<Row>; 2]>::new();
+fn hold(cells: &[(Scene, [Row; 3])]) {
+    let mut groups = BTreeMap::<&str, [Vec<Row>; 3]>::new();
     for (scene, rows) in cells {
         let group = groups.entry(scene.group()).or_default();
         group.iter_mut().zip(rows).for_each(|(group, row)| group.push(*row));
@@ -220,15 +220,17 @@ fn hold(cells: &[(Scene, [Row; 2])]) {
         let mean = |rows: &[Row], of: &dyn Fn(&Row) -> f64| {
             rows.iter().map(of).sum::<f64>() / rows.len() as f64
         };
-        let [look, full] = rows.each_ref().map(|rows| {
+        let [look, one, full] = rows.each_ref().map(|rows| {
             let (off, refused) = (mean(rows, &|row| row.off), mean(rows, &|row| row.refused));
             (off, refused)
         });
         assert!(full.0 <= off && full.1 <= refused, "{group}: {full:?}");
         // More effort makes no answer unusable that was usable, and hardly ever a wrong one usable.
-        assert!(full.1 <= look.1 && full.0 <= look.0 + 0.1, "{group}: {look:?}, {full:?}");
+        assert!(full.1 <= one.1 && full.0 <= one.0 + 0.1, "{group}: {one:?}, {full:?}");
+        // Two steps end where all do, but for a fraction of a percent of bursts.
+        assert!(look.0 <= one.0 + 0.5 && one.1 <= look.1 + 1.0, "{group}: {look:?}, {one:?}");
         if group == "clean" {
-            let [_, full] = &rows;
+            let [.., full] = &rows;
             assert!(full.iter().all(|row| row.off == 0.0 && row.weak == 0.0));
             let (rms, square) = (mean(full, &|row| row.rms), mean(full, &|row| row.square));
             assert!((0.95..1.05).contains(&rms) && (0.85..1.15).contains(&square));

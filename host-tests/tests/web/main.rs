@@ -47,7 +47,7 @@ fn analysis(file: &Path) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -115,7 +115,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         || options.harmonics.is_some()
         || options.burst
         || options.accumulate.is_some();
-    if others && options.input.effort != Effort::Look {
+    if others && options.input.effort != Effort::default() {
         return Err("--effort is for the strongest tone of each block, and for --track".into());
     }
     if options.burst && width != Width::default() {
@@ -192,7 +192,7 @@ impl Options {
         let how = self.input.band.is_some() || self.method.is_some() || self.carrier_hz.is_some();
         let codes = self.input.bits != 16 || self.input.unsigned || self.input.k != 16;
         let numbers = self.input.arith.is_some()
-            || self.input.effort != Effort::Look
+            || self.input.effort != Effort::default()
             || self.input.width() != Width::default()
             || self.input.false_alarm != Config::new(1.0, Codes::signed::<12>()).false_alarm;
         let several = self.most.is_some()

@@ -54,7 +54,7 @@ pub struct Input {
     pub arith: Option<Arithmetic>,
     /// How closely a line that is no steady tone is looked at: look, by tests as boards do; full, by a joint fit of all that is there; one,
     /// with one cause beside the tone
-    #[arg(long, value_name = "EFFORT", default_value = Effort::Look.name(), value_parser = effort)]
+    #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
     pub effort: Effort,
     /// Linewidth of the laser, Hz, full width at half maximum: sigma covers it (docs/signals.md)
     #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = width)]
@@ -102,10 +102,10 @@ pub fn effort(name: &str) -> Result<Effort, String> {
 
 /// An error, in one line, if an arithmetic has no such effort.
 pub fn has_effort(arithmetic: Arithmetic, effort: Effort) -> Result<(), String> {
-    if effort == Effort::Look || arithmetic.integer() {
+    if effort == Effort::default() || arithmetic.integer() {
         Ok(())
     } else {
-        Err("--effort beyond look is the library's: it needs --arith target".into())
+        Err("--effort is the library's: it needs --arith target".into())
     }
 }
 

@@ -2,12 +2,14 @@
 
 use super::model::Model;
 use super::worst::Worst;
-use super::{self as bench, CORES, Core, ENGINES, LENGTHS, Row, Scope};
+use super::{self as bench, CORES, Core, ENGINES, How, LENGTHS, Row, Scope};
+use crate::analyze::input::effort;
 use crate::output::Output;
 use crate::toolchain::ToolError;
 use crate::{cli, progress};
 use clap::Args;
 use picket::tone::fit::Reach;
+use picket::{Effort, Iq, Real};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -31,20 +33,26 @@ pub struct Options {
     /// Bins on each side that least squares reads: 4, 8 or 16
     #[arg(long, default_value_t = 16)]
     k: usize,
+    /// How closely a line that is no steady tone is looked at
+    #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = effort)]
+    effort: Effort,
     /// Random blocks that kernels and their definition are compared on, at each length
     #[arg(long, default_value_t = 20)]
     random: u32,
-    /// Generations of 64 signals each in a search for the worst block, real records, of any shape: 0 for none
+    /// Generations of 64 signals each in a search for the worst block, of any shape: 0 for none
     #[arg(long, default_value_t = 0)]
     search: usize,
     /// The seed of that search
     #[arg(long, default_value_t = bench::worst::SEED)]
     seed: u64,
+    /// Searches I/Q records
+    #[arg(long, requires = "search")]
+    iq: bool,
     /// Counts a block of the tracker instead, N = 1024: measured where its tone is expected, and searched whole
-    #[arg(long, conflicts_with_all = ["n", "k", "plot", "search", "seed"])]
+    #[arg(long, conflicts_with_all = ["n", "k", "effort", "plot", "search", "seed"])]
     locked: bool,
     /// Counts the further tones of a block instead, N = 1024, beside its first
-    #[arg(long, conflicts_with_all = ["n", "k", "plot", "search", "seed", "locked"])]
+    #[arg(long, conflicts_with_all = ["n", "k", "effort", "plot", "search", "seed", "locked"])]
     several: bool,
     /// Draws instructions over N for the first core into this SVG file
     #[arg(long)]
@@ -82,6 +90,7 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         16 => Reach::Sixteen,
         k => return Err(format!("K = {k}: choose 4, 8 or 16")),
     };
+    let how = How { reach, effort: options.effort };
     let engines = options.engine.iter().map(|name| {
         let engine = ENGINES.iter().find(|engine| engine.name.ends_with(name.as_str()));
         engine.ok_or_else(|| format!("there is no engine {name}: choose of i32, q15, f32"))
@@ -99,15 +108,15 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
         for &n in &lengths {
             let mut new = Vec::new();
             for (engine, image) in &images {
-                let model = Model::of(core, image, n, reach).map_err(|error| error.to_string())?;
-                let counts = bench::count(core, engine, image, n, reach, options.random);
+                let model = Model::of(core, image, n, how).map_err(|error| error.to_string())?;
+                let counts = bench::count(core, engine, image, n, how, options.random);
                 let count = counts.map_err(|error| error.to_string())?;
                 let code = bench::size::code(image, n).map_err(|error| error.to_string())?;
                 let (blocks, different) = count.equality();
                 (compared, unequal) = (compared + blocks, unequal + different);
                 let mut rows = count.rows(Some(code), model.as_ref());
                 if options.search > 0 {
-                    let found = search(options, core, image, n)?;
+                    let found = search(options, core, image, n, how)?;
                     let whole = rows.iter_mut().filter(|row| row.stage == "measurement");
                     whole.for_each(|row| row.found = found);
                 }
@@ -163,13 +172,20 @@ fn search(
     core: &Core,
     image: &Path,
     n: usize,
+    how: How,
 ) -> Result<[Option<u64>; 2], String> {
-    let found = bench::worst::search(core, image, n, options.seed, options.search);
+    let (seed, generations) = (options.seed, options.search);
+    let found = if options.iq {
+        bench::worst::search::<Iq>(core, image, n, how, seed, generations)
+    } else {
+        bench::worst::search::<Real>(core, image, n, how, seed, generations)
+    };
     let found = found.map_err(|error| error.to_string())?;
     for (kind, worst) in ["", " with samples at a rail"].iter().zip(&found) {
         if let Some(worst) = worst {
-            let (name, Worst { instructions, signal }) = (core.name, worst);
-            eprintln!("{name}, N = {n}{kind}: {instructions} instructions by {signal}");
+            let (name, Worst { instructions, cycles, signal }) = (core.name, worst);
+            let cycles = cycles.map_or(String::new(), |cycles| format!(", {cycles} cycles"));
+            eprintln!("{name}, N = {n}{kind}: {instructions} instructions{cycles} by {signal}");
         }
     }
     Ok(found.map(|worst| worst.map(|worst| worst.instructions)))

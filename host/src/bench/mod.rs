@@ -23,6 +23,7 @@ pub mod worst;
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
 use model::Model;
+use picket::Effort;
 use picket::acquire::codes::Codes;
 use picket::acquire::sample::{Real, Record};
 use picket::config::Config;
@@ -177,10 +178,10 @@ pub fn count(
     engine: &Engine,
     image: &Path,
     n: usize,
-    reach: Reach,
+    how: How,
     random: u32,
 ) -> Result<Count, RunError> {
-    let config = config(core, reach);
+    let config = config(core, how);
     let corpus = corpus::corpus(n, SEED);
     let clipped = corpus.iter().map(|entry| entry.clipped).collect();
     let mut blocks = Vec::from(exact(n));
@@ -192,9 +193,18 @@ pub fn count(
     Ok(Count { core: *core, engine: *engine, n, figures, clipped, snr_db })
 }
 
-fn config(core: &Core, reach: Reach) -> Config {
+/// How a measurement is made, beside what the core says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct How {
+    /// The bins that least squares reads.
+    pub reach: Reach,
+    /// How closely a line that is no steady tone is looked at.
+    pub effort: Effort,
+}
+
+fn config(core: &Core, How { reach, effort }: How) -> Config {
     let arithmetic = if core.has_fpu() { Arithmetic::Float } else { Arithmetic::Fixed };
-    Config { reach, arithmetic, ..Config::new(1.0, Codes::signed::<12>()) }
+    Config { reach, arithmetic, effort, ..Config::new(1.0, Codes::signed::<12>()) }
 }
 
 /// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.

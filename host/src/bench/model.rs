@@ -2,10 +2,9 @@
 
 use super::cycles::Clock;
 use super::trace::{Section, Trace};
-use super::{Core, SEED, config, corpus, median};
+use super::{Core, How, SEED, config, corpus, median};
 use crate::emulator::{Capture, RunError};
-use picket::acquire::sample::Real;
-use picket::tone::fit::Reach;
+use picket::acquire::sample::{Real, Record};
 use picket_wire::capture::Header;
 use std::collections::HashMap;
 use std::path::Path;
@@ -22,43 +21,23 @@ const LIMIT: Duration = Duration::from_secs(900);
 pub struct Model {
     /// Whether each record has a sample at a rail.
     clipped: Vec<bool>,
-    stages: HashMap<String, Vec<Section>>,
+    stages: Stages,
 }
+
+/// What was executed of each stage, record by record.
+type Stages = HashMap<String, Vec<Section>>;
 
 impl Model {
     /// Follows the image through a part of the records that [`super::count`] takes; `None` for a core whose timing is not published.
     ///
     /// # Errors
     /// The emulator failed, or its log holds other instructions than its clock counted.
-    pub fn of(core: &Core, image: &Path, n: usize, reach: Reach) -> Result<Option<Self>, RunError> {
-        let Some(clock) = Clock::of(core) else { return Ok(None) };
+    pub fn of(core: &Core, image: &Path, n: usize, how: How) -> Result<Option<Self>, RunError> {
         let records: Vec<_> = corpus::corpus(n, SEED).into_iter().step_by(STRIDE).collect();
-        let header = Header::of::<Real>(config(core, reach), n as u32, records.len() as u32);
-        let mut capture = Capture::create(&Header { period_us: 0, ..header })?;
-        for record in &records {
-            capture.push::<Real>(&record.samples)?;
-        }
-        let mut trace = Trace::new(clock);
-        let outcome = capture.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
-        let mut stages = HashMap::<String, Vec<Section>>::new();
-        let figures = outcome.messages.lines().filter_map(|line| line.split_once('='));
-        // Before each stage, the image reads its clock around nothing.
-        for ((name, ticks), [nothing, stage]) in figures.zip(trace.sections.as_chunks().0) {
-            let section = Section {
-                instructions: stage.instructions.saturating_sub(nothing.instructions),
-                cycles: stage.cycles.saturating_sub(nothing.cycles),
-            };
-            let counted = ticks.parse().unwrap_or(0.0) * core.machine.instructions_per_tick();
-            if (section.instructions as f64 - counted).abs() > BESIDE {
-                let (found, of) = (section.instructions, counted);
-                return Err(RunError::Emulator(format!(
-                    "its log has {found} instructions of {name}, its clock {of}"
-                )));
-            }
-            stages.entry(name.into()).or_default().push(section);
-        }
+        let samples: Vec<_> = records.iter().map(|record| record.samples.as_slice()).collect();
         let clipped = records.iter().map(|record| record.clipped).collect();
-        Ok(Some(Self { clipped, stages }))
+        let stages = stages::<Real>(core, image, n, how, &samples)?;
+        Ok(stages.map(|stages| Self { clipped, stages }))
     }
 
     /// The cycles of a stage: the median over the records that are not clipped.
@@ -67,4 +46,55 @@ impl Model {
         let whole = sections.iter().zip(&self.clipped).filter(|(_, clipped)| !**clipped);
         median(whole.map(|(section, _)| section.cycles))
     }
+}
+
+/// The cycles of one record's measurement; `None` for a core whose timing is not published.
+///
+/// # Errors
+/// As [`Model::of`].
+pub fn measurement<R: Record>(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    how: How,
+    samples: &[R::Sample],
+) -> Result<Option<u64>, RunError> {
+    let stages = stages::<R>(core, image, n, how, &[samples])?;
+    Ok(stages.and_then(|stages| Some(stages.get("measurement")?.first()?.cycles)))
+}
+
+/// What the image executes of each stage, record by record; `None` for a core whose timing is not published.
+fn stages<R: Record>(
+    core: &Core,
+    image: &Path,
+    n: usize,
+    how: How,
+    records: &[&[R::Sample]],
+) -> Result<Option<Stages>, RunError> {
+    let Some(clock) = Clock::of(core) else { return Ok(None) };
+    let header = Header::of::<R>(config(core, how), n as u32, records.len() as u32);
+    let mut capture = Capture::create(&Header { period_us: 0, ..header })?;
+    for record in records {
+        capture.push::<R>(record)?;
+    }
+    let mut trace = Trace::new(clock);
+    let outcome = capture.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
+    let mut stages = Stages::new();
+    let figures = outcome.messages.lines().filter_map(|line| line.split_once('='));
+    // Before each stage, the image reads its clock around nothing.
+    for ((name, ticks), [nothing, stage]) in figures.zip(trace.sections.as_chunks().0) {
+        let section = Section {
+            instructions: stage.instructions.saturating_sub(nothing.instructions),
+            cycles: stage.cycles.saturating_sub(nothing.cycles),
+        };
+        let counted = ticks.parse().unwrap_or(0.0) * core.machine.instructions_per_tick();
+        if (section.instructions as f64 - counted).abs() > BESIDE {
+            let (found, of) = (section.instructions, counted);
+            return Err(RunError::Emulator(format!(
+                "its log has {found} instructions of {name}, its clock {of}"
+            )));
+        }
+        stages.entry(name.into()).or_default().push(section);
+    }
+    Ok(Some(stages))
 }

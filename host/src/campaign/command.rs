@@ -39,7 +39,7 @@ pub struct Flags {
     #[arg(long, value_enum, default_value = "mean", requires = "impair")]
     pub truth: Truth,
     /// How closely a line that is no steady tone is looked at: look, one or full
-    #[arg(long, value_name = "EFFORT", default_value = Effort::Look.name(), value_parser = input::effort, requires = "impair")]
+    #[arg(long, value_name = "EFFORT", default_value = Effort::default().name(), value_parser = input::effort, requires = "impair")]
     effort: Effort,
 }
 

@@ -25,7 +25,7 @@ fn outcomes(lab: &Lab, entry: &Entry, snr_db: f64) -> Result<Vec<Shares>, String
     let mut estimators = vec![Estimator::best(iq, Reach::Sixteen)];
     estimators.extend(parse(OTHERS, Reach::Sixteen)?);
     let campaign = Campaign {
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         arithmetic: Arithmetic::Target,
         n: 1024,
         trials: lab.trials(600, 24) / severities.len(),

@@ -1,6 +1,7 @@
 //! A device's settings as JSON, for people to read and edit.
 
 use super::{WatchError, io};
+use picket::Effort;
 use picket::acquire::burst::Trigger;
 use picket::acquire::codes::Codes;
 use picket::carrier::Carrier;
@@ -25,6 +26,7 @@ struct Fields {
     band_hz: Option<(f64, f64)>,
     method: String,
     reach: u8,
+    effort: String,
     false_alarm: f64,
     scene: Scenes,
     most: u8,
@@ -170,6 +172,7 @@ impl Fields {
             band_hz: config.band_hz,
             method: config.method.name().into(),
             reach: config.reach.bins() as u8,
+            effort: config.effort.name().into(),
             false_alarm: config.false_alarm,
             scene: match config.scene {
                 Scene::Doppler { wavelength_m, angle_rad, mixing } => {
@@ -270,6 +273,10 @@ impl Fields {
                 })
             }
         };
+        let effort = match Effort::from_name(&self.effort) {
+            Some(effort @ (Effort::Look | Effort::One)) => effort,
+            _ => return Err(format!("effort is look or one on a board, not {}", self.effort)),
+        };
         let drive = match self.drive {
             Drives::Off => Drive::Off,
             Drives::Dac { low, high } => Drive::Dac { low, high },
@@ -286,6 +293,7 @@ impl Fields {
             reach,
             false_alarm: self.false_alarm,
             scene,
+            effort,
             following: self.follow.following(),
             carrier: Carrier {
                 linewidth_hz: self.carrier.linewidth_hz,

@@ -34,7 +34,6 @@ use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::arithmetic::Arithmetic;
-use core::mem::MaybeUninit;
 use num_complex::Complex;
 
 /// A fit's limits in bins: the start, a step, the offset, and how near DC or Nyquist a real tone
@@ -316,16 +315,18 @@ fn bins<'a>(
 /// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
-    peak: i32,
+    near: &Neighbourhood,
+    arithmetic: Arithmetic,
     reach: Reach,
     fit: &Fit<f32>,
     noise: f32,
 ) -> Option<Fit<f32>> {
+    let Neighbourhood { peak, exponent, .. } = *near;
     if R::IQ || !(slow::LOWEST..slow::HIGHEST).contains(&peak) {
         return None;
     }
     let model = Model::new(fit, peak, N as i32);
-    let unit = f32::two_to(spectrum.exponent());
+    let unit = f32::two_to(exponent);
     let slow = [1, 2].map(|k| {
         let Complex { re, im } = spectrum.bin(k);
         (Complex::new(re as f32, im as f32) * unit - model.bin::<R>(k)).norm_sqr()
@@ -333,25 +334,22 @@ pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
     if !slow::may_explain(slow, fit.residual - super::measure::expected(fit, N) * noise) {
         return None;
     }
-    let mut place = MaybeUninit::<[Point; 2 * REACH + 1]>::uninit();
-    let points = spectrum.window(peak.wrapping_sub(REACH as i32), &mut place);
-    let table = const { &singles::<N>() };
-    beside_slow(N as i32, peak, points, spectrum.exponent(), reach.bins(), table)
+    let bins = near.within(reach.bins());
+    match arithmetic {
+        Arithmetic::Fixed => fixed::fit_beside_slow::<N>(bins, peak, exponent),
+        Arithmetic::Float => beside_slow(N as i32, peak, bins, exponent, const { &singles::<N>() }),
+    }
 }
 
-/// The same from the bins within [`REACH`] of the peak, in units of `2^exponent` codes. It is compiled
-/// once for all lengths.
+/// [`real::fit_beside_slow`] to an odd number of bins around `peak`, in units of `2^exponent` codes. It is compiled once for all lengths.
 #[inline(never)]
 fn beside_slow(
     n: i32,
     peak: i32,
     points: &[Point],
     exponent: i32,
-    reach: usize,
     table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
-    let middle = points.len() / 2;
-    let points = points.get(middle.checked_sub(reach)?..=middle + reach)?;
     let (centre, beside) = bins(points, table)?;
     Some(real::fit_beside_slow(n, peak, centre, beside)?.scaled(f32::two_to(exponent)))
 }

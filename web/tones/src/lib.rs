@@ -77,7 +77,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
-        effort: picket::Effort::Look,
+        effort: picket::Effort::default(),
         width: Width::NONE,
     };
     let idle = *Plan::<R, N>::IDLE;

@@ -19,8 +19,9 @@ use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
-use picket::config::Scene;
+use picket::config::{Config, Scene};
 use picket::solve::equations::Chirp;
+use picket::tone::arithmetic::Arithmetic;
 use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling};
@@ -95,7 +96,9 @@ impl Words {
         if !(USUAL_SLOTS..=SLOTS as u16).contains(&slots) {
             return Err(SettingsError::Slots);
         }
-        let settings = Settings { core_mhz: speed.mhz(), slots, ..*settings };
+        // The image has the arithmetic of its core alone.
+        let config = Config { arithmetic: Arithmetic::Float, ..settings.config };
+        let settings = Settings { core_mhz: speed.mhz(), slots, config, ..*settings };
         let plan = Plan::new(&settings, sampling.rate_hz)?;
         let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
         // What follows tones rarely searches a whole block. The slow clock is a way out of a failure.
@@ -147,7 +150,7 @@ mod tests {
     use super::clock::Source;
     use super::*;
     use picket::acquire::codes::Codes;
-    use picket::config::{Config, ConfigError, Following};
+    use picket::config::{ConfigError, Following};
     use picket::solve::chirp::Shape;
     use picket_wire::settings::Calibration;
     use picket_wire::settings_error::{RampError, WaveformError};

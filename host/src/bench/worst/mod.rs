@@ -5,11 +5,10 @@
 
 pub mod signal;
 
-use super::{Core, Figures, config, run};
+use super::{Core, Figures, How, config, model, run};
 use crate::emulator::RunError;
 use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::tone::fit::Reach;
+use picket::acquire::sample::Record;
 use picket_wire::capture::Header;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,6 +29,8 @@ const STRANGERS: u32 = 8;
 pub struct Worst {
     /// The instructions.
     pub instructions: u64,
+    /// The modelled cycles, of the worst of all; `None` for the others, and for a core whose timing is not published.
+    pub cycles: Option<u64>,
     /// The signal.
     pub signal: Signal,
 }
@@ -38,23 +39,43 @@ pub struct Worst {
 ///
 /// # Errors
 /// The emulator failed.
-pub fn search(
+pub fn search<R: Record>(
     core: &Core,
     image: &Path,
     n: usize,
+    how: How,
     seed: u64,
     generations: usize,
 ) -> Result<[Option<Worst>; 2], RunError> {
+    let count = |records: &[Vec<R::Sample>]| measurements::<R>(core, image, n, how, records);
+    let mut worst = breed::<R, _>(n, seed, generations, count)?;
+    for Worst { cycles, signal, .. } in worst.iter_mut().flatten() {
+        *cycles = model::measurement::<R>(core, image, n, how, &signal.record::<R>(n))?;
+    }
+    Ok(worst)
+}
+
+/// Breeds signals for so many generations from those whose records of `n` samples take the most; `count` says what each record takes.
+///
+/// # Errors
+/// Those of `count`.
+pub fn breed<R: Record, E>(
+    n: usize,
+    seed: u64,
+    generations: usize,
+    mut count: impl FnMut(&[Vec<R::Sample>]) -> Result<Vec<u64>, E>,
+) -> Result<[Option<Worst>; 2], E> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut signals: Vec<Signal> = (0..SIGNALS).map(|_| Signal::random(&mut rng)).collect();
     let mut parents: [Vec<Worst>; 2] = Default::default();
     for _ in 0..generations {
-        let records: Vec<_> = signals.iter().map(|signal| signal.record(n)).collect();
-        let counts = measurements(core, image, n, &records)?;
+        let records: Vec<_> = signals.iter().map(|signal| signal.record::<R>(n)).collect();
+        let counts = count(&records)?;
         for ((signal, record), instructions) in signals.drain(..).zip(&records).zip(counts) {
             let (low, high) = Codes::signed::<12>().rails();
-            let clipped = record.iter().any(|x| [low, high].contains(x));
-            parents[usize::from(clipped)].push(Worst { instructions, signal });
+            let clipped = R::pairs(record).iter().flatten().any(|x| [low, high].contains(x));
+            let worst = Worst { instructions, cycles: None, signal };
+            parents[usize::from(clipped)].push(worst);
         }
         for kind in &mut parents {
             kind.sort_by_key(|worst| std::cmp::Reverse(worst.instructions));
@@ -74,15 +95,16 @@ pub fn search(
 }
 
 /// The instructions of the measurement of each record.
-fn measurements(
+fn measurements<R: Record>(
     core: &Core,
     image: &Path,
     n: usize,
-    records: &[Vec<i16>],
+    how: How,
+    records: &[Vec<R::Sample>],
 ) -> Result<Vec<u64>, RunError> {
-    let header = Header::of::<Real>(config(core, Reach::default()), n as u32, records.len() as u32);
+    let header = Header::of::<R>(config(core, how), n as u32, records.len() as u32);
     let header = Header { period_us: 0, ..header };
-    let (figures, _): (Figures, _) = run::<Real>(core, image, &header, records, |_| {})?;
+    let (figures, _): (Figures, _) = run::<R>(core, image, &header, records, |_| {})?;
     let ticks = figures.get("measurement").filter(|ticks| ticks.len() == records.len());
     let ticks = ticks.ok_or_else(|| RunError::Emulator("it counted not every record".into()))?;
     let rate = core.machine.instructions_per_tick();

@@ -1,6 +1,7 @@
 //! Signals that the search for the worst block varies: numbers, from which a record of codes follows.
 
 use picket::acquire::codes::Codes;
+use picket::acquire::sample::Record;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -75,8 +76,8 @@ impl Signal {
         Self { genes, seed: if rng.random_bool(0.3) { rng.random() } else { one.seed } }
     }
 
-    /// The record of `n` signed codes of 12 bits.
-    pub fn record(&self, n: usize) -> Vec<i16> {
+    /// The record of `n` samples of signed codes of 12 bits. The Q part of an I/Q sample is a quarter turn behind, with noise of its own.
+    pub fn record<R: Record>(&self, n: usize) -> Vec<R::Sample> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let [
             bin,
@@ -132,12 +133,11 @@ impl Signal {
             },
         );
         let mut normal = move || -> f64 { rng.sample(StandardNormal) };
-        let (mut state, mut walk) = (0.0, 0.0);
-        let mut values: Vec<f64> = (0..n)
+        let (mut states, mut walk) = ([0.0; 2], 0.0);
+        let mut values: Vec<[f64; 2]> = (0..n)
             .map(|index| {
                 let time = index as f64 / n as f64;
                 walk += wander * normal() / (n as f64).sqrt();
-                state = pole * state + sigma * normal();
                 let turned = TAU * (bin + chirp * (time - 1.0)) * time + turn + walk;
                 let modulated = if fm_rate > 0.0 {
                     fm / fm_rate.max(0.1) * (TAU * fm_rate * time).sin()
@@ -145,11 +145,17 @@ impl Signal {
                     0.0
                 };
                 let envelope = 1.0 + am * (TAU * am_rate * time).cos();
-                let tone = amplitude * envelope * (turned + modulated).cos();
-                let beside: f64 =
-                    lines.iter().map(|(at, size)| size * (TAU * at * time).cos()).sum();
                 let slow = drift * (time - 0.5 + 4.0 * (bend - 0.5) * (time - 0.5).powi(2));
-                tone + beside + slow + hum * (TAU * 6.0 * hum_bin * time).sin() + state
+                let slow = slow + hum * (TAU * 6.0 * hum_bin * time).sin();
+                let mut part = |state: &mut f64, back: f64| {
+                    *state = pole * *state + sigma * normal();
+                    let tone = amplitude * envelope * (turned + modulated - back).cos();
+                    let beside: f64 =
+                        lines.iter().map(|(at, size)| size * (TAU * at * time - back).cos()).sum();
+                    tone + beside + slow + *state
+                };
+                let [i, q] = &mut states;
+                [part(i, 0.0), if R::IQ { part(q, TAU / 4.0) } else { 0.0 }]
             })
             .collect();
         let hits = part(impulses, 16.0 * (impulses - 0.5)) as usize;
@@ -157,14 +163,15 @@ impl Signal {
             // Anywhere, and as large as the record is at the most.
             let at = (normal().abs() * half) as usize;
             if let Some(value) = values.get_mut(at) {
-                *value += FULL * (0.5 * normal()).clamp(-1.0, 1.0);
+                value[0] += FULL * (0.5 * normal()).clamp(-1.0, 1.0);
             }
         }
         // Up to eight times too much, down to a code or two.
         let gain =
             if gain > 0.8 { 1.0 + 35.0 * (gain - 0.8) } else { 1.0f64.min(gain / 0.4).powi(4) };
         let (low, high) = Codes::signed::<12>().rails();
-        values.iter().map(|x| (gain * x).round().clamp(low.into(), high.into()) as i16).collect()
+        let code = |x: f64| (gain * x).round().clamp(low.into(), high.into()) as i16;
+        values.iter().map(|parts| R::of_parts(parts.map(code))).collect()
     }
 }
 
@@ -186,13 +193,16 @@ impl fmt::Display for Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use picket::acquire::sample::{Iq, Real};
 
     /// The generator leaves no kind of record out: the lowest bins, rails, next to nothing, and what changes within a record.
     #[test]
     fn signals_are_of_every_kind() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let records: Vec<_> =
-            (0..2000).map(|_| Signal::random(&mut rng)).map(|signal| signal.record(256)).collect();
+        let records: Vec<_> = (0..2000)
+            .map(|_| Signal::random(&mut rng))
+            .map(|signal| signal.record::<Real>(256))
+            .collect();
         let (low, high) = Codes::signed::<12>().rails();
         let share = |test: &dyn Fn(&[i16]) -> bool| {
             records.iter().filter(|record| test(record)).count() as f64 / records.len() as f64
@@ -211,7 +221,7 @@ mod tests {
     fn a_record_is_the_same_for_the_same_signal() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let [one, other] = [(); 2].map(|()| Signal::random(&mut rng));
-        assert_eq!(one.record(64), one.clone().record(64));
+        assert_eq!(one.record::<Iq>(64), one.clone().record::<Iq>(64));
         let child = Signal::child(&mut rng, &one, &other);
         assert!(child.genes.iter().all(|gene| (0.0..=1.0).contains(gene)), "{child}");
     }

@@ -6,6 +6,7 @@
 //! difference from `f32` is 0.02 of the Cramer-Rao bound at 60 dB and N = 4096, and less
 //! elsewhere.
 
+mod beside_slow;
 mod equations;
 mod inverse;
 mod iq;
@@ -39,6 +40,15 @@ pub(super) fn fit_points<R: Record, const N: usize>(
     } else {
         real::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent, course)
     }
+}
+
+/// Fits a real tone beside slow terms to such bins, see [`super::slow`].
+pub(super) fn fit_beside_slow<const N: usize>(
+    bins: &[Point],
+    peak: i32,
+    exponent: i32,
+) -> Option<Fit<f32>> {
+    beside_slow::fit(N as i32, peak, bins, const { &real::distances::<N>() }, exponent)
 }
 
 /// The bin `away` from the middle one.

@@ -1,6 +1,6 @@
 //! The fit of [`super::super::real`] for cores without an FPU.
 
-use super::equations::{Place, Step, Sums};
+use super::equations::{Place, Sums};
 use super::near::Near;
 use super::scaled::Scaled;
 use super::{
@@ -13,6 +13,7 @@ use crate::tone::fit::{
     Course, EDGE_LIMIT, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
 };
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use core::ops::RangeInclusive;
 use heapless::Vec;
 use num_complex::Complex;
 use num_traits::One as _;
@@ -48,33 +49,33 @@ pub(super) const fn distances<const N: usize>() -> [Distance; REACH] {
 }
 
 /// A bin beside the peak.
-struct Side {
+pub(super) struct Side {
     /// The distance from the peak in bins.
-    i: i32,
-    u: i32,
-    s: i32,
-    x: [i32; 2],
+    pub i: i32,
+    pub u: i32,
+    pub s: i32,
+    pub x: [i32; 2],
     /// s Im
     y: i32,
     /// h and h' at the last sums.
-    h: i32,
-    slope: i32,
+    pub h: i32,
+    pub slope: i32,
 }
 
 /// The peak's place, in Q30.
-struct Peak {
-    e: i32,
+pub(super) struct Peak {
+    pub e: i32,
     c: i32,
-    centre: [i32; 2],
+    pub centre: [i32; 2],
     /// The logarithm of the record's length.
     bits: u32,
 }
 
 /// An offset, its p, dp/dd, and p/d.
-struct Offset {
-    d: i32,
-    p: i32,
-    speed: i32,
+pub(super) struct Offset {
+    pub d: i32,
+    pub p: i32,
+    pub speed: i32,
     ratio: i32,
 }
 
@@ -97,24 +98,33 @@ pub(super) fn fit(
     if peak < 1 || peak > last || centre == [0; 2] {
         return None;
     }
-    // One turn in Q30, divided by N.
-    let bits = n.trailing_zeros();
-    let e = (TAU * f64::from(ONE) + 0.5) as i64 >> bits;
-    let place = Peak { e: e as i32, c: lean(peak, n), centre, bits };
-    let mut sides: Vec<Side, { 2 * REACH }> = Vec::new();
+    let place = Peak::new(n, peak, centre);
+    let mut sides = Vec::new();
+    read(&place, bins, table, 1 - peak..=last - peak, &mut sides);
+    Some(place.fit(peak, last, &mut sides, exponent + ROOM as i32, course))
+}
+
+/// Takes the bins at these distances beside the peak, the nearest first.
+#[inline(always)]
+pub(super) fn read(
+    place: &Peak,
+    bins: &[Point],
+    table: &[Distance; REACH],
+    room: RangeInclusive<i32>,
+    sides: &mut Vec<Side, { 2 * REACH }>,
+) {
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         let bend = shifted::<29>(place.c, distance.bend);
         let lean = shifted::<27>(place.c, distance.near);
         let still = (1 << 26) - distance.versine;
         for (k, near, s) in [(-i, -distance.near, still - lean), (i, distance.near, still + lean)] {
-            if let Some(x) = around(bins, k).filter(|_| peak + k >= 1 && peak + k <= last) {
+            if let Some(x) = around(bins, k).filter(|_| room.contains(&k)) {
                 // The vector holds every distance up to the reach.
                 let y = shifted::<26>(s, x[1]);
                 let _ = sides.push(Side { i: k, u: near + bend, s, x, y, h: 0, slope: 0 });
             }
         }
     }
-    Some(place.fit(peak, last, &mut sides, exponent + ROOM as i32, course))
 }
 
 /// c = e cot(2 pi peak / n) in Q30, which is never above 1. Near DC and Nyquist, where c matters,
@@ -160,6 +170,30 @@ pub(super) fn sinc(z: i32) -> i32 {
 }
 
 impl Peak {
+    pub fn new(n: i32, peak: i32, centre: [i32; 2]) -> Self {
+        let bits = n.trailing_zeros();
+        // One turn in Q30, divided by N.
+        let e = (TAU * f64::from(ONE) + 0.5) as i64 >> bits;
+        Self { e: e as i32, c: lean(peak, n), centre, bits }
+    }
+
+    /// The least and the largest offset: the tone stays between DC and Nyquist.
+    pub fn limits(peak: i32, last: i32) -> (i32, i32) {
+        let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
+        let high = if peak >= last { ONE - bins(EDGE_LIMIT) } else { bins(OFFSET_LIMIT) };
+        (low, high)
+    }
+
+    /// What the normal equations need beside their sums.
+    pub fn equations(&self, sides: &[Side]) -> Place {
+        Place {
+            e: Scaled::new(self.e, -30),
+            twice_c: Scaled::new(self.c, -29),
+            centre: Complex::new(Scaled::new(self.centre[0], 0), Scaled::new(self.centre[1], 0)),
+            total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
+        }
+    }
+
     /// As [`super::super::real::Problem::fit`].
     fn fit(
         &self,
@@ -175,16 +209,9 @@ impl Peak {
             Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
             Course::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
         };
-        // The tone stays between DC and Nyquist.
-        let low = if peak < 2 { bins(EDGE_LIMIT) - ONE } else { -bins(OFFSET_LIMIT) };
-        let high = if peak >= last { ONE - bins(EDGE_LIMIT) } else { bins(OFFSET_LIMIT) };
+        let (low, high) = Self::limits(peak, last);
         let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));
-        let place = Place {
-            e: Scaled::new(self.e, -30),
-            twice_c: Scaled::new(self.c, -29),
-            centre: Complex::new(Scaled::new(self.centre[0], 0), Scaled::new(self.centre[1], 0)),
-            total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
-        };
+        let place = self.equations(sides);
         let mut step = place.step(Scaled::new(at.p, -30), sums(sides, at.p));
         let (mut taken, mut onward) = (0, 0);
         let mut pace = Pace::new(&course);
@@ -218,11 +245,11 @@ impl Peak {
         if pace.further {
             information = information * Scaled::of_float(pace.sharpness(), 0);
         }
-        self.finish(&at, &Step { line, information, ..step }, onward, sides, unit)
+        self.finish(&at, line, information, onward, sides, unit)
     }
 
     /// p of an offset d.
-    fn at(&self, d: i32) -> Offset {
+    pub fn at(&self, d: i32) -> Offset {
         let angle = times(self.e, d);
         let y = times(angle, angle);
         let cos = ONE - (y >> 1) + times(times(y, y), const { bins(1.0 / 24.0) });
@@ -241,7 +268,7 @@ impl Peak {
     }
 
     /// The offset from the peak and its two neighbours, see [`super::super::real`].
-    fn start(&self, sides: &[Side]) -> i32 {
+    pub fn start(&self, sides: &[Side]) -> i32 {
         let [a, b] = self.centre;
         let (mut above, mut below) = (Scaled::new(0, 0), Scaled::new(0, 0));
         for side in sides.iter().take(2) {
@@ -261,8 +288,16 @@ impl Peak {
     }
 
     /// As [`super::super::real::Problem::finish`], `onward` in p from the last sums.
-    fn finish(&self, at: &Offset, step: &Step, onward: i32, sides: &[Side], unit: i32) -> Fit<f32> {
-        let Complex { re: a, im: b } = step.line;
+    pub fn finish(
+        &self,
+        at: &Offset,
+        line: Complex<Scaled>,
+        information: Scaled,
+        onward: i32,
+        sides: &[Side],
+        unit: i32,
+    ) -> Fit<f32> {
+        let (peak, Complex { re: a, im: b }) = (line, line);
         // sin(pi d) / (pi d), by doubling the angle twice.
         let x = times(at.d, const { bins(FRAC_PI_4) });
         let z = times(x, x);
@@ -277,8 +312,8 @@ impl Peak {
         Fit {
             offset: Scaled::new(at.d, -30).float(0),
             line: float(turned),
-            information: step.information.float(2 * unit),
-            peak: float(step.line),
+            information: information.float(2 * unit),
+            peak: float(peak),
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
             freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
@@ -323,7 +358,7 @@ fn squares(re: i32, im: i32) -> u64 {
 }
 
 /// The sums at p.
-fn sums(sides: &mut [Side], p: i32) -> Sums {
+pub(super) fn sums(sides: &mut [Side], p: i32) -> Sums {
     let p = narrow(p);
     let (mut aa, mut s1, mut bb, mut dd) = (0, 0i64, 0, 0);
     let (mut r1, mut r2, mut q1, mut q2) = (0, 0, 0, 0);
@@ -356,6 +391,6 @@ fn narrow(p: i32) -> i32 {
     (p + (1 << 6)) >> 7
 }
 
-fn limit(x: i32, bound: f64) -> i32 {
+pub(super) fn limit(x: i32, bound: f64) -> i32 {
     x.max(-bins(bound)).min(bins(bound))
 }

@@ -18,7 +18,7 @@ const WIDTH: u32 = 30;
 
 impl Scaled {
     /// Below every other number's exponent, so that adding it loses nothing.
-    const ZERO: Self = Self { mantissa: 0, exponent: -(1 << 20) };
+    pub const ZERO: Self = Self { mantissa: 0, exponent: -(1 << 20) };
 
     /// `integer * 2^exponent`.
     pub fn new(integer: i32, exponent: i32) -> Self {

@@ -2,7 +2,7 @@
 
 use super::super::{Fit, START_LIMIT, limit, slow};
 use super::normal::Step;
-use super::{Both, Problem};
+use super::{Both, Problem, each};
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
@@ -25,7 +25,7 @@ fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
 }
 
 /// Gauss-Newton steps of a fit beside slow terms.
-const STEPS: u32 = 2;
+pub(in super::super) const STEPS: u32 = 2;
 
 /// The same beside the leakage of a drift and of a hum of up to one and a half cycles, whose own
 /// bins lie below: see [`slow`].
@@ -88,16 +88,17 @@ impl<T: Scalar> Problem<T> {
     fn shares(&self, p: T, slow: &Slow<T>) -> Shares<T> {
         // The peak itself: h = 1, h' = 0.
         let mut shares = slow.centre.map(|q| [q.re, q.im, T::zero(), T::zero()]);
-        for (side, terms) in self.sides.iter().zip(&slow.sides) {
-            let r = T::one() / (p - side.w / self.e);
-            let h = p * r;
-            let slope = (T::one() - h) * r;
+        let (ep, mut all) = (self.e * p, slow.sides.iter());
+        each(&self.sides, ep, |side, r| {
+            let Some(terms) = all.next() else { return };
+            let h = ep * r;
+            let slope = (T::one() - h) * r * self.e;
             for (share, q) in shares.iter_mut().zip(terms) {
                 let v = side.s * q.im - side.w * q.re;
                 let parts = [h * q.re, h * v, slope * q.re, slope * v];
                 share.iter_mut().zip(parts).for_each(|(sum, part)| *sum = *sum + part);
             }
-        }
+        });
         shares
     }
 

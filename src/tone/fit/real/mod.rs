@@ -30,7 +30,8 @@ mod beside_slow;
 mod normal;
 mod side;
 
-pub(super) use beside_slow::fit_beside_slow;
+pub(super) use beside_slow::{STEPS, fit_beside_slow};
+pub(super) use normal::Products;
 
 use super::rest::{self, Rest, SCALES};
 use super::{
@@ -40,7 +41,7 @@ use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
-use normal::{Products, Step, Sums};
+use normal::{Step, Sums};
 use num_complex::Complex;
 use side::{Side, each};
 

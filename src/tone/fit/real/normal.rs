@@ -3,7 +3,9 @@
 use super::super::{STEP_LIMIT, limit};
 use super::side::Side;
 use crate::math::scalar::Scalar;
+use core::ops::{Add, Div, Neg, Sub};
 use num_complex::Complex;
+use num_traits::One;
 
 /// The eight sums over the bins beside the peak.
 pub(super) struct Sums<T> {
@@ -18,7 +20,7 @@ pub(super) struct Sums<T> {
 }
 
 /// One evaluation of the normal equations at an offset.
-pub(super) struct Step<T> {
+pub(in super::super) struct Step<T> {
     /// The gradient: one over the information of it is the step, in units of p.
     pub gradient: T,
     pub information: T,
@@ -36,7 +38,7 @@ impl<T: Scalar> Step<T> {
 
 /// Inner products of the basis F1 = (1, 0) h and F2 = (-e u, s) h, of its derivatives G1 and G2 by p,
 /// and of the data.
-pub(super) struct Products<T> {
+pub(in super::super) struct Products<T> {
     pub g11: T,
     pub g12: T,
     pub g22: T,
@@ -55,7 +57,18 @@ pub(super) struct Products<T> {
     pub q: [T; 2],
 }
 
-impl<T: Scalar> Products<T> {
+/// A number with the four operations: a float, or one for cores without an FPU.
+pub(in super::super) trait Number:
+    Copy + One + Add<Output = Self> + Sub<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+}
+
+impl<T> Number for T where
+    T: Copy + One + Add<Output = T> + Sub<Output = T> + Div<Output = T> + Neg<Output = T>
+{
+}
+
+impl<T: Number> Products<T> {
     /// The normal equations: the line by elimination, and the step that follows from it.
     #[inline(always)]
     pub fn step(&self) -> Step<T> {
@@ -72,7 +85,7 @@ impl<T: Scalar> Products<T> {
             gradient: a * (q1 - x1) + b * (q2 - x2),
             information,
             line: Complex::new(a, b),
-            slope: -slope,
+            slope: Complex::new(-slope.re, -slope.im),
         }
     }
 

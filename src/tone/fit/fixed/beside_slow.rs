@@ -1,0 +1,225 @@
+//! The fit beside slow terms, see [`super::super::slow`], for cores without an FPU.
+//!
+//! Every bin has three vectors of length 1 over all bins, orthogonal to one another: a line's, a parabola's, and that of the rest. Line and
+//! rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
+
+use super::equations::Place;
+use super::real::{Distance, Peak, Side, cosine, limit, read, sinc, sums};
+use super::scaled::Scaled;
+use super::{ONE, ROOM, add, around, held, nearest, product, shifted, times};
+use crate::math::scalar::Scalar as _;
+use crate::spectrum::bins::REACH;
+use crate::spectrum::fft::integer::Point;
+use crate::tone::fit::real::{Products, STEPS};
+use crate::tone::fit::slow::{self, TERMS};
+use crate::tone::fit::{Fit, START_LIMIT, STEP_LIMIT};
+use core::f64::consts::FRAC_PI_2;
+use heapless::Vec;
+use num_complex::Complex;
+use num_traits::One as _;
+
+/// The vectors' values in a bin.
+struct Terms {
+    /// In Q30.
+    value: [[i32; 2]; TERMS],
+    /// `s Im - e u Re` in Q29.
+    across: [i32; TERMS],
+}
+
+/// The vectors in all bins of a fit, and their products with the data.
+struct Slow {
+    centre: Terms,
+    sides: Vec<Terms, { 2 * REACH }>,
+    data: [Scaled; TERMS],
+}
+
+/// The vectors' products with the model's basis and its derivative.
+type Shares = [[Scaled; 4]; TERMS];
+
+/// As [`super::super::real::fit_beside_slow`], from the bins as [`super::real::fit`] takes them.
+pub(super) fn fit(
+    n: i32,
+    peak: i32,
+    bins: &[Point],
+    table: &[Distance; REACH],
+    exponent: i32,
+) -> Option<Fit<f32>> {
+    let last = n / 2 - 1;
+    let centre = around(bins, 0)?;
+    if peak < 1 || peak > last || centre == [0; 2] {
+        return None;
+    }
+    let mut place = Peak::new(n, peak, centre);
+    let mut sides = Vec::new();
+    let first = slow::FIRST.min(peak - 2);
+    read(&place, bins, table, first - peak..=last - peak, &mut sides);
+    let slow = Slow::new(n, peak, &place, &sides)?;
+    let equations = place.equations(&sides);
+    let (low, high) = Peak::limits(peak, last);
+    let mut at = place.at(limit(place.start(&sides), START_LIMIT).max(low).min(high));
+    let (mut products, mut shares) = slow.products(&equations, at.p, &mut sides);
+    for _ in 0..STEPS {
+        let step = products.step();
+        let forward = step.gradient / (step.information * Scaled::new(at.speed, -30));
+        at = place.at((at.d + limit(forward.bits(30), STEP_LIMIT)).max(low).min(high));
+        (products, shares) = slow.products(&equations, at.p, &mut sides);
+    }
+    let step = products.step();
+    slow.take(step.line, &shares, &mut place, &mut sides);
+    let speed = Scaled::new(at.speed, -30);
+    let information = step.information * speed * speed;
+    let mut fit = place.finish(&at, step.line, information, 0, &sides, exponent + ROOM as i32);
+    fit.freedom = fit.freedom.saturating_sub(TERMS as u32).max(1);
+    Some(fit)
+}
+
+/// `exp(j t)` in Q30, and `sin(t) / t`, with `t = pi k / N` within 0..=pi/2.
+struct Turn {
+    cos: i32,
+    sin: i32,
+    shape: i32,
+}
+
+impl Turn {
+    fn new(k: i32, n: i32) -> Self {
+        let bits = 30u32.wrapping_sub(n.trailing_zeros()) & 31;
+        // Half the angle is at most pi/4.
+        let x = times(k << bits, const { nearest(FRAC_PI_2, 30) });
+        let z = times(x, x);
+        let (cos, shape) = (cosine(z), times(sinc(z), cosine(z)));
+        Self { cos: (times(cos, cos) - ONE / 2) << 1, sin: times(shape, x) << 1, shape }
+    }
+}
+
+/// The turn of a bin, and the sizes of line, parabola and rest there, in Q30.
+type Shape = (Turn, [i32; TERMS]);
+
+/// One over the square root of a positive number.
+fn inverse_root(square: Scaled) -> Scaled {
+    Scaled::one() / Scaled::of_float(square.float(0).root(), 0)
+}
+
+impl Slow {
+    fn new(n: i32, peak: i32, place: &Peak, sides: &[Side]) -> Option<Self> {
+        // What a drift leaks falls with the sine: over that at the lowest bin nothing is above 1.
+        let lowest = sides.iter().map(|side| side.i).min().unwrap_or(0).min(0) + peak;
+        let from = Scaled::new(Turn::new(lowest, n).shape, 0) * Scaled::new(lowest, 0);
+        let mut shapes = Vec::<_, { 2 * REACH + 1 }>::new();
+        let [mut lines, mut parabolas, mut both, mut rests] = [0i64; 4];
+        for i in core::iter::once(0).chain(sides.iter().map(|side| side.i)) {
+            let turn = Turn::new(peak + i, n);
+            let near = from / (Scaled::new(turn.shape, 0) * Scaled::new(peak + i, 0));
+            let line = near.bits(30);
+            let square = times(line, line);
+            let (parabola, rest) = (times(square, turn.cos), times(square, line));
+            // The vector holds the peak and as many as there are sides.
+            let _ = shapes.push((turn, [line, parabola, rest]));
+            lines += i64::from(times(line, line));
+            parabolas += i64::from(times(parabola, parabola));
+            both += i64::from(times(line, rest));
+            rests += i64::from(times(rest, rest));
+        }
+        let [lines, parabolas, both, rests] =
+            [lines, parabolas, both, rests].map(|sum| Scaled::of_sum(sum, -30));
+        let share = both / lines;
+        let left = Scaled::of_sum(i64::from((rests - share * both).bits(28).max(1)), -28);
+        let scales = [lines, parabolas, left].map(inverse_root);
+        let share = share.bits(30);
+        let terms =
+            |&(Turn { cos, sin, .. }, [line, parabola, rest]): &Shape, s: i32, lean: i32| {
+                let sizes = [line, parabola, rest - times(share, line)];
+                let [line, parabola, rest] =
+                    [0, 1, 2].map(|term: usize| match (sizes.get(term), scales.get(term)) {
+                        (Some(&size), Some(&scale)) => (Scaled::new(size, -30) * scale).bits(30),
+                        _ => 0,
+                    });
+                let value = [
+                    [-times(line, sin), times(line, cos)],
+                    [times(parabola, cos), times(parabola, sin)],
+                    [-times(rest, sin), times(rest, cos)],
+                ];
+                let across = value.map(|[re, im]| shifted::<27>(im, s) - shifted::<27>(re, lean));
+                Terms { value, across }
+            };
+        let (centre, rest) = shapes.split_first()?;
+        let (centre, data) = (terms(centre, 1 << 26, 0), [Scaled::ZERO; TERMS]);
+        let mut slow = Self { centre, sides: Vec::new(), data };
+        let mut data = [0i64; TERMS];
+        let mut seen = |terms: &Terms, x: [i32; 2]| {
+            for (sum, [re, im]) in data.iter_mut().zip(terms.value) {
+                add(sum, re, x[0]);
+                add(sum, im, x[1]);
+            }
+        };
+        seen(&slow.centre, place.centre);
+        for (side, shape) in sides.iter().zip(rest) {
+            let terms = terms(shape, side.s, shifted::<27>(place.e, side.u));
+            seen(&terms, side.x);
+            // The vector holds as many as there are sides.
+            let _ = slow.sides.push(terms);
+        }
+        slow.data = data.map(|sum| Scaled::of_sum(sum, -30));
+        Some(slow)
+    }
+
+    /// The inner products at p, without what lies along the vectors, and the vectors' shares of them.
+    #[inline(never)]
+    fn products(
+        &self,
+        equations: &Place,
+        p: i32,
+        sides: &mut [Side],
+    ) -> (Products<Scaled>, Shares) {
+        let mut products = equations.products(Scaled::new(p, -30), sums(sides, p));
+        // The peak itself: h = 1, h' = 0.
+        let Terms { value, across } = &self.centre;
+        let mut shares = [[0i64; 4]; TERMS];
+        for ((share, [re, _]), across) in shares.iter_mut().zip(value).zip(across) {
+            *share = [i64::from(*re) << 26, i64::from(*across) << 26, 0, 0];
+        }
+        for (side, Terms { value, across }) in sides.iter().zip(&self.sides) {
+            for ((share, &[re, _]), &across) in shares.iter_mut().zip(value).zip(across) {
+                let [f1, f2, g1, g2] = share;
+                add(f1, re, side.h);
+                add(f2, across, side.h);
+                add(g1, re, side.slope);
+                add(g2, across, side.slope);
+            }
+        }
+        let shares = shares.map(|[f1, f2, g1, g2]| {
+            [
+                Scaled::of_sum(f1, -56),
+                Scaled::of_sum(f2, -55),
+                Scaled::of_sum(g1, -52),
+                Scaled::of_sum(g2, -51),
+            ]
+        });
+        for (&[f1, f2, g1, g2], data) in shares.iter().zip(self.data) {
+            products.less(f1, f2, g1, g2, data);
+        }
+        (products, shares)
+    }
+
+    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
+    fn take(&self, line: Complex<Scaled>, shares: &Shares, place: &mut Peak, sides: &mut [Side]) {
+        let mut heights = [0; TERMS];
+        for ((height, data), &[f1, f2, ..]) in heights.iter_mut().zip(self.data).zip(shares) {
+            let rest = data - line.re * f1 - line.im * f2;
+            // A height may be larger than any bin, by the root of their number.
+            *height = (rest * Scaled::new(1, -3)).bits(0);
+        }
+        let less = |x: [i32; 2], terms: &Terms| {
+            let mut left = x.map(i64::from);
+            for (value, height) in terms.value.iter().zip(heights) {
+                for (left, value) in left.iter_mut().zip(value) {
+                    *left = left.wrapping_sub(product(*value, height) >> 27);
+                }
+            }
+            left.map(held)
+        };
+        place.centre = less(place.centre, &self.centre);
+        for (side, terms) in sides.iter_mut().zip(&self.sides) {
+            side.x = less(side.x, terms);
+        }
+    }
+}
