@@ -59,6 +59,14 @@ fn the_documents_state_the_budget() {
             &ceilings.map(|which| figure(&format!("/ceilings/{place}/{which}"))),
         );
     }
+    let [look, one] = ["look", "one"].map(|effort| {
+        [0, 1].map(|which| figure(&format!("/ceilings/M0/real/1024/{effort}/{which}")))
+    });
+    let pico = Document::pico();
+    pico.assert_states("more than # instructions at `look` and # at `one`", &[look[0], one[0]]);
+    // Of a core at 144 MHz.
+    let rates = [look[1], one[1]].map(|cycles| 144e3 * 1024.0 / cycles);
+    pico.assert_states("by that, # and # kS/s hold whatever the signal is", &rates);
     page.assert_states(
         "| M55, 1024 | # | # |",
         &["look", "one"].map(|effort| figure(&format!("/ceilings/M55/real/1024/{effort}/0"))),
