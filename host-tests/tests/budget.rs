@@ -33,7 +33,7 @@ struct Budgets {
     phase: u64,
     /// Instructions and modelled cycles that no measurement takes more of, by core, kind of record, length and effort; 0 where no cycles are
     /// modelled.
-    ceilings: BTreeMap<String, BTreeMap<String, BTreeMap<usize, BTreeMap<String, [u64; 2]>>>>,
+    ceilings: BTreeMap<String, BTreeMap<String, Ceilings>>,
     /// Instructions of the search for the peak in so many bins of 1,024 samples, real and I/Q.
     band: BTreeMap<u32, [u64; 2]>,
     /// Instructions for 1,024 samples on cores without the DSP extension, by core and stage: the median.
@@ -54,6 +54,9 @@ struct Budgets {
     /// Bytes of program memory and of RAM of the board's self-test.
     self_test_image: [u64; 2],
 }
+
+/// Instructions and modelled cycles by length and effort.
+type Ceilings = BTreeMap<usize, BTreeMap<String, [u64; 2]>>;
 
 /// What an engine may spend.
 #[derive(Deserialize)]
