@@ -48,9 +48,10 @@ pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
 }
 
 /// Bytes of program memory, code and tables, of an image that measures real records of 1,024 samples by the default method and
-/// does nothing else, built for size: its start-up and its vector table are counted, too. The image `frequency_only` answers
+/// does nothing else, in the arithmetic of its core alone, built for size: its start-up and its vector table are counted, too. The image `frequency_only` answers
 /// without a verdict, `single` with one.
 pub fn program_memory(core: &Core, bin: &'static str) -> Result<u64, RunError> {
-    let image = Firmware { bin, target: core.target, features: &["mps2"], profile: Profile::Size };
+    let features = &["mps2", "one-arithmetic"];
+    let image = Firmware { bin, target: core.target, features, profile: Profile::Size };
     Ok(Footprint::of(&image.build()?)?.flash)
 }
