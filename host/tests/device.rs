@@ -9,6 +9,7 @@ use picket::methods::registry::Method;
 use picket::pipeline::{Measurement, Outcome};
 use picket::tone::frequency::Frequency;
 use picket::tone::{Tone, Verdict};
+use picket_host::flash::BUDGET;
 use picket_wire::boot::Boot;
 use picket_wire::command::{Answer, Command as Order, Refusal, Request};
 use picket_wire::frame::Reader;
@@ -209,7 +210,7 @@ fn flash_builds_within_the_budget_and_stops_before_the_probe() {
         let at = words.iter().position(|w| *w == word).unwrap();
         words[at + 1].parse().unwrap()
     };
-    assert!(after("flash") <= 120 << 10 && after("flash") > 10_000, "{said}");
+    assert!(after("flash") <= BUDGET.flash && after("flash") > 10_000, "{said}");
     // A stack of 6 KB comes on top, which tests/nucleo.rs measures.
     assert!(after("RAM") <= 92 << 10, "{said}");
     let binary = said.lines().nth(1).unwrap();

@@ -399,9 +399,16 @@ impl Watch {
             Style::Jsonl => print_line(&format!(
                 r#"{{"summary":true,"records":{records},"missing":{missing},"missing_lost":{lost},"bad_frames":{bad}}}"#
             )),
-            _ => self.note(&format!(
-                "{records} records, {missing} blocks between them without one ({lost} lost by the board, the others left out), {bad} bad frames"
-            )),
+            _ => {
+                let whose = if missing > 0 {
+                    format!(" ({lost} lost by the board, the others left out)")
+                } else {
+                    String::new()
+                };
+                self.note(&format!(
+                    "{records} records, {missing} blocks between them without one{whose}, {bad} bad frames"
+                ));
+            }
         }
     }
 }
