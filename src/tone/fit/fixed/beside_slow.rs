@@ -22,7 +22,7 @@ use num_traits::One as _;
 struct Terms {
     /// In Q30.
     value: [[i32; 2]; TERMS],
-    /// `s Im - e u Re` in Q29.
+    /// `s Im - e u Re` in Q26: next to Nyquist s is up to ten.
     across: [i32; TERMS],
 }
 
@@ -138,7 +138,7 @@ impl Slow {
                     [times(parabola, cos), times(parabola, sin)],
                     [-times(rest, sin), times(rest, cos)],
                 ];
-                let across = value.map(|[re, im]| shifted::<27>(im, s) - shifted::<27>(re, lean));
+                let across = value.map(|[re, im]| times(im, s) - times(re, lean));
                 Terms { value, across }
             };
         let (centre, rest) = shapes.split_first()?;
@@ -189,9 +189,9 @@ impl Slow {
         let shares = shares.map(|[f1, f2, g1, g2]| {
             [
                 Scaled::of_sum(f1, -56),
-                Scaled::of_sum(f2, -55),
+                Scaled::of_sum(f2, -52),
                 Scaled::of_sum(g1, -52),
-                Scaled::of_sum(g2, -51),
+                Scaled::of_sum(g2, -48),
             ]
         });
         for (&[f1, f2, g1, g2], data) in shares.iter().zip(self.data) {
