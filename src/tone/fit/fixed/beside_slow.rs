@@ -223,3 +223,44 @@ impl Slow {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Arithmetic, Codes, Config, Pipeline, Real, Stamp};
+    use std::f64::consts::TAU;
+
+    /// Tones at every bin up to Nyquist, beside drifts: the answers are those of the fit in floats, and no number is too large for its
+    /// format.
+    fn compare<const N: usize>() {
+        let [mut fixed, mut float] = [Arithmetic::Fixed, Arithmetic::Float].map(|arithmetic| {
+            let config = Config { arithmetic, ..Config::new(1.0, Codes::signed::<12>()) };
+            Pipeline::<Real, N>::new(config.plan().unwrap())
+        });
+        let (mut both, mut differ) = (0, 0);
+        for quarter in 12..4 * (N / 2).min(48) as i32 - 2 {
+            for (drift, rise) in [(40.0, 0.0), (400.0, 0.0), (1500.0, 0.0), (150.0, 1.5)] {
+                let samples = core::array::from_fn(|n| {
+                    let time = n as f64 / N as f64;
+                    let turns = (f64::from(quarter) / 4.0 + rise * (time - 1.0)) * time + 0.1;
+                    let dither = f64::from((n as i32 * 7919 + quarter * 31) % 61 - 30) / 20.0;
+                    (400.0 * (TAU * turns).cos() + drift * (time - 0.5) + dither).round() as i16
+                });
+                let [one, other] =
+                    [&mut fixed, &mut float].map(|way| way.block(Stamp::default(), &samples).tone);
+                let apart = one.frequency.cycles() - other.frequency.cycles();
+                let sigma = f64::from(one.sigma.max(other.sigma));
+                both += 1;
+                differ += u32::from(one.verdict != other.verdict || apart.abs() > sigma);
+            }
+        }
+        assert!(20 * differ <= both, "{N}: {differ} of {both} differ");
+    }
+
+    #[test]
+    fn the_fit_beside_a_drift_is_that_in_floats() {
+        compare::<64>();
+        compare::<128>();
+        compare::<1024>();
+        compare::<4096>();
+    }
+}
