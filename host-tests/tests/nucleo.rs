@@ -218,6 +218,10 @@ fn instructions_of_a_block() {
     let document = Document::board();
     document.assert_states("a block of 1024 takes this image # instructions", &[longest.into()]);
     let found = [Effort::Look, Effort::One].map(|effort| worst_block(effort) as f64);
+    // A long search finds more than the page says of a short one: it is printed.
+    if std::env::var_os("PICKET_LONG").is_some() {
+        return;
+    }
     document.assert_states(
         "found none that takes it more than # instructions at effort `look` and # at `one`",
         &found,
