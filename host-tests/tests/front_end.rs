@@ -234,3 +234,20 @@ fn no_other_impairment_is_of_a_faulty_front_end() {
     let held = [others::<Real, 256>(), others::<Real, 1024>(), others::<Iq, 1024>()];
     assert_eq!(held, [true; 3]);
 }
+
+fn told_of_wraps<E: Engine, const N: usize>() -> f64 {
+    let seen = measured::<Real, E, N>(&Impairment::parse("wrap").unwrap(), 30.0, 300);
+    told(seen.iter().map(|(tone, _)| tone))
+}
+
+/// The 16-bit engine tells codes that wrap as the default one does, wherever in the spectrum their lines are.
+#[test]
+fn every_engine_sees_lines_in_the_whole_spectrum() {
+    for [default, other] in [
+        [told_of_wraps::<I32, 1024>(), told_of_wraps::<Q15, 1024>()],
+        [told_of_wraps::<I32, 4096>(), told_of_wraps::<Q15, 4096>()],
+    ] {
+        println!("told: {default:.3} by the default engine, {other:.3} by the 16-bit one");
+        assert!((default - other).abs() < 0.03, "{default} {other}");
+    }
+}

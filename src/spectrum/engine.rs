@@ -81,9 +81,13 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// bins sum to less than 2^63.
     fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
 
-    /// Whether none of these bins has this power, by a look at the points that splits none: it may say no without need.
-    fn is_below<R: Record>(_points: &[[Self::Part; 2]], _bins: Range<usize>, _power: u64) -> bool {
-        false
+    /// Whether none of these bins has this power. An engine that splits none of them for it may say no without need.
+    fn is_below<R: Record, const N: usize>(
+        points: &[[Self::Part; 2]],
+        mut bins: Range<usize>,
+        power: u64,
+    ) -> bool {
+        bins.all(|k| products::power(Self::bin::<R, N>(points, k)) < power)
     }
 
     /// The bins of a real record from `first` on, as many as `places` holds, all within 1..N/2.
@@ -166,7 +170,11 @@ impl Engine for I32 {
     }
 
     #[inline]
-    fn is_below<R: Record>(points: &[Point], bins: Range<usize>, power: u64) -> bool {
+    fn is_below<R: Record, const N: usize>(
+        points: &[Point],
+        bins: Range<usize>,
+        power: u64,
+    ) -> bool {
         let (end, length) = (bins.end, points.len().wrapping_add(1));
         let mirrored = length.wrapping_sub(end)..length.wrapping_sub(bins.start);
         let Some(own) = points.get(bins) else { return false };

@@ -153,12 +153,12 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         self.fill(first, place.as_mut())
     }
 
-    /// Whether none of so many bins from `first` on has this power, by a look that splits no bin: it may say no without need.
+    /// Whether none of so many bins from `first` on has this power, see [`Engine::is_below`].
     #[inline]
     pub(crate) fn is_below(&self, power: u64, first: i32, count: usize) -> bool {
         let first = if R::IQ && first >= N as i32 { first - N as i32 } else { first };
         usize::try_from(first)
-            .is_ok_and(|first| E::is_below::<R>(self.points(), first..first + count, power))
+            .is_ok_and(|first| E::is_below::<R, N>(self.points(), first..first + count, power))
     }
 
     /// The bins from `first` on, as many as `places` holds.
