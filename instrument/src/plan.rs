@@ -64,7 +64,7 @@ impl<const N: usize> Plan<N> {
     /// By what its blocks are measured, as records tell it.
     pub fn basis(&self, clock: Clock) -> Basis {
         let settings = checksum::of_bytes(&self.settings.to_bytes(N));
-        Basis { settings, clock, effort: self.plan.options.effort as u8 }
+        Basis { settings, clock, effort: self.plan.options.effort.number() }
     }
 
     /// The same for a board that cannot make a chirp, nor follow one.

@@ -239,7 +239,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judge
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let tail = Tail { deviations: CLEAN, noise: noise.freedom };
-    let clean = |power: f32, free| power > free && power > tail.limit(free);
+    let clean = |power, free| tail.exceeds(power, free);
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
@@ -337,7 +337,7 @@ struct Tail {
 }
 
 impl Tail {
-    /// Whether a power in this many free numbers is improbable. The mean, which is below any limit, ends most tests.
+    /// [`Tail::exceeds`], told to an observer.
     #[inline]
     fn is_exceeded(
         &self,
@@ -347,6 +347,12 @@ impl Tail {
         observer: impl Observer,
     ) -> bool {
         observer.hear(|| Test { statistic, value: power, limit: self.limit(free) });
+        self.exceeds(power, free)
+    }
+
+    /// Whether a power in this many free numbers is improbable. The mean, which is below any limit, ends most tests.
+    #[inline]
+    fn exceeds(&self, power: f32, free: f32) -> bool {
         power > free && power > self.limit(free)
     }
 

@@ -6,7 +6,7 @@
 use super::equations::Place;
 use super::real::{Distance, Peak, Side, cosine, limit, read, sinc, sums};
 use super::scaled::Scaled;
-use super::{ONE, ROOM, add, around, held, nearest, product, shifted, times};
+use super::{ONE, ROOM, add, held, nearest, product, shifted, times};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
@@ -45,11 +45,7 @@ pub(super) fn fit(
     exponent: i32,
 ) -> Option<Fit<f32>> {
     let last = n / 2 - 1;
-    let centre = around(bins, 0)?;
-    if peak < 1 || peak > last || centre == [0; 2] {
-        return None;
-    }
-    let mut place = Peak::new(n, peak, centre);
+    let mut place = Peak::new(n, peak, bins)?;
     let mut sides = Vec::new();
     let first = slow::FIRST.min(peak - 2);
     read(&place, bins, table, first - peak..=last - peak, &mut sides);
@@ -102,7 +98,7 @@ fn inverse_root(square: Scaled) -> Scaled {
 impl Slow {
     fn new(n: i32, peak: i32, place: &Peak, sides: &[Side]) -> Option<Self> {
         // What a drift leaks falls with the sine: over that at the lowest bin nothing is above 1.
-        let lowest = sides.iter().map(|side| side.i).min().unwrap_or(0).min(0) + peak;
+        let lowest = sides.iter().map(|side| side.i).fold(0, i32::min) + peak;
         let from = Scaled::new(Turn::new(lowest, n).shape, 0) * Scaled::new(lowest, 0);
         let mut shapes = Vec::<_, { 2 * REACH + 1 }>::new();
         let [mut lines, mut parabolas, mut both, mut rests] = [0i64; 4];
@@ -127,12 +123,11 @@ impl Slow {
         let share = share.bits(30);
         let terms =
             |&(Turn { cos, sin, .. }, [line, parabola, rest]): &Shape, s: i32, lean: i32| {
-                let sizes = [line, parabola, rest - times(share, line)];
-                let [line, parabola, rest] =
-                    [0, 1, 2].map(|term: usize| match (sizes.get(term), scales.get(term)) {
-                        (Some(&size), Some(&scale)) => (Scaled::new(size, -30) * scale).bits(30),
-                        _ => 0,
-                    });
+                let mut sizes = [line, parabola, rest - times(share, line)];
+                for (size, &scale) in sizes.iter_mut().zip(&scales) {
+                    *size = (Scaled::new(*size, -30) * scale).bits(30);
+                }
+                let [line, parabola, rest] = sizes;
                 let value = [
                     [-times(line, sin), times(line, cos)],
                     [times(parabola, cos), times(parabola, sin)],

@@ -94,11 +94,7 @@ pub(super) fn fit(
     course: Course<f32>,
 ) -> Option<Fit<f32>> {
     let last = n / 2 - 1;
-    let centre = around(bins, 0)?;
-    if peak < 1 || peak > last || centre == [0; 2] {
-        return None;
-    }
-    let place = Peak::new(n, peak, centre);
+    let place = Peak::new(n, peak, bins)?;
     let mut sides = Vec::new();
     read(&place, bins, table, 1 - peak..=last - peak, &mut sides);
     Some(place.fit(peak, last, &mut sides, exponent + ROOM as i32, course))
@@ -170,11 +166,16 @@ pub(super) fn sinc(z: i32) -> i32 {
 }
 
 impl Peak {
-    pub fn new(n: i32, peak: i32, centre: [i32; 2]) -> Self {
+    /// Of the middle one of these bins; `None` at DC and Nyquist, and without a signal.
+    pub fn new(n: i32, peak: i32, bins: &[Point]) -> Option<Self> {
+        let centre = around(bins, 0)?;
+        if peak < 1 || peak >= n / 2 || centre == [0; 2] {
+            return None;
+        }
         let bits = n.trailing_zeros();
         // One turn in Q30, divided by N.
         let e = (TAU * f64::from(ONE) + 0.5) as i64 >> bits;
-        Self { e: e as i32, c: lean(peak, n), centre, bits }
+        Some(Self { e: e as i32, c: lean(peak, n), centre, bits })
     }
 
     /// The least and the largest offset: the tone stays between DC and Nyquist.
