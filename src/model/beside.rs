@@ -2,11 +2,12 @@
 
 use super::belief::{Belief, size, sizes};
 use super::causes::{Best, Ground, Place};
-use super::constants::{NEAR, PEAKS, WIDTH};
+use super::chance;
+use super::constants::{NEAR, PEAK, PEAKS, WIDTH};
 use super::factor::{Factor, Rows, product};
 use super::joint::{COLUMNS, Joint, Solution};
 use super::line::Bins;
-use super::shape::{NOTHING, Shape, dot};
+use super::shape::{Shape, dot};
 use super::window::Window;
 use super::{leak, slow};
 use crate::math::scalar::Scalar as _;
@@ -19,21 +20,21 @@ struct Beside<const K: usize> {
 }
 
 impl<const K: usize> Beside<K> {
-    fn new(solution: &Solution, column: impl Fn(usize) -> Shape) -> Self {
+    fn new(solution: &Solution, columns: &[Shape; K]) -> Self {
         let mut beside = Self { gram: [[0.0; K]; K], along: [0.0; K], pull: [0.0; K] };
         let mut taken = [[0.0; COLUMNS]; K];
-        for a in 0..K {
-            let shape = column(a);
-            let (mine, pull) = solution.taken(&shape);
-            if let (Some(along), Some(own)) = (beside.along.get_mut(a), beside.pull.get_mut(a)) {
-                (*along, *own) = (dot(&shape, &solution.left), -pull);
-            }
-            if let Some(taken) = taken.get_mut(a) {
-                *taken = mine;
-            }
-            let row = beside.gram.get_mut(a).into_iter().flatten();
-            for (b, (cell, theirs)) in row.zip(&taken).take(a + 1).enumerate() {
-                *cell = dot(&shape, &column(b)) - product(&mine, theirs);
+        let sums = beside.along.iter_mut().zip(&mut beside.pull).zip(&mut taken);
+        for (((along, pull), taken), column) in sums.zip(columns) {
+            *along = dot(column, &solution.left);
+            (*taken, *pull) = solution.taken(column);
+            *pull = -*pull;
+        }
+        for (a, (row, (column, mine))) in
+            beside.gram.iter_mut().zip(columns.iter().zip(&taken)).enumerate()
+        {
+            let others = columns.iter().zip(&taken).take(a + 1);
+            for (cell, (other, theirs)) in row.iter_mut().zip(others) {
+                *cell = dot(column, other) - product(mine, theirs);
             }
         }
         beside
@@ -74,16 +75,14 @@ impl<const K: usize> Beside<K> {
 /// How probable slow terms are, of any size up to ten times the tone.
 #[inline(never)]
 pub fn slow(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
-    let columns = slow::columns(window);
-    let column = |term: usize| columns.get(term).copied().unwrap_or(NOTHING);
-    let beside = Beside::<{ slow::TERMS }>::new(solution, column);
+    let beside = Beside::new(solution, &slow::columns(window));
     beside.weigh(ground, 100.0 * ground.strength).0
 }
 
 /// How probable leakage is, of lines as strong as the tone or weaker.
 #[inline(never)]
 pub fn leak(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
-    let beside = Beside::<{ leak::TERMS }>::new(solution, |term| leak::column(window, term));
+    let beside = Beside::new(solution, &leak::columns(window));
     beside.weigh(ground, ground.strength).0
 }
 
@@ -100,11 +99,12 @@ pub fn lines(
     for ((power, left), i) in powers.iter_mut().zip(&solution.left).zip(Window::places()) {
         *power = if i.abs() >= 2 { left.norm_sqr() } else { 0.0 };
     }
+    let limit = 2.0 * chance::ratio(PEAK, 2.0, ground.leftover.free());
     let mut peaks = [(0.0, 0); PEAKS];
     for (place, i) in Window::places().enumerate() {
         let at = |place: usize| powers.get(place).copied().unwrap_or(0.0);
         let power = at(place);
-        if power > 0.0 && power >= at(place.wrapping_sub(1)) && power >= at(place + 1) {
+        if power > limit && power >= at(place.wrapping_sub(1)) && power >= at(place + 1) {
             let mut this = (power, i);
             for peak in &mut peaks {
                 if this.0 > peak.0 {
@@ -124,8 +124,7 @@ pub fn lines(
             }
             let [real, imaginary, _] =
                 Bins::at(window, offset).columns(num_complex::Complex::new(0.0, 0.0));
-            let beside =
-                Beside::<2>::new(solution, |term| if term == 0 { real } else { imaginary });
+            let beside = Beside::new(solution, &[real, imaginary]);
             let (belief, best, value) = beside.weigh(ground, 2.0 * ground.strength);
             let prior = prior(distance);
             let best = Best { log: best.log + prior, ..best };

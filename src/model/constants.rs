@@ -45,10 +45,13 @@ pub const SMOOTH: usize = 6;
 pub const ROUNDS: usize = 3;
 /// How many of them may be lines.
 pub const LINES: usize = 3;
+/// A peak of the residual is tried as a line if noise as loud as the ring's has one as high in a quarter of all windows at most: the
+/// normal deviation that is exceeded in a 33rd of that.
+pub const PEAK: f32 = 2.427;
 /// The peaks of the residual that are tried as lines.
-pub const PEAKS: usize = 4;
+pub const PEAKS: usize = 2;
 /// The most steps of one fit.
-pub const STEPS: usize = 8;
+pub const STEPS: usize = 4;
 
 /// The number of causes.
 pub const CAUSES: usize = 6;

@@ -1,6 +1,6 @@
 //! The joint fit: the tone with all that was found beside it.
 
-use super::constants::{LINES, NEAR, SMOOTH, STEPS};
+use super::constants::{LENGTHS, LINES, NEAR, SMOOTH, STEPS};
 use super::factor::{Factor, product};
 use super::line::{Bins, Line, changes};
 use super::shape::{NOTHING, Shape, dot, take};
@@ -207,7 +207,7 @@ impl Joint {
             slow::columns(window).iter().for_each(|shape| columns.add(shape, 0.0));
         }
         if self.leak {
-            (0..leak::TERMS).for_each(|term| columns.add(&leak::column(window, term), 0.0));
+            leak::columns(window).iter().for_each(|shape| columns.add(shape, 0.0));
         }
     }
 
@@ -253,7 +253,7 @@ impl Joint {
         solution.hidden = self.hidden;
     }
 
-    /// Gauss and Newton's steps on the frequencies, until they are a hundredth of what noise moves. The solution is that of the last.
+    /// Gauss and Newton's steps on the frequencies, until they are a fifth of what noise moves. The solution is that of the last.
     #[inline(never)]
     pub fn fit(&mut self, window: &Window, scale: f32, steps: usize, solution: &mut Solution) {
         let mut current = false;
@@ -285,8 +285,9 @@ impl Joint {
         const SHARE: f32 = 0.5;
         /// Bins from the peak.
         const FARTHEST: f32 = 1.2;
-        /// The square of a step, over the variance, that ends the fit.
-        const SETTLED: f32 = 1e-4;
+        /// The square of a step, over the variance, that ends the fit. The last solution has the step in it, so what is left is of second
+        /// order.
+        const SETTLED: f32 = 4e-2;
         let [re, im, slope, rest @ ..] = solution.values;
         let (before, mut rest) = (self.tone.offset, rest.iter());
         let priors = self.level.iter().chain(&self.phase);
@@ -301,6 +302,13 @@ impl Joint {
         for (other, values) in self.others.iter().take(self.count).zip(lines) {
             let &[_, _, slope]: &[f32; 3] = values;
             moved = moved.max(slope * slope * other.line.value.norm_sqr());
+        }
+        let strength = self.tone.value.norm_sqr();
+        let orders = changes.as_flattened().iter().zip(self.changes.as_flattened());
+        let lengths = LENGTHS.iter().skip(1).take(SMOOTH).cycle();
+        for ((after, before), length) in orders.zip(lengths) {
+            let step = (after - before) / length;
+            moved = moved.max(step * step * strength);
         }
         if known && moved < SETTLED {
             return true;

@@ -37,6 +37,11 @@ impl Leftover {
         self.energy
     }
 
+    /// The real numbers that have it.
+    pub fn free(&self) -> f32 {
+        self.free
+    }
+
     /// The logarithm of how much more probable it is that noise left so much less, and the noise's power over the ring's then.
     pub fn less(&self, explained: f32) -> (f32, f32) {
         let Self { energy, free, ring, own_part, ring_part, log } = *self;
