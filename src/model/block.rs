@@ -23,7 +23,8 @@ fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise {
     Noise { power, freedom: beside.noise.freedom }
 }
 
-/// Whether a line exceeds the noise after the last kept cause, and that of the louder side of the ring: one test.
+/// Whether a line exceeds the noise after the last kept cause, that of the louder half of what is left beside it, and that of the louder
+/// side of the ring: one test.
 fn is_detected(
     near: &Neighbourhood,
     beside: &Beside,
@@ -31,7 +32,8 @@ fn is_detected(
     answer: &Answer,
     threshold: Threshold,
 ) -> bool {
-    let here = (noise.power * answer.scale).max(beside.loud * near.n as f32);
+    let left = noise.power * answer.scale.max(answer.louder);
+    let here = left.max(beside.loud * near.n as f32);
     let limit = threshold.between().beside(answer.freedom, Less::NOTHING);
     answer.line.norm_sqr() > here * limit
 }

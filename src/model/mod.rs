@@ -32,6 +32,7 @@ pub use round::{Cause, HYPOTHESES, Kept};
 pub use window::Window;
 
 use crate::math::scalar::Scalar as _;
+use crate::tone::detector::louder;
 use belief::Belief;
 use constants::CAUSES;
 use joint::{Joint, Solution};
@@ -60,6 +61,8 @@ pub struct Answer {
     pub scale: f32,
     /// The real numbers whose mean square is as accurate as the noise.
     pub freedom: f32,
+    /// The power that is left in a bin of the louder half of the bins beside the tone, over the ring's noise.
+    pub louder: f32,
     /// How often each cause joined the fit.
     pub kept: Kept,
     /// The weights of `nothing more`, of each cause, and of lines elsewhere than the best one, in the last round.
@@ -83,6 +86,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         line: joint.tone.value * (1.0 / scale),
         scale: 1.0,
         freedom: noise.freedom,
+        louder: 0.0,
         kept: [0; CAUSES],
         weights: [0.0; HYPOTHESES],
         moves: false,
@@ -97,6 +101,8 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         answer.moves = is_near(&joint, &answer.kept, bends);
         answer.unresolved = round.stays.is_some() || round.lumpy;
         (answer.scale, answer.freedom) = (round.scale, noise.freedom + round.free);
+        // A part of the ring's noise is 1, so a bin of it has 2.
+        answer.louder = 0.5 * louder(&solution.left, window.room());
         answer.line = joint.tone.value * (1.0 / scale);
         let Some((cause, odds)) = round.stays else { break };
         if number == most {

@@ -63,7 +63,7 @@ fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) 
 
 /// The same of the bins around a peak that has so many on each side.
 #[inline(never)]
-fn louder(bins: &[Complex<f32>; WIDTH], room: [i32; 2]) -> f32 {
+pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], room: [i32; 2]) -> f32 {
     /// Fewer bins tell nothing.
     const FEWEST: usize = 4;
     const STRETCHES: [(usize, usize); 4] =

@@ -159,7 +159,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let sigma = sigma_bins(fit, N, near + ring::unseen_rounding(around, &beside));
     let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
     beside.loud = beside.loud.max(leakage.loud);
-    let standing = stands_out(spectrum, around, peak, fit, &beside, options, observer);
+    let mut standing = stands_out(spectrum, around, peak, fit, &beside, options, observer);
     let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
     let mut sigma = sigma;
     if few && line == Line::Unresolved {
@@ -174,8 +174,6 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     observer.fitted(peak.bin, fit, noise);
     let (mut line, mut quiet) = (line, free.map_or(noise, |free| free.noise));
     if line != Line::Steady
-        && clipped <= CLIPPED
-        && standing.is_some()
         && let (threshold, bends) = (options.threshold, stamp.segment.bends())
         && let Some((answer, noise)) = joint(around, fit, &ring, threshold, options.effort, bends)
     {
@@ -184,6 +182,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             line = if answer.moves { Line::Moving } else { Line::Steady };
             (fit.offset, fit.line) = (answer.offset, answer.line);
             (sigma, quiet, near) = (answer.variance.root(), noise, noise);
+            standing = Some(standing.unwrap_or(1.0));
         }
     }
     // Another verdict tells of the other records already.

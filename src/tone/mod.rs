@@ -6,7 +6,7 @@
 pub mod arithmetic;
 pub mod clipped;
 pub mod detection;
-mod detector;
+pub(crate) mod detector;
 pub mod effort;
 pub mod evidence;
 pub mod fit;

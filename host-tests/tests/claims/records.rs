@@ -48,6 +48,8 @@ pub enum Scene {
     Colour(Colour),
     /// So much of the samples is clipped; the tone near this share of the rate, or anywhere.
     Clipped(f64, Option<f64>),
+    /// The tone exceeds the rails by this factor, and another line is beside it.
+    ClippedTwo { over: f64, db: f64, bins: f64 },
     /// An I/Q offset, a share of full scale.
     Offset(f64),
 }
@@ -108,6 +110,7 @@ impl Scene {
         let amplitude = match self {
             Scene::Decay(_) => 1.8 * AMPLITUDE,
             Scene::Clipped(percent, _) => 2047.0 / (percent / 200.0 * std::f64::consts::PI).cos(),
+            Scene::ClippedTwo { over, .. } => 2047.0 * over,
             _ => AMPLITUDE,
         };
         let deviation = amplitude * (0.5 / 10f64.powf(snr_db / 10.0)).sqrt();
@@ -118,7 +121,7 @@ impl Scene {
             let tone = turn(f * u + phase);
             let (mut x, mut extra) = (tone, Complex::new(0.0, 0.0));
             match self {
-                Scene::Two { db, bins } => {
+                Scene::Two { db, bins } | Scene::ClippedTwo { db, bins, .. } => {
                     extra = turn((f + sign * bins) * u + other) * 10f64.powf(db / 20.0);
                 }
                 Scene::Jump(radians) => {
@@ -236,6 +239,7 @@ impl Scene {
             Scene::Harmonics(..) => "harmonics at N/4, N/3",
             Scene::Colour(_) => "colour",
             Scene::Clipped(..) => "clipped",
+            Scene::ClippedTwo { .. } => "clipped, two lines",
             Scene::Offset(_) => "offset",
         }
     }
@@ -286,6 +290,10 @@ impl Scene {
                 all.push(Scene::Clipped(0.9, place));
             }
         }
+        all.extend(
+            [(1.1, -6.0, 8.3), (1.3, -20.0, 3.4), (2.0, -30.0, 1.8)]
+                .map(|(over, db, bins)| Scene::ClippedTwo { over, db, bins }),
+        );
         all
     }
 }
