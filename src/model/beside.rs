@@ -11,6 +11,7 @@ use super::shape::{Shape, dot};
 use super::window::Window;
 use super::{leak, slow};
 use crate::math::scalar::Scalar as _;
+use num_complex::Complex;
 
 /// Further columns, less what the fit takes of them.
 struct Beside<const K: usize> {
@@ -86,6 +87,44 @@ pub fn leak(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
     beside.weigh(ground, ground.strength).0
 }
 
+/// Two lines as far below the tone as above it.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// Their distance from the tone, bins.
+    pub distance: f32,
+    /// How probable they are.
+    pub belief: Belief,
+    /// Real and imaginary part of the lower and of the upper one, at the most probable size.
+    pub values: [f32; 4],
+}
+
+impl Pair {
+    /// None.
+    pub const NONE: Self =
+        Self { distance: f32::INFINITY, belief: Belief::NEVER, values: [0.0; 4] };
+}
+
+/// How probable a pair of lines at a distance is, of which `prior` is the logarithm of that of the distance.
+#[inline(never)]
+pub fn sidebands(
+    ground: &Ground,
+    window: &Window,
+    joint: &Joint,
+    solution: &Solution,
+    distance: f32,
+    prior: f32,
+) -> Pair {
+    let offsets = [joint.tone.offset - distance, joint.tone.offset + distance];
+    if !offsets.iter().all(|offset| window.has(*offset)) {
+        return Pair::NONE;
+    }
+    let [[re, im, _], [other, turned, _]] =
+        offsets.map(|offset| Bins::at(window, offset).columns(Complex::new(0.0, 0.0)));
+    let beside = Beside::new(solution, &[re, im, other, turned]);
+    let (belief, _, values) = beside.weigh(ground, 2.0 * ground.strength);
+    Pair { distance, belief: belief.times(prior), values }
+}
+
 /// Lines beyond those that are close, a quarter of a bin on each side of the strongest peaks of what is left.
 #[inline(never)]
 pub fn lines(
@@ -117,13 +156,10 @@ pub fn lines(
         [-0.25, 0.25].map(|aside| {
             let offset = i as f32 + aside;
             let distance = offset - joint.tone.offset;
-            let bins = window.peak as f32 + offset;
-            let inside = window.iq || (0.5 < bins && bins < window.n as f32 * 0.5 - 0.5);
-            if power == 0.0 || distance.abs() <= NEAR || !inside {
+            if power == 0.0 || distance.abs() <= NEAR || !window.has(offset) {
                 return Place::NONE;
             }
-            let [real, imaginary, _] =
-                Bins::at(window, offset).columns(num_complex::Complex::new(0.0, 0.0));
+            let [real, imaginary, _] = Bins::at(window, offset).columns(Complex::new(0.0, 0.0));
             let beside = Beside::new(solution, &[real, imaginary]);
             let (belief, best, value) = beside.weigh(ground, 2.0 * ground.strength);
             let prior = prior(distance);

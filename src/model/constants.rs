@@ -43,8 +43,8 @@ pub const SMOOTH: usize = 6;
 
 /// The most causes that join the fit.
 pub const ROUNDS: usize = 3;
-/// How many of them may be lines.
-pub const LINES: usize = 3;
+/// How many lines may join: a pair of sidebands each time.
+pub const LINES: usize = 2 * ROUNDS;
 /// A peak of the residual is tried as a line if noise as loud as the ring's has one as high in a quarter of all windows at most: the
 /// normal deviation that is exceeded in a 33rd of that.
 pub const PEAK: f32 = 2.427;
@@ -54,7 +54,7 @@ pub const PEAKS: usize = 2;
 pub const STEPS: usize = 4;
 
 /// The number of causes.
-pub const CAUSES: usize = 6;
+pub const CAUSES: usize = 7;
 
 /// Within so many bins of an end of a real spectrum the mirror image is as strong as the moments.
 pub const EDGE: i32 = 4;

@@ -9,9 +9,9 @@ use super::{leak, slow};
 use crate::math::scalar::Scalar as _;
 use num_complex::Complex;
 
-/// The most columns: the tone's three with a level and a phase that both change, or with leakage and another line. A cause joins the
-/// fit only where there is room.
-pub const COLUMNS: usize = 3 + SMOOTH + (SMOOTH - 1);
+/// The most columns: the tone's three with those of all lines, or with a level and a phase that both change, or with leakage. A cause
+/// joins the fit only where there is room.
+pub const COLUMNS: usize = 3 + 3 * LINES;
 
 /// Another line, with the priors of its strength and of its place.
 #[derive(Clone, Copy, Debug)]
@@ -150,6 +150,16 @@ impl Joint {
     /// The other lines.
     pub fn lines(&self) -> &[Other] {
         self.others.get(..self.count).unwrap_or_default()
+    }
+
+    /// One more line, so far from the tone, of a strength to begin with.
+    pub fn add(&mut self, distance: f32, value: Complex<f32>) {
+        let strength = self.tone.value.norm_sqr().max(1e-30);
+        let line = Line { offset: self.tone.offset + distance, value };
+        if let Some(other) = self.others.get_mut(self.count) {
+            *other = Other { line, precision: [1.0 / strength, 4.0 / (distance * distance)] };
+            self.count += 1;
+        }
     }
 
     /// The tone's phase.

@@ -1,6 +1,7 @@
 //! One round: every cause is weighed on what the fit leaves, and the best joins it if its odds are high.
 
 use super::belief::Belief;
+use super::beside::Pair;
 use super::causes::{self, Best, Ground, Place};
 use super::chance;
 use super::constants::{
@@ -31,12 +32,21 @@ pub enum Cause {
     Leak,
     /// Another line.
     Line,
+    /// Two lines as far below the tone as above it: the sidebands of a modulation.
+    Sidebands,
 }
 
 impl Cause {
     /// All, in the order of [`Answer::kept`](super::Answer::kept).
-    pub const ALL: [Self; CAUSES] =
-        [Self::Level, Self::Bend, Self::Wander, Self::Slow, Self::Leak, Self::Line];
+    pub const ALL: [Self; CAUSES] = [
+        Self::Level,
+        Self::Bend,
+        Self::Wander,
+        Self::Slow,
+        Self::Leak,
+        Self::Line,
+        Self::Sidebands,
+    ];
 
     /// The name that is shown.
     pub const fn name(self) -> &'static str {
@@ -47,6 +57,7 @@ impl Cause {
             Self::Slow => "slow",
             Self::Leak => "leak",
             Self::Line => "line",
+            Self::Sidebands => "sidebands",
         }
     }
 }
@@ -83,6 +94,7 @@ struct Found {
     wander: Best,
     line: Place,
     close: bool,
+    sidebands: Pair,
     /// The variance of the offset.
     spread: f32,
 }
@@ -117,12 +129,17 @@ impl Round {
         };
         let leak =
             if count(Cause::Leak) == 0 { beside::leak(&ground, window, solution) } else { never };
-        let (line, elsewhere, place, close) =
-            if usize::from(count(Cause::Line)) < LINES && joint.count < LINES {
-                lines(&ground, window, joint, solution, &moments, inside)
-            } else {
-                (never, never, Place::NONE, false)
-            };
+        let (line, elsewhere, place, close) = if joint.count < LINES {
+            lines(&ground, window, joint, solution, &moments, inside)
+        } else {
+            (never, never, Place::NONE, false)
+        };
+        let sidebands = if joint.count + 2 <= LINES && !close && place.distance.is_finite() {
+            let prior = place_prior(0.5, place.distance);
+            beside::sidebands(&ground, window, joint, solution, place.distance.abs(), prior)
+        } else {
+            Pair::NONE
+        };
         let share = ((1.0 - NOTHING_MORE) / CAUSES as f32).log_e();
         let only = |condition, belief: Belief| if condition { belief.times(share) } else { never };
         let nothing = ground.belief(0.0, 0.0, 0.0, 0.0).times(NOTHING_MORE.log_e());
@@ -134,6 +151,7 @@ impl Round {
             slow.times(share),
             leak.times(share),
             line.times(share),
+            sidebands.belief.times(share),
             elsewhere.times(share),
         ]
         .map(|belief| Belief { offset: belief.offset + middle, ..belief });
@@ -160,6 +178,7 @@ impl Round {
                 wander: wandering,
                 line: place,
                 close,
+                sidebands,
                 spread: ground.variance,
             },
         }
@@ -225,18 +244,17 @@ impl Round {
                 let Place { distance, value: [re, im], .. } = self.found.line;
                 let value = Complex::new(re, im);
                 let unit = joint.tone.value * (1.0 / strength.root().max(1e-30));
-                let value = if self.found.close { value * unit } else { value };
-                let line = Line { offset: joint.tone.offset + distance, value };
-                let precision = [1.0 / strength.max(1e-30), 4.0 / (distance * distance)];
-                if let Some(other) = joint.others.get_mut(joint.count) {
-                    *other = Other { line, precision };
-                    joint.count += 1;
-                }
+                joint.add(distance, if self.found.close { value * unit } else { value });
+            }
+            Cause::Sidebands => {
+                let Pair { distance, values: [re, im, other, turned], .. } = self.found.sidebands;
+                joint.add(-distance, Complex::new(re, im));
+                joint.add(distance, Complex::new(other, turned));
             }
         }
         match cause {
             Cause::Level | Cause::Bend | Cause::Wander => true,
-            Cause::Slow | Cause::Leak => false,
+            Cause::Slow | Cause::Leak | Cause::Sidebands => false,
             Cause::Line => self.found.close,
         }
     }

@@ -60,6 +60,12 @@ impl Window {
         if self.iq { i32::MAX } else { self.peak.min(self.n as i32 / 2 - self.peak) }
     }
 
+    /// Whether a line at so many bins from the peak is within the spectrum, and its mirror image away from it.
+    pub fn has(&self, offset: f32) -> bool {
+        let bins = self.peak as f32 + offset;
+        self.iq || (0.5 < bins && bins < self.n as f32 * 0.5 - 0.5)
+    }
+
     /// How many bins there are below and above the peak, in a record of I/Q as many as one likes.
     pub fn room(&self) -> [i32; 2] {
         let last = self.n as i32 / 2 - 1;

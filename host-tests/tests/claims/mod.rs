@@ -233,10 +233,9 @@ fn noise_alone_is_no_tone_at_full_effort() {
 /// What each group of scenes may cost at most at full effort, means over its cells: usable and off, refused though right, percent. A
 /// single block cannot show everything: whatever bends the phase along a straight line is frequency, two lines a fraction of a bin
 /// apart are one that changes, and a symmetric pair of sidebands is more lines than join the fit.
-const LIMITS: [(&str, [f64; 2]); 5] = [
-    ("fm", [0.5, 16.0]),
+const LIMITS: [(&str, [f64; 2]); 4] = [
+    ("fm", [0.5, 8.0]),
     ("jump", [4.5, 1.0]),
-    ("keyed", [0.5, 5.0]),
     ("two lines < 1 bin", [7.0, 1.0]),
     ("walk", [6.5, 1.0]),
 ];

@@ -52,5 +52,6 @@ const fn about(cause: Cause) -> &'static str {
         Cause::Slow => "how probable a further drift or slow hum is",
         Cause::Leak => "how probable further leakage of lines far away is",
         Cause::Line => "how probable a further line is",
+        Cause::Sidebands => "how probable two further lines as far below as above are",
     }
 }
