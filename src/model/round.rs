@@ -9,7 +9,6 @@ use super::constants::{
 };
 use super::joint::{Joint, Other, Solution};
 use super::leftover::{Leftover, exponential};
-use super::line::Line;
 use super::moments::Moments;
 use super::window::Window;
 use super::{beside, slow};

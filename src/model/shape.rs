@@ -9,16 +9,29 @@ pub type Shape = [Complex<f32>; WIDTH];
 /// Nothing in any bin.
 pub const NOTHING: Shape = [Complex::new(0.0, 0.0); WIDTH];
 
+/// Bins are taken three at a time: a third of [`WIDTH`] has no rest, and loops a third as long cost a core a third less.
+const AT_ONCE: usize = 3;
+const _: () = assert!(WIDTH.is_multiple_of(AT_ONCE));
+
 /// The product of two shapes as vectors of real numbers.
 pub fn dot(a: &Shape, b: &Shape) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a.re * b.re + a.im * b.im).sum()
+    let mut sum = 0.0;
+    for (a, b) in a.as_chunks::<AT_ONCE>().0.iter().zip(b.as_chunks::<AT_ONCE>().0) {
+        for (a, b) in a.iter().zip(b) {
+            sum += a.re * b.re + a.im * b.im;
+        }
+    }
+    sum
 }
 
 /// Takes a multiple of a shape away.
 pub fn take(from: &mut Shape, shape: &Shape, times: f32) {
-    for (from, shape) in from.iter_mut().zip(shape) {
-        from.re -= shape.re * times;
-        from.im -= shape.im * times;
+    let chunks = from.as_chunks_mut::<AT_ONCE>().0.iter_mut();
+    for (from, shape) in chunks.zip(shape.as_chunks::<AT_ONCE>().0) {
+        for (from, shape) in from.iter_mut().zip(shape) {
+            from.re -= shape.re * times;
+            from.im -= shape.im * times;
+        }
     }
 }
 

@@ -20,6 +20,7 @@ use picket::carrier::Carrier as Width;
 use picket::config::{Config, Following};
 use picket::solve::chirp::Mixing;
 use picket::tone::effort::Effort;
+use picket::tone::verdict::Verdict;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -156,7 +157,10 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     };
     let bar = progress::count("samples");
     let mut first = true;
+    let (mut answers, mut unresolved) = (0_u64, 0);
     let sink = |answer: analyze::Answer| {
+        answers += 1;
+        unresolved += u64::from(answer.verdict == Verdict::Unresolved.name());
         // Only now is it sure that there is something to print.
         if std::mem::take(&mut first) {
             let knows_rate = answer.cycles_per_sample.is_none();
@@ -167,6 +171,13 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let summary = analyze::run(&options.input.file, &analysis, sink, |samples| bar.inc(samples));
     bar.finish_and_clear();
     let summary = summary?;
+    // One in twenty.
+    if unresolved * 20 > answers && analysis.arithmetic.integer() && analysis.effort != Effort::Full
+    {
+        eprintln!(
+            "{unresolved} of {answers} are unresolved: --effort full fits what else is there"
+        );
+    }
     if style == Style::Json {
         cli::print_line(&serde_json::to_string(&summary).unwrap_or_default());
     }
