@@ -313,8 +313,7 @@ impl Ramps {
 
     /// The velocity or target that a tone leads to; `signed` says that its frequency has the right sign.
     // The page's module has it once.
-    #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn solve(&mut self, solver: &Solver, stamp: &Stamp, tone: Tone, signed: bool) -> Outcome {
         match *solver {
             Solver::None => Outcome::None,

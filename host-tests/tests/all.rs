@@ -26,6 +26,7 @@ mod frontend;
 mod fuzz;
 mod golden;
 mod harmonic;
+mod house;
 mod least_squares;
 mod lines;
 mod locked;

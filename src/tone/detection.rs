@@ -78,7 +78,7 @@ impl Threshold {
     /// of power 1 rises above T `sqrt(pi T / 3) exp(-T)` times a bin (Rice 1945; the variance of the time within a record
     /// is a twelfth of its square), where a bin is above T with probability `exp(-T)`. So the threshold is higher. Near an
     /// end of a real spectrum, where noise fits too well, the power is that of the bin.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn of_line(self, line: f32, peak: &Peak, n: usize, iq: bool) -> (f32, Self) {
         /// The most that a line's power exceeds that of its bin: half a bin off, `(pi/2)^2`.
         const MOST: f32 = 2.4674;
@@ -148,7 +148,7 @@ impl Threshold {
 
     /// True if the power of a peak's bin alone is so far above the floor, 128 times its mean, that no fit need tell the line's. In
     /// integers, because most tones are.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub(crate) fn is_far_above_floor(&self, peak: &Peak) -> bool {
         /// For this and the fewest bins of a floor the ratio that is asked for is 46.
         const USUAL: f32 = 32.0;
@@ -167,7 +167,7 @@ impl Threshold {
     }
 
     /// The same for a line of this power, in units of the peak's, see [`Threshold::of_line`].
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn detects_line(&self, power: f32, peak: &Peak) -> bool {
         if !Self::has_floor(peak) {
             return true;

@@ -98,8 +98,7 @@ struct Detector {
 }
 
 impl Detector {
-    #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn of(
         n: usize,
         iq: bool,
@@ -137,8 +136,7 @@ impl Detector {
     }
 
     /// Whether the ring of this noise is enough to decide, and how.
-    #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn decided(&self, beside: &Beside, observer: impl Observer) -> Option<bool> {
         let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
         let ring = beside.loud * self.n as f32;
@@ -287,8 +285,7 @@ pub(super) struct Spread {
 
 impl Spread {
     /// Of the fit at a peak of a record of `n` samples.
-    #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub(super) fn of(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
         let [two, four, eight] = fit.rest.within;
         let last = n as i32 / 2 - 1;

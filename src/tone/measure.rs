@@ -86,7 +86,10 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
     let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
-    let fitted = |reach, course| fit::fit_near::<R, N>(around, arithmetic, reach, course);
+    // Asked within, where a program of one arithmetic has a constant, so that it links one fit.
+    let fitted = |reach, course| {
+        fit::fit_near::<R, N>(around, options.arithmetic.available(), reach, course)
+    };
     let method = options.method;
     let mut answer = None;
     if !method.is_least_squares() {
@@ -386,9 +389,8 @@ impl Seen {
         self.tone_of(R::IQ, N, peak, fit)
     }
 
-    // The page's module has it once; elsewhere quotients by the length are constants.
-    #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    // Quotients by the length are constants.
+    #[inline(always)]
     fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<(Tone, Evidence)> {
         let power =
             if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };

@@ -295,7 +295,7 @@ pub(crate) fn window<'a>(
 }
 
 /// Fills `places` from an iterator and returns the places it filled.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn filled(
     places: &mut [MaybeUninit<Point>],
     bins: impl Iterator<Item = Point>,
@@ -311,7 +311,7 @@ pub(crate) fn filled(
 }
 
 /// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
     let (dr, di) = (p[0].wrapping_sub(q[0]), p[1].wrapping_add(q[1]));
@@ -323,7 +323,7 @@ pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
 
 /// Bin k of a real record from points k and M-k, for `[cos, sin]` of `2 pi k / N`: as
 /// [`split_pair`] has it. Every product is floored by itself.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn split_here(p: Point, q: Point, [cos, sin]: Fine) -> Point {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
     let (dr, di) = (p[0].wrapping_sub(q[0]), p[1].wrapping_add(q[1]));
@@ -333,7 +333,7 @@ fn split_here(p: Point, q: Point, [cos, sin]: Fine) -> Point {
 }
 
 /// The radix-4 butterfly of four points, already turned and halved.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     let (sum, difference) = (add(b, d), sub(b, d));
     let (even, odd) = (add(a, c), sub(a, c));
@@ -346,19 +346,19 @@ fn butterfly(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
 }
 
 /// The four-point transform.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn dft4(a: Point, b: Point, c: Point, d: Point) -> [Point; 4] {
     butterfly(a, b, c, d)
 }
 
 /// x (cos - j sin) / 2, with the factor packed as `cos | -sin << 16`.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn turn(x: Point, w: Packed) -> Point {
     [low(x[0], w).wrapping_sub(high(x[1], w)), low(x[1], w).wrapping_add(high(x[0], w))]
 }
 
 /// x (cos - j sin) / 2, with a factor `[cos, sin]` of 32 bits (SMMUL, then SMMLA or SMMLS).
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
     [
         upper(x[0], cos).wrapping_add(upper(x[1], sin)),
@@ -367,32 +367,32 @@ fn turn_finely(x: Point, [cos, sin]: Fine) -> Point {
 }
 
 /// The upper word of a product, which is thereby floored (SMMUL).
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn upper(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)) >> 32) as i32
 }
 
 /// The upper word of a product's negative, which is floored too: what SMMLS adds.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn upper_of_negative(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)).wrapping_neg() >> 32) as i32
 }
 
 /// x times the low Q15 half of `w`, halved and floored (SMULWB).
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn low(x: i32, w: Packed) -> i32 {
     scaled(x, (w << 16) as i32)
 }
 
 /// x times the high Q15 half of `w`, halved and floored (SMULWT).
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn high(x: i32, w: Packed) -> i32 {
     scaled(x, (w & 0xffff_0000) as i32)
 }
 
 /// x times a Q15 number in the upper half of a word, halved and floored: the upper word of the
 /// product. A core without an instruction for that word takes two products of half the width.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn scaled(x: i32, factor: i32) -> i32 {
     if cfg!(short_products) {
         let factor = factor >> 16;
@@ -407,7 +407,7 @@ fn scaled(x: i32, factor: i32) -> i32 {
 pub const DIAGONAL: i32 = 46341;
 
 /// x times [`DIAGONAL`], shifted up by `shift` and floored. Both ways give the same bits.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     if NARROW {
         return x.wrapping_mul(DIAGONAL) >> (16 - shift);
@@ -421,27 +421,27 @@ fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     upper(x, DIAGONAL << 15)
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn widen(pair: Option<&Pair>, shift: u32) -> Point {
     pair.map_or([0; 2], |p| up([i32::from(p[0]), i32::from(p[1])], shift))
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn up(x: Point, shift: u32) -> Point {
     [x[0] << shift, x[1] << shift]
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn half(x: Point) -> Point {
     [x[0] >> 1, x[1] >> 1]
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn add(a: Point, b: Point) -> Point {
     [a[0].wrapping_add(b[0]), a[1].wrapping_add(b[1])]
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn sub(a: Point, b: Point) -> Point {
     [a[0].wrapping_sub(b[0]), a[1].wrapping_sub(b[1])]
 }

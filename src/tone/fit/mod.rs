@@ -268,7 +268,7 @@ pub fn fit_near<R: Record, const N: usize>(
 
 /// Fits a real tone to an odd number of bins around `peak`, in units of `2^exponent` codes. What depends on N alone is computed
 /// at compile time.
-#[cfg_attr(not(target_arch = "wasm32"), inline(never))] // so that all who fit share one
+#[inline(never)] // so that all who fit share one
 fn fit_points<const N: usize>(
     points: &[Point],
     peak: i32,
@@ -280,8 +280,7 @@ fn fit_points<const N: usize>(
 
 /// [`fit_points`] with a table. A page takes it once for all lengths, since its size counts; elsewhere it is part of each
 /// length's fit, which is 2,000 instructions less.
-#[cfg_attr(target_arch = "wasm32", inline(never))]
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn real_points(
     n: i32,
     peak: i32,
@@ -295,7 +294,7 @@ fn real_points(
 }
 
 /// The middle one of a fit's bins and those beside it.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn bins<'a>(
     points: &'a [Point],
     table: &'a [Distance<f32>; REACH + 1],

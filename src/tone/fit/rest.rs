@@ -80,13 +80,13 @@ impl<T: Scalar> Sums<T> {
     }
 
     /// What [`Sums::add`] wants one over for the bin i bins from the peak.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn argument(&self, i: i32) -> T {
         self.x - T::of(PI) * T::of_i32(i)
     }
 
     /// Adds the residual of a bin within [`NEAR`] and not the peak's own. `y` is one over its [`Sums::argument`].
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     pub fn add(&mut self, left: Complex<T>, y: T) {
         let zeroth = self.sine * y;
         let first = (zeroth - self.cosine) * y;

@@ -191,7 +191,7 @@ pub(super) fn every_line<R: Record, const N: usize>(
 }
 
 impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))] // a large object is made in its place
+    #[inline(always)] // a large object is made in its place
     fn new(
         spectrum: &'a Spectrum<R, N, E>,
         clipped: u32,

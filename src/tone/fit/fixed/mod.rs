@@ -67,7 +67,7 @@ pub(crate) fn quantised(x: f32, bits: u32) -> i32 {
 }
 
 /// The whole product.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn product(a: i32, b: i32) -> i64 {
     if cfg!(short_products) {
         // Without an instruction for it a library would multiply 64 bits by 64.
@@ -80,13 +80,13 @@ pub(crate) fn product(a: i32, b: i32) -> i64 {
 }
 
 /// The product of two numbers, shifted down by K bits, 16 to 31. The size of `a` is at most 2^30.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn shifted<const K: u32>(a: i32, b: i32) -> i32 {
     if cfg!(short_products) { by_halves::<K>(a, b) } else { (product(a, b) >> K) as i32 }
 }
 
 /// The whole product of a number with itself.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn square(a: i32) -> i64 {
     if cfg!(short_products) {
         let [high, low] = [a >> 16, a & 0xffff];
@@ -98,14 +98,14 @@ pub(crate) fn square(a: i32) -> i64 {
 }
 
 /// The number of zero bits above the highest set one. The number must not be 0.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn zeros(x: u32) -> u32 {
     if cfg!(short_products) { zeros_by_table(x) } else { x.leading_zeros() }
 }
 
 /// [`zeros`] in half the time of a library's search, for cores without an instruction for it. It
 /// sets all bits below the highest; a product tells which of the 32 such numbers it is.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn zeros_by_table(x: u32) -> u32 {
     const FACTOR: u32 = 0x07c4_acdd;
     const TABLE: [u8; 32] = {
@@ -132,7 +132,7 @@ fn zeros_by_table(x: u32) -> u32 {
 
 /// [`shifted`] without the whole product. Halves are signed, the upper ones rounded, so that the
 /// mixed products and the carry together fit in 32 bits.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
     let [(a, b), (c, d)] = [a, b].map(halves);
     let middle = a.wrapping_mul(d).wrapping_add(b.wrapping_mul(c));
@@ -141,7 +141,7 @@ fn by_halves<const K: u32>(a: i32, b: i32) -> i32 {
 }
 
 /// [`product`] if the size of `a` is at most 2^30.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn product_by_halves(a: i32, b: i32) -> i64 {
     let [(a, b), (c, d)] = [a, b].map(halves);
     let middle = a.wrapping_mul(d).wrapping_add(b.wrapping_mul(c));
@@ -151,13 +151,13 @@ fn product_by_halves(a: i32, b: i32) -> i64 {
 }
 
 /// The upper half, rounded, and the signed rest.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn halves(x: i32) -> (i32, i32) {
     (((x >> 15) + 1) >> 1, i32::from(x as i16))
 }
 
 /// The product of two numbers in Q30. If one number has another format, so has the product.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(crate) fn times(a: i32, b: i32) -> i32 {
     shifted::<30>(a, b)
 }
@@ -176,7 +176,7 @@ pub(crate) fn inverted(number: u32) -> (i32, u32) {
 
 /// h in Q26 and h' in Q22, for p and u in Q23. A frequency nearer than 1/16 bin counts as 1/16 bin
 /// away, so that nothing overflows.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn shape(p: i32, u: i32) -> (i32, i32) {
     let difference = p.wrapping_sub(u);
     let size = difference.unsigned_abs().max((1 << 19) + 1).min(i32::MAX as u32);
@@ -190,7 +190,7 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
 }
 
 /// Adds the product of two numbers to the sum of others. The size of `a` is at most 2^30.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 fn add(sum: &mut i64, a: i32, b: i32) {
     let product = if cfg!(short_products) { product_by_halves(a, b) } else { product(a, b) };
     *sum = sum.wrapping_add(product);

@@ -65,7 +65,7 @@ pub(super) type Both<T> = ([Complex<T>; 2], Distance<T>);
 
 /// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own and those beside it, the nearest
 /// first, at most [`REACH`] on each side.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+#[inline(always)]
 pub(super) fn fit<T: Scalar>(
     n: i32,
     peak: i32,
@@ -88,7 +88,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Without sides: they are read in place, because a problem with all of them would be copied.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn new(n: i32, peak: i32, centre: Complex<T>) -> Self {
         let last = n / 2 - 1;
         let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
@@ -106,7 +106,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Gauss-Newton steps.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn fit(&self, course: Course<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
@@ -180,7 +180,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// The inner products at p, from the sums.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn products(&self, p: T) -> Products<T> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = self.sums(p);
         // The peak itself: h = 1, h' = 0.
@@ -232,7 +232,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// Takes the bins beside the peak, the nearest first.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn read(&mut self, beside: impl Iterator<Item = Both<T>>) {
         let (cotangent, [below, above]) = (self.cotangent, self.room);
         for (index, ([low, high], distance)) in beside.enumerate() {
@@ -280,7 +280,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// `sum` and the power that is left in bins near the line, which are added to `sums` as well.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn near(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T, sums: &mut rest::Sums<T>) -> T {
         let (pairs, rest) = sides.as_chunks::<2>();
         let mut sum = sum;
@@ -303,7 +303,7 @@ impl<T: Scalar> Problem<T> {
     }
 
     /// `sum` and the power that is left in bins farther off.
-    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    #[inline(always)]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
         let mut sum = sum;
         each(sides, ep, |side, r| sum = sum + side.left(line, ep * r).norm_sqr());
