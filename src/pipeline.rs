@@ -312,7 +312,6 @@ impl Ramps {
     }
 
     /// The velocity or target that a tone leads to; `signed` says that its frequency has the right sign.
-    // The page's module has it once.
     #[inline(always)]
     fn solve(&mut self, solver: &Solver, stamp: &Stamp, tone: Tone, signed: bool) -> Outcome {
         match *solver {
