@@ -104,7 +104,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What was typed. A number below zero is a value and no option: what is wrong with it is told by who reads it.
+/// The command line. A negative number is a value, not an option; the parser of the value reports errors.
 fn parsed() -> Result<Picket, clap::Error> {
     let takes = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
     let command = Picket::command().mut_subcommands(|command| {
@@ -143,7 +143,7 @@ fn fail(failure: impl Into<Failure>) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// What Rust says of a text that is no number, and what a person is told to do.
+/// Rust's messages for a text that is not a number, each with the advice to print instead.
 const PLAIN: [(&str, &str); 5] = [
     ("invalid digit found in string", "give a whole number from 0 on"),
     ("cannot parse integer from empty string", "give a whole number from 0 on"),

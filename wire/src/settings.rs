@@ -202,7 +202,7 @@ impl Default for Settings {
 
 const VERSION: u8 = 1;
 
-/// That of settings by which more than one tone is reported, or a fundamental: readers that do not know it
+/// The version of settings that ask for several tones or for a fundamental: readers that do not know this version
 /// refuse it.
 const LINES: u8 = 2;
 

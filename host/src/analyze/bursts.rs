@@ -49,7 +49,7 @@ pub struct Summary {
     pub summary: bool,
     /// Bursts that were measured, noise that looked like one included.
     pub bursts: u64,
-    /// Those that are valid.
+    /// Valid bursts.
     pub valid: u64,
     /// Bursts that came while the record of another was not complete.
     pub lost: u32,

@@ -77,7 +77,7 @@ pub struct Options {
     csv: bool,
 }
 
-/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. One in gigahertz is told.
+/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. A number that looks like gigahertz is reported.
 fn carrier_hz(text: &str) -> Result<f64, String> {
     let hz = cli::positive_hertz(text)?;
     match (1e8..3e15).contains(&hz) {

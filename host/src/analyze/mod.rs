@@ -102,7 +102,7 @@ pub struct Answer {
     /// One standard deviation of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_cycles_per_sample: Option<f64>,
-    /// The same in bins.
+    /// One standard deviation in bins.
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
     pub snr_db: Option<f64>,

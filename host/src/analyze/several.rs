@@ -36,7 +36,7 @@ pub struct Search {
 /// What is sought in a block.
 #[derive(Clone, Copy, Debug)]
 pub enum Sought {
-    /// So many tones at most.
+    /// At most this number of tones.
     Tones(usize),
     /// The fundamental, from its harmonics up to this order.
     Harmonics(u32),

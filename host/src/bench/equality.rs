@@ -20,7 +20,7 @@ const STEP: u64 = 256;
 pub struct Equality {
     /// Blocks, by engine.
     pub compared: Vec<u64>,
-    /// Those that differ.
+    /// Blocks that differ.
     pub unequal: u64,
     /// The number of the first that differs.
     pub first: Option<u64>,

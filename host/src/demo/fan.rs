@@ -56,7 +56,7 @@ pub struct Summary {
     pub rows: usize,
     /// Those whose speed is within 5 sigma of the body's.
     pub within: usize,
-    /// Those that may be used within sigma, and are not within 5.
+    /// Records that may be used within sigma, and whose speed is not within 5 sigma.
     pub lies: usize,
     /// How often each verdict was given.
     pub verdicts: BTreeMap<&'static str, usize>,

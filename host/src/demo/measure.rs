@@ -201,7 +201,7 @@ pub fn play(
     })
 }
 
-/// The same on another image, and with all that it says.
+/// Plays a capture to another image, and returns all that the image says.
 pub fn play_on(
     bin: &'static str,
     capture: Capture,

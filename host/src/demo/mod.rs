@@ -105,7 +105,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     Ok(if all { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Options that this run would not heed are told, not passed over.
+/// Refuses options that this run would ignore.
 fn fits(options: &Options) -> Result<(), DemoError> {
     let drive = options.scenario == Scenario::Drive;
     let board = options.scenario == Scenario::Board;

@@ -73,15 +73,15 @@ pub struct Summary {
     pub chirps: usize,
     /// Good targets.
     pub good: usize,
-    /// Those that are no car.
+    /// Good targets that are not a car.
     pub ghosts: usize,
     /// Cars whose three beats are three bins from any other, summed over the chirps.
     pub apart: usize,
-    /// Those of them that were found, and good.
+    /// Cars apart that were found, and good.
     pub found: usize,
     /// Root mean square of error over sigma, of the good targets' ranges.
     pub range_sigmas: f64,
-    /// The same of their velocities.
+    /// Root mean square of error over sigma, of the good targets' velocities.
     pub velocity_sigmas: f64,
 }
 

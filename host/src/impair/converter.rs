@@ -7,7 +7,7 @@ fn front(scene: &mut Scene, front: impl Fn(Complex<f64>) -> Complex<f64> + 'stat
     scene.front.push(Box::new(front));
 }
 
-/// The same for I and Q.
+/// Adds a front end that changes I and Q alike.
 fn each(scene: &mut Scene, part: impl Fn(f64) -> f64 + 'static) {
     front(scene, move |x| Complex::new(part(x.re), part(x.im)));
 }

@@ -177,7 +177,7 @@ impl Pico {
         self.inputs(samples, 1)
     }
 
-    /// The same at two inputs, whose codes of the same moment stand side by side.
+    /// What the two inputs give, again and again; codes of one moment stand side by side.
     pub fn both(&mut self, samples: &[[i16; 2]]) -> Result<(), RunError> {
         self.inputs(samples.as_flattened(), 2)
     }

@@ -45,7 +45,7 @@ impl Converter {
 }
 
 impl Default for Converter {
-    /// That of the mean curve.
+    /// A converter with the mean curve.
     fn default() -> Self {
         Self::of_steps([1.0; 4])
     }

@@ -18,7 +18,7 @@ const RATE_HZ: f64 = 10e6;
 pub const MEAN_MPS: f64 = 4.0;
 /// The share.
 pub const TURBULENCE: f64 = 0.1;
-/// So many particles know the mean to .07 % of itself, and the deviation to .5 %.
+/// From this number of particles the mean is known to .07 % of itself, and the deviation to .5 %.
 pub const PARTICLES: usize = 20_000;
 
 /// From one particle to the next, on average, s: eight records. The nearer they come, the more are taken for two, and the more of them are
@@ -42,7 +42,7 @@ pub struct Flow {
     noise: f64,
     /// Particles that cross, or will.
     ahead: VecDeque<Particle>,
-    /// Those that have come so far.
+    /// Particles that have come so far.
     pub particles: Vec<Particle>,
     /// When the next one comes, s.
     next_s: f64,

@@ -167,7 +167,7 @@ impl Row {
         Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())
     }
 
-    /// The same target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
+    /// The row's target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
     pub fn rough(
         &self,
         sensor: &Sensor,

@@ -38,7 +38,7 @@ pub enum Nature {
 }
 
 impl Nature {
-    /// What a person is told.
+    /// The words for it.
     pub fn text(self) -> String {
         match self {
             Nature::Steady => "steady: one tone that stays where it is".into(),

@@ -50,9 +50,9 @@ pub enum WatchError {
     },
     /// Captured blocks that did not come whole.
     Holes {
-        /// Those that did.
+        /// Blocks that came whole.
         got: u16,
-        /// Those that were wanted.
+        /// Blocks that were asked for.
         wanted: u16,
     },
     /// Orders need a port.

@@ -181,7 +181,7 @@ struct Watch {
     patience: Patience,
 }
 
-/// When a person is told that nothing comes.
+/// When the terminal says that nothing comes.
 #[derive(Debug)]
 struct Patience {
     since: Instant,

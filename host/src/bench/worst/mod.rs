@@ -58,7 +58,7 @@ pub fn search<R: Record>(
 /// Breeds signals for so many generations from those whose records of `n` samples take the most; `count` says what each record takes.
 ///
 /// # Errors
-/// Those of `count`.
+/// The errors of `count`.
 pub fn breed<R: Record, E>(
     n: usize,
     seed: u64,
