@@ -1,4 +1,4 @@
-//! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
+//! The command line of `picket`: the commands, and the parsing of options. An error is one line.
 
 use crate::{
     analyze, bench, c, calibrate, demo, design, end, explain, firmware, flash, python, recipe,
@@ -214,7 +214,7 @@ pub fn short(text: &str) -> String {
     excerpt(text, 60)
 }
 
-/// The first so many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
+/// The first this many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
 fn excerpt(text: &str, most: usize) -> String {
     let shown = |character: char| if character.is_control() { '\u{fffd}' } else { character };
     let mut words: String = text.chars().take(most).map(shown).collect();

@@ -102,7 +102,7 @@ impl Listener {
         self.told.and_then(|(_, rate)| rate)
     }
 
-    /// The sample rate of what is said of a block: that of its measurement, which alone tells one.
+    /// The sample rate of a block: that of its measurement, the only message with a rate.
     pub fn rate_of(&self, sequence: u32) -> Option<f64> {
         self.told.filter(|&(block, _)| block == sequence).and_then(|(_, rate)| rate)
     }

@@ -500,7 +500,7 @@ struct Batch {
 }
 
 impl Batch {
-    /// Reads other blocks of so many samples.
+    /// Reads other blocks of this many samples.
     fn read(&mut self, blocks: &mut Blocks, n: usize) {
         self.starts.clear();
         self.samples.clear();

@@ -20,7 +20,7 @@ pub enum Kind {
     Load(Access),
     /// Stores a word or less.
     Store(Access),
-    /// Loads or stores so many words.
+    /// Loads or stores this many words.
     Words(u8),
     /// Loads or stores a float.
     FloatMemory,

@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Nearer than so many bins to the body's line its own window hides the sidebands.
+/// Nearer than this many bins to the body's line its own window hides the sidebands.
 const HIDDEN_BINS: f64 = 4.0;
 
 /// One record. The keys are those of the JSON lines.

@@ -67,7 +67,7 @@ impl Lidar {
         Ok(Lidar { config, method, rows: scenario::table3(), sensor, bent })
     }
 
-    /// Truth beside measurement, for so many seeds one after the other.
+    /// Truth beside measurement, for this many seeds one after the other.
     pub fn summary<'a>(
         self,
         measurements: impl Iterator<Item = &'a Measurement>,

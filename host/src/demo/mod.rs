@@ -23,7 +23,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// One line for a person who has to do something about it.
+/// An error in one line, with the cure.
 #[derive(Debug)]
 pub struct DemoError(pub String);
 

@@ -33,7 +33,7 @@ pub struct Options {
     #[arg(long, default_value_t = 1, conflicts_with = "replay")]
     pub seed: u64,
 
-    /// Repeat with so many seeds, counted from --seed, and sum up (table3)
+    /// Repeat with this many seeds, counted from --seed, and sum up (table3)
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "replay")]
     pub seeds: u64,
 

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 const NEAR_M: f64 = 0.5;
 const NEAR_MPS: f64 = 0.3;
 
-/// Beats so many bins apart from any other, from DC and from half the rate can be measured.
+/// Beats this many bins apart from any other, from DC and from half the rate can be measured.
 const APART_BINS: f64 = 3.0;
 const EDGE_BINS: f64 = 4.0;
 

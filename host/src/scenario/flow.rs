@@ -50,7 +50,7 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// A flow from its start, with a usual particle so many decibels above the noise of a sample at its top.
+    /// A flow from its start, with a usual particle this many decibels above the noise of a sample at its top.
     pub fn new(seed: u64, snr_db: f64) -> Self {
         Flow {
             rng: generator(seed, 0),
@@ -68,7 +68,7 @@ impl Flow {
         self.particles.len() == PARTICLES && self.ahead.is_empty()
     }
 
-    /// The next particle. The faster they are, the more of them come: as many as are in the volume that passes.
+    /// The next particle. The number of arrivals is proportional to the speed: all particles of the volume that passes.
     fn particle(&mut self) -> Particle {
         let speed_mps = loop {
             let speed = 1.0 + TURBULENCE * self.rng.sample::<f64, _>(StandardNormal);

@@ -194,7 +194,7 @@ impl Row {
     }
 }
 
-/// The codes of a segment's record of one target, so many decibels above the noise.
+/// The codes of a segment's record of one target, this many decibels above the noise.
 pub fn received<R: Record>(
     sensor: &Sensor,
     segment: usize,

@@ -258,7 +258,7 @@ impl Row {
         self.rate_hz.is_some()
     }
 
-    /// One JSON object. A number that is none is null.
+    /// One JSON object. NaN is null.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
