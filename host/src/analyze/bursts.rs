@@ -32,7 +32,7 @@ pub struct Found {
     pub amplitude: f64,
     /// The time between the points at which its power is down by `exp(-2)`.
     pub transit_s: f64,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it is one particle's.

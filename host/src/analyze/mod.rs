@@ -106,7 +106,7 @@ pub struct Answer {
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
     pub snr_db: Option<f64>,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it may be used.

@@ -1,4 +1,4 @@
-//! A fan before a radar: its body's speed by the emulated firmware, and the sidebands of its blades in the records.
+//! A fan in front of a radar: its body's speed by the emulated firmware, and the sidebands of its blades in the records.
 
 use super::answer::lines;
 use super::measure::{N, play};

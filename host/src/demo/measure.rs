@@ -81,7 +81,7 @@ impl Lidar {
     }
 }
 
-/// Targets before the 24 GHz radar, by both shapes.
+/// Targets in front of the 24 GHz radar, by both shapes.
 pub fn radar(options: &Options) -> Result<Summary, DemoError> {
     let (rows, mut results, mut method) = (radar::rows(), Vec::new(), Method::default());
     for shape in radar::SHAPES {

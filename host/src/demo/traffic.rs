@@ -1,4 +1,4 @@
-//! Four cars before a lidar: what each chirp shows of all of them, with nothing called good that is no car.
+//! Four cars in front of a lidar: what each chirp shows of all of them, with nothing called good that is no car.
 
 use super::answer::{Answer, lines};
 use super::drive::{check_both, save_both};

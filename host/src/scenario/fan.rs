@@ -1,4 +1,4 @@
-//! A fan that moves before a 24 GHz radar: a body, and three blades that turn.
+//! A fan that moves in front of a 24 GHz radar: a body, and three blades that turn.
 
 use super::{Row, codes, sensor};
 use picket::Mixing;

@@ -1,4 +1,4 @@
-//! Wind before a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
+//! Wind in front of a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
 
 use super::{codes, sensor};
 use picket::Mixing;
