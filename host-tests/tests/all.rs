@@ -13,6 +13,7 @@ mod cmsis;
 mod cycles;
 mod displacement;
 mod disturbed;
+mod documents;
 mod emulated;
 mod engine_error;
 mod estimators;

@@ -79,20 +79,18 @@ fn the_documents_state_it() {
             );
         }
         if core.name == "M4F" {
-            for document in [&page, &readme] {
-                document.assert_states(
-                    "| CMSIS-DSP q15: FFT, magnitudes, peak, cycles | # | # | # |",
-                    &figures("cmsis-q15", "fft_peak", cycles),
-                );
-                document.assert_states(
-                    "| CMSIS-DSP q15: FFT, magnitudes, peak | # | # | # |",
-                    &figures("cmsis-q15", "fft_peak", counts),
-                );
-                document.assert_states(
-                    "| CMSIS-DSP f32: FFT alone | # | # | # |",
-                    &figures("cmsis-f32", "fft", counts),
-                );
-            }
+            page.assert_states(
+                "| CMSIS-DSP q15: FFT, magnitudes, peak, cycles | # | # | # |",
+                &figures("cmsis-q15", "fft_peak", cycles),
+            );
+            page.assert_states(
+                "| CMSIS-DSP f32: FFT alone | # | # | # |",
+                &figures("cmsis-f32", "fft", counts),
+            );
+            readme.assert_states(
+                "CMSIS-DSP takes # for its 16-bit FFT, magnitudes and peak alone.",
+                &figures("cmsis-q15", "fft_peak", cycles)[1..2],
+            );
         }
     }
 }

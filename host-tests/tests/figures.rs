@@ -18,32 +18,34 @@ fn the_documents_state_the_budget() {
     let cycles = |engine: &str, n: &str, stage: &str| {
         figure(&format!("/engines/{engine}/cycles/{n}/{stage}"))
     };
-    for document in [&page, &Document::readme()] {
-        document.assert_states(
-            "| **Picket: FFT, peak and noise floor**, cycles | # | # | # |",
-            &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "fft_peak")),
+    page.assert_states(
+        "| **Picket: FFT, peak and noise floor**, cycles | # | # | # |",
+        &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "fft_peak")),
+    );
+    page.assert_states(
+        "| **Picket: all of it, to frequency, sigma and verdict**, cycles | # | # | # |",
+        &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "measurement")),
+    );
+    page.assert_states(
+        "| **Picket: FFT, peak and noise floor** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
+    );
+    page.assert_states(
+        "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
+        &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
+    );
+    for (row, effort) in [("at most, cycles", "one"), ("at most at effort `look`, cycles", "look")]
+    {
+        let most = |n| figure(&format!("/ceilings/M4F/real/{n}/{effort}/1"));
+        page.assert_states(
+            &format!("| all of it, {row} | # | # | # |"),
+            &["256", "1024", "4096"].map(most),
         );
-        document.assert_states(
-            "| **Picket: all of it, to frequency, sigma and verdict**, cycles | # | # | # |",
-            &["256", "1024", "4096"].map(|n| cycles("picket-i32", n, "measurement")),
-        );
-        document.assert_states(
-            "| **Picket: FFT, peak and noise floor** | # | # | # |",
-            &["256", "1024", "4096"].map(|n| i32(n, "fft_peak")),
-        );
-        document.assert_states(
-            "| **Picket: all of it, to frequency, sigma and verdict** | # | # | # |",
-            &["256", "1024", "4096"].map(|n| i32(n, "measurement")),
-        );
-        for (row, effort) in [("at most, cycles", "one"), ("at most with one look, cycles", "look")]
-        {
-            let most = |n| figure(&format!("/ceilings/M4F/real/{n}/{effort}/1"));
-            document.assert_states(
-                &format!("| the same {row} | # | # | # |"),
-                &["256", "1024", "4096"].map(most),
-            );
-        }
     }
+    Document::readme().assert_states(
+        "a block of 1,024 real samples takes # modelled cycles, from the samples to",
+        &[cycles("picket-i32", "1024", "measurement")],
+    );
     for (row, place) in [
         ("M4F, N = 64", "M4F/real/64"),
         ("M4F, 256", "M4F/real/256"),
@@ -94,18 +96,18 @@ fn the_documents_state_the_budget() {
         }
     }
     page.assert_states(
-        "| **The same with the 16-bit engine: FFT, peak and noise floor** | # | # | # |",
+        "| **16-bit engine: FFT, peak and noise floor** | # | # | # |",
         &["256", "1024", "4096"].map(|n| q15(n, "fft_peak")),
     );
-    page.assert_states("| **All of it, with that engine** | | # |", &[q15("1024", "measurement")]);
+    page.assert_states("| **16-bit engine: all of it** | | # |", &[q15("1024", "measurement")]);
     let f32 =
         |n: &str, stage: &str| figure(&format!("/engines/picket-f32/instructions/{n}/{stage}"));
     page.assert_states(
-        "| **With the float engine (by microfft): FFT, peak and noise floor** | # | # | # |",
+        "| **Float engine (microfft): FFT, peak and noise floor** | # | # | # |",
         &["256", "1024", "4096"].map(|n| f32(n, "fft_peak")),
     );
     page.assert_states(
-        "| **All of it, with that engine** | # | # | # |",
+        "| **Float engine: all of it** | # | # | # |",
         &["256", "1024", "4096"].map(|n| f32(n, "measurement")),
     );
     let each = |kind: &str| {
@@ -121,13 +123,13 @@ fn the_documents_state_the_budget() {
             .map(|engine| figure(&format!("/engines/{engine}/ram_bytes/1024"))),
     );
     page.assert_states(
-        "on the M3 FFT and peak take #, frequency, sigma and verdict # more, all of it #",
+        "| M3, median | | # | # | # |",
         &["fft_peak", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M3/{stage}"))),
     );
     page.assert_states(
-        "on M0 and M0+ it is # (the FFT alone #), # and #",
-        &["fft_peak", "fft", "estimator", "measurement"]
+        "| M0 and M0+, median | # | # | # | # |",
+        &["fft", "fft_peak", "estimator", "measurement"]
             .map(|stage| figure(&format!("/portable/M0/{stage}"))),
     );
     page.assert_states(

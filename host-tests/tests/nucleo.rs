@@ -323,11 +323,6 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         "takes # B of flash and # B of RAM with its stack",
         &[footprint.flash as f64, ram as f64],
     );
-    let usual = Footprint::of(played()).unwrap().flash;
-    Document::readme().assert_states(
-        "tracking`: # KB of flash instead of #.",
-        &[footprint.flash, usual].map(|bytes| bytes as f64 / 1000.0),
-    );
 }
 
 #[test]

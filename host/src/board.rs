@@ -89,7 +89,7 @@ impl Board {
         Self::start_with(image, &[])
     }
 
-    /// The same, with time by instructions: its timers count one each.
+    /// Starts an image whose timers count one tick per instruction.
     pub fn start_counted(image: &Path) -> Result<Self, RunError> {
         Self::start_with(image, &["-icount", "shift=0"])
     }

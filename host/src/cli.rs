@@ -1,4 +1,4 @@
-//! The program `picket`: its commands, and what they have in common: options that are right or one line that says what is wrong.
+//! The command line of `picket`: the commands, and the parsing of options. An error is one line.
 
 use crate::{
     analyze, bench, c, calibrate, demo, design, end, explain, firmware, flash, python, recipe,
@@ -104,7 +104,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What was typed. A number below zero is a value and no option: what is wrong with it is told by who reads it.
+/// The command line. A negative number is a value, not an option; the parser of the value reports errors.
 fn parsed() -> Result<Picket, clap::Error> {
     let takes = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
     let command = Picket::command().mut_subcommands(|command| {
@@ -143,7 +143,7 @@ fn fail(failure: impl Into<Failure>) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// What Rust says of a text that is no number, and what a person is told to do.
+/// Rust's messages for a text that is not a number, each with the advice to print instead.
 const PLAIN: [(&str, &str); 5] = [
     ("invalid digit found in string", "give a whole number from 0 on"),
     ("cannot parse integer from empty string", "give a whole number from 0 on"),
@@ -214,7 +214,7 @@ pub fn short(text: &str) -> String {
     excerpt(text, 60)
 }
 
-/// The first so many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
+/// The first this many characters, and what would move a terminal's cursor as a sign: a message stays what it is, whatever it quotes.
 fn excerpt(text: &str, most: usize) -> String {
     let shown = |character: char| if character.is_control() { '\u{fffd}' } else { character };
     let mut words: String = text.chars().take(most).map(shown).collect();

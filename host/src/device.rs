@@ -49,11 +49,11 @@ pub struct Listener {
     /// Blocks between them of which no record came: lost by the device, left out by its settings or by a full line, or lost on the
     /// line.
     pub missing: u64,
-    /// Those of them that the device itself has lost, as its records say.
+    /// Missing blocks that the device itself has lost, as its records say.
     pub lost: u64,
     /// The losses that the last record told of.
     losses: Option<u32>,
-    /// Those of them that are before the last measurement.
+    /// Missing blocks before the last measurement.
     skipped: u64,
     /// Frames that were damaged or of a kind or version unknown here.
     pub bad: u64,
@@ -102,7 +102,7 @@ impl Listener {
         self.told.and_then(|(_, rate)| rate)
     }
 
-    /// The sample rate of what is said of a block: that of its measurement, which alone tells one.
+    /// The sample rate of a block: that of its measurement, the only message with a rate.
     pub fn rate_of(&self, sequence: u32) -> Option<f64> {
         self.told.filter(|&(block, _)| block == sequence).and_then(|(_, rate)| rate)
     }

@@ -1,4 +1,4 @@
-//! The program's end, however it comes: its children end with it, and what it wrote beside them goes.
+//! Shutdown: ends child processes and removes temporary folders, on exit and on signals.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub struct Owned(Arc<Mutex<Child>>);
 
 impl Owned {
     /// Starts a program. On Linux the kernel ends it with the thread that calls this, however that ends (SIGKILL): the thread
-    /// has to stay until the program has ended. Elsewhere, who is killed leaves his children behind.
+    /// has to stay until the program has ended. Elsewhere a killed program leaves its children behind.
     ///
     /// # Errors
     /// It does not start.

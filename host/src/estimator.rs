@@ -121,7 +121,7 @@ impl Estimator {
     }
 }
 
-/// Least squares with another reach than the registry's; `None` for every other method.
+/// Least squares with this reach in place of the registry's; `None` for every other method.
 pub fn reached<T: Scalar, R: Record>(
     method: Method,
     reach: Reach,

@@ -289,7 +289,7 @@ pub fn binary(elf: &Path) -> Result<Vec<u8>, RunError> {
     binary_at(elf, START)
 }
 
-/// The same for flash that starts elsewhere.
+/// The image as it lies in flash that starts at `start`.
 pub(crate) fn binary_at(elf: &Path, start: u32) -> Result<Vec<u8>, RunError> {
     let mut binary = Vec::new();
     for (place, bytes) in parts(elf, start)? {

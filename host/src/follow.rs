@@ -53,7 +53,7 @@ pub struct Sighting {
     pub age: u32,
     /// Blocks since its last one.
     pub misses: u8,
-    /// The speed before a radar, where its carrier is known.
+    /// The speed in front of a radar, where its carrier is known.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether this block's frequency may be used.

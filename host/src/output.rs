@@ -174,7 +174,7 @@ fn folder(file: &Path) -> &Path {
     parent.unwrap_or(Path::new("."))
 }
 
-/// Those of the file that is replaced, or those of a new one: a temporary file is its owner's alone.
+/// The permissions of the file that is replaced, or of a new one: a temporary file is its owner's alone.
 #[cfg(unix)]
 fn permissions(file: &Path) -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;

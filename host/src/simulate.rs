@@ -140,7 +140,7 @@ pub fn code<R: Kind>(x: Complex<f64>) -> R::Sample {
     R::of_parts([nearest(x.re), if R::IQ { nearest(x.im) } else { 0 }])
 }
 
-/// As `x.round() as i16`. The function `round` would be a call for each number, unless the compiler is told of a new processor.
+/// As `x.round() as i16`. The function `round` would be a call for each number, unless the compiler may use a new processor.
 #[inline(always)]
 fn nearest(x: f64) -> i16 {
     /// A sum with it is rounded to whole numbers, a half to the even one, and ends in the bits of that number.

@@ -74,7 +74,7 @@ fn series(sightings: &[Sighting], trails: &[Trail]) -> Vec<Series> {
 /// The chart's colours, those that differ most first.
 const COLOURS: [usize; NAMED] = [1, 0, 2, 3, 4, 5];
 
-/// The spectrogram in the band that was searched, through Hann's window, of the whole file or of so many samples: each cell is the
+/// The spectrogram in the band that was searched, through Hann's window, of the whole file or of this many samples: each cell is the
 /// strongest of its bins.
 pub fn field(file: &Path, cut: &Cut, most: Option<u64>) -> Result<Field, String> {
     let text = |error: crate::recording::RecordingError| error.to_string();

@@ -32,7 +32,7 @@ const SIGMA: f32 = 1e-6;
 
 /// A board before the reference.
 #[derive(Clone, Copy)]
-struct Bench {
+pub struct Bench {
     seed: u64,
     /// By how much its clock is fast, and by how much it believes so.
     true_ppm: f64,
@@ -43,7 +43,7 @@ struct Bench {
     verdict: Verdict,
 }
 
-const BENCH: Bench = Bench {
+pub const BENCH: Bench = Bench {
     seed: 1,
     true_ppm: 12.5,
     believed_ppm: 0.0,
@@ -85,7 +85,7 @@ impl Bench {
     }
 
     /// What `picket watch --record` keeps of it.
-    fn recording(&self) -> Vec<u8> {
+    pub fn recording(&self) -> Vec<u8> {
         recording(Clock::External, &self.settings(), &self.records())
     }
 }

@@ -370,7 +370,7 @@ fn seeds(usual: u64, long: u64) -> std::ops::RangeInclusive<u64> {
     1..=if std::env::var_os("PICKET_LONG").is_some() { long } else { usual }
 }
 
-/// A flow of 10 % turbulence: the mean within .3 %, the rms within 3 %. Within what chance adds to so many bursts this holds with any seed, and
+/// A flow of 10 % turbulence: the mean within .3 %, the rms within 3 %. Within what chance adds to this many bursts this holds with any seed, and
 /// without it for all seeds together.
 #[test]
 fn a_turbulent_flow_has_its_mean_and_rms() {

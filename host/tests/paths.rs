@@ -15,7 +15,7 @@ const N: usize = 1024;
 const CODES: Codes = Codes::signed::<12>();
 const SEED: u64 = 21;
 
-/// A plan that follows so many tones, and searches one block in `refresh` whole.
+/// A plan that follows this many tones, and searches one block in `refresh` whole.
 fn following<R: Kind>(most: u8, refresh: u8) -> Plan<R, N> {
     let following = Following { most, refresh, ..Following::default() };
     Config { following, ..Config::new(1.0, CODES) }.plan().unwrap()

@@ -1,6 +1,7 @@
 //! Every command of the documents: README, the pages in docs/ and the recipes. What can run here is run as it stands there, from a clean folder,
 //! and prints what is shown; the others are at least commands that exist.
 
+use crate::calibrate::BENCH;
 use crate::cli::fresh;
 use clap::Parser;
 use picket_host::cli::Picket;
@@ -125,10 +126,18 @@ fn folder(page: &str) -> PathBuf {
     let series = [(611.7, 300.0), (1223.4, 3000.0), (1835.1, 2500.0), (2446.8, 900.0)];
     wav(&folder.join("motor.wav"), 2 * 4096, &series, 20.0);
     fs::copy(Path::new(ROOT).join("docs/session.bin"), folder.join("docs/session.bin")).unwrap();
+    fs::write(folder.join("reference.bin"), BENCH.recording()).unwrap();
     // Two blocks as a board captures them: its codes begin at 0.
     let code = |n: i32| 2048.0 + 900.0 * (TAU * 0.1 * f64::from(n)).sin();
     let codes: Vec<u8> = (0..2048).flat_map(|n| (code(n).round() as i16).to_le_bytes()).collect();
     fs::write(folder.join("blocks.i16"), codes).unwrap();
+    // Two blocks of I and Q at a positive frequency: I is the cosine, Q the sine.
+    let pair = |n: i32| {
+        let (sin, cos) = (TAU * 0.05 * f64::from(n)).sin_cos();
+        [cos, sin].map(|part| ((800.0 * part).round() as i16).to_le_bytes())
+    };
+    let pairs: Vec<u8> = (0..2048).flat_map(pair).flatten().collect();
+    fs::write(folder.join("hand.cs16"), pairs).unwrap();
     folder
 }
 

@@ -46,11 +46,11 @@ pub const VERSION: u8 = 1;
 /// One burst, and the state of the instrument that measured it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Burst {
-    /// Its number, from 0 on.
+    /// The number of the burst, from 0 on.
     pub number: u32,
     /// The burst.
     pub burst: burst::Burst,
-    /// What its tone amounts to: nothing more, or a velocity.
+    /// The velocity computed from its tone, if the scene has one.
     pub result: Outcome,
     /// What the detector counted so far.
     pub counters: Counters,
@@ -96,7 +96,7 @@ impl Burst {
         frame::encode(Kind::Burst, &payload).unwrap_or_default()
     }
 
-    /// The burst as a record, for whoever reads records: its sequence is the burst's number, its clock the sample in the middle.
+    /// The burst as a record, for readers of records: its sequence is the burst's number, its clock the sample in the middle.
     pub fn record(&self) -> Telemetry {
         let burst::Burst { tone, arrival, .. } = self.burst;
         // The cast saturates.

@@ -17,7 +17,7 @@
 //! | 64 | probability of a false alarm: f64 |
 //! | 72 | agility, acceleration, rate of following: 3 f32 |
 //!
-//! The usual mixing is tx-conj-rx before a chirp, and rx-conj-tx before a Doppler scene. Bit 2 is clear in what layouts without it
+//! The usual mixing is tx-conj-rx for a chirp, and rx-conj-tx for a Doppler scene. Bit 2 is clear in what layouts without it
 //! have written, and these mean the usual one.
 
 use crate::bytes::{Reader, Writer};

@@ -76,7 +76,7 @@ pub struct Follow {
     pub locked: bool,
     /// The tracks, oldest first.
     pub tracks: Vec<Sighting, MOST>,
-    /// The targets that the tracks of all segments amount to, each with the number of its rising
+    /// The targets computed from the tracks of all segments, each with the number of its rising
     /// beat's track. Only a chirp's last block has them.
     pub targets: Vec<(u16, Target), MOST>,
 }

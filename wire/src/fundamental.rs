@@ -41,7 +41,7 @@ impl Fundamental {
     /// Length of the layout, bytes.
     const BYTES: usize = 28;
 
-    /// That of the block with this stamp.
+    /// Labels the fundamental of a block with the block's stamp.
     pub fn of(stamp: &Stamp, mut harmonic: Harmonic) -> Self {
         harmonic.tone.rate_hz = 0.0;
         Self { sequence: stamp.sequence, segment: stamp.segment, harmonic }

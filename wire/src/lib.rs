@@ -1,4 +1,4 @@
-//! What a Picket instrument and its host say to each other, as bytes, the same for every board.
+//! The protocol between a Picket instrument and its host, in bytes: one for all boards.
 //! `docs/protocol.md` shows a frame byte by byte.
 //!
 //! ```text

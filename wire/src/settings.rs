@@ -130,7 +130,7 @@ pub enum Mode {
     Accumulate {
         /// Blocks of a sum, 1 to 65536.
         blocks: u32,
-        /// The line moves by so many bins from one block to the next.
+        /// The line moves by this many bins from one block to the next.
         drift_bins: f32,
     },
     /// Bursts are cut out of the stream, and each is measured: see [`picket::burst`] and [`crate::burst`].
@@ -152,7 +152,7 @@ pub struct Settings {
     pub guard: u16,
     /// What makes the chirp.
     pub drive: Drive,
-    /// What is made of the blocks. Sums and bursts need an image with the feature `signals`, a scene without a chirp, and neither
+    /// How blocks are used. Sums and bursts need an image with the feature `signals`, a scene without a chirp, and neither
     /// tracks nor further tones.
     pub mode: Mode,
     /// One block in `report_every` sends telemetry; all blocks are measured.
@@ -166,8 +166,8 @@ pub struct Settings {
     /// [`crate::fundamental`]. 0 for none. As `most`, it needs the feature `lines`.
     #[cfg(feature = "lines")]
     pub harmonics: u8,
-    /// Blocks that the board has memory for at the same time; 0 for its usual number. More of them
-    /// bridge longer pauses of the measurement.
+    /// Blocks in the board's memory; 0 for its usual number. More slots tolerate longer pauses of the
+    /// measurement.
     pub slots: u16,
     /// Whether to measure from power-on, without a command.
     pub start: bool,
@@ -202,7 +202,7 @@ impl Default for Settings {
 
 const VERSION: u8 = 1;
 
-/// That of settings by which more than one tone is reported, or a fundamental: readers that do not know it
+/// The version of settings that ask for several tones or for a fundamental: readers that do not know this version
 /// refuse it.
 const LINES: u8 = 2;
 

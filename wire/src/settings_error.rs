@@ -71,7 +71,7 @@ pub enum SettingsError {
     Tracking,
     /// The board's core does not have this clock.
     Speed,
-    /// The board does not have memory for so many slots, or needs more of them.
+    /// The board does not have memory for this many slots, or needs more of them.
     Slots,
     /// The board has no second converter.
     Iq,

@@ -42,7 +42,7 @@ impl Sum {
         frame::encode(Kind::Sum, &payload).unwrap_or_default()
     }
 
-    /// The sum in a frame; `None` for a frame of another kind or version, one that is cut off, or one with a chance that is none.
+    /// The sum in a frame; `None` for a frame of another kind or version, one that is cut off, or one whose probability is not one.
     pub fn of_frame(frame: &Frame) -> Option<Self> {
         if frame.kind != Kind::Sum {
             return None;

@@ -50,7 +50,7 @@ use picket::tone::{Tone, Verdict, Verdicts};
 /// The version of the layout.
 pub const VERSION: u8 = 2;
 
-/// Length of what every record tells, bytes.
+/// Length of the fields that every record has, bytes.
 pub const LENGTH: usize = 96;
 
 /// Length of the longest record, bytes.

@@ -57,7 +57,7 @@ impl Blocks {
         Ok(Some(start))
     }
 
-    /// Fills `samples` with the rest of a block, up to so many of them.
+    /// Fills `samples` with the rest of a block, up to this many of them.
     fn append(
         &mut self,
         samples: &mut Vec<Sample>,
@@ -86,7 +86,7 @@ impl Blocks {
         Ok(Some(start))
     }
 
-    /// The end, with so many samples of a block.
+    /// The end, with this many samples of a block.
     fn end(&self, samples: usize) -> Result<Option<u64>, RecordingError> {
         let path = || self.recording.path.clone();
         match (self.begun, self.recording.read) {

@@ -7,7 +7,7 @@ use super::Format;
 const LOOKED_AT: usize = 4096;
 /// Floats of a recording lie in this range, or are 0.
 const RANGE: (f64, f64) = (1e-12, 1e12);
-/// Of a hundred numbers so many have to be a recording's: one read from others is in ranges like this by chance, once in three.
+/// Of a hundred numbers this many have to be a recording's: one read from others is in ranges like this by chance, once in three.
 const SHARE: f64 = 0.99;
 /// Bytes of a converter of eight bits have their mean so near 128, and a spread that is a sine's or less: bytes that take any value
 /// alike have 74.

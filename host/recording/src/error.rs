@@ -37,9 +37,9 @@ pub enum RecordingError {
     Columns(PathBuf, String),
     /// This channel or column is not there; those that are.
     Channel(PathBuf, usize, usize),
-    /// Two channels are chosen as I and Q of which each is I/Q already; so many there are.
+    /// Two channels are chosen as I and Q of which each is I/Q already; this many there are.
     AlreadyPairs(PathBuf, usize),
-    /// So many channels of complex numbers, and none is chosen.
+    /// This many channels of complex numbers, and none is chosen.
     ComplexChannels(PathBuf, usize),
     /// The npz archive is damaged or of a kind that cannot be read.
     Npz(PathBuf, String),

@@ -50,7 +50,7 @@ impl Number {
         self.kind.width()
     }
 
-    /// Appends a sample for each frame of so many numbers: the number in the first place picked, and the one in the second as its
+    /// Appends a sample for each frame of this many numbers: the number in the first place picked, and the one in the second as its
     /// quadrature part. Places count from 0. What is left at the end and is no whole frame is dropped.
     pub fn samples(
         self,

@@ -6,7 +6,7 @@ use std::path::Path;
 /// The channel that is the sample, from 0, and the one that is its quadrature part.
 pub(super) type Picked = (usize, Option<usize>);
 
-/// Of so many channels those that are asked for. Without a choice there has to be one, or two where they are I and Q.
+/// Of this many channels those that are asked for. Without a choice there has to be one, or two where they are I and Q.
 pub(super) fn real(
     path: &Path,
     channels: usize,
@@ -26,7 +26,7 @@ pub(super) fn real(
     }
 }
 
-/// Of so many channels of complex numbers the one that is asked for, as places among their parts. A single one's parts can be picked
+/// Of this many channels of complex numbers the one that is asked for, as places among their parts. A single one's parts can be picked
 /// as two channels: 2,1 exchanges I and Q, and 1 alone is I.
 pub(super) fn complex(
     path: &Path,

@@ -90,7 +90,7 @@ impl Unit {
     /// Numbers from -1 to 1.
     pub const SHARE: Unit = Unit { usual: Scaling { factor: 32768.0, shift: 0.0 }, by_data: true };
 
-    /// Whole numbers of so many bits, of 16 or more.
+    /// Whole numbers of this many bits, of 16 or more.
     pub fn bits(bits: u32) -> Self {
         let factor = (16.0 - f64::from(bits)).exp2();
         Unit { usual: Scaling { factor, shift: 0.0 }, by_data: bits > 16 }

@@ -33,7 +33,7 @@ pub struct Speckle {
     scatterers: Vec<[f64; 2]>,
 }
 
-/// Scatterers in a standard deviation of the beam: so many that the mean power is the same at all times, to 1e-16.
+/// Scatterers in a standard deviation of the beam: this many that the mean power is the same at all times, to 1e-16.
 const DENSITY: f64 = 2.0;
 /// Standard deviations of the beam from its middle at which nothing of a scatterer is left: 1e-8 of its amplitude.
 const REACH: f64 = 6.0;

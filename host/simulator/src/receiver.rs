@@ -43,7 +43,7 @@ impl Receiver {
         }
     }
 
-    /// The noise that leaves an echo of this amplitude so many decibels above it, per sample: `A^2 / (2 sigma^2)`.
+    /// The noise that leaves an echo of this amplitude this many decibels above it, per sample: `A^2 / (2 sigma^2)`.
     pub fn with_snr(self, amplitude: f64, snr_db: f64) -> Self {
         Receiver { noise: amplitude / libm::sqrt(2.0 * libm::exp10(snr_db / 10.0)), ..self }
     }

@@ -29,7 +29,7 @@ impl<'a> Target<'a> {
         Self::new(amplitude, move |t| range_m - velocity_mps * t)
     }
 
-    /// The same target, whose reflection adds so many cycles to the phase.
+    /// The same target, whose reflection adds this many cycles to the phase.
     #[must_use]
     pub fn turned(self, cycles: f64) -> Self {
         Target { cycles, ..self }

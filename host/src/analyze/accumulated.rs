@@ -52,7 +52,7 @@ pub struct Found {
     pub amplitude: f64,
     /// The logarithm to the base of ten of the probability that noise alone has such a line.
     pub log10_chance: f64,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it may be used.

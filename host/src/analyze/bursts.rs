@@ -32,7 +32,7 @@ pub struct Found {
     pub amplitude: f64,
     /// The time between the points at which its power is down by `exp(-2)`.
     pub transit_s: f64,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it is one particle's.
@@ -49,7 +49,7 @@ pub struct Summary {
     pub summary: bool,
     /// Bursts that were measured, noise that looked like one included.
     pub bursts: u64,
-    /// Those that are valid.
+    /// Valid bursts.
     pub valid: u64,
     /// Bursts that came while the record of another was not complete.
     pub lost: u32,

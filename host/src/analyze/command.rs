@@ -59,7 +59,7 @@ pub struct Options {
     /// particle's; the mean weighs each by its transit time. --n is the record of a burst, 3 to 20 times its standard deviation
     #[arg(long, conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "hop"])]
     burst: bool,
-    /// Adds so many blocks without their phases, for echoes too weak for one: 5 dB weaker for ten times as many
+    /// Adds this many blocks without their phases, for echoes too weak for one: 5 dB weaker for ten times as many
     #[arg(long, value_name = "BLOCKS", value_parser = clap::value_parser!(u32).range(1..=i64::from(picket::accumulate::MOST_BLOCKS)), conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "burst"])]
     accumulate: Option<u32>,
     /// How fast the line moves during a sum, Hz per second
@@ -78,7 +78,7 @@ pub struct Options {
     csv: bool,
 }
 
-/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. One in gigahertz is told.
+/// A carrier of a radar or a laser: from 100 MHz to the ultraviolet. A number that looks like gigahertz is reported.
 fn carrier_hz(text: &str) -> Result<f64, String> {
     let hz = cli::positive_hertz(text)?;
     match (1e8..3e15).contains(&hz) {

@@ -25,7 +25,7 @@ pub struct Fundamental {
 }
 
 impl Fundamental {
-    /// That of a block.
+    /// The fundamental of a block.
     pub fn of(block: u64, time_s: f64, harmonic: &Harmonic) -> Self {
         let tone = &harmonic.tone;
         Self {

@@ -102,11 +102,11 @@ pub struct Answer {
     /// One standard deviation of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_cycles_per_sample: Option<f64>,
-    /// The same in bins.
+    /// One standard deviation in bins.
     pub sigma_bins: Option<f64>,
     /// Signal-to-noise ratio per sample.
     pub snr_db: Option<f64>,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it may be used.
@@ -500,7 +500,7 @@ struct Batch {
 }
 
 impl Batch {
-    /// Reads other blocks of so many samples.
+    /// Reads other blocks of this many samples.
     fn read(&mut self, blocks: &mut Blocks, n: usize) {
         self.starts.clear();
         self.samples.clear();

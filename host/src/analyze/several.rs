@@ -36,7 +36,7 @@ pub struct Search {
 /// What is sought in a block.
 #[derive(Clone, Copy, Debug)]
 pub enum Sought {
-    /// So many tones at most.
+    /// At most this number of tones.
     Tones(usize),
     /// The fundamental, from its harmonics up to this order.
     Harmonics(u32),
@@ -72,7 +72,7 @@ pub struct Found {
     pub phase_rad: f64,
     /// One standard deviation of it.
     pub sigma_phase_rad: f64,
-    /// The speed before a radar of this carrier.
+    /// The speed in front of a radar of this carrier.
     #[serde(flatten)]
     pub speed: Option<Speed>,
     /// Whether it may be used.

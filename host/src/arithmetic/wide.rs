@@ -123,7 +123,7 @@ fn plan(m: usize) -> &'static Plan {
     })
 }
 
-/// The transform of so many pairs as there are points: [`integer::transform`].
+/// The transform of this many pairs as there are points: [`integer::transform`].
 #[multiversion(targets("x86_64+avx2"))]
 fn transform(pairs: &[Pair], bits: u32, points: &mut [Point], work: &mut Work) -> i32 {
     let (m, scale) = (points.len(), Scale::new(points.len(), bits));
@@ -171,7 +171,7 @@ fn transform(pairs: &[Pair], bits: u32, points: &mut [Point], work: &mut Work) -
 /// Some points: their real parts and their imaginary ones.
 type Points<const W: usize> = [[i32; W]; 2];
 
-/// The first pass in groups of so many points, which lie a leg apart.
+/// The first pass in groups of this many points, which lie a leg apart.
 #[inline(always)]
 fn first_pass<const LEGS: usize, const W: usize>(re: &mut [i32], im: &mut [i32], shift: u32)
 where

@@ -140,7 +140,7 @@ pub fn range(cycles: u64) -> [u64; 2] {
     [cycles, cycles + cycles / 10]
 }
 
-/// The fewest and the most cycles of so many instructions on cores without a table; `None` for the Cortex-M7, which issues two
+/// The fewest and the most cycles of this many instructions on cores without a table; `None` for the Cortex-M7, which issues two
 /// instructions at a time where it can.
 ///
 /// Cortex-M33: as on the Cortex-M4, on which the kernels take 1.2 to 1.6 cycles an instruction. Cortex-M55: a vector instruction keeps its

@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// The seed of the random blocks.
 pub const SEED: u32 = 20_220_222;
-/// The image sends a byte after so many blocks.
+/// The image sends a byte after this many blocks.
 const STEP: u64 = 256;
 
 /// How many blocks were compared, and how many of them differed: by all engines of the image.
@@ -20,7 +20,7 @@ const STEP: u64 = 256;
 pub struct Equality {
     /// Blocks, by engine.
     pub compared: Vec<u64>,
-    /// Those that differ.
+    /// Blocks that differ.
     pub unequal: u64,
     /// The number of the first that differs.
     pub first: Option<u64>,
@@ -57,7 +57,7 @@ pub fn compare<R: Record>(
 }
 
 impl Equality {
-    /// Whether each engine compared so many blocks, and none differed.
+    /// Whether each engine compared this many blocks, and none differed.
     pub fn holds(&self, blocks: u32) -> bool {
         let enough = self.compared.iter().all(|&compared| compared >= u64::from(blocks));
         enough && !self.compared.is_empty() && self.unequal == 0

@@ -28,7 +28,7 @@ const RATIOS_DB: [f64; 4] = [60.0, 30.0, 10.0, -5.0];
 const BLOCKS: usize = 32;
 const DRIFT: f64 = 0.07;
 
-/// One in so many blocks is searched.
+/// One in this many blocks is searched.
 const REFRESH: u8 = 16;
 
 /// A stage on a core.

@@ -15,7 +15,7 @@ pub struct Row {
     pub stage: String,
     /// Executed instructions: the median.
     pub instructions: u64,
-    /// The same, beside the next two.
+    /// The median once more, beside the next two.
     pub median: u64,
     /// What 95 of 100 records without a sample at a rail take at the most.
     pub most_of_95: Option<u64>,
@@ -33,7 +33,7 @@ pub struct Row {
     pub code_bytes: Option<u64>,
     /// How far the error is below a full-scale tone, in dB.
     pub snr_0_db: Option<f64>,
-    /// The same for a tone 40 dB below full scale.
+    /// How far the error is below a tone of -40 dBFS, in dB.
     pub snr_m40_db: Option<f64>,
     /// Modelled cycles, see [`cycles`](super::cycles): the median, of a part of the records.
     pub median_cycles: Option<u64>,

@@ -25,7 +25,7 @@ const BLOCKS: usize = 16;
 const SNR_DB: f64 = 40.0;
 const WEAKER_DB: f64 = 8.0;
 
-/// What blocks of so many tones cost, on the average.
+/// What blocks of this many tones cost, on the average.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Row {
     /// The core's name.

@@ -20,7 +20,7 @@ pub enum Kind {
     Load(Access),
     /// Stores a word or less.
     Store(Access),
-    /// Loads or stores so many words.
+    /// Loads or stores this many words.
     Words(u8),
     /// Loads or stores a float.
     FloatMemory,
@@ -63,11 +63,11 @@ pub struct Step {
     pub jumps: bool,
     /// The integer registers that it writes, a bit each.
     pub writes: u32,
-    /// Those that make its address.
+    /// The integer registers that make its address.
     pub address_of: u32,
     /// The floating-point registers that it writes.
     pub floats: u64,
-    /// Those that it reads, but for the sum that a product is added to.
+    /// The floating-point registers that it reads, but for the sum that a product is added to.
     pub reads_floats: u64,
     /// Whether a branch's target is known late.
     pub late: bool,

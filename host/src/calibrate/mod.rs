@@ -243,7 +243,7 @@ struct Calibrated {
 /// The tone's distance from the reference, as a share of it: a board's clock is off by at most the half of it before the correction, and
 /// after it.
 const REACH: f64 = 2.1e-6 * Calibration::MOST_PPM as f64;
-/// Scatter and sigmas agree if they differ by less than this factor, or by less than so many deviations of the scatter itself.
+/// Scatter and sigmas agree if they differ by less than this factor, or by less than this many deviations of the scatter itself.
 const FACTOR: f64 = 1.2;
 const DEVIATIONS: f64 = 4.0;
 

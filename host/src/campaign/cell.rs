@@ -127,7 +127,7 @@ pub struct Cell {
     /// Its severities, each by its key with the unit.
     #[serde(flatten)]
     pub severities: Map<String, Value>,
-    /// The same as a user would type them.
+    /// The severities as a user would type them.
     #[serde(skip)]
     pub severity: String,
     /// The method.
@@ -166,7 +166,7 @@ pub struct Cell {
     pub bound_bins: Option<f64>,
     /// RMSE over that bound.
     pub ratio: Option<f64>,
-    /// The same of those flagged: near 1 they were flagged without need.
+    /// This ratio for the flagged answers: near 1 they were flagged without need.
     pub flagged_ratio: Option<f64>,
     /// Root mean square of error over sigma.
     pub rms_z: Option<f64>,

@@ -19,7 +19,7 @@ use indicatif::ProgressBar;
 use picket::tone::effort::Effort;
 use picket::tone::sigma::bound_bins;
 
-/// An answer that says it may be used within sigma and is off by more than so many of its sigma is a lie.
+/// An answer that may be used within sigma by its verdict, and is off by more sigmas than this, is overconfident.
 pub const LIE_SIGMAS: f64 = 5.0;
 
 /// What is true of a tone that changes within the block.

@@ -1,4 +1,4 @@
-//! What a demonstration measured of a target, and how it is told to machines.
+//! What a demonstration measured of a target, and its form for machines.
 
 use super::{DemoError, said};
 use picket::Target;

@@ -1,4 +1,4 @@
-//! A fan before a radar: its body's speed by the emulated firmware, and the sidebands of its blades in the records.
+//! A fan in front of a radar: its body's speed by the emulated firmware, and the sidebands of its blades in the records.
 
 use super::answer::lines;
 use super::measure::{N, play};
@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Nearer than so many bins to the body's line its own window hides the sidebands.
+/// Nearer than this many bins to the body's line its own window hides the sidebands.
 const HIDDEN_BINS: f64 = 4.0;
 
 /// One record. The keys are those of the JSON lines.
@@ -56,7 +56,7 @@ pub struct Summary {
     pub rows: usize,
     /// Those whose speed is within 5 sigma of the body's.
     pub within: usize,
-    /// Those that may be used within sigma, and are not within 5.
+    /// Records that may be used within sigma, and whose speed is not within 5 sigma.
     pub lies: usize,
     /// How often each verdict was given.
     pub verdicts: BTreeMap<&'static str, usize>,

@@ -67,7 +67,7 @@ impl Lidar {
         Ok(Lidar { config, method, rows: scenario::table3(), sensor, bent })
     }
 
-    /// Truth beside measurement, for so many seeds one after the other.
+    /// Truth beside measurement, for this many seeds one after the other.
     pub fn summary<'a>(
         self,
         measurements: impl Iterator<Item = &'a Measurement>,
@@ -81,7 +81,7 @@ impl Lidar {
     }
 }
 
-/// Targets before the 24 GHz radar, by both shapes.
+/// Targets in front of the 24 GHz radar, by both shapes.
 pub fn radar(options: &Options) -> Result<Summary, DemoError> {
     let (rows, mut results, mut method) = (radar::rows(), Vec::new(), Method::default());
     for shape in radar::SHAPES {
@@ -201,7 +201,7 @@ pub fn play(
     })
 }
 
-/// The same on another image, and with all that it says.
+/// Plays a capture to another image, and returns all that the image says.
 pub fn play_on(
     bin: &'static str,
     capture: Capture,

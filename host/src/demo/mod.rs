@@ -23,7 +23,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// One line for a person who has to do something about it.
+/// An error in one line, with the cure.
 #[derive(Debug)]
 pub struct DemoError(pub String);
 
@@ -105,7 +105,7 @@ pub fn run(options: &Options) -> Result<ExitCode, DemoError> {
     Ok(if all { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Options that this run would not heed are told, not passed over.
+/// Refuses options that this run would ignore.
 fn fits(options: &Options) -> Result<(), DemoError> {
     let drive = options.scenario == Scenario::Drive;
     let board = options.scenario == Scenario::Board;

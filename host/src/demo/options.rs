@@ -33,7 +33,7 @@ pub struct Options {
     #[arg(long, default_value_t = 1, conflicts_with = "replay")]
     pub seed: u64,
 
-    /// Repeat with so many seeds, counted from --seed, and sum up (table3)
+    /// Repeat with this many seeds, counted from --seed, and sum up (table3)
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "replay")]
     pub seeds: u64,
 
@@ -124,7 +124,7 @@ pub enum Scenario {
     /// Fourteen targets over the span of the lidar paper's Table 3, approaching and receding
     #[value(alias = "lidar")]
     Table3,
-    /// Targets from a walker to a train before a 24 GHz radar with I/Q records, by a triangle and by a trapezoid
+    /// Targets from a walker to a train in front of a 24 GHz radar with I/Q records, by a triangle and by a trapezoid
     Radar,
     /// The Doppler paper's turntable, in both directions
     Turntable,
@@ -132,13 +132,13 @@ pub enum Scenario {
     Drive,
     /// Four cars that cross in range and in speed, all of them in each chirp of a lidar; by the core on this machine
     Traffic,
-    /// A plate at 30 cm that swings by 10 um before a 122 GHz radar, from the phase; by the core on this machine
+    /// A plate at 30 cm that swings by 10 um in front of a 122 GHz radar, from the phase; by the core on this machine
     Vibration,
     /// Particles in a turbulent flow that cross a laser's fringes, by the burst processor; by the core on this machine, or the NUCLEO
     Ldv,
     /// Wind around a cone of 36 beams, 20 dB below the noise, from sums of 100 blocks; by the core on this machine, or the NUCLEO
     Wind,
-    /// A fan that moves before a 24 GHz radar with I/Q records: its body's speed beside its blades' sidebands
+    /// A fan that moves in front of a 24 GHz radar with I/Q records: its body's speed beside its blades' sidebands
     Fan,
     /// A target that comes nearer, as the NUCLEO would report it: to --record, and to show by `picket watch --replay`
     Board,

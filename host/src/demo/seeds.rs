@@ -93,7 +93,7 @@ fn gross_bars() -> (f64, f64) {
     }
 }
 
-/// The same blocks as `picket demo` sends through the firmware, through the same pipeline on this machine: the
+/// Sends the blocks of `picket demo` through the firmware's pipeline on this machine: the
 /// answers have the same bits.
 pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(Some(method), Laser::default())?;

@@ -64,7 +64,7 @@ pub struct Summary {
     pub method: String,
     /// Which signal the receiver conjugates, where there is a choice.
     pub mixing: Option<Mixing>,
-    /// What bends the phase within a block, for people: then the errors of usable answers are told, too.
+    /// What bends the phase within a block, for people: then the table has the errors of usable answers, too.
     pub bent: Option<String>,
 }
 

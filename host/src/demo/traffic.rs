@@ -1,4 +1,4 @@
-//! Four cars before a lidar: what each chirp shows of all of them, with nothing called good that is no car.
+//! Four cars in front of a lidar: what each chirp shows of all of them, with nothing called good that is no car.
 
 use super::answer::{Answer, lines};
 use super::drive::{check_both, save_both};
@@ -22,7 +22,7 @@ use std::process::ExitCode;
 const NEAR_M: f64 = 0.5;
 const NEAR_MPS: f64 = 0.3;
 
-/// Beats so many bins apart from any other, from DC and from half the rate can be measured.
+/// Beats this many bins apart from any other, from DC and from half the rate can be measured.
 const APART_BINS: f64 = 3.0;
 const EDGE_BINS: f64 = 4.0;
 
@@ -73,15 +73,15 @@ pub struct Summary {
     pub chirps: usize,
     /// Good targets.
     pub good: usize,
-    /// Those that are no car.
+    /// Good targets that are not a car.
     pub ghosts: usize,
     /// Cars whose three beats are three bins from any other, summed over the chirps.
     pub apart: usize,
-    /// Those of them that were found, and good.
+    /// Cars apart that were found, and good.
     pub found: usize,
     /// Root mean square of error over sigma, of the good targets' ranges.
     pub range_sigmas: f64,
-    /// The same of their velocities.
+    /// Root mean square of error over sigma, of the good targets' velocities.
     pub velocity_sigmas: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A plate that swings by micrometres before a radar: truth, measurement and bound side by side.
+//! A plate that swings by micrometres in front of a radar: truth, measurement and bound side by side.
 
 use super::answer::lines;
 use super::measure::N;

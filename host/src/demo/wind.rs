@@ -52,7 +52,7 @@ pub struct Summary {
     pub summary: bool,
     /// Beams.
     pub beams: usize,
-    /// Those that may be used, and are within 5 sigma.
+    /// Beams that may be used, and are within 5 sigma.
     pub right: usize,
     /// Blocks that alone may be used.
     pub alone: u32,

@@ -11,7 +11,7 @@ pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 const USED: f64 = 0.4;
 /// Bins from 0 Hz in which an offset is not told from a tone.
 const EDGE_BINS: f64 = 1.5;
-/// The clocks of the cores whose load is told.
+/// The clocks of the cores whose load the sheet states.
 const CORES_HZ: [f64; 2] = [180e6, 125e6];
 
 /// What is asked. None of the numbers is 0 or below, but for the signal-to-noise ratio.
@@ -96,7 +96,7 @@ pub struct Row {
     pub resolution_mps: f64,
     /// The bound on sigma of the velocity.
     pub sigma_mps: f64,
-    /// The slowest velocity that is told from an offset.
+    /// The slowest velocity that can be distinguished from an offset.
     pub slowest_mps: f64,
     /// The fastest velocity.
     pub fastest_mps: f64,

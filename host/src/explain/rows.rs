@@ -19,7 +19,7 @@ pub enum Note {
     Begin(Step),
     /// A test was made.
     Test(Test),
-    /// What the tests of the last fit amount to, and whether it takes the place of the fit before.
+    /// The verdict of the last fit's tests, and whether this fit replaces the one before.
     Judged(Judgement, bool),
 }
 

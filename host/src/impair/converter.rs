@@ -7,7 +7,7 @@ fn front(scene: &mut Scene, front: impl Fn(Complex<f64>) -> Complex<f64> + 'stat
     scene.front.push(Box::new(front));
 }
 
-/// The same for I and Q.
+/// Adds a front end that changes I and Q alike.
 fn each(scene: &mut Scene, part: impl Fn(f64) -> f64 + 'static) {
     front(scene, move |x| Complex::new(part(x.re), part(x.im)));
 }
@@ -23,7 +23,7 @@ pub fn clip_converter(scene: &mut Scene, v: &[f64]) {
     scene.amplitude = scene.rail * 10f64.powf(v[0] / 20.0);
 }
 
-/// A characteristic that is bent: a bow and an S, together so many codes at most.
+/// A characteristic that is bent: a bow and an S, together this many codes at most.
 pub fn inl(scene: &mut Scene, v: &[f64]) {
     let (lsb, rail) = (v[0], scene.rail);
     each(scene, move |x| {
@@ -32,7 +32,7 @@ pub fn inl(scene: &mut Scene, v: &[f64]) {
     });
 }
 
-/// The upper three bits weigh too much or too little: steps of so many codes at most.
+/// The upper three bits weigh too much or too little: steps of this many codes at most.
 pub fn steps(scene: &mut Scene, v: &[f64]) {
     let weights: [f64; 3] = std::array::from_fn(|_| v[0] * scene.sign());
     let rail = scene.rail;

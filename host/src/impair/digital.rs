@@ -35,7 +35,7 @@ pub fn stuck_bit(scene: &mut Scene, v: &[f64]) {
     });
 }
 
-/// At each change of the upper three bits so many codes never come: the last one before them stands for all.
+/// At each change of the upper three bits this many codes never come: the last one before them stands for all.
 pub fn missing_codes(scene: &mut Scene, v: &[f64]) {
     let (count, step) = (v[0].round(), scene.rail / 4.0);
     codes(scene, move |x| {

@@ -167,7 +167,7 @@ const MANY: (f64, f64) = (0.0, 1e4);
 const LEVEL: (f64, f64) = (-120.0, 40.0);
 const CORNER: (f64, f64) = (1e-3, 10.0);
 
-/// The lists, by the names that stand for every impairment of one, with what a person is told of them.
+/// The lists, by the names that stand for every impairment of a list, each with its heading.
 pub const GROUPS: [(&str, &[Entry], &str); 3] = [
     ("all", LIST, "Impairments, with the severities they have unless told otherwise:"),
     (

@@ -94,7 +94,7 @@ impl Impairment {
         })
     }
 
-    /// The severities as a user would type them: `offset=0.5,level-db=-20`. Those of a pair are apart by a plus.
+    /// The severities as a user would type them: `offset=0.5,level-db=-20`. A plus separates the severities of a pair.
     pub fn label(&self) -> String {
         let labels: Vec<String> =
             self.parts.iter().map(Part::label).filter(|label| !label.is_empty()).collect();

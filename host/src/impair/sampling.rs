@@ -11,7 +11,7 @@ pub fn lost(scene: &mut Scene, v: &[f64]) {
     }
 }
 
-/// A sample that comes again, so many times.
+/// A sample that comes again, this many times.
 pub fn doubled(scene: &mut Scene, v: &[f64]) {
     scene.copies = Some((scene.rng.random_range(1..scene.n), v[0].round() as usize));
 }
@@ -31,7 +31,7 @@ pub fn skew(scene: &mut Scene, v: &[f64]) {
     }
 }
 
-/// Q is the signal of so many samples ago.
+/// Q is the signal of this many samples ago.
 pub fn iq_delay(scene: &mut Scene, v: &[f64]) {
     scene.instants[1].iter_mut().for_each(|t| *t -= v[0]);
 }

@@ -105,7 +105,7 @@ pub struct Scene<'a> {
     pub digital: Vec<Front>,
     /// Whether each two samples change places.
     pub swapped: bool,
-    /// From this sample on, so many copies of the one before it are delivered, and the rest later.
+    /// From this sample on, this many copies of the one before it are delivered, and the rest later.
     pub copies: Option<(usize, usize)>,
     /// Draws of this record.
     pub rng: &'a mut ChaCha8Rng,

@@ -177,7 +177,7 @@ impl Pico {
         self.inputs(samples, 1)
     }
 
-    /// The same at two inputs, whose codes of the same moment stand side by side.
+    /// What the two inputs give, again and again; codes of one moment stand side by side.
     pub fn both(&mut self, samples: &[[i16; 2]]) -> Result<(), RunError> {
         self.inputs(samples.as_flattened(), 2)
     }
@@ -215,7 +215,7 @@ impl Pico {
         self.order(&format!("run {microseconds}")).map(drop)
     }
 
-    /// Lets time pass until so many more frames have come, or so many milliseconds are over.
+    /// Lets time pass until this many more frames have come, or this many milliseconds are over.
     pub fn frames(&mut self, count: u64, milliseconds: u64) -> Result<(), RunError> {
         self.order(&format!("frames {count} {milliseconds}")).map(drop)
     }

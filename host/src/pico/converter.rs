@@ -10,7 +10,7 @@ const STEPS: [f64; 4] = [10.0, 9.0, 9.0, 10.0];
 pub struct Converter(Vec<f64>);
 
 impl Converter {
-    /// One whose steps are so many times those of the mean curve: 1 each is the curve itself.
+    /// One whose steps are this many times those of the mean curve: 1 each is the curve itself.
     pub fn of_steps(factors: [f64; 4]) -> Self {
         let middle = |code: usize| {
             let changed = WIDE.iter().zip(STEPS).zip(factors).map(|((&wide, step), factor)| {
@@ -45,7 +45,7 @@ impl Converter {
 }
 
 impl Default for Converter {
-    /// That of the mean curve.
+    /// A converter with the mean curve.
     fn default() -> Self {
         Self::of_steps([1.0; 4])
     }

@@ -62,7 +62,7 @@ pub fn drive() -> Option<PathBuf> {
     MOUNTS.iter().find_map(|folder| drive_in(Path::new(folder), 2))
 }
 
-/// The same within a folder, so many levels deep.
+/// The drive within a folder, up to `levels` levels deep.
 fn drive_in(folder: &Path, levels: u32) -> Option<PathBuf> {
     let entries = std::fs::read_dir(folder).ok()?.flatten();
     entries.map(|entry| entry.path()).find_map(|path| {

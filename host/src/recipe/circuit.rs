@@ -43,7 +43,7 @@ impl Circuit {
         self.rate_hz * STEPS as f64
     }
 
-    /// Standard deviation at the converter of white noise of so many volts per root of a hertz at the input, in codes.
+    /// Standard deviation at the converter of white noise of this many volts per root of a hertz at the input, in codes.
     pub fn noise_codes(&self, density_v: f64) -> f64 {
         let (steps, most_hz) = (20_000, 20.0 * self.rate_hz);
         let square =

@@ -1,4 +1,4 @@
-//! A corner reflector before a radar module whose frequency a sawtooth tunes.
+//! A corner reflector in front of a radar module whose frequency a sawtooth tunes.
 
 use super::circuit::{CODE_V, Circuit, STEPS, Section};
 use super::{Random, Recorded, Wanted, snr_db};

@@ -1,4 +1,4 @@
-//! Particles that cross the fringes of two laser beams, before a photodiode with a transimpedance amplifier.
+//! Particles that cross the fringes of two laser beams, in front of a photodiode with a transimpedance amplifier.
 
 use super::circuit::{CODE_V, Circuit, Section};
 use super::{Random, Recorded, Wanted, snr_db};

@@ -39,9 +39,9 @@ pub struct Options {
 /// The recipes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Recipe {
-    /// A person before an HB100 with its amplifier
+    /// A person in front of an HB100 with its amplifier
     Hb100,
-    /// Particles in the fringes of two laser beams, before a photodiode
+    /// Particles in the fringes of two laser beams, in front of a photodiode
     Laser,
     /// A corner reflector before a module whose frequency a ramp tunes
     Fmcw,

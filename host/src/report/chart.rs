@@ -49,7 +49,7 @@ impl Series {
         Series { label: label.into(), style, colour, points, errors: Vec::new() }
     }
 
-    /// The same, with the standard error of each point.
+    /// This series with the standard error of each point.
     pub fn with_errors(self, errors: impl IntoIterator<Item = f64>) -> Self {
         Series { errors: errors.into_iter().collect(), ..self }
     }
@@ -150,7 +150,7 @@ impl Chart {
         self.save_over(None, file, output)
     }
 
-    /// The same with a field behind the lines.
+    /// Saves the chart with a field behind the lines.
     pub fn save_over(
         &self,
         field: Option<&Field>,

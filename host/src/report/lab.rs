@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use picket::tone::fit::Reach;
 use serde::Serialize;
 
-/// How much is simulated, from which seed, and who is told of the progress.
+/// How much is simulated, from which seed, and which bar shows the progress.
 #[derive(Debug)]
 pub struct Lab {
     /// Few trials: figures are rougher, and their bars wider.

@@ -82,7 +82,7 @@ pub(super) fn key(colour: RGBColor, broken: Option<bool>, dot: bool, label: &str
     format!("<span>{svg} {}</span> ", escape(label))
 }
 
-/// The same for an area of a colour.
+/// The entry of a key for an area of a colour.
 pub(super) fn patch(colour: RGBColor, label: &str) -> String {
     let RGBColor(r, g, b) = colour;
     let sign = format!("<rect width=\"16\" height=\"12\" fill=\"rgb({r},{g},{b})\"/>");

@@ -20,7 +20,7 @@ fn lag_variance(share: f64, snr: f64) -> f64 {
     (share.min(rest) + rest / (2.0 * snr)) / (6.0 * share * share * rest * rest)
 }
 
-/// The same at the lag of eq 9.
+/// The variance at the lag of eq 9.
 fn best_variance(snr: f64) -> f64 {
     const FINE: usize = 1 << 20;
     lag_variance(best_lag(snr, FINE) as f64 / FINE as f64, snr)

@@ -1,4 +1,4 @@
-//! Thirty seconds before a radar: a car comes, brakes, stands and leaves; another comes towards it.
+//! Thirty seconds in front of a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
 use super::{codes, sensor};
 use picket::acquire::codes::Codes;

@@ -1,4 +1,4 @@
-//! A fan that moves before a 24 GHz radar: a body, and three blades that turn.
+//! A fan that moves in front of a 24 GHz radar: a body, and three blades that turn.
 
 use super::{Row, codes, sensor};
 use picket::Mixing;
@@ -52,7 +52,7 @@ pub fn reach_hz() -> f64 {
     2.0 * TAU * TURNS_HZ * PLACES_M[PLACES_M.len() - 1] * CARRIER_HZ / SPEED_OF_LIGHT
 }
 
-/// The radar as it is simulated, for records of `n` samples, with the body so many decibels above the noise.
+/// The radar as it is simulated, for records of `n` samples, with the body this many decibels above the noise.
 pub fn radar(n: usize, snr_db: f64) -> Sensor {
     let sensor = sensor::<Iq>(&config(), n, 0.0);
     let receiver = sensor.receiver.with_snr(AMPLITUDE, snr_db);

@@ -18,7 +18,7 @@ const RATE_HZ: f64 = 10e6;
 pub const MEAN_MPS: f64 = 4.0;
 /// The share.
 pub const TURBULENCE: f64 = 0.1;
-/// So many particles know the mean to .07 % of itself, and the deviation to .5 %.
+/// From this number of particles the mean is known to .07 % of itself, and the deviation to .5 %.
 pub const PARTICLES: usize = 20_000;
 
 /// From one particle to the next, on average, s: eight records. The nearer they come, the more are taken for two, and the more of them are
@@ -42,7 +42,7 @@ pub struct Flow {
     noise: f64,
     /// Particles that cross, or will.
     ahead: VecDeque<Particle>,
-    /// Those that have come so far.
+    /// Particles that have come so far.
     pub particles: Vec<Particle>,
     /// When the next one comes, s.
     next_s: f64,
@@ -50,7 +50,7 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// A flow from its start, with a usual particle so many decibels above the noise of a sample at its top.
+    /// A flow from its start, with a usual particle this many decibels above the noise of a sample at its top.
     pub fn new(seed: u64, snr_db: f64) -> Self {
         Flow {
             rng: generator(seed, 0),
@@ -68,7 +68,7 @@ impl Flow {
         self.particles.len() == PARTICLES && self.ahead.is_empty()
     }
 
-    /// The next particle. The faster they are, the more of them come: as many as are in the volume that passes.
+    /// The next particle. The number of arrivals is proportional to the speed: all particles of the volume that passes.
     fn particle(&mut self) -> Particle {
         let speed_mps = loop {
             let speed = 1.0 + TURBULENCE * self.rng.sample::<f64, _>(StandardNormal);

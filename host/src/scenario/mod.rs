@@ -167,7 +167,7 @@ impl Row {
         Target::moving(amplitude, begin_m, velocity_mps).turned(rng.random())
     }
 
-    /// The same target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
+    /// The row's target with a rough surface that passes below a spot of this diameter, in the sensor's only record.
     pub fn rough(
         &self,
         sensor: &Sensor,
@@ -194,7 +194,7 @@ impl Row {
     }
 }
 
-/// The codes of a segment's record of one target, so many decibels above the noise.
+/// The codes of a segment's record of one target, this many decibels above the noise.
 pub fn received<R: Record>(
     sensor: &Sensor,
     segment: usize,

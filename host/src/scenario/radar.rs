@@ -1,4 +1,4 @@
-//! Targets that move before a 24 GHz radar with I/Q records, as the boards take them.
+//! Targets that move in front of a 24 GHz radar with I/Q records, as the boards take them.
 
 use super::{Bars, Row};
 use picket::acquire::codes::Codes;

@@ -1,4 +1,4 @@
-//! Thirty seconds before the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
+//! Thirty seconds in front of the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
 
 use super::{codes, lidar as config, sensor};
 use picket::acquire::sample::Real;

@@ -1,4 +1,4 @@
-//! Two seconds before a radar: a plate at 30 cm that swings by 10 um, five times a second.
+//! Two seconds in front of a radar: a plate at 30 cm that swings by 10 um, five times a second.
 
 use super::{codes, sensor};
 use picket::acquire::codes::Codes;

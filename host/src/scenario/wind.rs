@@ -1,4 +1,4 @@
-//! Wind before a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
+//! Wind in front of a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
 
 use super::{codes, sensor};
 use picket::Mixing;
@@ -26,7 +26,7 @@ pub const FROM_DEG: f64 = 35.0;
 /// Half of the cone's angle, degrees from the vertical.
 const CONE_DEG: f64 = 30.0;
 
-/// What crosses a beam of 5 cm makes its echo change in so many hertz: .03 bins. From block to block, a millisecond later, the echo is
+/// What crosses a beam of 5 cm makes its echo change in this many hertz: .03 bins. From block to block, a millisecond later, the echo is
 /// that of other aerosols.
 const SPECKLE_HZ: f64 = 1.5e3;
 /// Noise and echo together, root mean square in each part, codes: what is above six times as much clips.
@@ -86,7 +86,7 @@ fn amplitude(snr_db: f64) -> f64 {
     LEVEL * (2.0 * snr / (1.0 + snr)).sqrt()
 }
 
-/// The lidar as it is simulated, for records of `n` samples, with the echo so many decibels above the noise of a sample.
+/// The lidar as it is simulated, for records of `n` samples, with the echo this many decibels above the noise of a sample.
 pub fn lidar(n: usize, snr_db: f64) -> Sensor {
     let sensor = sensor::<Iq>(&config(), n, 0.0);
     let receiver = sensor.receiver.with_snr(amplitude(snr_db), snr_db);

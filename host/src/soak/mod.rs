@@ -24,7 +24,7 @@ pub struct Options {
     /// The seed of the faults: the same ones come in the same order
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     faults: u64,
-    /// Ends after so many runs from power-on
+    /// Ends after this many runs from power-on
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     lives: Option<u64>,
     /// What runs

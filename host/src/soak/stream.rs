@@ -46,7 +46,7 @@ pub struct Hardware {
 }
 
 impl Hardware {
-    /// A stream that stands still, with memory for so many slots.
+    /// A stream that stands still, with memory for this many slots.
     pub fn new(length: u64, period: u32, slots: usize, offset: u32) -> Self {
         Self {
             length,

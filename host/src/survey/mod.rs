@@ -27,10 +27,10 @@ const LONGEST: usize = 1 << 15;
 const SHORTEST: usize = 64;
 /// The longest record that is proposed unless lines are near each other.
 const USUAL: usize = 4096;
-/// Lines that are told, and how far above the floor they stand, in dB.
+/// The most lines that are listed, and how far above the floor a listed line stands, in dB.
 const LINES: usize = 6;
 const ABOVE_DB: f64 = 13.0;
-/// Lines so far below the strongest one are not told, in dB: a converter's own.
+/// Lines that are weaker than the strongest one by more than this, in dB, are not listed: they are the converter's own.
 const BELOW_DB: f64 = 70.0;
 /// Bins of the window's main lobe, on each side.
 const LOBE: i64 = 3;

@@ -29,7 +29,7 @@ pub enum Nature {
     Several,
     /// A tone that comes and goes.
     Bursts,
-    /// Segments that come again and again, of so many samples.
+    /// Segments that come again and again, of this many samples.
     Chirps(usize),
     /// No tone of the kinds above stands out.
     Unknown,
@@ -38,7 +38,7 @@ pub enum Nature {
 }
 
 impl Nature {
-    /// What a person is told.
+    /// The words for it.
     pub fn text(self) -> String {
         match self {
             Nature::Steady => "steady: one tone that stays where it is".into(),

@@ -68,7 +68,7 @@ pub struct Ground<'a> {
 
 /// Standard deviations that an answer may be off.
 const SIGMAS: f64 = 3.0;
-/// Of a hundred comparisons so many have to agree: of those that chance leaves, one in 370 does not, and a half that is moving or
+/// Of a hundred comparisons this many have to agree: by chance one in 370 does not, and a half that is moving or
 /// weak has less to say.
 const AGREE: f64 = 0.93;
 /// Comparisons that are needed.

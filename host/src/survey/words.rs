@@ -1,4 +1,4 @@
-//! What a person is told of a recording.
+//! The sentences about a recording.
 
 use super::nature::Nature;
 use super::trial::Of;

@@ -22,7 +22,7 @@ pub const OUTLIER_BINS: f64 = 1.5;
 /// Where the tone lies with respect to the peak bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Offsets {
-    /// So many points from -0.5 to +0.5 bin, both included; every one has all trials.
+    /// This number of points from -0.5 to +0.5 bin, both included; each point has all trials.
     Points(usize),
     /// Anew for each trial, uniform in -0.5..0.5.
     Uniform,

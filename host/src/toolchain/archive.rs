@@ -18,7 +18,7 @@ pub struct Archive {
     pub name: &'static str,
     /// The target's name, as rustc knows it; `None` for the machine at hand.
     triple: Option<&'static str>,
-    /// What the compiler is told beside it.
+    /// Flags for the compiler besides the target.
     flags: &'static str,
 }
 

@@ -95,7 +95,7 @@ impl Firmware<'_> {
 
 /// Compiles what images with these features take of other packages, for several cores at once: most of it is a few packages one
 /// after the other, which leave the host's other cores idle. A core that only its flags tell from another waits for its first
-/// image. What is missing for it is told where an image is built.
+/// image. Building an image reports what is missing for it.
 pub fn prepare(targets: &[Target], features: &[&str]) -> Result<(), ToolError> {
     let targets: Vec<Target> = targets.iter().copied().filter(|t| t.cpu().is_none()).collect();
     let routes =

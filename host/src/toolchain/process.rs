@@ -23,7 +23,7 @@ pub(super) fn ask(program: &Path, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().into())
 }
 
-/// An exclusive lock on a file, freed when dropped. Who has to wait for it is told so: another build may take minutes.
+/// An exclusive lock on a file, freed when dropped. A caller that has to wait prints so: another build may take minutes.
 pub(super) fn locked(path: &Path) -> Result<File, ToolError> {
     let file = File::create(path).map_err(io_error(path.display()))?;
     match file.try_lock() {

@@ -95,7 +95,7 @@ fn choose(triple: &str) -> Result<Route, ToolError> {
 const RUST_PACKAGES: [&str; 3] = ["rustc-web", "rust-web-src", LINKER_PACKAGE];
 const LINKER_PACKAGE: &str = "lld-22";
 const LINKERS: [&str; 3] = ["rust-lld", "ld.lld-22", "ld.lld"];
-/// The same linker under the names by which it links for WebAssembly.
+/// The linker's names when it links for WebAssembly.
 const WEB_LINKERS: [&str; 3] = ["rust-lld", "wasm-ld-22", "wasm-ld"];
 const OLDEST: (u32, u32) = (1, 95);
 

@@ -23,7 +23,7 @@ const TRIES: u32 = 5;
 const PAUSE: Duration = Duration::from_secs(1);
 
 impl Capture {
-    /// So many blocks to this file.
+    /// Captures `wanted` blocks into this file.
     pub fn create(file: Kept, wanted: u16) -> Self {
         let pieces = Blocks::default();
         Capture { file, wanted, left: wanted, pieces, last: Instant::now(), tries: 0 }

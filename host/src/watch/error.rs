@@ -50,9 +50,9 @@ pub enum WatchError {
     },
     /// Captured blocks that did not come whole.
     Holes {
-        /// Those that did.
+        /// Blocks that came whole.
         got: u16,
-        /// Those that were wanted.
+        /// Blocks that were asked for.
         wanted: u16,
     },
     /// Orders need a port.
@@ -116,7 +116,7 @@ pub(super) fn io(what: impl fmt::Display) -> impl FnOnce(std::io::Error) -> Watc
     move |source| WatchError::Io { what: what.to_string(), source }
 }
 
-/// What may be the matter where so many bytes came, and no frame.
+/// The likely reason if this many bytes came, and no frame.
 pub(super) fn unheard(bytes: u64) -> String {
     let baud = picket_firmware::nucleo_f446re::words::serial::BAUD;
     match bytes {

@@ -19,7 +19,7 @@ pub struct Fundamental {
 }
 
 impl Fundamental {
-    /// That of a device at this sample rate, if it is known.
+    /// Converts the fundamental that a device reports, to hertz if the sample rate is known.
     pub fn of(found: &wire::Fundamental, rate_hz: Option<f64>) -> Self {
         let harmonic = &found.harmonic;
         Self {

@@ -36,7 +36,7 @@ fn cell(value: Option<f64>) -> String {
 }
 
 impl Reading {
-    /// That of a tone of a block at this sample rate, if it is known.
+    /// Converts a tone of a block, to hertz if the sample rate is known.
     pub(super) fn of(tone: &Tone, rate_hz: Option<f64>) -> Self {
         let cycles = tone.frequency.0.to_num::<f64>();
         let hertz = |cycles: f64| rate_hz.map(|rate| cycles * rate);
@@ -258,7 +258,7 @@ impl Row {
         self.rate_hz.is_some()
     }
 
-    /// One JSON object. A number that is none is null.
+    /// One JSON object. NaN is null.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
@@ -362,7 +362,7 @@ struct Line {
 }
 
 impl Lines {
-    /// Those of a device at this sample rate, if it is known.
+    /// Converts the tones that a device reports, to hertz if the sample rate is known.
     pub fn of(lines: &wire::Lines, rate_hz: Option<f64>) -> Self {
         let line = |(index, phasor): (usize, &Phasor)| {
             let Phasor { tone, phase, sigma_phase } = phasor;

@@ -44,7 +44,7 @@ pub struct Options {
     /// Lines for the plotter Teleplot (and Serial Studio): >name:value
     #[arg(long, group = "style")]
     teleplot: bool,
-    /// A picture on the terminal: the answer, its verdict, its course, counters; lines where the output is none
+    /// Draws answer, verdict, history and counters on the terminal; prints lines if the output is not a terminal
     #[arg(long, group = "style", conflicts_with = "count")]
     live: bool,
     /// Keeps every byte received in a file
@@ -53,10 +53,10 @@ pub struct Options {
     /// Reads a recorded file instead of a port
     #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
-    /// Samples per second, where the device does not tell
+    /// Samples per second, if the device does not report them
     #[arg(long, value_name = "HZ", value_parser = cli::positive_hertz, allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// Ends after so many measurements
+    /// Ends after this number of measurements
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
     /// Prints a rule for Linux by which every user may open the board's port
@@ -181,7 +181,7 @@ struct Watch {
     patience: Patience,
 }
 
-/// When a person is told that nothing comes.
+/// When the terminal says that nothing comes.
 #[derive(Debug)]
 struct Patience {
     since: Instant,

@@ -1,4 +1,4 @@
-//! Orders to a device, one after the other: each is sent again until it is answered, and not for ever.
+//! Orders to a device, one after the other: each is repeated until the device answers, a bounded number of times.
 
 use super::port::Source;
 use super::{WatchError, settings};
@@ -31,7 +31,7 @@ pub struct Orders {
     /// Sets the device's counters to 0
     #[arg(long)]
     reset: bool,
-    /// Captures so many blocks as they are, little-endian i16, to --capture-to, and ends
+    /// Captures this many blocks as they are, little-endian i16, to --capture-to, and ends
     #[arg(long, value_name = "BLOCKS", requires = "capture_to")]
     capture: Option<u16>,
     /// The capture's file: for picket analyze FILE --format i16 --bits 12 --unsigned

@@ -75,7 +75,7 @@ impl Scale {
         }
     }
 
-    /// The sample rate of what is said of a block: that of its record. Settings and user are believed where no record tells one.
+    /// The sample rate of a block: its record's, else the rate of settings or user.
     pub fn rate_of(&self, sequence: u32, listener: &Listener) -> Option<f64> {
         if listener.rate_hz().is_some() {
             return listener.rate_of(sequence);

@@ -21,7 +21,7 @@ pub const SEED: u64 = 40;
 const SIGNALS: usize = 64;
 /// Parents, of those with and of those without samples at a rail.
 const PARENTS: usize = 8;
-/// One of so many children has no parents.
+/// One of this many children has no parents.
 const STRANGERS: u32 = 8;
 
 /// A signal, and what the measurement of its record took.
@@ -35,7 +35,7 @@ pub struct Worst {
     pub signal: Signal,
 }
 
-/// Searches for so many generations. Returns the worst without a sample at a rail, and with.
+/// Searches for this many generations. Returns the worst without a sample at a rail, and with.
 ///
 /// # Errors
 /// The emulator failed.
@@ -55,10 +55,10 @@ pub fn search<R: Record>(
     Ok(worst)
 }
 
-/// Breeds signals for so many generations from those whose records of `n` samples take the most; `count` says what each record takes.
+/// Breeds signals for this many generations from those whose records of `n` samples take the most; `count` says what each record takes.
 ///
 /// # Errors
-/// Those of `count`.
+/// The errors of `count`.
 pub fn breed<R: Record, E>(
     n: usize,
     seed: u64,

@@ -175,7 +175,7 @@ impl Signal {
     }
 }
 
-/// From 1 down by so many decades.
+/// From 1 down by this many decades.
 fn decades(gene: f64, count: f64) -> f64 {
     10f64.powf(-count * (1.0 - gene))
 }

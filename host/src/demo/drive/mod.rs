@@ -1,4 +1,4 @@
-//! A drive before a 77 GHz radar, followed by the firmware's tracker: truth, single chirps and tracks side by side.
+//! A drive in front of a 77 GHz radar, followed by the firmware's tracker: truth, single chirps and tracks side by side.
 
 mod show;
 mod summary;

@@ -21,11 +21,11 @@ pub struct Summary {
     pub tracked_wrong: usize,
     /// Root mean square over the chirps where both are good and right.
     pub single_rms_range_m: f64,
-    /// The same of the tracks.
+    /// Root mean square of the tracks' range errors over these chirps.
     pub tracked_rms_range_m: f64,
-    /// The same of the velocity.
+    /// Root mean square of the single chirps' velocity errors.
     pub single_rms_velocity_mps: f64,
-    /// The same of the tracks.
+    /// Root mean square of the tracks' velocity errors.
     pub tracked_rms_velocity_mps: f64,
     /// The numbers of the target's tracks, in their order: a new one after each loss.
     pub numbers: Vec<u16>,

@@ -1,0 +1,156 @@
+//! The documents as a book: every chapter exists, every page is a chapter, and every link leads somewhere.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+/// Where a page of the book finds what is outside of the book.
+const REPOSITORY: &str = "https://github.com/picket-dsp/picket/blob/main/";
+
+fn read(path: &str) -> String {
+    fs::read_to_string(Path::new(ROOT).join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// The pages below `docs`, by their path from the root; `SUMMARY.md` is none.
+fn pages() -> BTreeSet<String> {
+    let folder = |name: &'static str| {
+        let entries = fs::read_dir(Path::new(ROOT).join(name)).unwrap();
+        entries.map(move |entry| {
+            format!("{name}/{}", entry.unwrap().file_name().into_string().unwrap())
+        })
+    };
+    let all = folder("docs").chain(folder("docs/recipes"));
+    all.filter(|path| path.ends_with(".md") && path != "docs/SUMMARY.md").collect()
+}
+
+/// A page without its blocks and spans of code.
+fn prose(text: &str) -> String {
+    let outside = text.split("```").step_by(2).collect::<String>();
+    outside.split('`').step_by(2).collect()
+}
+
+/// What the links and the pictures of a page lead to.
+fn targets(text: &str) -> Vec<String> {
+    let text = prose(text);
+    let markdown = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let html = text.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next());
+    markdown.chain(html).map(str::to_owned).collect()
+}
+
+/// A path without `.` and `..`.
+fn plain(path: &Path) -> PathBuf {
+    path.components().fold(PathBuf::new(), |mut plain, part| {
+        match part {
+            Component::ParentDir => {
+                plain.pop();
+            }
+            Component::CurDir => {}
+            part => plain.push(part),
+        }
+        plain
+    })
+}
+
+/// The anchor of a heading, as GitHub and mdBook make it.
+fn anchor(heading: &str) -> String {
+    let kept = |c: &char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
+    heading
+        .trim()
+        .to_lowercase()
+        .chars()
+        .filter(kept)
+        .map(|c| if c == ' ' { '-' } else { c })
+        .collect()
+}
+
+fn anchors(text: &str) -> BTreeSet<String> {
+    let outside = text.split("```").step_by(2).collect::<String>();
+    let headings = outside.lines().filter(|line| line.starts_with('#'));
+    headings.map(|line| anchor(line.trim_start_matches('#'))).collect()
+}
+
+#[test]
+fn every_chapter_exists_and_every_page_is_a_chapter() {
+    let chapters: Vec<String> =
+        targets(&read("docs/SUMMARY.md")).iter().map(|target| format!("docs/{target}")).collect();
+    let listed: BTreeSet<String> = chapters.iter().cloned().collect();
+    assert_eq!(listed.len(), chapters.len(), "a chapter is listed twice");
+    assert!(listed.len() > 15, "{listed:?}");
+    assert_eq!(listed, pages(), "chapters of docs/SUMMARY.md, and pages below docs");
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let (mut wrong, mut followed) = (Vec::new(), 0);
+    let others = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md"];
+    for page in pages().into_iter().chain(others.map(str::to_owned)) {
+        let text = read(&page);
+        for target in targets(&text) {
+            let (file, fragment) = target.split_once('#').unwrap_or((&target, ""));
+            let place = match file.strip_prefix(REPOSITORY) {
+                Some(path) => PathBuf::from(path),
+                None if file.starts_with("http") => continue,
+                None if file.is_empty() => PathBuf::from(&page),
+                None => plain(&Path::new(&page).parent().unwrap().join(file)),
+            };
+            followed += 1;
+            let outside = page.starts_with("docs/") && !place.starts_with("docs");
+            if outside && !file.starts_with(REPOSITORY) {
+                wrong.push(format!(
+                    "{page}: {target} is outside of the book: begin it with {REPOSITORY}"
+                ));
+            }
+            if !Path::new(ROOT).join(&place).exists() {
+                wrong.push(format!("{page}: {target} is not there"));
+            } else if !fragment.is_empty()
+                && !anchors(&read(place.to_str().unwrap())).contains(fragment)
+            {
+                wrong.push(format!("{page}: {target} has no such heading"));
+            }
+        }
+    }
+    assert!(followed > 100, "{followed}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The memory that the page on C states is what the header declares.
+#[test]
+fn the_page_on_c_states_the_headers_memory() {
+    let (page, header) = (read("docs/c.md"), read("c/include/picket.h"));
+    let declared = header.split("uint64_t state[(").skip(1).map(|rest| {
+        let (bytes, rest) = rest.split_once(" * (N) * (PARTS) + ").unwrap();
+        let (fixed, rest) = rest.split_once(") / 8];").unwrap();
+        let name = rest.split_once("} ").unwrap().1.split(';').next().unwrap();
+        (name.to_owned(), bytes.parse::<usize>().unwrap(), fixed.parse::<usize>().unwrap())
+    });
+    let declared: Vec<_> = declared.collect();
+    assert_eq!(declared.len(), 4, "{declared:?}");
+    for (name, bytes, fixed) in declared {
+        let object = match name.as_str() {
+            "KIND" => "pipeline",
+            "KIND##_tracker" => "tracker",
+            "KIND##_accumulator" => "accumulator",
+            "KIND##_bursts" => "burst processor",
+            other => panic!("{other} is not on the page"),
+        };
+        let fixed = match fixed {
+            1000.. => format!("{},{:03} B", fixed / 1000, fixed % 1000),
+            _ => format!("{fixed} B"),
+        };
+        let row = format!(
+            "| {object} | {bytes} bytes a sample and {fixed} | {} bytes a pair and {fixed} |",
+            2 * bytes
+        );
+        assert!(page.contains(&row), "docs/c.md does not say: {row}");
+    }
+}
+
+/// A link that leads nowhere is seen.
+#[test]
+fn the_reader_of_links_reads_them() {
+    let page = "# One `two`: three\n[a](b.md#c) ![d](e.svg) <img src=\"f.png\"> `[g](h.md)`\n```\n[i](j.md)\n# K\n```\n";
+    assert_eq!(targets(page), ["b.md#c", "e.svg", "f.png"]);
+    assert_eq!(anchors(page), BTreeSet::from(["one-two-three".to_owned()]));
+    assert_eq!(plain(Path::new("docs/recipes/../web.md")), Path::new("docs/web.md"));
+}
