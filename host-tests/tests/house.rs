@@ -96,3 +96,29 @@ fn the_house_does_not_grow() {
         assert!(count <= most, "{what}: {count}, more than {most}");
     }
 }
+
+/// Every constant of the estimator has a word on what it is: a comment above it, or above the constants that it stands among.
+#[test]
+fn every_constant_has_a_word() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
+    let mut paths = Vec::new();
+    ["tone", "model"].iter().for_each(|folder| files(&root.join(folder), &mut paths));
+    let mut bare = Vec::new();
+    for path in paths {
+        let text = fs::read_to_string(&path).unwrap();
+        let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        // Whether what stands before, attributes left out, is a comment, or a constant that has one.
+        let mut said = false;
+        for (number, line) in text.lines().enumerate() {
+            let line = line.trim();
+            if constants(line) > 0 {
+                if !said {
+                    bare.push(format!("{}:{}: {line}", path.display(), number + 1));
+                }
+            } else if !line.starts_with("#[") {
+                said = line.starts_with("//");
+            }
+        }
+    }
+    assert!(bare.is_empty(), "say what these are:\n{}", bare.join("\n"));
+}

@@ -45,6 +45,7 @@ fn up(x: f32, sine: f32, cosine: f32) -> [f32; ORDERS + 1] {
 
 /// The same downwards (Miller), scaled by the larger of orders 0 and 1.
 fn down(x: f32, sine: f32, cosine: f32) -> [f32; ORDERS + 1] {
+    /// Orders above 9 that make what the recurrence began with negligible.
     const BEGIN: i32 = 20;
     let over = 1.0 / x;
     let (mut above, mut this) = (0.0, 1e-20);

@@ -104,6 +104,7 @@ pub fn level(ground: &Ground, moments: &Moments) -> (Belief, [(Best, [f32; SMOOT
         for ((direction, size), seen) in directions.iter_mut().zip(sizes).zip(moments.amplitude) {
             *direction = Direction { along: seen * size.root(), size, pull: 0.0 };
         }
+        /// The logarithm of a third: the smoothnesses are as probable as each other.
         const THIRD: f32 = -1.098_612_3;
         let (belief, best) = ground.weigh(&directions, 2.0 * ground.strength);
         all = all.or(belief.times(THIRD));

@@ -25,6 +25,7 @@ pub struct Moments {
 impl Moments {
     /// Of what a fit with this tone leaves.
     pub fn of(window: &Window, tone: &Line, left: &Shape) -> Self {
+        /// Order 0, too.
         const COUNT: usize = ORDERS + 1;
         let Complex { re, im } = f32::unit(0.5 * tone.offset);
         let back = tone.value.conj() * (1.0 / tone.value.norm_sqr().root().max(1e-30));

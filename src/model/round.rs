@@ -100,6 +100,7 @@ struct Found {
 
 /// The logarithm of the prior of a line in a stretch of this width at this distance: even within a bin, log-uniform beyond.
 fn place_prior(width: f32, distance: f32) -> f32 {
+    /// Both sides: the first bin, and the logarithm of the 16.5 bins beyond which the window ends.
     const ALL: f32 = 2.0 * (1.0 + 2.803_360_4);
     (width / (distance.abs().max(1.0) * ALL)).log_e()
 }

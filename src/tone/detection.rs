@@ -92,6 +92,7 @@ impl Threshold {
     /// The same for a peak that must exceed the noise beside it as well. That test refuses a seventh of the noise which the
     /// floor lets pass, so the floor lets as much more pass: both together pass what is asked.
     pub const fn with_another(self) -> Self {
+        /// `-ln(1 - 1/7)`.
         const REFUSED: f32 = 0.15;
         Self { floor: self.log - REFUSED, ..self }
     }

@@ -66,6 +66,7 @@ fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) 
 pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], room: [i32; 2]) -> f32 {
     /// Fewer bins tell nothing.
     const FEWEST: usize = 4;
+    /// Bins 9 to 16 and 3 to 8 below the peak, and above it.
     const STRETCHES: [(usize, usize); 4] =
         [(0, REACH - 8), (REACH - 8, REACH - 2), (REACH + 3, REACH + 9), (REACH + 9, WIDTH)];
     let [below, above] = room.map(|room| room.max(0).min(REACH as i32) as usize);

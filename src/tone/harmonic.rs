@@ -136,6 +136,7 @@ impl Series {
 
     /// A line's order and its distance from that multiple of the fundamental, cycles per sample.
     fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
+        /// Steps of a frequency in a cycle per sample: 2^32.
         const STEPS: f32 = 4_294_967_296.0;
         let (ours, theirs) = (self.seed.frequency.0.to_bits(), line.frequency.0.to_bits());
         let ratio = theirs as f32 / ours as f32 * self.over as f32;

@@ -82,6 +82,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     options: &Options,
     observer: impl Observer,
 ) -> (Tone, Evidence) {
+    /// No tone.
     const NOTHING: (Tone, Evidence) = (Tone::ZERO, Evidence::NOTHING);
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
@@ -314,6 +315,7 @@ fn leakage_at_edge(
 fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
     /// Those of the bins beyond, in a fit that reaches them.
     const FAR: f32 = 32.0;
+    /// The sum of the squares of 16 numbers over that of 8: noise exceeds it in one block of a hundred (Fisher's distribution).
     const LINE: f32 = 11.0;
     if fit.freedom < 31 {
         return None;
@@ -449,6 +451,7 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
+    /// The share of a line's power that the integer transform leaves beside it.
     const TRANSFORM: f64 = 1e-9;
     let expected = T::of(noise.power.into()) * expected(fit, n);
     // No fit has enough freedom to make twice the noise improbable.
@@ -462,6 +465,7 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
 
 /// The ratio of a residual of so much freedom to the noise power that one record in 10^6 exceeds by chance.
 pub fn excess_limit(freedom: u32, noise: Noise) -> f32 {
+    /// Of a normal distribution: one in 3.5 million is beyond, of the cube root, whose tail is a little heavier, one in 10^6.
     const DEVIATIONS: f32 = 5.0;
     let freedom = freedom.max(1) as f32;
     let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();

@@ -84,6 +84,7 @@ pub struct Place {
 /// A constant offset falls into the bins that are multiples of 32, wherever the centre is. But if
 /// the centre is such a multiple, the boxcar does not pass the offset at all.
 pub fn centre<R: Record>(bins: f32, n: usize) -> Option<i32> {
+    /// Bins from DC and Nyquist within which the zoom does not reach.
     const EDGE: f32 = 8.0;
     if !(R::IQ || (EDGE..=n as f32 / 2.0 - EDGE).contains(&bins)) {
         return None;
@@ -176,6 +177,7 @@ struct Part {
 }
 
 impl Place {
+    /// The first bin beside the centre.
     const FIRST: i32 = -WIDEST;
 
     /// A centre bin of records of `n` samples. Cost: 28 sines.

@@ -101,6 +101,7 @@ impl Carrier {
 
     #[inline(never)]
     fn fill(&mut self, forward: Turn) {
+        /// Half a unit of Q15, for rounding.
         const HALF: i32 = 1 << 14;
         let q15 = |turn: Turn| turn.map(|x| (((x >> 14) + 1) >> 1).min(32_767));
         let (mut turn, mut group) = ([ONE, 0], [[0; 2]; GROUP]);

@@ -122,6 +122,7 @@ pub(super) struct Seen {
 impl Seen {
     /// Takes it from the differences of a stretch whose first one is so many bins from that bin.
     pub fn take(&self, first: i32, stretch: &mut Stretch) {
+        /// From a stretch's first difference to the middle of them.
         const HALF: i32 = EACH as i32 - 1;
         let away = self.away - first;
         if (away - HALF).abs() > self.reach + HALF {

@@ -144,6 +144,7 @@ fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
     let only = phasors.len() == 1;
+    /// What a fit says of a line, and the lines beside it may have caused.
     const OF_LINE: [Verdict; 3] = [Verdict::Moving, Verdict::Unresolved, Verdict::Weak];
     let others = OF_LINE.into_iter().fold(tone.said(), Reasons::without);
     for phasor in phasors.iter_mut().filter(is_measured) {

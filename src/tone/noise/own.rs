@@ -101,6 +101,7 @@ impl Whole {
     /// As [`Own::power`].
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
+        /// A bin, in steps of the offset.
         const ONE: i32 = 1 << 25;
         let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(self.offset);
         let mut mirrored = self.mirror.map(|mirror| self.peak + k - mirror);

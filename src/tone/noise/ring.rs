@@ -315,6 +315,7 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
 /// The same, of four stretches on each side.
 #[inline]
 fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+    /// Of the mean of both sides: the share of white noise's power, and half the relative variance.
     const SHARE: f32 = KEPT[WANTED].0;
     const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
     let scale = scale * const { 1.0 / (SHARE * (WANTED - WANTED / 3) as f32) };

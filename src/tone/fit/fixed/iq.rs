@@ -12,7 +12,8 @@ use core::f64::consts::PI;
 use heapless::Vec;
 use num_complex::Complex;
 
-const SINGLE: f32 = 1.0 / 67_108_864.0; // 2^-26
+/// 2^-26, the unit of sums.
+const SINGLE: f32 = 1.0 / 67_108_864.0;
 
 /// 2^-32, the unit of sums of weights.
 const WEIGHT: f32 = SINGLE / 64.0;

@@ -107,7 +107,9 @@ fn zeros(x: u32) -> u32 {
 /// sets all bits below the highest; a product tells which of the 32 such numbers it is.
 #[inline(always)]
 fn zeros_by_table(x: u32) -> u32 {
+    /// A de Bruijn sequence: five successive bits of it are different at each of its 32 places.
     const FACTOR: u32 = 0x07c4_acdd;
+    /// The number of zeros by these five bits.
     const TABLE: [u8; 32] = {
         let mut table = [0; 32];
         let mut bits = 1;
