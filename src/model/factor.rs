@@ -12,6 +12,8 @@ pub struct Factor<const M: usize> {
     /// One over the diagonal of L, and one over that of S.
     pivots: [f32; M],
     scales: [f32; M],
+    /// The rows that count.
+    count: usize,
 }
 
 /// A share of each diagonal element that is added, since single precision has no more digits.
@@ -19,9 +21,10 @@ const RIDGE: f32 = 1e-6;
 
 impl<const M: usize> Factor<M> {
     /// Of nothing.
-    pub const NONE: Self = Self { lower: [[0.0; M]; M], pivots: [1.0; M], scales: [0.0; M] };
+    pub const NONE: Self =
+        Self { lower: [[0.0; M]; M], pivots: [1.0; M], scales: [0.0; M], count: 0 };
 
-    /// Of the first `count` rows of a matrix, and of the identity beyond.
+    /// Of the first `count` rows of a matrix. A vector is taken as if it ended there, too.
     pub fn of(rows: &Rows<M>, count: usize) -> Self {
         let mut factor = Self::NONE;
         factor.lower = *rows;
@@ -36,15 +39,13 @@ impl<const M: usize> Factor<M> {
 
     /// Of the first `count` of its rows.
     pub fn set(&mut self, count: usize) {
-        let Self { lower, pivots, scales } = self;
-        *pivots = [1.0; M];
-        // The identity, whose scales are 0.
-        lower.iter_mut().skip(count).for_each(|row| *row = [0.0; M]);
-        for (i, (row, scale)) in lower.iter().zip(scales.iter_mut()).enumerate() {
+        self.count = M.min(count);
+        let Self { lower, pivots, scales, count } = self;
+        for (i, (row, scale)) in lower.iter().zip(scales.iter_mut()).take(*count).enumerate() {
             let own = row.get(i).copied().unwrap_or(0.0);
-            *scale = if i < count && own > 1e-30 { 1.0 / own.root() } else { 0.0 };
+            *scale = if own > 1e-30 { 1.0 / own.root() } else { 0.0 };
         }
-        for i in 0..M.min(count) {
+        for i in 0..*count {
             let Some((above, [row, ..])) = lower.split_at_mut_checked(i) else { break };
             let mine = scales.get(i).copied().unwrap_or(0.0);
             for (j, other) in above.iter().enumerate() {
@@ -68,7 +69,7 @@ impl<const M: usize> Factor<M> {
     /// `L^-1 S^-1 v`: its square is `v' A^-1 v`.
     pub fn forward(&self, v: &[f32; M]) -> [f32; M] {
         let mut out = [0.0; M];
-        for (i, row) in self.lower.iter().enumerate() {
+        for (i, row) in self.lower.iter().take(self.count).enumerate() {
             let at = |values: &[f32; M]| values.get(i).copied().unwrap_or(0.0);
             if let Some((done, [value, ..])) = out.split_at_mut_checked(i) {
                 let sum: f32 = done.iter().zip(row).map(|(a, b)| a * b).sum();
@@ -81,7 +82,7 @@ impl<const M: usize> Factor<M> {
     /// `S^-1 L^-T v`: after [`Factor::forward`] the solution.
     pub fn backward(&self, v: &[f32; M]) -> [f32; M] {
         let mut rest = *v;
-        for i in (0..M).rev() {
+        for i in (0..self.count).rev() {
             let at = |values: &[f32; M]| values.get(i).copied().unwrap_or(0.0);
             let value = at(&rest) * at(&self.pivots);
             if let (Some(row), Some((done, left))) =
@@ -95,15 +96,17 @@ impl<const M: usize> Factor<M> {
                 }
             }
         }
-        for (value, scale) in rest.iter_mut().zip(&self.scales) {
-            *value *= scale;
+        for (i, value) in rest.iter_mut().enumerate() {
+            let scale = self.scales.get(i).filter(|_| i < self.count);
+            *value *= scale.copied().unwrap_or(0.0);
         }
         rest
     }
 
     /// The logarithm of the determinant of the first `count` rows.
     pub fn log_determinant(&self) -> f32 {
-        let logs = self.pivots.iter().zip(&self.scales).filter(|(_, scale)| **scale > 0.0);
+        let pivots = self.pivots.iter().zip(&self.scales).take(self.count);
+        let logs = pivots.filter(|(_, scale)| **scale > 0.0);
         logs.map(|(pivot, scale)| -2.0 * (pivot * scale).log_e()).sum()
     }
 }
