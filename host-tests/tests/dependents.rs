@@ -6,6 +6,7 @@
 mod same_bits;
 
 mod features;
+mod packages;
 
 use host_tests::figures::Document;
 use host_tests::had;
