@@ -11,6 +11,7 @@ use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::settings::Settings;
 use picket_wire::status::{Raw, Status};
+use picket_wire::stored;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::Telemetry;
 
@@ -95,8 +96,15 @@ pub fn command(bytes: &[u8]) {
     }
 }
 
-/// Settings. What a board answers to them does not change when it is set again.
+/// Settings, as a host sends them and as flash keeps them. What is stored again is read the same; what a board answers does not
+/// change when it is set again.
 pub fn settings(bytes: &[u8]) {
+    if let Ok((settings, n)) = stored::decode(bytes) {
+        let again = stored::encode(&settings, n, bytes);
+        let (told, length) = stored::decode(&again).expect("settings of ours");
+        assert_eq!((told.to_bytes(length), length), (settings.to_bytes(n), n));
+        assert_eq!(stored::encode(&told, length, &again), again);
+    }
     let Ok((settings, n)) = Settings::of_bytes(bytes) else { return };
     assert_eq!(Settings::of_bytes(&settings.to_bytes(n)).map(|(_, n)| n), Ok(n));
     let speed = Speed::of_mhz(settings.core_mhz).unwrap_or_default();

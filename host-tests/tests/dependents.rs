@@ -6,6 +6,7 @@
 mod same_bits;
 
 mod features;
+mod packages;
 
 use host_tests::figures::Document;
 use host_tests::had;
@@ -32,6 +33,8 @@ const EMBASSY_STM32: Dependent =
 const EMBASSY_STM32_INSTRUMENT: Dependent =
     Dependent { name: "embassy-stm32-instrument", triple: "thumbv7em-none-eabihf" };
 const EMBASSY_RP: Dependent = Dependent { name: "embassy-rp", triple: "thumbv6m-none-eabi" };
+const EMBASSY_RP_INSTRUMENT: Dependent =
+    Dependent { name: "embassy-rp-instrument", triple: "thumbv6m-none-eabi" };
 const EMBASSY_STM32G4: Dependent =
     Dependent { name: "embassy-stm32g4", triple: "thumbv7em-none-eabihf" };
 const NRF52840: Dependent = Dependent { name: "nrf52840", triple: "thumbv7em-none-eabihf" };
@@ -136,6 +139,7 @@ fn the_page_shows_the_programs_as_they_are() {
         EMBASSY_STM32G4,
         EMBASSY_STM32_INSTRUMENT,
         EMBASSY_RP,
+        EMBASSY_RP_INSTRUMENT,
         NRF52840,
         ESP32C3,
     ];
@@ -407,6 +411,18 @@ fn embassys_chunks_on_an_rp2040_link_with_their_interrupts() {
     let hal = [(13, "IO_IRQ_BANK0"), (16, "SIO_IRQ_PROC1")];
     let own = [[(11, "DMA_IRQ_0"), (22, "ADC_IRQ_FIFO")], hal].concat();
     image.assert_vectors(0x1000_0100, 32, &own);
+    image.assert_first_stage();
+}
+
+#[test]
+fn the_instrument_in_two_of_embassys_executors_on_an_rp2040_links_with_their_interrupts() {
+    let Some(image) = had(EMBASSY_RP_INSTRUMENT.build(&[])) else { return };
+    assert_states_footprint("runs on through measurements.", &image);
+    let image = Image::of(&image);
+    // UART0 is 20; SWI_IRQ_1 is 27, a line without a source. The time driver has the timer's first alarm.
+    let hal = [(13, "IO_IRQ_BANK0"), (16, "SIO_IRQ_PROC1"), (0, "TIMER_IRQ_0")];
+    let tasks = [(11, "DMA_IRQ_0"), (20, "UART0_IRQ"), (22, "ADC_IRQ_FIFO"), (27, "SWI_IRQ_1")];
+    image.assert_vectors(0x1000_0100, 32, &[&hal[..], &tasks].concat());
     image.assert_first_stage();
 }
 

@@ -10,7 +10,6 @@ use crate::port::Port;
 use crate::slot::Slot;
 use crate::start::Start;
 use crate::storage;
-use crate::words::{WORDS, words};
 use heapless::Vec;
 use picket::acquire::frontend::{Block, Counters};
 use picket::acquire::sample::{Iq, Real};
@@ -24,6 +23,7 @@ use picket_wire::frame::{Kind, Reader, WIRE};
 use picket_wire::settings::{Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::status::{Raw, Status};
+use picket_wire::stored;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
 
@@ -431,7 +431,7 @@ where
                 return Ok(Some(End::Reboot));
             }
             Command::Save => {
-                self.save(port, &words(&settings, N))?;
+                self.save(port, &settings)?;
                 self.send(port, &answer.reply(&[]));
             }
             Command::Capture(blocks) => {
@@ -456,9 +456,12 @@ where
 
     /// Saves settings. Flash that is erased holds the core for a second or two: the samples stop
     /// before, and start again after it.
-    fn save(&mut self, port: &mut P, words: &[u32; WORDS]) -> Result<(), Refusal> {
-        let newest = storage::load::<WORDS, _>(port.storage());
-        if newest.is_some_and(|(_, _, newest)| newest == *words) {
+    // Not inlined, so that the payloads take no stack below a command that saves nothing.
+    #[inline(never)]
+    fn save(&mut self, port: &mut P, settings: &Settings) -> Result<(), Refusal> {
+        let newest = storage::load(port.storage()).map(|(_, _, newest)| newest).unwrap_or_default();
+        let payload = stored::encode(settings, N, &newest);
+        if newest == payload {
             return Ok(());
         }
         if !self.saves.permit() {
@@ -469,7 +472,7 @@ where
             port.pause();
         }
         port.feed();
-        let saved = storage::save(port.storage(), words).map_err(|_| Refusal::Flash);
+        let saved = storage::save(port.storage(), &payload).map_err(|_| Refusal::Flash);
         port.feed();
         if measuring {
             port.resume();

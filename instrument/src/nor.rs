@@ -1,11 +1,10 @@
 //! Settings in any flash that has a driver by `embedded-storage`.
 
-use crate::storage::{Page, Storage};
-use crate::words::WORDS;
+use crate::storage::{PAGE, Page, Storage};
 use core::cell::RefCell;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Two pages of a flash. A word takes what the flash writes at once, 4 bytes or more, so a page takes 43 times that and is erased as
+/// Two pages of a flash. A word takes what the flash writes at once, 4 bytes or more, so a page takes 99 times that and is erased as
 /// a whole.
 #[derive(Debug)]
 pub struct Pages<F> {
@@ -17,7 +16,7 @@ impl<F: NorFlash> Pages<F> {
     /// Bytes from a word to the next.
     const STRIDE: usize = if F::WRITE_SIZE > 4 { F::WRITE_SIZE } else { 4 };
     /// Bytes of a page, which the flash can erase.
-    pub const BYTES: usize = ((WORDS + 3) * Self::STRIDE).next_multiple_of(F::ERASE_SIZE);
+    pub const BYTES: usize = (PAGE * Self::STRIDE).next_multiple_of(F::ERASE_SIZE);
 
     /// The pages at these two offsets, multiples of what the flash erases at once.
     pub const fn new(flash: F, at: [u32; 2]) -> Self {
@@ -62,7 +61,7 @@ impl<F: NorFlash> Storage for Pages<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::storage::{load, save};
+    use crate::storage::{Payload, ROOM, load, save};
     use core::convert::Infallible;
     use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
     use std::vec::Vec;
@@ -109,11 +108,12 @@ mod tests {
     /// Saves by turns, and finds the newest after each. What lies around the pages stays.
     fn turns<const UNIT: usize>() {
         let mut pages = Pages::new(Chip::<UNIT>(std::vec![0xA5; 16384]), [4096, 8192]);
-        assert_eq!(load::<WORDS, _>(&pages), None);
+        assert_eq!(load(&pages), None);
         for value in 1..6 {
-            save(&mut pages, &[value; WORDS]).unwrap();
-            let (_, sequence, words) = load::<WORDS, _>(&pages).unwrap();
-            assert_eq!((sequence, words), (value - 1, [value; WORDS]));
+            let payload = Payload::from([value; 4 * ROOM]);
+            save(&mut pages, &payload).unwrap();
+            let (_, sequence, saved) = load(&pages).unwrap();
+            assert_eq!((sequence, saved), (u32::from(value) - 1, payload));
         }
         let bytes = pages.flash.into_inner().0;
         assert!(bytes[..4096].iter().chain(&bytes[12288..]).all(|&byte| byte == 0xA5));

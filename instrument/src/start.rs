@@ -2,9 +2,10 @@
 
 use crate::crashes::Crashes;
 use crate::storage::{self, Kept, Storage};
-use crate::words::{self, WORDS};
+use crate::words::WORDS;
 use picket_wire::boot::{Causes, LastEnd, Origin};
 use picket_wire::settings::Settings;
+use picket_wire::stored;
 
 /// What is known before the instrument starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,16 +35,25 @@ impl Start {
         storage: &impl Storage,
         crashes: Crashes,
     ) -> Self {
-        let reads = |words: &[u32; WORDS]| words::settings::<N>(words).is_some();
-        let kept = storage::latest(storage, reads);
-        let (words, origin) = match (left.filter(reads), kept) {
-            (Some(left), _) => (Some(left), Origin::Host),
-            (None, Kept::Found(kept)) => (Some(kept), Origin::Flash),
-            (None, Kept::Nothing) => (None, Origin::Default),
-            (None, Kept::Unreadable) => (None, Origin::Unreadable),
-        };
-        let mut settings = words.and_then(|words| words::settings::<N>(&words)).unwrap_or_default();
+        let (settings, origin) =
+            match left.and_then(|left| stored::<N>(left.map(u32::to_le_bytes).as_flattened())) {
+                Some(left) => (Some(left), Origin::Host),
+                None => match storage::latest(storage, stored::<N>) {
+                    Kept::Found(kept) => (Some(kept), Origin::Flash),
+                    Kept::Nothing => (None, Origin::Default),
+                    Kept::Unreadable => (None, Origin::Unreadable),
+                },
+            };
+        let mut settings = settings.unwrap_or_default();
         settings.start &= origin != Origin::Unreadable && !crashes.halts();
         Self { settings, origin, halted: crashes.halts(), ..Self::default() }
     }
+}
+
+/// The settings in these bytes, if they are for blocks of `N` samples.
+// Compiled once for what the last program left and for the flash.
+#[inline(never)]
+fn stored<const N: usize>(bytes: &[u8]) -> Option<Settings> {
+    let (settings, n) = stored::decode(bytes).ok()?;
+    (n == N).then_some(settings)
 }

@@ -7,12 +7,22 @@
 //! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC
 //! a page is invalid, and the other one counts. With it, the page with the higher sequence counts.
 //!
-//! A page with a shorter payload was saved by an earlier program: the words that it lacks are read as 0.
+//! What the payload says is [`picket_wire::stored`]'s.
 
 use crate::checksum::of_words;
+use heapless::Vec;
+use picket_wire::stored;
 
-/// A piece of flash with two erasable pages of at least `WORDS + 3` words. Erased words are all
-/// ones.
+/// The longest payload, words.
+pub const ROOM: usize = stored::ROOM / 4;
+
+/// Words of a page with the longest payload.
+pub const PAGE: usize = ROOM + 3;
+
+/// The payload of a page: whole words.
+pub type Payload = Vec<u8, { stored::ROOM }>;
+
+/// A piece of flash with two erasable pages of at least [`PAGE`] words. Erased words are all ones.
 pub trait Storage {
     /// Why the flash refused.
     type Error;
@@ -81,50 +91,47 @@ pub enum SaveError<E> {
 
 const MAGIC: u32 = 0x5049_0000;
 
-/// A page that is whole: which one, its sequence and its payload.
-type Whole<const WORDS: usize> = (Page, u32, [u32; WORDS]);
-
-/// The pages that are whole, the newest first.
-#[inline(never)]
-fn whole<const WORDS: usize, S: Storage>(storage: &S) -> [Option<Whole<WORDS>>; 2] {
-    let [a, b] = [Page::A, Page::B].map(|page| {
-        let (sequence, words) = read::<WORDS, S>(storage, page)?;
-        Some((page, sequence, words))
-    });
-    match (&a, &b) {
+/// The pages that are whole with their sequences, the newest first.
+fn whole(storage: &impl Storage) -> [Option<(Page, u32)>; 2] {
+    let [a, b] = [Page::A, Page::B].map(|page| Some((page, read(storage, page)?.0)));
+    match (a, b) {
         // The sequence may wrap: the shorter way round tells which is newer.
-        (Some((_, a, _)), Some((_, b, _))) if b.wrapping_sub(*a) >= 1 << 31 => {}
-        (Some(_), None) => {}
-        _ => return [b, a],
+        (Some((_, older)), Some((_, newer))) if newer.wrapping_sub(older) >= 1 << 31 => [a, b],
+        (Some(_), None) => [a, b],
+        _ => [b, a],
     }
-    [a, b]
 }
 
-/// The newest payload of `WORDS` words, with its page and sequence; `None` if no page is whole.
-pub fn load<const WORDS: usize, S: Storage>(storage: &S) -> Option<(Page, u32, [u32; WORDS])> {
-    let [newest, _] = whole::<WORDS, S>(storage);
-    newest
+/// The newest payload, with its page and sequence; `None` if no page is whole.
+pub fn load(storage: &impl Storage) -> Option<(Page, u32, Payload)> {
+    let [newest, _] = whole(storage);
+    let (page, _) = newest?;
+    let (sequence, payload) = read(storage, page)?;
+    Some((page, sequence, payload))
+}
+
+/// The payload before the newest one, if its page is whole.
+pub fn before(storage: &impl Storage) -> Option<Payload> {
+    let [_, before] = whole(storage);
+    before.and_then(|(page, _)| read(storage, page)).map(|(_, payload)| payload)
 }
 
 /// What the pages hold for a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept<const WORDS: usize> {
+pub enum Kept<T> {
     /// Neither page was ever written.
     Nothing,
-    /// The newest payload that the program can read.
-    Found([u32; WORDS]),
+    /// What the program has read in the newest payload that it can read.
+    Found(T),
     /// A page was written, and the program can read neither: another program's settings, or damaged ones.
     Unreadable,
 }
 
 /// What the pages hold that a program can read: the newest payload, or the one before.
-pub fn latest<const WORDS: usize, S: Storage>(
-    storage: &S,
-    reads: impl Fn(&[u32; WORDS]) -> bool,
-) -> Kept<WORDS> {
-    for (_, _, words) in whole::<WORDS, S>(storage).iter().flatten() {
-        if reads(words) {
-            return Kept::Found(*words);
+pub fn latest<T>(storage: &impl Storage, reads: impl Fn(&[u8]) -> Option<T>) -> Kept<T> {
+    for (page, _) in whole(storage).into_iter().flatten() {
+        if let Some(found) = read(storage, page).and_then(|(_, payload)| reads(&payload)) {
+            return Kept::Found(found);
         }
     }
     // The head's length is that of whoever wrote it.
@@ -137,51 +144,48 @@ pub fn latest<const WORDS: usize, S: Storage>(
 ///
 /// # Errors
 /// The flash refused, or what was written reads back differently.
-pub fn save<const WORDS: usize, S: Storage>(
-    storage: &mut S,
-    payload: &[u32; WORDS],
-) -> Result<(), SaveError<S::Error>> {
-    let (page, sequence) = match load::<WORDS, S>(storage) {
+pub fn save<S: Storage>(storage: &mut S, payload: &Payload) -> Result<(), SaveError<S::Error>> {
+    let (page, sequence) = match load(storage) {
         Some((_, _, newest)) if newest == *payload => return Ok(()),
         Some((page, sequence, _)) => (page.other(), sequence.wrapping_add(1)),
         None => (Page::A, 0),
     };
     storage.erase(page).map_err(SaveError::Flash)?;
-    let words = [head(WORDS), sequence].into_iter().chain(payload.iter().copied());
-    for (index, word) in words.chain([checksum(sequence, payload)]).enumerate() {
+    let words = words(sequence, payload);
+    let sum = of_words(words.clone());
+    for (index, word) in words.chain([sum]).enumerate() {
         storage.write(page, index, word).map_err(SaveError::Flash)?;
     }
-    match read::<WORDS, S>(storage, page) {
-        Some(whole) if whole == (sequence, *payload) => Ok(()),
+    match read(storage, page) {
+        Some((read, saved)) if (read, &saved) == (sequence, payload) => Ok(()),
         _ => Err(SaveError::Verify),
     }
 }
 
-const fn head(words: usize) -> u32 {
-    MAGIC | words as u32
-}
-
-fn checksum(sequence: u32, payload: &[u32]) -> u32 {
-    of_words([head(payload.len()), sequence].iter().chain(payload).copied())
+/// The words of a page before its checksum.
+fn words(sequence: u32, payload: &[u8]) -> impl Iterator<Item = u32> + Clone {
+    let payload = payload.as_chunks().0;
+    let head = MAGIC | payload.len() as u32;
+    [head, sequence].into_iter().chain(payload.iter().map(|&word| u32::from_le_bytes(word)))
 }
 
 /// The sequence and payload of a page; `None` unless the page is whole.
-fn read<const WORDS: usize, S: Storage>(storage: &S, page: Page) -> Option<(u32, [u32; WORDS])> {
+// Not inlined: a save and a start read pages at several places.
+#[inline(never)]
+fn read(storage: &impl Storage, page: Page) -> Option<(u32, Payload)> {
     let length = (storage.read(page, 0) ^ MAGIC) as usize;
     let sequence = storage.read(page, 1);
-    let mut payload = [0; WORDS];
-    let saved = payload.get_mut(..length)?;
-    for (index, word) in saved.iter_mut().enumerate() {
-        *word = storage.read(page, index + 2);
+    let mut payload = Payload::new();
+    for index in 0..Some(length).filter(|length| *length <= ROOM)? {
+        payload.extend_from_slice(&storage.read(page, index + 2).to_le_bytes()).ok()?;
     }
-    let whole = storage.read(page, length + 2) == checksum(sequence, saved);
-    whole.then_some((sequence, payload))
+    let sum = storage.read(page, length + 2);
+    (sum == of_words(words(sequence, &payload))).then_some((sequence, payload))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket_wire::settings::Settings;
 
     const WORDS: usize = 5;
     const SIZE: usize = WORDS + 3;
@@ -221,7 +225,7 @@ mod tests {
         type Error = Off;
 
         fn read(&self, page: Page, index: usize) -> u32 {
-            self.pages[page as usize][index]
+            self.pages[page as usize].get(index).copied().unwrap_or(u32::MAX)
         }
 
         fn erase(&mut self, page: Page) -> Result<(), Off> {
@@ -252,12 +256,13 @@ mod tests {
         }
     }
 
-    fn payload(round: u32) -> [u32; WORDS] {
-        core::array::from_fn(|n| round.wrapping_mul(0x9E37_79B9).rotate_left(n as u32) ^ n as u32)
+    fn payload(round: u32) -> Payload {
+        let word = |n: u32| round.wrapping_mul(0x9E37_79B9).rotate_left(n) ^ n;
+        (0..WORDS as u32).flat_map(|n| word(n).to_le_bytes()).collect()
     }
 
-    fn newest(mock: &Mock) -> Option<[u32; WORDS]> {
-        load(mock).map(|(_, _, words)| words)
+    fn newest(mock: &Mock) -> Option<Payload> {
+        load(mock).map(|(_, _, payload)| payload)
     }
 
     #[test]
@@ -309,10 +314,9 @@ mod tests {
     fn the_sequence_may_wrap_and_any_damaged_bit_is_seen() {
         let mut mock = Mock::new();
         for (page, sequence) in [(Page::A, u32::MAX), (Page::B, 0)] {
-            let words = payload(sequence);
-            mock.pages[page as usize] = [u32::MAX; SIZE];
-            let all: std::vec::Vec<u32> =
-                [&[head(WORDS), sequence][..], &words, &[checksum(sequence, &words)]].concat();
+            let payload = payload(sequence);
+            let before = words(sequence, &payload);
+            let all: std::vec::Vec<u32> = before.clone().chain([of_words(before)]).collect();
             mock.pages[page as usize].copy_from_slice(&all);
         }
         assert_eq!(load(&mock), Some((Page::B, 0, payload(0))));
@@ -325,79 +329,34 @@ mod tests {
         assert_eq!(load(&mock), Some((Page::A, 1, payload(7))));
     }
 
-    /// A page with 32 words of settings of version 1, as an earlier program saved it.
-    const EARLIER: [u32; 35] = [
-        0x50490020, 0x00000007, 0x01020201, 0x00400000, 0x00000003, 0x00000000, 0x00000000,
-        0x419312D0, 0xC0000000, 0x42165A0B, 0xC1480000, 0x3E99999A, 0x3F8020C5, 0x01021303,
-        0x00000010, 0x0FFF0000, 0x00000400, 0x00000000, 0x411E8480, 0x00000000, 0x409F4000,
-        0x00000000, 0x40FD4C00, 0x9999999A, 0x3F899999, 0x00000000, 0x41A7D784, 0x1AC14C66,
-        0x3F61D367, 0xA0B5ED8D, 0x3EB0C6F7, 0x3D4CCCCD, 0x00000000, 0x40000000, 0xBCEE272A,
-    ];
-
-    #[test]
-    fn settings_of_an_earlier_program_are_loaded_and_saved_anew() {
-        const LONG: usize = Settings::BYTES / 4;
-        struct Flash([[u32; LONG + 3]; 2]);
-        impl Storage for Flash {
-            type Error = Off;
-            fn read(&self, page: Page, index: usize) -> u32 {
-                self.0[page as usize][index]
-            }
-            fn erase(&mut self, page: Page) -> Result<(), Off> {
-                self.0[page as usize] = [u32::MAX; LONG + 3];
-                Ok(())
-            }
-            fn write(&mut self, page: Page, index: usize, word: u32) -> Result<(), Off> {
-                self.0[page as usize][index] = word;
-                Ok(())
-            }
-        }
-        let mut flash = Flash([[u32::MAX; LONG + 3]; 2]);
-        flash.0[1][..35].copy_from_slice(&EARLIER);
-        let (page, sequence, words) = load::<LONG, _>(&flash).unwrap();
-        assert_eq!((page, sequence), (Page::B, 7));
-        let bytes: std::vec::Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let (settings, n) = Settings::of_bytes(&bytes).unwrap();
-        assert_eq!((n, settings.guard, settings.report_every), (1024, 64, 3));
-        assert_eq!(bytes[..Settings::SHORT], settings.to_bytes(n)[..]);
-        // Saved again they are no other settings, and others go to the other page.
-        save(&mut flash, &words).unwrap();
-        assert_eq!(load(&flash), Some((Page::B, 7, words)));
-        save(&mut flash, &[5; LONG]).unwrap();
-        assert_eq!(load(&flash), Some((Page::A, 8, [5; LONG])));
-        // A payload of a later program is none of this one's.
-        flash.0[0][0] += 1;
-        assert_eq!(load(&flash), Some((Page::B, 7, words)));
-    }
-
     /// A payload that its reader does not understand once became default settings that were called stored ones.
     #[test]
     fn the_newest_payload_that_can_be_read_counts() {
-        let small = |words: &[u32; WORDS]| words[0] < 100;
-        let found = |value| Kept::Found([value; WORDS]);
+        let small = |bytes: &[u8]| Some(bytes[0]).filter(|first| *first < 100);
+        let of = |value: u8| Payload::from([value; 4 * WORDS]);
         let mut mock = Mock::new();
-        assert_eq!(latest(&mock, small), Kept::Nothing);
-        save(&mut mock, &[1; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), found(1));
-        save(&mut mock, &[2; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), found(2));
-        save(&mut mock, &[1000; WORDS]).unwrap();
-        assert_eq!(latest(&mock, small), found(2));
-        save(&mut mock, &[1001; WORDS]).unwrap();
+        assert_eq!((latest(&mock, small), before(&mock)), (Kept::Nothing, None));
+        save(&mut mock, &of(1)).unwrap();
+        assert_eq!((latest(&mock, small), before(&mock)), (Kept::Found(1), None));
+        save(&mut mock, &of(2)).unwrap();
+        assert_eq!((latest(&mock, small), before(&mock)), (Kept::Found(2), Some(of(1))));
+        save(&mut mock, &of(100)).unwrap();
+        assert_eq!((latest(&mock, small), before(&mock)), (Kept::Found(2), Some(of(2))));
+        save(&mut mock, &of(101)).unwrap();
         assert_eq!(latest(&mock, small), Kept::Unreadable);
-        // A later program's payload is longer than this one's.
+        // A later program's payload may be longer than all of this one's.
         let mut later = Mock::new();
-        save(&mut later, &[3; WORDS]).unwrap();
-        later.pages[Page::B as usize][0] = head(WORDS + 1);
-        assert_eq!(latest(&later, small), found(3));
-        later.pages[Page::A as usize][2] ^= 1;
-        assert_eq!(latest(&later, small), Kept::Unreadable);
+        save(&mut later, &of(3)).unwrap();
+        later.pages[Page::B as usize][0] = MAGIC | (ROOM + 1) as u32;
+        assert_eq!(latest(&later, small), Kept::Found(3));
+        later.pages[Page::A as usize][0] = MAGIC | u32::from(u16::MAX);
+        assert_eq!((latest(&later, small), load(&later)), (Kept::Unreadable, None));
         assert_eq!(latest(&Nowhere, small), Kept::Nothing);
     }
 
     #[test]
     fn flash_that_keeps_nothing_is_told() {
-        assert_eq!(load::<WORDS, _>(&Nowhere), None);
+        assert_eq!(load(&Nowhere), None);
         assert_eq!(save(&mut Nowhere, &payload(1)), Err(SaveError::Flash(Nowhere)));
         struct Dead;
         impl Storage for Dead {
@@ -412,7 +371,7 @@ mod tests {
                 Ok(())
             }
         }
-        assert_eq!(load::<WORDS, _>(&Dead), None);
+        assert_eq!(load(&Dead), None);
         assert_eq!(save(&mut Dead, &payload(1)), Err(SaveError::Verify));
     }
 }

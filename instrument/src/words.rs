@@ -1,4 +1,4 @@
-//! Settings as words, as flash and the memory between two programs keep them.
+//! Settings as words, as the memory between two programs keeps them.
 
 use picket_wire::settings::Settings;
 
@@ -12,15 +12,4 @@ pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
     let fields = bytes.as_chunks().0.iter().map(|&field| u32::from_le_bytes(field));
     words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
     words
-}
-
-/// The settings in these words, if they are for blocks of `N` samples.
-// Compiled once for what the last program left and for the flash.
-#[inline(never)]
-pub fn settings<const N: usize>(words: &[u32; WORDS]) -> Option<Settings> {
-    let mut bytes = [0; Settings::BYTES];
-    let places = bytes.as_chunks_mut().0.iter_mut();
-    places.zip(words).for_each(|(place, word)| *place = word.to_le_bytes());
-    let (settings, n) = Settings::of_bytes(&bytes).ok()?;
-    (n == N).then_some(settings)
 }

@@ -3,6 +3,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use picket::acquire::burst::Trigger;
+use picket::acquire::codes::Codes;
 use picket::carrier::Carrier;
 use picket::config::{Config, Scene};
 use picket::solve::chirp::{Mixing, Shape};
@@ -10,9 +11,9 @@ use picket::solve::equations::Chirp;
 use picket_instrument::Start;
 use picket_instrument::crashes::Crashes;
 use picket_instrument::storage::{self, Page, Storage};
-use picket_instrument::words::{WORDS, words};
 use picket_wire::boot::Origin;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
+use picket_wire::stored;
 
 /// Commit 35f3ace: the first layout, whose configuration began with a number for the codes.
 const FIRST: [&str; 4] = [
@@ -90,6 +91,22 @@ const BURST: [&str; 5] = [
     "0000000000000000000000000000000002000000640000000000204009000000",
 ];
 
+/// The first layout with tags: what [`stored::encode`] writes of the settings of [`BURST`], and of the carrier of [`CARRIER`].
+const TAGS: [&str; 3] = [
+    "8084029000860203008b04000048c18c049a99993e8d04c520803f9704000400",
+    "0098080000000080840e41a2040000f042a30400002042a40402000000a50464",
+    "000000a60400002040a7040900000000",
+];
+
+/// A page as it lay in flash, head and checksum and all: settings of version 1 in 32 words.
+const PAGE: [u32; 35] = [
+    0x50490020, 0x00000007, 0x01020201, 0x00400000, 0x00000003, 0x00000000, 0x00000000, 0x419312D0,
+    0xC0000000, 0x42165A0B, 0xC1480000, 0x3E99999A, 0x3F8020C5, 0x01021303, 0x00000010, 0x0FFF0000,
+    0x00000400, 0x00000000, 0x411E8480, 0x00000000, 0x409F4000, 0x00000000, 0x40FD4C00, 0x9999999A,
+    0x3F899999, 0x00000000, 0x41A7D784, 0x1AC14C66, 0x3F61D367, 0xA0B5ED8D, 0x3EB0C6F7, 0x3D4CCCCD,
+    0x00000000, 0x40000000, 0xBCEE272A,
+];
+
 /// The settings that those programs wrote: a chirp by the DAC.
 fn written() -> Settings {
     let chirp = Chirp {
@@ -125,7 +142,7 @@ struct Flash([Vec<u32>; 2]);
 
 impl Flash {
     fn new() -> Self {
-        Self([vec![u32::MAX; 64], vec![u32::MAX; 64]])
+        Self([vec![u32::MAX; storage::PAGE], vec![u32::MAX; storage::PAGE]])
     }
 
     /// A page with this payload, as every program since the first writes it: "PI" and the length, a sequence, the payload, a CRC-32.
@@ -159,6 +176,12 @@ impl Storage for Flash {
     }
 }
 
+/// Saves settings as an instrument for blocks of 1024 samples does.
+fn save(flash: &mut Flash, settings: &Settings) {
+    let before = storage::load(flash).map(|(_, _, before)| before).unwrap_or_default();
+    storage::save(flash, &stored::encode(settings, 1024, &before)).unwrap();
+}
+
 /// How an instrument for blocks of 1024 samples starts with this flash.
 fn start(flash: &Flash) -> Start {
     Start::new::<1024>(None, flash, Crashes::default())
@@ -184,7 +207,11 @@ fn every_layout_that_was_written_is_read() {
         ..first
     };
     let trigger = Trigger { ratio: Some(2.5), hold_off: 100, least: 9 };
-    let layouts: [(&[&str], Settings); 8] = [
+    let burst = Settings { mode: Mode::Bursts(trigger), ..tone };
+    let mut tags = burst;
+    tags.config.carrier = carrier.config.carrier;
+    let layouts: [(&[&str], Settings); 10] = [
+        (&FIRST, first),
         (&CODES, first),
         (&SLOTS, slots),
         (&UNCORRECTED, Settings { uncorrected: true, ..slots }),
@@ -192,7 +219,8 @@ fn every_layout_that_was_written_is_read() {
         (&WAVEFORM, waveform),
         (&CARRIER, carrier),
         (&SUM, Settings { mode: Mode::Accumulate { blocks: 100, drift_bins: -0.25 }, ..tone }),
-        (&BURST, Settings { mode: Mode::Bursts(trigger), ..tone }),
+        (&BURST, burst),
+        (&TAGS, tags),
     ];
     for (layout, settings) in layouts {
         let payload = bytes(layout);
@@ -210,7 +238,7 @@ fn every_layout_that_was_written_is_read() {
         }
         // What is saved now is read the next time, and the old page stays beside it.
         let changed = Settings { report_every: 5, ..settings };
-        storage::save(&mut flash, &words(&changed, 1024)).unwrap();
+        save(&mut flash, &changed);
         assert_eq!((start(&flash).origin, start(&flash).settings), (Origin::Flash, changed));
         let mut old = Flash::new();
         old.put(Page::A, 0, &payload);
@@ -228,8 +256,10 @@ fn what_no_program_of_today_wrote_is_refused_and_kept() {
     longer.extend([0; 4]);
     let other = written().to_bytes(512).to_vec();
     let field = [&bytes(&CODES)[..45], &[99], &bytes(&CODES)[46..]].concat();
-    // The first layout of all was of version 1 as the second one is, and never left its authors' desks.
-    for foreign in [bytes(&FIRST), later, longer, other, field, vec![0xA5; 160]] {
+    let first = [&bytes(&FIRST)[..45], &[3], &bytes(&FIRST)[46..]].concat();
+    let mut tags = bytes(&TAGS);
+    tags[0] = 129;
+    for foreign in [later, longer, other, field, first, tags, vec![0xA5; 160]] {
         let mut alone = Flash::new();
         alone.put(Page::A, 3, &foreign);
         let before = alone.clone();
@@ -246,5 +276,62 @@ fn what_no_program_of_today_wrote_is_refused_and_kept() {
             assert_eq!((begun.origin, begun.settings), (Origin::Flash, expected));
         }
     }
-    assert_eq!(WORDS * 4, 160, "a longer layout belongs into this file");
+    assert_eq!(Settings::BYTES, 160, "a longer layout belongs into this file");
+}
+
+/// Settings in a page of flash as a program of that time left it.
+#[test]
+fn a_page_of_an_earlier_program_is_read_and_saved_anew_beside_it() {
+    let mut flash = Flash::new();
+    flash.0[1][..35].copy_from_slice(&PAGE);
+    let begun = start(&flash);
+    assert_eq!(
+        (begun.origin, begun.settings.guard, begun.settings.report_every),
+        (Origin::Flash, 64, 3)
+    );
+    save(&mut flash, &begun.settings);
+    assert_eq!(flash.0[1][..35], PAGE);
+    let (page, sequence, _) = storage::load(&flash).unwrap();
+    assert_eq!((page, sequence, start(&flash)), (Page::A, 8, begun));
+    // A second save of the same settings writes nothing.
+    let before = flash.clone();
+    save(&mut flash, &begun.settings);
+    assert!(flash == before);
+}
+
+/// Further settings of the first programs, written as [`FIRST`]: other codes, and other shapes of chirps of a second. What differs are
+/// these 32 bytes, and the duration.
+#[test]
+fn every_number_of_the_first_layout_has_its_meaning() {
+    for (line, codes, shape) in [
+        (
+            "000048c19a99993ec520803f0000130200100000000000000004000000000000",
+            Codes::signed::<12>(),
+            Shape::Trapezoid,
+        ),
+        (
+            "000048c19a99993ec520803f0002130200100000000000000004000000000000",
+            Codes::signed::<16>(),
+            Shape::Trapezoid,
+        ),
+        (
+            "000048c19a99993ec520803f0001130201100000000000000004000000000000",
+            Codes::unsigned::<12>(),
+            Shape::Triangle,
+        ),
+        (
+            "000048c19a99993ec520803f0001130202100000000000000004000000000000",
+            Codes::unsigned::<12>(),
+            Shape::Sawtooth,
+        ),
+    ] {
+        let mut lines = FIRST;
+        lines[1] = line;
+        let mut expected = written();
+        expected.config.codes = codes;
+        if let Scene::Chirp(chirp) = &mut expected.config.scene {
+            chirp.shape = shape;
+        }
+        assert_eq!(stored::decode(&bytes(&lines)), Ok((expected, 1024)));
+    }
 }

@@ -10,7 +10,7 @@
 //! - [`telemetry`] is a measurement, [`lines`] all tones of a block, [`burst`] one burst, [`sum`] what a record adds up, [`follow`] tracks and targets, [`status`] counters, load and raw
 //!   samples, [`boot`] what an instrument says at its start.
 //! - [`command`] is what a host asks and how an instrument answers; [`settings`] is what a host sets,
-//!   and [`settings_error`] why a board refuses it.
+//!   and [`settings_error`] why a board refuses it; [`stored`] is what flash keeps of it.
 //! - [`capture`] is a recording with its configuration, in one file.
 //!
 //! All numbers are little-endian. Every layout that may grow has a version. The crate has no `std`,
@@ -38,5 +38,6 @@ pub mod lines;
 pub mod settings;
 pub mod settings_error;
 pub mod status;
+pub mod stored;
 pub mod sum;
 pub mod telemetry;

@@ -215,6 +215,9 @@ const CARRIER: u8 = 4;
 /// The version of settings with sums or bursts.
 const MODE: u8 = 5;
 
+/// That of a layout which has the fields of all versions, whatever their values: [`crate::stored`] takes it apart.
+pub(crate) const WHOLE: u8 = u8::MAX;
+
 impl Settings {
     /// Length of the settings of versions 1 and 2, bytes.
     pub const SHORT: usize = 44 + config::BYTES;
@@ -227,6 +230,41 @@ impl Settings {
 
     /// The settings as bytes, for blocks of `n` samples.
     pub fn to_bytes(&self, n: usize) -> Vec<u8, { Self::BYTES }> {
+        self.written(n, self.version())
+    }
+
+    /// All fields, whatever their values, for blocks of `n` samples.
+    pub(crate) fn to_whole(self, n: usize) -> Vec<u8, { Self::BYTES }> {
+        self.written(n, WHOLE)
+    }
+
+    /// The lowest version that has fields for these values.
+    fn version(&self) -> u8 {
+        let waveform = config::unusual(&self.config) || self.curvature() != 0.0;
+        if self.mode != Mode::Blocks {
+            MODE
+        } else if self.config.carrier != Carrier::default() {
+            CARRIER
+        } else if waveform {
+            WAVEFORM
+        } else if (self.further(), self.order()) == (0, 0) {
+            VERSION
+        } else {
+            LINES
+        }
+    }
+
+    /// The curvature of a chirp's sweep; 0 without a chirp.
+    const fn curvature(&self) -> f64 {
+        match self.config.scene {
+            Scene::Chirp(Chirp { sweep_curvature, .. }) => sweep_curvature,
+            _ => 0.0,
+        }
+    }
+
+    // Not inlined: the wire and the flash take their versions of it.
+    #[inline(never)]
+    fn written(&self, n: usize, version: u8) -> Vec<u8, { Self::BYTES }> {
         let (drive, codes, [reference_hz, start_hz], divider) = match self.drive {
             Drive::Off => (0, [0; 2], [0.0; 2], 0),
             Drive::Dac { low, high } => (1, [low, high], [0.0; 2], 0),
@@ -238,27 +276,9 @@ impl Settings {
         let Calibration { clock_ppm, range_offset_m, range_slope } = self.calibration;
         let mut bytes = [0; Self::BYTES];
         let mut writer = Writer::new(&mut bytes);
-        let further = self.further();
-        let order = self.order();
-        let curvature = match self.config.scene {
-            Scene::Chirp(Chirp { sweep_curvature, .. }) => sweep_curvature,
-            _ => 0.0,
-        };
         let Carrier { linewidth_hz, envelope_hz } = self.config.carrier;
-        let waveform = config::unusual(&self.config) || curvature != 0.0;
-        let version = if self.mode != Mode::Blocks {
-            MODE
-        } else if self.config.carrier != Carrier::default() {
-            CARRIER
-        } else if waveform {
-            WAVEFORM
-        } else if (further, order) == (0, 0) {
-            VERSION
-        } else {
-            LINES
-        };
         let switches = u8::from(self.start) | u8::from(self.uncorrected) << 1;
-        let flags = switches | further << 2 | order << 4;
+        let flags = switches | self.further() << 2 | self.order() << 4;
         writer.put([version, drive, divider, flags]);
         for word in [self.core_mhz, self.guard, self.report_every, codes[0], codes[1], self.slots] {
             writer.u16(word);
@@ -270,7 +290,7 @@ impl Settings {
         }
         config::put(&mut writer, self.iq, n as u32, &self.config);
         if version >= WAVEFORM {
-            writer.f64(curvature);
+            writer.f64(self.curvature());
         }
         if version >= CARRIER {
             writer.f32(linewidth_hz);
@@ -283,7 +303,7 @@ impl Settings {
                 (2, hold_off, ratio.unwrap_or(0.0), least)
             }
         };
-        if version == MODE {
+        if version >= MODE {
             writer.put([mode, 0, 0, 0]);
             writer.u32(count);
             writer.f32(number);
@@ -299,12 +319,27 @@ impl Settings {
     /// # Errors
     /// The bytes are too few or of another version, or a field has an unknown value.
     pub fn of_bytes(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
+        match bytes.first() {
+            Some(VERSION..=MODE) => Self::read(bytes),
+            Some(_) => Err(SettingsError::Encoding(EncodingError::Version)),
+            None => Err(SettingsError::Encoding(EncodingError::Field)),
+        }
+    }
+
+    /// Reads the bytes of [`Settings::to_whole`].
+    pub(crate) fn of_whole(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
+        Self::read(bytes)
+    }
+
+    // Not inlined: see `written`.
+    #[inline(never)]
+    fn read(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
         let mut reader = Reader(bytes);
         let field = SettingsError::Encoding(EncodingError::Field);
         let [version, drive, divider, flags] = reader.take().ok_or(field)?;
         let wants = version == LINES || (version >= WAVEFORM && flags >> 2 != 0);
         let lines = cfg!(feature = "lines") && wants;
-        if !matches!(version, VERSION..=MODE) || (wants && !lines) {
+        if wants && !lines {
             return Err(SettingsError::Encoding(EncodingError::Version));
         }
         let mut word = || reader.u16().ok_or(field);
@@ -320,13 +355,14 @@ impl Settings {
             let mut short = || reader.f32().ok_or(field);
             config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
         }
-        let mode = if version == MODE {
+        let mode = if version >= MODE {
             let [mode, _, _, _] = reader.take().ok_or(field)?;
             let count = reader.u32().ok_or(field)?;
             let number = reader.f32().ok_or(field)?;
             let least = reader.u32().ok_or(field)?;
             let ratio = if number == 0.0 { None } else { Some(number) };
             match mode {
+                0 if version == WHOLE => Mode::Blocks,
                 1 => Mode::Accumulate { blocks: count, drift_bins: number },
                 2 => Mode::Bursts(Trigger { ratio, hold_off: count, least }),
                 _ => return Err(field),

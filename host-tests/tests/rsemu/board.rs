@@ -2,7 +2,7 @@
 
 use super::source;
 use picket::pipeline::Measurement;
-use picket_firmware::instrument::storage::{self, Page, Storage};
+use picket_firmware::instrument::storage::{self, PAGE, Page, Payload, Storage};
 use picket_firmware::nucleo_f446re::N;
 use picket_host::device::{Listener, Said};
 use picket_host::toolchain::ToolError;
@@ -11,6 +11,7 @@ use picket_wire::boot::Boot;
 use picket_wire::command::{Command, Refusal, Request};
 use picket_wire::settings::Settings;
 use picket_wire::status::Status;
+use picket_wire::stored;
 use picket_wire::telemetry::Telemetry;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
@@ -85,7 +86,6 @@ impl Drop for Emulated {
 
 /// The longest wait for an answer, us.
 const PATIENCE: u64 = 6_000_000;
-const WORDS: usize = Settings::BYTES / 4;
 
 /// The two sectors of flash that keep settings, at 0x0804 0000.
 pub struct Sectors(pub Vec<u8>);
@@ -103,23 +103,15 @@ impl Sectors {
 
     /// What the board would load.
     pub fn settings(&self) -> Option<Settings> {
-        let (_, _, words) = storage::load::<WORDS, _>(self)?;
-        let mut bytes = [0; Settings::BYTES];
-        let places = bytes.chunks_exact_mut(4).zip(words);
-        places.for_each(|(place, word)| place.copy_from_slice(&word.to_le_bytes()));
-        Some(Settings::of_bytes(&bytes).unwrap().0)
+        let (_, _, payload) = storage::load(self)?;
+        Some(stored::decode(&payload).unwrap().0)
     }
 
     /// Saves settings as programs before version 3 did: no further words.
     pub fn save_earlier(&mut self, settings: &Settings) {
-        const EARLIER: usize = Settings::SHORT / 4;
         let bytes = settings.to_bytes(N);
         assert_eq!(bytes.len(), Settings::SHORT);
-        let mut words = [0; EARLIER];
-        for (place, field) in words.iter_mut().zip(bytes.chunks_exact(4)) {
-            *place = u32::from_le_bytes(field.try_into().unwrap());
-        }
-        storage::save(self, &words).unwrap();
+        storage::save(self, &Payload::from_slice(&bytes).unwrap()).unwrap();
     }
 
     /// Saves settings as the board does.
@@ -129,12 +121,7 @@ impl Sectors {
 
     /// Saves settings as a program for blocks of `n` samples does.
     pub fn save_of(&mut self, n: usize, settings: &Settings) {
-        let bytes = settings.to_bytes(n);
-        let mut words = [0; WORDS];
-        let fields =
-            bytes.chunks_exact(4).map(|field| u32::from_le_bytes(field.try_into().unwrap()));
-        words.iter_mut().zip(fields).for_each(|(place, word)| *place = word);
-        storage::save(self, &words).unwrap();
+        storage::save(self, &stored::encode(settings, n, &[])).unwrap();
     }
 }
 
@@ -210,7 +197,7 @@ impl Emulated {
     pub fn sectors(&mut self) -> Sectors {
         let mut sectors = Sectors::new();
         for page in [Page::A, Page::B] {
-            for index in 0..WORDS + 8 {
+            for index in 0..PAGE {
                 let at = Sectors::at(page, index);
                 let word = self.read(0x0804_0000 + at.start as u32);
                 sectors.0[at].copy_from_slice(&word.to_le_bytes());

@@ -9,8 +9,7 @@ use picket::config::{Config, Scene};
 use picket::solve::chirp::Shape;
 use picket::solve::equations::Chirp;
 use picket_firmware::board::Board;
-use picket_firmware::instrument::legacy::{WORDS, words};
-use picket_firmware::instrument::storage;
+use picket_firmware::instrument::storage::{self, Payload};
 use picket_firmware::nucleo_f446re::words::clock::HSE_HZ;
 use picket_firmware::nucleo_f446re::words::guard::{LSI_HZ, WATCHDOG, brown_out};
 use picket_firmware::nucleo_f446re::words::quiet::Quiet;
@@ -18,6 +17,7 @@ use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use picket_firmware::nucleo_f446re::{N, Nucleo, chirp, gauge, registers, start, storage::Flash};
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::{Drive, Settings};
+use picket_wire::stored;
 use static_cell::ConstStaticCell;
 
 /// What an item has to work with.
@@ -26,8 +26,6 @@ pub struct Bench<'a> {
     pub state: &'a mut State,
     /// Why the chip was reset before this item.
     pub causes: Causes,
-    /// Settings that the last item left.
-    pub left: Option<[u32; WORDS]>,
 }
 
 /// Whether it holds, and the figures.
@@ -280,31 +278,33 @@ fn since(bench: &Bench, begun: u32) -> u32 {
     ticks.checked_div(bench.board.ticks_hz() / 1_000).unwrap_or(0)
 }
 
-/// Settings that nobody else saves.
-fn marked() -> [u32; WORDS] {
-    words(&Settings { start: false, ..tone_at(12_345.0, 180) }, N)
+/// Settings that nobody else saves, stored beside what lies there.
+fn marked(before: &[u8]) -> Payload {
+    stored::encode(&Settings { start: false, ..tone_at(12_345.0, 180) }, N, before)
 }
 
 fn save(bench: &mut Bench) -> Outcome {
-    let before = storage::load::<WORDS, _>(&Flash).map(|(_, _, words)| words);
+    let before = storage::load(&Flash).map(|(_, _, before)| before).unwrap_or_default();
     let begun = bench.board.ticks();
     bench.board.feed();
-    let saved = storage::save(&mut Flash, &marked()).is_ok();
+    let saved = storage::save(&mut Flash, &marked(&before)).is_ok();
     let milliseconds = since(bench, begun);
     bench.board.feed();
-    let former = before.unwrap_or_else(|| words(&Settings::default(), N));
-    bench.left = Some(former);
     (saved, Line::new("settings saved in ").number(milliseconds).text(" ms"))
 }
 
 fn reload(bench: &mut Bench) -> Outcome {
-    let loaded = storage::load::<WORDS, _>(&Flash).map(|(_, _, words)| words);
+    let loaded = storage::load(&Flash).map(|(_, _, loaded)| loaded);
+    // The former ones lie in the other page.
+    let former = storage::before(&Flash);
+    let marked = marked(former.as_deref().unwrap_or(&[]));
+    let found = loaded.is_some_and(|loaded| loaded == marked);
+    let former = former.unwrap_or_else(|| stored::encode(&Settings::default(), N, &[]));
     bench.board.feed();
-    let former = bench.left.unwrap_or_else(|| words(&Settings::default(), N));
-    let back = storage::save(&mut Flash, &former).is_ok();
+    let back = found && storage::save(&mut Flash, &former).is_ok();
     bench.board.feed();
     let line = Line::new("settings loaded after a reset, the former ones back");
-    (loaded == Some(marked()) && back, line)
+    (back, line)
 }
 
 /// The longest that a watchdog with the slowest oscillator takes, with a margin, ms.

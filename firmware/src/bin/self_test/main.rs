@@ -29,7 +29,7 @@ picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
-    let Legacy { last, settings: left, .. } = Legacy::take();
+    let Legacy { last, .. } = Legacy::take();
     let causes = Nucleo::causes();
     // Power and the button begin the list, a reset by program or watchdog goes on with it.
     let goes_on = matches!(causes.message(), "software" | "watchdog");
@@ -43,7 +43,7 @@ fn main() -> ! {
             cortex_m::asm::nop();
         }
     };
-    let mut bench = Bench { board, state: &mut state, causes, left };
+    let mut bench = Bench { board, state: &mut state, causes };
     if bench.state.item == 0 && !bench.state.begun {
         head(&mut bench);
     }
@@ -146,5 +146,5 @@ fn next(mut bench: Bench) -> ! {
     };
     state.save();
     bench.board.flush();
-    Legacy { settings: bench.left, ..Legacy::default() }.leave()
+    Legacy::default().leave()
 }
