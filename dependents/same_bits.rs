@@ -2,8 +2,8 @@
 //!
 //! The samples are made by integers alone, so that a difference is the library's.
 
-use picket::acquire::sample::Record;
-use picket::{Arithmetic, Codes, Config, Iq, Method, Pipeline, Real, Stamp};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::{Arithmetic, Codes, Config, Iq, Method, Pipeline, Real, Stamp};
 
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
         fill::<R>(&mut samples, codes, &mut random);
         let tone = pipeline.block(Stamp::default(), &samples).tone;
         seen.blocks += 1;
-        seen.good += u32::from(tone.verdict == picket::Verdict::Good);
+        seen.good += u32::from(tone.verdict == picket_dsp::Verdict::Good);
         let floats = [tone.sigma, tone.snr, tone.amplitude].map(f32::to_bits);
         let [sigma, snr, amplitude] = floats;
         let frequency = tone.frequency.0.to_bits() as u32;

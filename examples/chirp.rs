@@ -1,8 +1,8 @@
 //! Range and velocity from a trapezoid chirp: the lidar of Ye et al. 2022 before a target at 20 m that comes nearer at 60 km/h,
 //! without noise. `cargo run --example chirp`.
 
-use picket::config::SPEED_OF_LIGHT;
-use picket::{
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{
     Chirp, Codes, Config, ConfigError, Outcome, Pipeline, Real, Scene, Segment, Shape, Stamp,
 };
 use std::f64::consts::TAU;

@@ -1,8 +1,10 @@
 //! The speed of what reflects a 24 GHz beam, from a 16-bit mono wav file of the mixer's output:
 //! `cargo run --example doppler -- FILE`.
 
-use picket::config::SPEED_OF_LIGHT;
-use picket::{Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Usable};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{
+    Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Usable,
+};
 use std::error::Error;
 
 const CARRIER_HZ: f64 = 24e9;

@@ -1,8 +1,8 @@
 //! A DMA controller that fills slots one after the other, as the front end wants it: here a thread of the desk stands for the
 //! hardware. On a board the three methods of [`Dma`] touch its registers. `cargo run --example own_dma`.
 
-use picket::acquire::frontend::{Dma, FrontEnd, Status, Timing};
-use picket::{Codes, Config, ConfigError, Pipeline, Real};
+use picket_dsp::acquire::frontend::{Dma, FrontEnd, Status, Timing};
+use picket_dsp::{Codes, Config, ConfigError, Pipeline, Real};
 
 const N: usize = 256;
 /// The right to a record's memory.

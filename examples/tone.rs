@@ -1,6 +1,6 @@
 //! The tones of a 16-bit mono wav file, a record at a time: `cargo run --example tone -- FILE`.
 
-use picket::{Assembler, Codes, Config, Format, Pipeline, Real};
+use picket_dsp::{Assembler, Codes, Config, Format, Pipeline, Real};
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {

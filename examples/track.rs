@@ -1,6 +1,6 @@
 //! Tones followed from record to record in a 16-bit mono wav file: `cargo run --example track -- FILE`.
 
-use picket::{Assembler, Codes, Config, Following, Format, Real, Segment, Tracker};
+use picket_dsp::{Assembler, Codes, Config, Following, Format, Real, Segment, Tracker};
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {

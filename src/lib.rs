@@ -8,7 +8,7 @@
 //! and on a desk.
 //!
 //! ```
-//! use picket::{Assembler, Codes, Config, Format, Pipeline, Real};
+//! use picket_dsp::{Assembler, Codes, Config, Format, Pipeline, Real};
 //!
 //! # let recording: Vec<i16> =
 //! #     (0..4096).map(|n| (9000.0 * (0.131 * n as f64).sin() + 40.0 * (7.1 * n as f64).sin()) as i16).collect();
@@ -22,7 +22,7 @@
 //! #         assert!((tone.hertz() - 0.131 / std::f64::consts::TAU * 48e3).abs() < 0.1);
 //!     });
 //! }
-//! # Ok::<(), picket::ConfigError>(())
+//! # Ok::<(), picket_dsp::ConfigError>(())
 //! ```
 //!
 //! # The way of the data

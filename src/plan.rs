@@ -67,17 +67,17 @@ impl Terms {
 /// A length that the transform does not support is a compile error:
 ///
 /// ```compile_fail
-/// use picket::{Codes, Plan, Real};
+/// use picket_dsp::{Codes, Plan, Real};
 /// let plan = Plan::<Real, 1000>::tone(48_000.0, Codes::signed::<12>());
 /// ```
 ///
 /// A plan for records of another length or kind is one too:
 ///
 /// ```compile_fail
-/// use picket::{Codes, Config, Pipeline, Plan, Real};
+/// use picket_dsp::{Codes, Config, Pipeline, Plan, Real};
 /// let plan: Plan<Real, 4096> = Config::new(48_000.0, Codes::signed::<12>()).plan()?;
 /// let mut pipeline = Pipeline::<Real, 1024>::new(plan);
-/// # Ok::<(), picket::ConfigError>(())
+/// # Ok::<(), picket_dsp::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan<R: Record, const N: usize> {

@@ -6,11 +6,11 @@ use crate::types::{
     CAccumulated, CAccumulating, CBurst, CConfig, CCounts, CFollowing, CLine, CMeasurement, CScene,
     CStamp, CTarget, CTone, CTrack, CTrigger,
 };
-use picket::acquire::frontend::Timing;
-use picket::acquire::sample::Segment;
-use picket::plan::{Solver, Terms};
-use picket::solve::track::State;
-use picket::{
+use picket_dsp::acquire::frontend::Timing;
+use picket_dsp::acquire::sample::Segment;
+use picket_dsp::plan::{Solver, Terms};
+use picket_dsp::solve::track::State;
+use picket_dsp::{
     Accumulator, BurstProcessor, Codes, Config, Measurement, Pipeline, Plan, Record, Stamp, Target,
     Tracker, Velocity,
 };

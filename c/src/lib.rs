@@ -32,7 +32,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// Parts of a sample.
-const fn parts<R: picket::Record>() -> usize {
+const fn parts<R: picket_dsp::Record>() -> usize {
     if R::IQ { 2 } else { 1 }
 }
 
@@ -42,13 +42,13 @@ macro_rules! door {
         mod $module {
             use super::*;
 
-            type Memory = *mut Slot<Meter<picket::$kind, $n>>;
-            type Adder = *mut Slot<Sum<picket::$kind, $n>>;
-            type Tracker = *mut Slot<Follower<picket::$kind, $n>>;
-            type Stream = *mut Slot<Bursts<picket::$kind, $n>>;
+            type Memory = *mut Slot<Meter<picket_dsp::$kind, $n>>;
+            type Adder = *mut Slot<Sum<picket_dsp::$kind, $n>>;
+            type Tracker = *mut Slot<Follower<picket_dsp::$kind, $n>>;
+            type Stream = *mut Slot<Bursts<picket_dsp::$kind, $n>>;
 
             /// Words of 16 bits in a record.
-            const WORDS: usize = $n * parts::<picket::$kind>();
+            const WORDS: usize = $n * parts::<picket_dsp::$kind>();
 
             // `picket.h` reserves so much.
             const _: () = assert!(
@@ -61,7 +61,7 @@ macro_rules! door {
             /// Bytes of a pipeline's memory.
             #[unsafe(export_name = concat!($name, "_size"))]
             const extern "C" fn size() -> usize {
-                size_of::<Slot<Meter<picket::$kind, $n>>>()
+                size_of::<Slot<Meter<picket_dsp::$kind, $n>>>()
             }
 
             /// # Safety
@@ -134,7 +134,7 @@ macro_rules! door {
             /// Bytes of a tracker's memory.
             #[unsafe(export_name = concat!($name, "_tracker_size"))]
             const extern "C" fn tracker_size() -> usize {
-                size_of::<Slot<Follower<picket::$kind, $n>>>()
+                size_of::<Slot<Follower<picket_dsp::$kind, $n>>>()
             }
 
             /// # Safety
@@ -185,7 +185,7 @@ macro_rules! door {
             /// Bytes of an accumulator's memory.
             #[unsafe(export_name = concat!($name, "_accumulator_size"))]
             const extern "C" fn accumulator_size() -> usize {
-                size_of::<Slot<Sum<picket::$kind, $n>>>()
+                size_of::<Slot<Sum<picket_dsp::$kind, $n>>>()
             }
 
             /// # Safety
@@ -204,7 +204,7 @@ macro_rules! door {
             #[unsafe(export_name = concat!($name, "_accumulate"))]
             unsafe extern "C" fn accumulate(
                 memory: Adder,
-                meter: *const Slot<Meter<picket::$kind, $n>>,
+                meter: *const Slot<Meter<picket_dsp::$kind, $n>>,
                 accumulated: *mut CAccumulated,
                 complete: *mut u8,
             ) -> i32 {
@@ -215,7 +215,7 @@ macro_rules! door {
             /// Bytes of a burst processor's memory.
             #[unsafe(export_name = concat!($name, "_bursts_size"))]
             const extern "C" fn bursts_size() -> usize {
-                size_of::<Slot<Bursts<picket::$kind, $n>>>()
+                size_of::<Slot<Bursts<picket_dsp::$kind, $n>>>()
             }
 
             /// # Safety

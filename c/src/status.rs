@@ -1,7 +1,7 @@
 //! What a call says: 0, or what is wrong with its arguments. Then nothing was written.
 
 use core::ffi::{CStr, c_char};
-use picket::ConfigError;
+use picket_dsp::ConfigError;
 
 /// Makes the codes with their sentences.
 macro_rules! statuses {

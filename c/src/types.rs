@@ -2,15 +2,15 @@
 
 use crate::status::Status;
 use core::mem::size_of;
-use picket::accumulate::MOST_BLOCKS;
-use picket::acquire::burst::Counters;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::chirp::{Ambiguity, Mixing, Shape, Target};
-use picket::solve::equations::Chirp;
-use picket::solve::track::Track;
-use picket::tone::phasor::Phasor;
-use picket::{
+use picket_dsp::accumulate::MOST_BLOCKS;
+use picket_dsp::acquire::burst::Counters;
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape, Target};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::solve::track::Track;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::{
     Accumulated, Accumulator, Arithmetic, Burst, Codes, Config, Following, Reach, Record, Scene,
     Tone, Trigger,
 };

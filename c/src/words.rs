@@ -1,7 +1,7 @@
 //! Verdicts in words, and the library's version.
 
 use core::ffi::{CStr, c_char};
-use picket::{Usable, Validation, Verdict, Verdicts};
+use picket_dsp::{Usable, Validation, Verdict, Verdicts};
 
 /// A constant string of Rust as one of C, without a copy at run time.
 macro_rules! c_string {

@@ -4,9 +4,9 @@
 use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;
 use crate::slot::Slot;
-use picket::acquire::codes::Codes;
-use picket::acquire::frontend::{Blocks, Counters};
-use picket::pipeline::Measurement;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::frontend::{Blocks, Counters};
+use picket_dsp::pipeline::Measurement;
 use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;

@@ -3,7 +3,7 @@
 use crate::shared::Shared;
 use crate::slot::Slot;
 use core::mem::replace;
-use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
+use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
 use static_cell::ConstStaticCell;
 
 /// The memory and both ends of a front end whose blocks have `N` samples without a guard: a `static`

@@ -2,7 +2,7 @@
 
 use core::cell::RefCell;
 use cortex_m::interrupt::{Mutex, free};
-use picket::acquire::frontend::{Counters, Dma, Filler};
+use picket_dsp::acquire::frontend::{Counters, Dma, Filler};
 
 /// Sleeps until an interrupt. It returns at once if something `waits`.
 pub fn sleep(waits: impl FnOnce() -> bool) {

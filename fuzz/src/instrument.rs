@@ -3,17 +3,17 @@
 
 use super::input::Input;
 use super::measure::samples;
-use picket::Usable;
-use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
-use picket::acquire::frontend::{Block, Counters};
-use picket::acquire::sample::{Iq, Real};
-use picket::config::{Config, Following, Scene};
-use picket::pipeline::Measurement;
-use picket::plan::Plan as Idle;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tracker::Tracker;
+use picket_dsp::Usable;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::frontend::{Block, Counters};
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::pipeline::Measurement;
+use picket_dsp::plan::Plan as Idle;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tracker::Tracker;
 use picket_instrument::crashes::Crashes;
 use picket_instrument::gatherer::Gatherer;
 use picket_instrument::meter::{Meter, Several};

@@ -1,18 +1,18 @@
 //! Whatever is set, and whatever the samples are, a measurement is a number.
 
 use super::input::Input;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
-use picket::carrier::Carrier;
-use picket::config::{Config, Following, Scene};
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::effort::Effort;
-use picket::tone::fit::Reach;
-use picket::tracker::Tracker;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
 use picket_wire::follow::Follow;
 use picket_wire::frame::Reader;
@@ -25,8 +25,8 @@ const N: usize = 64;
 /// Settings to a running pipeline: others are adopted between the blocks.
 pub fn pipeline(bytes: &[u8]) {
     let mut input = Input(bytes);
-    let mut real = Pipeline::<Real, N>::new(picket::Plan::IDLE);
-    let mut iq = Pipeline::<Iq, N>::new(picket::Plan::IDLE);
+    let mut real = Pipeline::<Real, N>::new(picket_dsp::Plan::IDLE);
+    let mut iq = Pipeline::<Iq, N>::new(picket_dsp::Plan::IDLE);
     for sequence in 0..2 {
         let short = input.take::<{ Settings::SHORT }>();
         // Settings of later versions are longer.
@@ -43,13 +43,13 @@ pub fn pipeline(bytes: &[u8]) {
         for sequence in 2 * sequence..2 * sequence + 2 {
             let stamp = plan.timing.stamp(sequence, sequence == 2);
             let mut measurement = match plan.plan {
-                picket::plan::EitherPlan::Real(plan) => {
+                picket_dsp::plan::EitherPlan::Real(plan) => {
                     if sequence % 2 == 0 {
                         real.adopt(plan);
                     }
                     real.block(stamp, &samples::<Real, N>(&mut input))
                 }
-                picket::plan::EitherPlan::Iq(plan) => {
+                picket_dsp::plan::EitherPlan::Iq(plan) => {
                     if sequence % 2 == 0 {
                         iq.adopt(plan);
                     }

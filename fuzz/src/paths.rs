@@ -2,10 +2,12 @@
 
 use super::input::Input;
 use super::measure::{config, samples};
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::pipeline::{Alternating, Measurement, Pipeline};
-use picket::spectrum::engine::Engine;
-use picket::{Accumulator, Assembler, BurstProcessor, Config, F32, Format, I32, Q15, Tone, Usable};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::{
+    Accumulator, Assembler, BurstProcessor, Config, F32, Format, I32, Q15, Tone, Usable,
+};
 
 /// A configuration, a length and a path, then samples.
 pub fn paths(bytes: &[u8]) {

@@ -2,9 +2,9 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::acquire::sample::Record;
-use picket::config::Config;
-use picket::{Accumulated, Accumulator, Iq, Pipeline, Real, Segment, Stamp, Verdict};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::config::Config;
+use picket_dsp::{Accumulated, Accumulator, Iq, Pipeline, Real, Segment, Stamp, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

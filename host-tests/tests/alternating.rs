@@ -4,11 +4,11 @@
 use crate::signal::*;
 use fixed::types::I32F32;
 use host_tests::sized;
-use picket::acquire::frontend::Timing;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{Ambiguity, Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
+use picket_dsp::acquire::frontend::Timing;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::{Alternating, Codes, Iq, Measurement, Method, Outcome, Pipeline, Stamp, Verdict};
 use picket_host::scenario;
 use picket_simulator::Target;
 use rand::RngExt;

@@ -1,8 +1,8 @@
 //! The budget of instructions and memory, and the kernels against their definition, on emulated cores.
 
 use host_tests::{has_core, has_image, prepare_images, prepare_packages};
-use picket::Effort;
-use picket::acquire::sample::{Iq, Real, Record};
+use picket_dsp::Effort;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_host::bench::model::Model;
 use picket_host::bench::{
     self, CORES, Core, Count, ENGINES, Engine, How, Scope,

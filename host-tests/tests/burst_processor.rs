@@ -2,9 +2,9 @@
 
 use crate::signal::{CODES, db, quantise, ratio, rng, trials};
 use host_tests::sized;
-use picket::acquire::sample::Record;
-use picket::config::Config;
-use picket::{Burst, BurstProcessor, Codes, Iq, Real, Validation};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::config::Config;
+use picket_dsp::{Burst, BurstProcessor, Codes, Iq, Real, Validation};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

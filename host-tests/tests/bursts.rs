@@ -2,8 +2,8 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::config::Config;
-use picket::{Arithmetic, Codes, Iq, Pipeline, Real, Record, Stamp, Usable};
+use picket_dsp::config::Config;
+use picket_dsp::{Arithmetic, Codes, Iq, Pipeline, Real, Record, Stamp, Usable};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use std::f64::consts::TAU;

@@ -5,7 +5,7 @@
 mod projects;
 
 use host_tests::{had, has_core};
-use picket::acquire::codes::Codes;
+use picket_dsp::acquire::codes::Codes;
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::c::{Core, package};
@@ -222,9 +222,9 @@ fn ten_thousand_blocks_of_each_kind_are_those_of_picket_analyze() {
             let sink = |answer: analyze::Answer| {
                 let Answer { frequency_hz, sigma_hz, snr, verdict, also } = seen[index];
                 let what = format!("{kind}, {word}, block {index}");
-                let verdict = picket::Verdict::from_u8(verdict).unwrap();
+                let verdict = picket_dsp::Verdict::from_u8(verdict).unwrap();
                 assert_eq!(answer.verdict, verdict.name(), "{what}");
-                let also = picket::Verdicts::of_bits(also);
+                let also = picket_dsp::Verdicts::of_bits(also);
                 assert_eq!(
                     answer.also,
                     also.iter().map(|v| v.name()).collect::<Vec<_>>(),
@@ -240,7 +240,7 @@ fn ten_thousand_blocks_of_each_kind_are_those_of_picket_analyze() {
                 if let Some(snr_db) = answer.snr_db {
                     assert!((snr_db - 10.0 * f64::from(snr).log10()).abs() < 1e-4, "{what}");
                 }
-                good += usize::from(verdict == picket::Verdict::Good);
+                good += usize::from(verdict == picket_dsp::Verdict::Good);
                 index += 1;
             };
             analyze::run(&records, &analysis, sink, |_| ()).unwrap();
@@ -267,12 +267,12 @@ fn analysis(n: usize, iq: bool, arithmetic: Arithmetic) -> Analysis {
         skip: 0,
         band_hz: None,
         estimators: None,
-        reach: picket::Reach::Sixteen,
+        reach: picket_dsp::Reach::Sixteen,
         codes: Codes::signed::<12>(),
         arithmetic,
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Default::default(),
-        false_alarm: picket::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        false_alarm: picket_dsp::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,
     }

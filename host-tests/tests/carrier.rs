@@ -2,12 +2,12 @@
 //! a continuous wave before a moving surface.
 
 use host_tests::sized;
-use picket::accumulate::Accumulator;
-use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
-use picket::config::{Config, Following};
-use picket::solve::track::State;
-use picket::tracker::Tracker;
-use picket::{Carrier, Codes, Mixing, Pipeline, Tone, Verdict};
+use picket_dsp::accumulate::Accumulator;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket_dsp::config::{Config, Following};
+use picket_dsp::solve::track::State;
+use picket_dsp::tracker::Tracker;
+use picket_dsp::{Carrier, Codes, Mixing, Pipeline, Tone, Verdict};
 use picket_simulator::{Receiver, Speckle, Target, Waveform};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +30,7 @@ fn records<R: Record, const N: usize>(
 ) -> (Vec<Vec<R::Sample>>, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let cycles = rng.random_range(0.04..0.4);
-    let velocity = cycles * RATE_HZ * picket::config::SPEED_OF_LIGHT / (2.0 * CARRIER_HZ);
+    let velocity = cycles * RATE_HZ * picket_dsp::config::SPEED_OF_LIGHT / (2.0 * CARRIER_HZ);
     let mut target = Target::moving(amplitude, 10.0, velocity).turned(rng.random());
     target.linewidth_hz = width.linewidth_hz.into();
     let count = blocks * N;
@@ -190,7 +190,7 @@ fn a_sum_of_blocks_knows_the_width() {
     }
 }
 
-/// `picket::carrier` names 1.06 times speed over diameter; the simulator draws scatterers in a spot.
+/// `picket_dsp::carrier` names 1.06 times speed over diameter; the simulator draws scatterers in a spot.
 #[test]
 fn the_spot_has_the_bandwidth() {
     let (speed, diameter) = (2.0, 1e-3);

@@ -3,8 +3,8 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::config::SPEED_OF_LIGHT;
-use picket::{
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{
     Chirp, Codes, Config, Iq, Mixing, Outcome, Pipeline, Real, Record, Segment, Shape, Stamp,
     Target, Verdict,
 };
@@ -86,7 +86,7 @@ fn solved<R: Record, const N: usize>(
     (range_m, velocity_mps): (f64, f64),
     rng: &mut ChaCha8Rng,
 ) -> (Target, Truth) {
-    let scene = picket::Scene::Chirp(*set);
+    let scene = picket_dsp::Scene::Chirp(*set);
     let config = Config { scene, ..Config::new(radar.rate_hz, Codes::signed::<12>()) };
     let mut pipeline = Pipeline::<R, N>::new(config.plan().unwrap());
     let waveform = Waveform::chirp(sent, 0.0);
@@ -283,7 +283,7 @@ fn one_of_a_real_triangles_targets_is_right() {
         solved::<Real, 1024>(radar, (&chirp, &chirp), 10.0, place, rng)
     });
     let seen = seen.into_iter().map(|(target, truth)| {
-        let picket::Ambiguity::Exchange { range, velocity } = target.ambiguity else {
+        let picket_dsp::Ambiguity::Exchange { range, velocity } = target.ambiguity else {
             panic!("{target:?}")
         };
         let other = Target { range, velocity, ..target };

@@ -1,8 +1,8 @@
 //! The model of cycles beside a measured chip: the very objects that were measured, from the repository of who measured them.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::config::Config;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::Config;
 use picket_host::bench::CORES;
 use picket_host::bench::cycles::Clock;
 use picket_host::bench::trace::Trace;

@@ -11,7 +11,7 @@ mod packages;
 use host_tests::figures::Document;
 use host_tests::had;
 use object::{Object, ObjectSection, ObjectSymbol};
-use picket::{Arithmetic, Config, Verdict};
+use picket_dsp::{Arithmetic, Config, Verdict};
 use picket_host::console::Console;
 use picket_host::device::Said;
 use picket_host::emulator::Footprint;

@@ -1,11 +1,11 @@
 //! Displacement from phases: never a wrong turn in an answer that is called good.
 
 use crate::signal::*;
-use picket::config::SPEED_OF_LIGHT;
-use picket::solve::chirp::Mixing;
-use picket::solve::displacement::{Between, Displacement, Unwrapper};
-use picket::tone::phasor::Phasor;
-use picket::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::solve::chirp::Mixing;
+use picket_dsp::solve::displacement::{Between, Displacement, Unwrapper};
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
 use rand_distr::StandardNormal;

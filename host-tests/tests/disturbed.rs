@@ -2,8 +2,8 @@
 //! never has a sign. No feature of the library changes an answer (`features.rs`), so the figures are those of every build.
 
 use crate::signal::mean;
-use picket::{Codes, Config, Pipeline, Stamp, Tone, Usable, Verdict};
-use picket::{Iq, Real};
+use picket_dsp::{Codes, Config, Pipeline, Stamp, Tone, Usable, Verdict};
+use picket_dsp::{Iq, Real};
 use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Kind, codes, generator};
 use rayon::prelude::*;

@@ -1,17 +1,17 @@
 //! The core under emulation: the same bits on every machine, and no block lost on the way.
 
 use host_tests::{has_core, prepare_images, sized};
-use picket::acquire::codes::Codes;
-use picket::acquire::kind::{ForRecord, for_record};
-use picket::acquire::sample::{Iq, Real, Record, Segment};
-use picket::config::{Config, Scene};
-use picket::methods::registry::Method;
-use picket::pipeline::Pipeline;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tone::Verdict;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::effort::Effort;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment};
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::effort::Effort;
 use picket_host::emulator::{Capture, Machine, Outcome, RunError};
 use picket_host::toolchain::{Firmware, Profile, Target};
 use picket_wire::capture::Header;

@@ -1,14 +1,14 @@
 //! What an engine adds to a frequency, measured by an exact transform beside it, and sigma, which has it: tones of 16 bits and 60 to
 //! 98 dB.
 
-use picket::spectrum::Spectrum;
-use picket::spectrum::bins::Bins;
-use picket::spectrum::engine::Engine;
-use picket::spectrum::neighbourhood::{Neighbourhood, Places};
-use picket::spectrum::peak::{self, Band};
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::fit::{self, Course};
-use picket::{Codes, Config, F32, I32, Iq, Pipeline, Q15, Reach, Real, Stamp, Verdict};
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::bins::Bins;
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::spectrum::neighbourhood::{Neighbourhood, Places};
+use picket_dsp::spectrum::peak::{self, Band};
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::fit::{self, Course};
+use picket_dsp::{Codes, Config, F32, I32, Iq, Pipeline, Q15, Reach, Real, Stamp, Verdict};
 use picket_host::simulate::{Kind, Signal, Width, codes, generator};
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;

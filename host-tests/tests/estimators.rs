@@ -1,12 +1,12 @@
 //! Every method of the registry on exact tones, on nothing, and on the wrong kind of record.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::math::scalar::Scalar;
-use picket::methods::registry::{Method, Needs, Unfit};
-use picket::methods::samples::Samples;
-use picket::spectrum::Spectrum;
-use picket::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::methods::registry::{Method, Needs, Unfit};
+use picket_dsp::methods::samples::Samples;
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_host::reference::Reference;
 use picket_transform::{Transform, num_complex::Complex};
 

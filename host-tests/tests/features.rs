@@ -1,7 +1,7 @@
 //! No feature of the library changes an answer. Cargo unifies features: what another dependency of a program turns on must not
 //! change what the program measures.
 
-use picket::{Codes, Iq, Real};
+use picket_dsp::{Codes, Iq, Real};
 use picket_host::impair::{Impairment, Setup};
 use picket_host::simulate::{Width, generator};
 use picket_host::toolchain::dependents;

@@ -1,10 +1,10 @@
 //! The integer FFT against float64, and at its extremes.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::spectrum::Spectrum;
-use picket::spectrum::engine::{Engine, I32};
-use picket::spectrum::peak::{Band, find, find_portably};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::engine::{Engine, I32};
+use picket_dsp::spectrum::peak::{Band, find, find_portably};
 use picket_transform::{Transform, num_complex::Complex};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

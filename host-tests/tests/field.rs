@@ -4,13 +4,13 @@
 //! good. The variable `PICKET_FIELD` says how many times as many records are drawn, and `PICKET_FIELD_SEED` another seed.
 
 use indicatif::ProgressBar;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::config::Config;
-use picket::pipeline::Pipeline;
-use picket::tone::fit::Reach;
-use picket::tone::sigma::bound_bins;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tone::sigma::bound_bins;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::campaign::{Campaign, Truth};
 use picket_host::estimator;
@@ -295,7 +295,7 @@ fn beside_other_lines_the_default_is_the_best() {
             if R::IQ { "least-squares" } else { "least-squares-real" }
         );
         let campaign = Campaign {
-            effort: picket::Effort::default(),
+            effort: picket_dsp::Effort::default(),
             estimators: estimator::parse(&names, Reach::Sixteen).unwrap(),
             arithmetic: Arithmetic::Target,
             n: 1024,

@@ -2,8 +2,8 @@
 //! length.
 
 use crate::signal::rng;
-use picket::spectrum::engine::Engine;
-use picket::{Codes, Config, F32, I32, Iq, Method, Pipeline, Q15, Real, Record, Tone, Verdict};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::{Codes, Config, F32, I32, Iq, Method, Pipeline, Q15, Real, Record, Tone, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,8 +1,8 @@
 //! Faults of a digital front end make lines as strong as the tone: none of them is good beyond its sigma, and no honest record is
 //! taken for one.
 
-use picket::spectrum::engine::{Engine, I32, Q15};
-use picket::{Codes, Config, Iq, Pipeline, Real, Stamp, Tone, Verdict};
+use picket_dsp::spectrum::engine::{Engine, I32, Q15};
+use picket_dsp::{Codes, Config, Iq, Pipeline, Real, Stamp, Tone, Verdict};
 use picket_host::impair::{FRONT_END, Impairment, LIST, Setup};
 use picket_host::simulate::{Kind, codes, generator};
 use rand::RngExt;

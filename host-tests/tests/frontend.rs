@@ -3,8 +3,8 @@
 //!
 //! Every sample is its own clock, so a block that mixes two, or whose stamp is wrong, shows.
 
-use picket::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status, Timing};
-use picket::acquire::sample::Segment;
+use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status, Timing};
+use picket_dsp::acquire::sample::Segment;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -9,22 +9,22 @@
 //! wide, err more than the codes do.
 
 use crate::vectors::{Case, golden};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::math::scalar::Scalar;
-use picket::methods::autocorrelation::best_lag;
-use picket::methods::registry::Method;
-use picket::methods::samples::Raw;
-use picket::methods::snr;
-use picket::solve::chirp::{self, Scale, Shape};
-use picket::solve::equations::Equations;
-use picket::spectrum::Spectrum;
-use picket::spectrum::bins::{Bins, Rectangular};
-use picket::spectrum::peak::{self, Band};
-use picket::tone::fit::Reach;
-use picket::tone::frequency::Frequency;
-use picket::tone::sigma::bound_bins;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::methods::autocorrelation::best_lag;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::methods::samples::Raw;
+use picket_dsp::methods::snr;
+use picket_dsp::solve::chirp::{self, Scale, Shape};
+use picket_dsp::solve::equations::Equations;
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::spectrum::peak::{self, Band};
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::sigma::bound_bins;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
@@ -223,9 +223,9 @@ fn every_estimator_by_the_analyser() {
             reach: Reach::Sixteen,
             codes: Codes::signed::<12>(),
             arithmetic: Arithmetic::F64,
-            effort: picket::Effort::default(),
+            effort: picket_dsp::Effort::default(),
             width: Default::default(),
-            false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+            false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
             carrier: None,
             style: Style::Json,
         };

@@ -1,8 +1,8 @@
 //! A fundamental from its harmonics: on the bound of all of them, and never an octave off.
 
 use crate::signal::*;
-use picket::tone::harmonic::Harmonic;
-use picket::{Codes, Config, Iq, Pipeline, Real, Stamp, Verdict};
+use picket_dsp::tone::harmonic::Harmonic;
+use picket_dsp::{Codes, Config, Iq, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
 use std::f64::consts::TAU;
 

@@ -1,8 +1,8 @@
 //! Several tones of one record, each with sigma and phase, and nothing else taken for a tone. In the target's arithmetic.
 
 use crate::signal::*;
-use picket::tone::phasor::Phasor;
-use picket::{Codes, Config, Iq, Measurement, Pipeline, Real, Stamp, Verdict};
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::{Codes, Config, Iq, Measurement, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,9 +1,9 @@
 //! The locked way on noisy 12-bit records: its error over the bound, and whether it knows.
 
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::spectrum::zoom::Oscillator;
-use picket::tone::sigma::bound_bins;
-use picket::tone::zoomed::{self, Place};
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::spectrum::zoom::Oscillator;
+use picket_dsp::tone::sigma::bound_bins;
+use picket_dsp::tone::zoomed::{self, Place};
 use picket_host::simulate::{Kind, Signal, generator};
 use rand::RngExt;
 use rayon::prelude::*;

@@ -2,14 +2,14 @@
 //!
 //! RMSE is over the trials whose error is at most 1.5 bins; the others, outliers, may be one in a thousand.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::math::scalar::Scalar;
-use picket::methods::registry::Method;
-use picket::spectrum::Spectrum;
-use picket::spectrum::bins::{Bins, Rectangular};
-use picket::spectrum::peak::{self, Band};
-use picket::tone::sigma::bound_bins;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::spectrum::peak::{self, Band};
+use picket_dsp::tone::sigma::bound_bins;
 use picket_host::reference::Reference;
 use picket_host::report::limits::{LEVELS_DB, STATED};
 use picket_transform::{Fft, Transform, num_complex::Complex};

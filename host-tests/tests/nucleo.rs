@@ -6,16 +6,16 @@
 use fixed::types::I32F32;
 use host_tests::figures::Document;
 use host_tests::prepare_packages;
-use picket::Effort;
-use picket::acquire::codes::Codes;
-use picket::acquire::frontend::Counters;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::config::{Config, Following, Scene};
-use picket::pipeline::{Outcome, Pipeline};
-use picket::solve::chirp::Shape;
-use picket::solve::equations::Chirp;
-use picket::tone::Verdict;
-use picket::tracker::Tracker;
+use picket_dsp::Effort;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::frontend::Counters;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::pipeline::{Outcome, Pipeline};
+use picket_dsp::solve::chirp::Shape;
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::Verdict;
+use picket_dsp::tracker::Tracker;
 use picket_firmware::instrument::plan::Plan;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
@@ -91,7 +91,7 @@ struct Here<R: Record> {
 impl<R: Record> Here<R> {
     fn new(settings: &Settings) -> Self {
         let (plan, words) = planned(settings);
-        let terms = picket::plan::Plan::of_terms(*plan.plan);
+        let terms = picket_dsp::plan::Plan::of_terms(*plan.plan);
         Self { plan, words, pipeline: Pipeline::new(terms.unwrap()) }
     }
 
@@ -272,7 +272,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     let (plan, _) = planned(&settings);
-    let terms = picket::plan::Plan::of_terms(*plan.plan).unwrap();
+    let terms = picket_dsp::plan::Plan::of_terms(*plan.plan).unwrap();
     let mut tracker = Box::new(Tracker::<Real, N>::new(terms));
     let method = plan.plan.options.method;
     let (mut short, mut whole) = (Vec::new(), Vec::new());
@@ -576,9 +576,9 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         reach: Default::default(),
         codes: Codes::unsigned::<12>(),
         arithmetic: Arithmetic::Target,
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Default::default(),
-        false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,
     };

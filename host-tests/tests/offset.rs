@@ -2,8 +2,8 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::spectrum::engine::{Engine, F32, I32, Q15};
-use picket::{Alternating, Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
+use picket_dsp::spectrum::engine::{Engine, F32, I32, Q15};
+use picket_dsp::{Alternating, Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

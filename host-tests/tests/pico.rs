@@ -20,7 +20,7 @@ mod usb;
 
 use host_tests::figures::Document;
 use host_tests::sized;
-use picket::{Config, Effort};
+use picket_dsp::{Config, Effort};
 use picket_firmware::pico::N;
 use picket_host::pico::bench::Pico;
 use picket_wire::boot::{Clock, Origin};

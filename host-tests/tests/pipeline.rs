@@ -1,11 +1,11 @@
 //! The whole way on the host: the paper's rows in noise, and everything that is not a clean tone.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::config::Config;
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::tone::Verdict;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Segment, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
+use picket_dsp::tone::Verdict;
 use picket_host::scenario::{self, LIDAR_BARS, Row};
 use picket_host::simulate::{Signal, generator};
 use rayon::prelude::*;

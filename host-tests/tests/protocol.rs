@@ -1,10 +1,10 @@
 //! Commands and answers over a bad line: what arrives is what was sent, and nothing else is followed.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::frontend::Counters;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::frontend::Counters;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
 use picket_firmware::nucleo_f446re::words::guard::causes;
 use picket_wire::boot::{Boot, Causes, Clock, LastEnd, Name, Origin};
 use picket_wire::command::{Answer, Command, Refusal, Request};

@@ -8,8 +8,8 @@ mod same_bits;
 
 use host_tests::figures::Document;
 use host_tests::had;
-use picket::acquire::sample::{Iq, Real, Record};
-use picket::{Codes, Verdict};
+use picket_dsp::acquire::sample::{Iq, Real, Record};
+use picket_dsp::{Codes, Verdict};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::recording::{self, Format};
@@ -101,12 +101,12 @@ fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
             skip: 0,
             band_hz: None,
             estimators: None,
-            reach: picket::Reach::Sixteen,
+            reach: picket_dsp::Reach::Sixteen,
             codes,
             arithmetic,
-            effort: picket::Effort::default(),
+            effort: picket_dsp::Effort::default(),
             width: Default::default(),
-            false_alarm: picket::Config::new(1.0, codes).false_alarm,
+            false_alarm: picket_dsp::Config::new(1.0, codes).false_alarm,
             carrier: None,
             style: Style::Json,
         };

@@ -3,11 +3,11 @@
 use crate::each_length;
 use crate::fft::{least_ratios, worst_by};
 use crate::signal::{Kind, anywhere, error, mean, measure_by, trials};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real};
-use picket::spectrum::engine::{Engine, Q15};
-use picket::spectrum::fft::q15::FRACTION;
-use picket::tone::Verdict;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::spectrum::engine::{Engine, Q15};
+use picket_dsp::spectrum::fft::q15::FRACTION;
+use picket_dsp::tone::Verdict;
 
 #[test]
 fn snr_against_float64() {

@@ -1,11 +1,11 @@
 //! The analyser on real recordings. They lie beside the repository, not in it; without them every test
 //! here says that it was skipped.
 
-use picket::acquire::codes::Codes;
-use picket::config::SPEED_OF_LIGHT;
-use picket::methods::registry::Method;
-use picket::tone::fit::Reach;
-use picket::{Chirp, Config, Iq, Mixing, Outcome, Pipeline, Record, Scene, Shape, Verdict};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::{Chirp, Config, Iq, Mixing, Outcome, Pipeline, Record, Scene, Shape, Verdict};
 use picket_host::analyze::{self, Analysis, Answer, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::{Estimator, parse};
@@ -27,9 +27,9 @@ fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::F64,
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Default::default(),
-        false_alarm: picket::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
+        false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,
         style: Style::Json,
     }
@@ -53,7 +53,7 @@ fn tone_of_a_generator() {
     let Some(file) = shared("tone_1kHz_pcm2900_i16_44100.bin") else { return };
     const TRUTH_HZ: f64 = 999.9963;
     const WIDE: [&str; 2] = ["aboutanios-mulgrew", "haqse"];
-    let fit = |method: &&Method| method.fits::<picket::acquire::sample::Real>();
+    let fit = |method: &&Method| method.fits::<picket_dsp::acquire::sample::Real>();
     let names: Vec<_> = Method::ALL.iter().filter(fit).map(|method| method.name()).collect();
     let all = answers(&file, &analysis(Some(44100.0), 4096, &(names.join(",") + ",ml")));
     let clean: Vec<_> = all.into_iter().filter(|answer| answer.block < 43).collect();
@@ -170,9 +170,9 @@ fn mains_at_full_effort() {
             .collect();
         (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
     };
-    let one = picket::Effort::default();
+    let one = picket_dsp::Effort::default();
     let best = rms(&blocks("grandke", Arithmetic::F64, one));
-    let shares = [one, picket::Effort::Full].map(|effort| {
+    let shares = [one, picket_dsp::Effort::Full].map(|effort| {
         let all = blocks("least-squares-real", Arithmetic::Target, effort);
         let count = all.len() as f64;
         let usable: Vec<Answer> =

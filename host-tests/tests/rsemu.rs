@@ -24,7 +24,7 @@ mod streams;
 
 use board::{Emulated, Sectors};
 use host_tests::sized;
-use picket::solve::chirp::Shape;
+use picket_dsp::solve::chirp::Shape;
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::boot::{Clock, Origin};
 use picket_wire::command::Command;

@@ -1,9 +1,9 @@
 //! Velocity from the phases of a sequence of sawtooth chirps: within its sigma, and never the wrong one alone.
 
 use crate::signal::*;
-use picket::config::SPEED_OF_LIGHT;
-use picket::solve::sequence::{LISTED, Sequence};
-use picket::{Chirp, Codes, Config, Mixing, Pipeline, Real, Shape, Stamp, Verdict};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::solve::sequence::{LISTED, Sequence};
+use picket_dsp::{Chirp, Codes, Config, Mixing, Pipeline, Real, Shape, Stamp, Verdict};
 use picket_simulator::{Receiver, Sensor, Target};
 use rand::RngExt;
 use rand_distr::StandardNormal;

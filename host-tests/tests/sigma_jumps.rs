@@ -1,7 +1,7 @@
 //! The sigma of a steady tone beside hum or a second tone, from block to block: it is even, or `picket explain` names what widened it.
 
-use picket::{Codes, Config, Pipeline, Stamp};
-use picket::{Iq, Real};
+use picket_dsp::{Codes, Config, Pipeline, Stamp};
+use picket_dsp::{Iq, Real};
 use picket_host::explain::rows::{Notes, Row, rows};
 use picket_host::simulate::{Kind, Line, Signal, codes, generator};
 use rayon::prelude::*;

@@ -1,11 +1,11 @@
 //! What no answer may be called: good without a sigma, good beside its band.
 
 use crate::signal::{CODES, Kind as _, Line, amplitude, analogue, quantise, rng, sigma, trials};
-use picket::acquire::sample::{Iq, Real, Stamp};
-use picket::config::Config;
-use picket::methods::registry::Method;
-use picket::pipeline::{Alternating, Pipeline};
-use picket::{Arithmetic, Usable};
+use picket_dsp::acquire::sample::{Iq, Real, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Alternating, Pipeline};
+use picket_dsp::{Arithmetic, Usable};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -32,7 +32,7 @@ fn a_line_beyond_an_end_of_the_band_is_not_good() {
         let tone = Pipeline::<Real, N>::new(plan).block(Stamp::default(), &samples).tone;
         let found = tone.frequency.bins(N);
         let is_inside = found >= f64::from(low) - 0.5 && found <= f64::from(high) + 0.5;
-        let good = tone.verdict == picket::Verdict::Good;
+        let good = tone.verdict == picket_dsp::Verdict::Good;
         assert!(is_inside || !good, "trial {trial}: {tone}, bin {found} of {low} to {high}");
         inside += u32::from(is_inside && good);
         outside += u32::from(!is_inside);
@@ -63,7 +63,7 @@ fn an_answer_without_a_sigma_is_not_good() {
             let tone = pipeline.block(Stamp::default(), &mut pairs).tone;
             let known = tone.sigma < 1.0;
             assert!(
-                known || tone.verdict >= picket::Verdict::Weak,
+                known || tone.verdict >= picket_dsp::Verdict::Weak,
                 "{} {line:?}: {tone}",
                 method.name()
             );

@@ -1,11 +1,11 @@
 //! The chirp solver: exact on the paper's rows, equal to weighted least squares, honest sigmas.
 
-use picket::acquire::sample::{Iq, Real};
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
-use picket::solve::equations::{Chirp, Equations};
-use picket::tone::frequency::Frequency;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::{self, Ambiguity, Mixing, Scale, Shape};
+use picket_dsp::solve::equations::{Chirp, Equations};
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_host::scenario::{self, Row};
 use picket_simulator::Sensor;
 use proptest::prelude::*;
@@ -212,7 +212,7 @@ proptest! {
         let (want_range, want_doppler) = normal_equations(magnitudes, sigmas);
         let got_range = target.range.to_num::<f64>() / 1e3;
         let got_doppler = target.velocity.to_num::<f64>() / 1e3;
-        let got_range = got_range * (1.0 + 2e3 * got_doppler / picket::config::SPEED_OF_LIGHT);
+        let got_range = got_range * (1.0 + 2e3 * got_doppler / picket_dsp::config::SPEED_OF_LIGHT);
         // Two steps of the frequency's type, and f32's share of the correction.
         prop_assert!((got_range - want_range).abs() < 1e-9, "{got_range} {want_range}");
         prop_assert!((got_doppler - want_doppler).abs() < 1e-9, "{got_doppler} {want_doppler}");
@@ -249,7 +249,7 @@ fn sigmas_explain_the_errors() {
 
 #[test]
 fn configuration_errors_are_found() {
-    use picket::config::ConfigError;
+    use picket_dsp::config::ConfigError;
     let good = scenario::lidar();
     let check = |config: Config| config.plan::<Real, N>().err();
     assert_eq!(check(good), None);

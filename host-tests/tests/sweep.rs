@@ -2,9 +2,9 @@
 //! number of threads, and codes of a converter.
 
 use indicatif::ProgressBar;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real};
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::tone::fit::Reach;
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
 use picket_host::simulate::{Kind, Width};

@@ -1,13 +1,13 @@
 //! Records over a bad line: what arrives is what was sent, what does not is counted.
 
 use fixed::types::{I0F32, I32F32};
-use picket::acquire::sample::{Segment, Stamp};
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::chirp::{Ambiguity, Target};
-use picket::solve::doppler::Velocity;
-use picket::tone::frequency::Frequency;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::doppler::Velocity;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 use picket_host::device::{Listener, Said};
 use picket_wire::boot::Clock;
 use picket_wire::frame::{self, FrameError, Kind, Reader};

@@ -1,14 +1,14 @@
 //! The tracker on noisy 12-bit records: how much it gains, whether it knows, when it acquires and when it loses.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Segment, Stamp};
-use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene};
-use picket::pipeline::Measurement;
-use picket::solve::chirp::Mixing;
-use picket::solve::track::{State, Track};
-use picket::tone::Verdict;
-use picket::tone::fit::Reach;
-use picket::tracker::Tracker;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Segment, Stamp};
+use picket_dsp::config::{Config, Following, SPEED_OF_LIGHT, Scene};
+use picket_dsp::pipeline::Measurement;
+use picket_dsp::solve::chirp::Mixing;
+use picket_dsp::solve::track::{State, Track};
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tracker::Tracker;
 use picket_host::analyze::cut::Cut;
 use picket_host::follow::{self, Pursuit, Sighting};
 use picket_host::recording::Options;
@@ -292,7 +292,7 @@ fn pursuit(rate_hz: Option<f64>, n: usize, band_hz: (f64, f64), following: Follo
         reach: Reach::Sixteen,
         width: Default::default(),
     };
-    Pursuit { cut, following, effort: picket::Effort::default(), carrier: None }
+    Pursuit { cut, following, effort: picket_dsp::Effort::default(), carrier: None }
 }
 
 /// A car and a motorcycle before a 24 GHz radar: two tracks, each within 1 % of the reference at its points, none on

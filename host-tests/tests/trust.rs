@@ -3,15 +3,15 @@
 
 use crate::signal::*;
 use host_tests::sized;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Stamp, Statistics};
-use picket::config::Config;
-use picket::pipeline::Pipeline;
-use picket::spectrum::engine::{Engine, I32};
-use picket::spectrum::peak::{Band, Search};
-use picket::tone::Verdict;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::detection::Threshold;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Stamp, Statistics};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::spectrum::engine::{Engine, I32};
+use picket_dsp::spectrum::peak::{Band, Search};
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::detection::Threshold;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::Exp1;

@@ -1,13 +1,13 @@
 //! Two tones in a record: told apart, or called unresolved. In the target's arithmetic.
 
 use crate::signal::*;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Stamp};
-use picket::config::Config;
-use picket::pipeline::Pipeline;
-use picket::plan::Plan;
-use picket::tone::fit::Reach;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Plan;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tone::{Tone, Verdict};
 use rand::RngExt;
 use std::f64::consts::TAU;
 

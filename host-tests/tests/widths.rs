@@ -3,11 +3,11 @@
 
 use host_tests::figures::Document;
 use host_tests::sized;
-use picket::acquire::sample::{Real, Stamp};
-use picket::config::Config;
-use picket::pipeline::{Measurement, Pipeline};
-use picket::tone::Verdict;
-use picket::tone::arithmetic::Arithmetic;
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::{Measurement, Pipeline};
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_firmware::pico::widths::{corrected, widen};
 use picket_firmware::pico::{N, Pairs};
 use picket_host::pico::converter::Converter;

@@ -2,7 +2,7 @@
 
 use crate::end::{self, Owned};
 use crate::toolchain::{self, ToolError, io_error};
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::sample::Record;
 use picket_wire::capture::Header;
 use std::collections::HashMap;
 use std::fmt;

@@ -1,12 +1,12 @@
 //! Every method a user can name: the core's registry and the host's references.
 
 use crate::reference::Reference;
-use picket::acquire::sample::Record;
-use picket::math::scalar::Scalar;
-use picket::methods::registry::{About, Method, Records, Unfit};
-use picket::methods::samples::Samples;
-use picket::spectrum::bins::{Bins, Rectangular};
-use picket::tone::fit::{Course, Reach, fit};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::methods::registry::{About, Method, Records, Unfit};
+use picket_dsp::methods::samples::Samples;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::tone::fit::{Course, Reach, fit};
 use picket_transform::num_complex::Complex;
 
 /// A method of the core, with the reach of least squares, or one of the host.

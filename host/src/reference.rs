@@ -1,9 +1,9 @@
 //! Estimators too dear or too odd for a microcontroller, in `f64` on the host: Kay's, Fitz's and
 //! maximum likelihood, the yardsticks the others are held against.
 
-use picket::acquire::sample::Record;
-use picket::math::scalar::Scalar;
-use picket::methods::registry::{About, Needs, Records, Unfit, Window};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::methods::registry::{About, Needs, Records, Unfit, Window};
 use picket_transform::{Transform, num_complex::Complex};
 use std::f64::consts::TAU;
 
@@ -231,7 +231,7 @@ fn padded(samples: &[Complex64], pad: usize) -> Vec<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::sample::{Iq, Real};
+    use picket_dsp::acquire::sample::{Iq, Real};
 
     #[test]
     fn a_clean_tone_is_found_exactly() {

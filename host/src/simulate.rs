@@ -5,8 +5,8 @@
 //! number, so the order in which threads take trials does not matter.
 
 use num_complex::Complex;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -278,7 +278,7 @@ fn the_readme_shows_what_the_demo_prints() {
 /// Two seeds and two methods: what the firmware answers is what the pipeline answers on this machine, to the last bit.
 #[test]
 fn seeds_are_summed_up() {
-    use picket::methods::registry::Method;
+    use picket_dsp::methods::registry::Method;
     use picket_host::demo::seeds::{Spread, on_host};
     let lines =
         lines(&["--snr-db", "-10", "--seed", "7", "--seeds", "2", "--versus", "z-rife", "--json"]);

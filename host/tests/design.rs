@@ -1,8 +1,8 @@
 //! `picket design` against records of the physics simulator.
 
 use crate::cli::{lines, refused};
-use picket::acquire::sample::{Real, Stamp};
-use picket::{Codes, Config, Mixing, Pipeline};
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::{Codes, Config, Mixing, Pipeline};
 use picket_simulator::{Receiver, Sensor, Target};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

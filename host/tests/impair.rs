@@ -1,7 +1,7 @@
 //! Each impairment does what it says, measured on the samples.
 
 use num_complex::Complex;
-use picket::acquire::sample::{Iq, Real};
+use picket_dsp::acquire::sample::{Iq, Real};
 use picket_host::impair::{Impaired, Impairment, Setup, help};
 use picket_host::simulate::{Kind, Width, generator};
 use picket_transform::Transform;

@@ -1,8 +1,8 @@
 //! Every way from a record to a verdict gives the same one, whatever is wrong with the record.
 
-use picket::acquire::sample::{Iq, Real};
-use picket::config::Following;
-use picket::{
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::config::Following;
+use picket_dsp::{
     Codes, Config, Pipeline, Plan, Reach, Segment, Stamp, Tone, Tracker, Usable, Verdict,
 };
 use picket_host::arithmetic::{Arithmetic, engine, whole};

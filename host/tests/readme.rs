@@ -2,8 +2,8 @@
 
 use clap::Parser;
 use indicatif::ProgressBar;
-use picket::acquire::sample::{Iq, Real};
-use picket::methods::registry::Method;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::methods::registry::Method;
 use picket_host::demo::options::Options;
 use picket_host::demo::seeds::{Spread, on_host, text};
 use picket_host::report::SEED;

@@ -1,13 +1,13 @@
 //! What a board says when its sample rate changes: of every frame with a frequency, a tenth of the rate.
 
-use picket::acquire::sample::Stamp;
-use picket::config::Config;
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome};
-use picket::tone::frequency::Frequency;
-use picket::tone::harmonic::Harmonic;
-use picket::tone::phasor::Phasor;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::config::Config;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::harmonic::Harmonic;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Boot;
 use picket_wire::command::Answer;
 use picket_wire::follow::{Follow, Sighting};

@@ -1,12 +1,12 @@
 //! The recording that docs/board.md replays is what its command makes.
 
 use fixed::types::I0F32;
-use picket::acquire::sample::Stamp;
-use picket::methods::registry::Method;
-use picket::pipeline::Measurement;
-use picket::tone::frequency::Frequency;
-use picket::tone::phasor::Phasor;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::Measurement;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Clock;
 use picket_wire::lines::Lines;
 use picket_wire::telemetry::{Basis, Health, Telemetry};

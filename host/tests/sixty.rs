@@ -3,7 +3,7 @@
 
 use crate::cli::seed;
 use crate::unknown::picket;
-use picket::{Chirp, Mixing, Shape};
+use picket_dsp::{Chirp, Mixing, Shape};
 use picket_simulator::{Receiver, Sensor, Target, Waveform};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,9 +1,9 @@
 //! How fast a recording is measured. It prints figures; no time fails a test.
 
 use crate::cli::file;
-use picket::Config;
-use picket::acquire::codes::Codes;
-use picket::tone::fit::Reach;
+use picket_dsp::Config;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::tone::fit::Reach;
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::recording::Options;
@@ -59,7 +59,7 @@ fn ten_minutes() {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -1,6 +1,6 @@
 //! docs/trust.md: a section for each verdict, and pictures that are made again here.
 
-use picket::tone::Verdict;
+use picket_dsp::tone::Verdict;
 use picket_host::report::verdicts::EXAMPLES;
 use std::fs;
 use std::path::Path;

@@ -8,7 +8,7 @@
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use picket::solve::chirp::Shape;
+use picket_dsp::solve::chirp::Shape;
 use picket_wire::settings_error::RampError;
 
 /// The ramps to make. Frequencies are those at the RF input, behind the radar head's own divider.

@@ -1,6 +1,6 @@
 //! What the loop bounds: answers to noise, saves, waits for what is due, and counters that a host has set to 0.
 
-use picket::acquire::frontend::Counters;
+use picket_dsp::acquire::frontend::Counters;
 use picket_wire::telemetry::Health;
 
 /// Bytes of the host that are heard in a turn of the loop. A line of 921,600 baud brings no more while a block is

@@ -1,6 +1,6 @@
 //! What a clock adds to the error of a measurement.
 
-use picket::pipeline::{Measurement, Outcome};
+use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_wire::boot::Clock;
 
 /// Standard deviation of an internal oscillator's rate, as a share of it: 1 % at most at 25 degrees (STM32F446 data sheet, HSI), evenly
@@ -38,10 +38,10 @@ fn wider(sigma: f32, bits: f32) -> f32 {
 mod tests {
     use super::*;
     use fixed::types::{I0F32, I32F32};
-    use picket::solve::chirp::Target;
-    use picket::solve::doppler::Velocity;
-    use picket::tone::Tone;
-    use picket::tone::frequency::Frequency;
+    use picket_dsp::solve::chirp::Target;
+    use picket_dsp::solve::doppler::Velocity;
+    use picket_dsp::tone::Tone;
+    use picket_dsp::tone::frequency::Frequency;
 
     fn measured(result: Outcome) -> Measurement {
         let frequency = Frequency(I0F32::from_num(-0.1));

@@ -3,11 +3,11 @@
 use crate::meter::{BURSTS, Gathered, Meter};
 use core::mem;
 use heapless::Vec;
-use picket::accumulate::Accumulator;
-use picket::acquire::sample::{Record, Stamp};
-use picket::burst::BurstProcessor;
-use picket::pipeline::Measurement;
-use picket::plan::Plan;
+use picket_dsp::accumulate::Accumulator;
+use picket_dsp::acquire::sample::{Record, Stamp};
+use picket_dsp::burst::BurstProcessor;
+use picket_dsp::pipeline::Measurement;
+use picket_dsp::plan::Plan;
 use picket_wire::burst::Burst;
 use picket_wire::settings::Mode;
 use picket_wire::sum::Sum;

@@ -2,15 +2,15 @@
 
 use crate::slot::Slot;
 use heapless::Vec;
-use picket::acquire::frontend::Block;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::config::Config;
-use picket::pipeline::{Alternating, Measurement, Pipeline};
-use picket::plan::{EitherPlan, Plan};
-use picket::tone::harmonic::Harmonic;
-use picket::tone::lines::MOST;
-use picket::tone::phasor::Phasor;
-use picket::tracker::Tracker;
+use picket_dsp::acquire::frontend::Block;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
+use picket_dsp::plan::{EitherPlan, Plan};
+use picket_dsp::tone::harmonic::Harmonic;
+use picket_dsp::tone::lines::MOST;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tracker::Tracker;
 use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
 use picket_wire::fundamental::Fundamental;

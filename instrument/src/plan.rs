@@ -1,12 +1,12 @@
 //! The checks of settings that are the same on every board.
 
 use crate::checksum;
-use picket::accumulate::MOST_BLOCKS;
-use picket::acquire::burst::Trigger;
-use picket::acquire::frontend::Timing;
-use picket::config::{Config, Scene};
-use picket::plan::EitherPlan;
-use picket::solve::equations::Chirp;
+use picket_dsp::accumulate::MOST_BLOCKS;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::frontend::Timing;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::plan::EitherPlan;
+use picket_dsp::solve::equations::Chirp;
 use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
 use picket_wire::settings_error::SettingsError;

@@ -3,9 +3,9 @@
 use crate::plan::Plan;
 use crate::slot::Slot;
 use crate::storage::Storage;
-use picket::acquire::codes::Codes;
-use picket::acquire::frontend::Counters;
-use picket::pipeline::Measurement;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::frontend::Counters;
+use picket_dsp::pipeline::Measurement;
 use picket_wire::boot::Clock;
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;

@@ -1,6 +1,6 @@
 //! The memory of a block, which has one owner at a time.
 
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::sample::Record;
 use picket_wire::settings::GUARD;
 
 /// The right to a block's memory: `WORDS` words of 32 bits. A sample of a real record takes half a
@@ -55,7 +55,7 @@ impl<const WORDS: usize> Slot<WORDS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::sample::{Iq, Real};
+    use picket_dsp::acquire::sample::{Iq, Real};
     use std::boxed::Box;
 
     #[test]

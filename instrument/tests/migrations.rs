@@ -2,12 +2,12 @@
 //! is named, with the settings of [`written`]; none by today's encoder.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
 use picket_instrument::Start;
 use picket_instrument::crashes::Crashes;
 use picket_instrument::storage::{self, Page, Storage};

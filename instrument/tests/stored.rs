@@ -1,16 +1,16 @@
 //! Settings as flash keeps them, against a reader that is written another way: with fields of later programs among them, cut off, with
 //! flipped bits, and with power that ends within a save.
 
-use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Following, Scene};
-use picket::methods::registry::Method;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::effort::Effort;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::fit::Reach;
 use picket_instrument::Start;
 use picket_instrument::crashes::Crashes;
 use picket_instrument::storage::{self, PAGE, Page, Payload, Storage};

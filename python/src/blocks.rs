@@ -2,8 +2,8 @@
 
 use crate::native::{Native, Work};
 use crate::tables::{self, BlockRow, joined};
-use picket::spectrum::engine::Engine;
-use picket::{Phasor, Pipeline, Plan, Record, Stamp};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::{Phasor, Pipeline, Plan, Record, Stamp};
 use rayon::prelude::*;
 use std::ops::Range;
 

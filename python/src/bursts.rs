@@ -2,10 +2,10 @@
 
 use crate::native::{Native, samples_of};
 use crate::tables::{self, TargetRow, joined};
-use picket::acquire::kind::ForRecord;
-use picket::plan::Solver;
-use picket::solve::doppler;
-use picket::{Burst, BurstProcessor, ConfigError, Outcome, Record, Trigger};
+use picket_dsp::acquire::kind::ForRecord;
+use picket_dsp::plan::Solver;
+use picket_dsp::solve::doppler;
+use picket_dsp::{Burst, BurstProcessor, ConfigError, Outcome, Record, Trigger};
 
 /// All bursts of a stream.
 pub struct Bursts<'a> {

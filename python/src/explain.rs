@@ -2,11 +2,11 @@
 
 use crate::native::{Native, Work};
 use crate::tables::{self, ToneRow};
-use picket::model::{Answer, Cause};
-use picket::spectrum::engine::Engine;
-use picket::tone::judge::{Judgement, Line};
-use picket::tone::observer::{Observer, Step, Test};
-use picket::{Pipeline, Plan, Record};
+use picket_dsp::model::{Answer, Cause};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::tone::judge::{Judgement, Line};
+use picket_dsp::tone::observer::{Observer, Step, Test};
+use picket_dsp::{Pipeline, Plan, Record};
 use std::cell::RefCell;
 
 /// One thing that was heard of a measurement: the fit that is judged, the test, its value, its limit, and what is said.

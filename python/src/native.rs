@@ -9,10 +9,10 @@ use crate::terms::{self, SceneTerms};
 use crate::tracks::Follow;
 use crate::wrong;
 use numpy::{PyArray2, PyReadonlyArray1};
-use picket::acquire::frontend::Timing;
-use picket::acquire::kind::{ForRecord, for_record};
-use picket::spectrum::engine::Engine;
-use picket::{
+use picket_dsp::acquire::frontend::Timing;
+use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::{
     Arithmetic, Carrier, Config, Effort, F32, Following, I32, Plan, Q15, Record, Segment, Stamp,
     Trigger,
 };
@@ -49,7 +49,7 @@ pub trait Work {
 struct Engined<'a, W>(&'a Native, W);
 
 impl<W: Work> ForRecord for Engined<'_, W> {
-    type Output = Result<W::Output, picket::ConfigError>;
+    type Output = Result<W::Output, picket_dsp::ConfigError>;
 
     fn run<R: Record, const N: usize>(self) -> Self::Output {
         let Self(native, work) = self;
@@ -219,7 +219,7 @@ impl Native {
     /// Does work that knows its engine.
     fn usual<T, W>(&self, work: W) -> PyResult<T>
     where
-        W: ForRecord<Output = Result<T, picket::ConfigError>>,
+        W: ForRecord<Output = Result<T, picket_dsp::ConfigError>>,
     {
         let done = for_record(self.iq, self.n, work);
         done.ok_or_else(|| wrong(terms::length(self.n)))?.map_err(wrong)

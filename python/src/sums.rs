@@ -2,8 +2,8 @@
 
 use crate::native::{Native, Work};
 use crate::tables::{self, joined};
-use picket::spectrum::engine::Engine;
-use picket::{Accumulator, Pipeline, Plan, Record, Segment};
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::{Accumulator, Pipeline, Plan, Record, Segment};
 
 /// Every complete sum of so many blocks.
 pub struct Sums<'a> {

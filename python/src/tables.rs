@@ -2,11 +2,11 @@
 
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
-use picket::pipeline::Outcome;
-use picket::solve::chirp::{Ambiguity, Target};
-use picket::solve::track::Track;
-use picket::tone::phasor::Phasor;
-use picket::{Measurement, Tone};
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::track::Track;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::{Measurement, Tone};
 use pyo3::prelude::*;
 
 /// Rows of so many columns as an array.

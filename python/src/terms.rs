@@ -1,6 +1,6 @@
 //! What a user set, as Python gives it.
 
-use picket::{Chirp, Codes, Mixing, Scene, Shape};
+use picket_dsp::{Chirp, Codes, Mixing, Scene, Shape};
 
 /// A scene: its kind, wavelength, angle, bandwidth, duration, guard, curvature, shape, mixing.
 pub type SceneTerms<'a> = (&'a str, f64, f64, f64, f64, f64, f64, &'a str, &'a str);

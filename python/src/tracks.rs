@@ -2,9 +2,9 @@
 
 use crate::native::Native;
 use crate::tables::{self, BlockRow, TargetRow, TrackRow, joined};
-use picket::acquire::kind::ForRecord;
-use picket::solve::track::State;
-use picket::{ConfigError, Outcome, Record, Segment, Tracker};
+use picket_dsp::acquire::kind::ForRecord;
+use picket_dsp::solve::track::State;
+use picket_dsp::{ConfigError, Outcome, Record, Segment, Tracker};
 
 /// The tones of a recording, from its start.
 pub struct Follow<'a> {

@@ -5,8 +5,8 @@
 //! works, and any sensor whose echo is weak and whose phase is new in each block.
 //!
 //! ```
-//! use picket::{Accumulator, Codes, Config, Pipeline, Real, Verdict};
-//! # use picket::Stamp;
+//! use picket_dsp::{Accumulator, Codes, Config, Pipeline, Real, Verdict};
+//! # use picket_dsp::Stamp;
 //! # let mut state = 1u32;
 //! # let mut noise = || { (0..12).map(|_| { state = state.wrapping_mul(1664525).wrapping_add(1013904223); f64::from(state >> 8) / 16777216.0 - 0.5 }).sum::<f64>() };
 //!
@@ -27,7 +27,7 @@
 //! # let tone = found.unwrap();
 //! # assert_eq!(tone.verdict, Verdict::Good, "{tone}");
 //! # assert!((tone.frequency.cycles() - 1.234 / std::f64::consts::TAU).abs() < 5.0 * f64::from(tone.sigma));
-//! # Ok::<(), picket::ConfigError>(())
+//! # Ok::<(), picket_dsp::ConfigError>(())
 //! ```
 //!
 //! # What is added

@@ -12,7 +12,7 @@ use super::sample::{Record, Segment, Stamp};
 /// Chunks in, records out. Its memory is a record of `N` samples.
 ///
 /// ```
-/// use picket::{Assembler, Format, Real};
+/// use picket_dsp::{Assembler, Format, Real};
 ///
 /// let mut assembler = Assembler::<Real, 64>::new(Format::unsigned::<12>());
 /// let mut records = 0;

@@ -30,7 +30,7 @@ words!(u8: u8, i8: u8, u16: u16, i16: u16, u32: u32, i32: u32);
 /// Where a word holds its code, and how the code becomes a sample of 16 bits.
 ///
 /// ```
-/// use picket::{Codes, Format};
+/// use picket_dsp::{Codes, Format};
 ///
 /// // A microcontroller's converter, left-aligned in 16 bits.
 /// let format = Format::unsigned::<12>().left_aligned_in::<16>();

@@ -7,7 +7,7 @@
 //! frequency with its envelope as the weight.
 //!
 //! ```
-//! use picket::{BurstProcessor, Codes, Config, Real};
+//! use picket_dsp::{BurstProcessor, Codes, Config, Real};
 //!
 //! let plan = Config::new(1e6, Codes::signed::<12>()).plan()?;
 //! let mut processor = BurstProcessor::<Real, 1024>::new(plan);
@@ -22,9 +22,9 @@
 //!     });
 //! }
 //! # assert_eq!(bursts.len(), 1);
-//! # assert_eq!(bursts[0].validation, picket::Validation::Valid);
+//! # assert_eq!(bursts[0].validation, picket_dsp::Validation::Valid);
 //! # assert!((bursts[0].tone.frequency.cycles() - 0.8 / std::f64::consts::TAU).abs() < 5.0 * f64::from(bursts[0].tone.sigma));
-//! # Ok::<(), picket::ConfigError>(())
+//! # Ok::<(), picket_dsp::ConfigError>(())
 //! ```
 //!
 //! # How good

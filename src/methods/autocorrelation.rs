@@ -4,9 +4,9 @@
 //! take [`Iq`] only.
 //!
 //! ```compile_fail,E0308
-//! use picket::acquire::sample::{Real, Iq};
-//! use picket::methods::{autocorrelation::autocorrelation, samples::Raw};
-//! use picket::spectrum::bins::{Bins, Rectangular};
+//! use picket_dsp::acquire::sample::{Real, Iq};
+//! use picket_dsp::methods::{autocorrelation::autocorrelation, samples::Raw};
+//! use picket_dsp::spectrum::bins::{Bins, Rectangular};
 //! fn real(bins: &Bins<f32, Real, Rectangular>, samples: &[i16]) -> f32 {
 //!     autocorrelation(bins, &Raw::<Real>(samples))
 //! }
@@ -101,9 +101,9 @@ fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// [`fesa_corrected`].
 ///
 /// ```compile_fail,E0308
-/// use picket::acquire::sample::{Real, Iq};
-/// use picket::methods::{autocorrelation::fesa, samples::Raw};
-/// use picket::spectrum::bins::{Bins, Rectangular};
+/// use picket_dsp::acquire::sample::{Real, Iq};
+/// use picket_dsp::methods::{autocorrelation::fesa, samples::Raw};
+/// use picket_dsp::spectrum::bins::{Bins, Rectangular};
 /// fn real(bins: &Bins<f32, Real, Rectangular>, samples: &[i16]) -> f32 {
 ///     fesa(bins, &Raw::<Real>(samples), 1.0)
 /// }

@@ -10,18 +10,18 @@
 //! A window is part of a bin's type. Estimators for the one do not take the other:
 //!
 //! ```compile_fail,E0308
-//! use picket::acquire::sample::Iq;
-//! use picket::methods::rife::z_rife;
-//! use picket::spectrum::bins::{Bins, Hann};
+//! use picket_dsp::acquire::sample::Iq;
+//! use picket_dsp::methods::rife::z_rife;
+//! use picket_dsp::spectrum::bins::{Bins, Hann};
 //! fn wrong(bins: &Bins<f32, Iq, Hann>) -> f32 {
 //!     z_rife(bins)
 //! }
 //! ```
 //!
 //! ```compile_fail,E0308
-//! use picket::acquire::sample::Real;
-//! use picket::methods::hann::grandke;
-//! use picket::spectrum::bins::{Bins, Rectangular};
+//! use picket_dsp::acquire::sample::Real;
+//! use picket_dsp::methods::hann::grandke;
+//! use picket_dsp::spectrum::bins::{Bins, Rectangular};
 //! fn wrong(bins: &Bins<f32, Real, Rectangular>) -> f32 {
 //!     grandke(bins)
 //! }

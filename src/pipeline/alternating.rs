@@ -47,8 +47,8 @@ use num_complex::Complex;
 /// A pipeline for `N` pairs that are taken by turns, which are `TWICE = 2 N` real samples.
 ///
 /// ```
-/// use picket::pipeline::Alternating;
-/// use picket::{Codes, Iq, Plan, Stamp};
+/// use picket_dsp::pipeline::Alternating;
+/// use picket_dsp::{Codes, Iq, Plan, Stamp};
 ///
 /// let mut pipeline = Alternating::<256, 512>::new(Plan::<Iq, 256>::tone(1e3, Codes::signed::<12>()));
 /// let turn = |pairs: f64| (1000.0 * (std::f64::consts::TAU * -0.2 * pairs).cos()) as i16;

@@ -23,7 +23,7 @@ use crate::tone::sigma::{sigma_bins, with_rounding};
 /// for I/Q, half of it by the engine [`Q15`](crate::spectrum::engine::Q15).
 ///
 /// ```
-/// use picket::{Codes, FrequencyOnly, Real};
+/// use picket_dsp::{Codes, FrequencyOnly, Real};
 ///
 /// # let samples: [i16; 1024] =
 /// #     core::array::from_fn(|n| (900.0 * (0.131 * n as f64).sin() + 4.0 * (7.1 * n as f64).sin()) as i16);

@@ -1,8 +1,8 @@
 //! An answer as a row of numbers, which the page shows, stores and writes. What there is not is NaN.
 
-use picket::acquire::sample::Stamp;
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::chirp::Ambiguity;
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::chirp::Ambiguity;
 
 macro_rules! answer {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
@@ -54,7 +54,7 @@ answer! {
     clipped,
     /// The verdict's number.
     verdict,
-    /// What applies besides, a bit each, see [`picket::Verdicts::bits`].
+    /// What applies besides, a bit each, see [`picket_dsp::Verdicts::bits`].
     also,
     /// The range.
     range_m,

@@ -5,12 +5,12 @@ use crate::device::{Blocks, Listener, Said};
 use crate::row::row;
 use crate::settings::{Kind, Settings};
 use crate::station::{self, Station};
-use picket::acquire::burst::Counters;
-use picket::acquire::sample::Stamp;
-use picket::config::Scene;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tone::Tone;
+use picket_dsp::acquire::burst::Counters;
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::config::Scene;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::Tone;
 use picket_wire::boot::Boot;
 use picket_wire::burst::Burst;
 use picket_wire::command::{Command, Request};
@@ -149,7 +149,7 @@ impl Board {
             _ => Kind::Tone,
         };
         // A raw block is measured as a tone: which of a chirp's segments it is, it does not say.
-        let plain = picket::Config { scene: Scene::Tone, ..*config };
+        let plain = picket_dsp::Config { scene: Scene::Tone, ..*config };
         self.station = station::of_config(&plain, device.iq, n, settings.full_scale()).ok();
         (self.device, self.asks, self.told_hz) = (Some((device, n)), false, None);
     }

@@ -4,8 +4,8 @@
 pub mod same_bits;
 
 use crate::station::of_config;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::{Arithmetic, Codes, Config};
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::{Arithmetic, Codes, Config};
 pub use same_bits::Seen;
 use same_bits::{Random, fill, hashed};
 
@@ -39,7 +39,7 @@ fn measure<R: Record>(fixed: bool, n: usize, blocks: u32, random: &mut Random, s
         let Some(measurement) = station.block(stamp, &parts) else { continue };
         let tone = measurement.tone;
         seen.blocks += 1;
-        seen.good += u32::from(tone.verdict == picket::Verdict::Good);
+        seen.good += u32::from(tone.verdict == picket_dsp::Verdict::Good);
         let [sigma, snr, amplitude] = [tone.sigma, tone.snr, tone.amplitude].map(f32::to_bits);
         let frequency = tone.frequency.0.to_bits() as u32;
         for word in [frequency, sigma, snr, amplitude, tone.verdict as u32] {

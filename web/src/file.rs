@@ -3,7 +3,7 @@
 use crate::answer::Answer;
 use crate::settings::{Kind, Settings};
 use crate::station::{self, Station};
-use picket::acquire::sample::Stamp;
+use picket_dsp::acquire::sample::Stamp;
 use picket_recording::{Blocks, Options, Recording, RecordingError, Sample};
 use std::path::Path;
 

@@ -6,8 +6,8 @@ use crate::file::File;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::station::{self, Picture, Station};
-use picket::acquire::sample::{Segment, Stamp};
-use picket::tone::Verdict;
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::tone::Verdict;
 
 /// Where blocks come from.
 enum Source {

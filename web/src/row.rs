@@ -1,6 +1,6 @@
 //! A tone of several as a row of numbers. Both modules of the page leave such rows.
 
-use picket::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::Phasor;
 
 /// How many numbers a tone has.
 pub const COLUMNS: usize = 7;

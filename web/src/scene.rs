@@ -4,9 +4,9 @@
 
 use crate::random::Random;
 use crate::settings::{Kind, Settings};
-use picket::Mixing;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::config::{SPEED_OF_LIGHT, Scene as Wave};
+use picket_dsp::Mixing;
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::config::{SPEED_OF_LIGHT, Scene as Wave};
 use picket_simulator::{Receiver, Sensor, Target};
 use std::f64::consts::TAU;
 
@@ -254,8 +254,8 @@ fn turned(voltages: &mut [[f64; 2]], turn: &mut f64, step: f64, level: f64) {
 mod tests {
     use super::*;
     use crate::station::station;
-    use picket::pipeline::Outcome;
-    use picket::tone::Verdict;
+    use picket_dsp::pipeline::Outcome;
+    use picket_dsp::tone::Verdict;
 
     /// The errors of so many good answers in units of their sigmas: of the tone, the velocity and the range.
     fn errors(settings: &Settings, sliders: &[(&str, f64)], blocks: usize) -> [Vec<f64>; 3] {

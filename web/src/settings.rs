@@ -1,9 +1,9 @@
 //! What the page has set, by name, and the configuration that follows from it.
 
-use picket::acquire::codes::Codes;
-use picket::config::{Config, Following, Scene};
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
 
 /// What the samples are taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

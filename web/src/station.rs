@@ -2,14 +2,14 @@
 
 use crate::answer::Answer;
 use crate::settings::{Kind, Settings};
-use picket::accumulate::Accumulator;
-use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
-use picket::config::{Config, ConfigError};
-use picket::pipeline::{Measurement, Pipeline};
-use picket::plan::{Plan, Terms};
-use picket::spectrum::Spectrum;
-use picket::spectrum::peak::{self, Peak};
-use picket::tracker::Tracker;
+use picket_dsp::accumulate::Accumulator;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket_dsp::config::{Config, ConfigError};
+use picket_dsp::pipeline::{Measurement, Pipeline};
+use picket_dsp::plan::{Plan, Terms};
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::peak::{self, Peak};
+use picket_dsp::tracker::Tracker;
 use std::f64::consts::PI;
 
 /// Measures blocks, and remembers the last of which there is a picture.
@@ -178,7 +178,7 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
     fn tracks(&self, segment: Segment, into: &mut Vec<f64>) {
         let rate_hz = self.terms().rate_hz;
         for track in self.tracker.tracks(segment) {
-            if track.state == picket::solve::track::State::Held {
+            if track.state == picket_dsp::solve::track::State::Held {
                 into.extend([
                     f64::from(track.number),
                     track.tone.frequency.hertz(rate_hz),

@@ -31,14 +31,14 @@ use super::telemetry::{Health, Telemetry};
 use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
-use picket::acquire::burst::Counters;
-use picket::acquire::sample::Stamp;
-use picket::burst::{self, Validation};
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::doppler::Velocity;
-use picket::tone::frequency::Frequency;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::acquire::burst::Counters;
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::burst::{self, Validation};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::doppler::Velocity;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

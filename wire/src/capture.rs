@@ -18,11 +18,11 @@ use crate::bytes::{Reader, Writer};
 use crate::config;
 pub use crate::config::EncodingError;
 use crc::{CRC_32_ISO_HDLC, Crc};
-use picket::acquire::frontend::Timing;
-use picket::acquire::sample::Record;
-use picket::carrier::Carrier;
-use picket::config::{Config, Scene};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::frontend::Timing;
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::equations::Chirp;
 
 /// The header, which precedes the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,9 +143,9 @@ pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::codes::Codes;
-    use picket::acquire::sample::{Iq, Real};
-    use picket::solve::chirp::{Mixing, Shape};
+    use picket_dsp::acquire::codes::Codes;
+    use picket_dsp::acquire::sample::{Iq, Real};
+    use picket_dsp::solve::chirp::{Mixing, Shape};
 
     fn headers() -> [Header; 3] {
         let config = Config::new(48e3, Codes::signed::<16>());

@@ -21,16 +21,16 @@
 //! have written, and these mean the usual one.
 
 use crate::bytes::{Reader, Writer};
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Following, Scene};
-use picket::methods::registry::Method;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::spectrum::fft::twiddle::supported;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::effort::Effort;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::spectrum::fft::twiddle::supported;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::fit::Reach;
 
 /// Why bytes are not a capture or not settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

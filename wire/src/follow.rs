@@ -21,13 +21,13 @@ use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
-use picket::acquire::sample::{Record, Segment, Stamp};
-use picket::solve::chirp::Target;
-use picket::solve::track::{State, Track};
-use picket::tone::Verdict;
-use picket::tone::frequency::Frequency;
-use picket::tone::lines::MOST;
-use picket::tracker::Tracker;
+use picket_dsp::acquire::sample::{Record, Segment, Stamp};
+use picket_dsp::solve::chirp::Target;
+use picket_dsp::solve::track::{State, Track};
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::lines::MOST;
+use picket_dsp::tracker::Tracker;
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

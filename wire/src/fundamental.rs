@@ -18,10 +18,10 @@ use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
 use fixed::types::I0F32;
 use heapless::Vec;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::tone::frequency::Frequency;
-use picket::tone::harmonic::Harmonic;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::harmonic::Harmonic;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

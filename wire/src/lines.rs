@@ -18,11 +18,11 @@ use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};
 use fixed::types::I0F32;
 use heapless::Vec;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::tone::frequency::Frequency;
-use picket::tone::lines::MOST;
-use picket::tone::phasor::Phasor;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::lines::MOST;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
 pub const VERSION: u8 = 1;

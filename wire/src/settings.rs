@@ -28,14 +28,14 @@ use crate::config::EncodingError;
 use crate::settings_error::SettingsError;
 use fixed::types::I32F32;
 use heapless::Vec;
-use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Scene};
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::equations::Chirp;
 #[cfg(doc)]
-use picket::tone::lines::MOST;
+use picket_dsp::tone::lines::MOST;
 
 /// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;
@@ -126,14 +126,14 @@ pub enum Mode {
     /// Each block is measured.
     #[default]
     Blocks,
-    /// Blocks are added without their phases, and each sum is measured: see [`picket::accumulate`] and [`crate::sum`].
+    /// Blocks are added without their phases, and each sum is measured: see [`picket_dsp::accumulate`] and [`crate::sum`].
     Accumulate {
         /// Blocks of a sum, 1 to 65536.
         blocks: u32,
         /// The line moves by this many bins from one block to the next.
         drift_bins: f32,
     },
-    /// Bursts are cut out of the stream, and each is measured: see [`picket::burst`] and [`crate::burst`].
+    /// Bursts are cut out of the stream, and each is measured: see [`picket_dsp::burst`] and [`crate::burst`].
     Bursts(Trigger),
 }
 
@@ -432,9 +432,9 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::config::Scene;
-    use picket::solve::chirp::{Shape, Target};
-    use picket::solve::equations::Chirp;
+    use picket_dsp::config::Scene;
+    use picket_dsp::solve::chirp::{Shape, Target};
+    use picket_dsp::solve::equations::Chirp;
 
     fn chirp(shape: Shape, drive: Drive) -> Settings {
         let scene = Scene::Chirp(Chirp {

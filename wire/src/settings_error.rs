@@ -1,7 +1,7 @@
 //! Why settings cannot work on a board, in numbers for the wire and in words for people.
 
 use crate::config::EncodingError;
-use picket::config::ConfigError;
+use picket_dsp::config::ConfigError;
 
 /// Why a sample rate is impossible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

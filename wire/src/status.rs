@@ -3,7 +3,7 @@
 use super::frame::{self, Frame, Kind, WIRE};
 use crate::bytes::{Reader, Writer};
 use heapless::Vec;
-use picket::acquire::frontend::Counters;
+use picket_dsp::acquire::frontend::Counters;
 
 /// The status. On the wire it is a version and then fourteen words, little-endian, in the order of
 /// the fields. The last word is missing in the first programs' statuses, and is then 0.

@@ -39,13 +39,13 @@ use crate::boot::Clock;
 use crate::bytes::{Reader, Writer};
 use fixed::types::{I0F32, I32F32};
 use heapless::Vec;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::methods::registry::Method;
-use picket::pipeline::{Measurement, Outcome};
-use picket::solve::chirp::{Ambiguity, Target};
-use picket::solve::doppler::Velocity;
-use picket::tone::frequency::Frequency;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::solve::chirp::{Ambiguity, Target};
+use picket_dsp::solve::doppler::Velocity;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 
 /// The version of the layout.
 pub const VERSION: u8 = 2;
@@ -64,7 +64,7 @@ pub struct Basis {
     pub settings: u32,
     /// The source of the sample clock.
     pub clock: Clock,
-    /// The effort of the measurement: its number, see [`Effort::from_number`](picket::Effort::from_number).
+    /// The effort of the measurement: its number, see [`Effort::from_number`](picket_dsp::Effort::from_number).
     pub effort: u8,
 }
 

@@ -1,10 +1,10 @@
 //! Settings as programs before version 3 sent and saved them: the bytes were written by such a program.
 
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
 use picket_wire::command::{Answer, Command, Refusal, Request};
 use picket_wire::frame::{Frame, Kind};
 use picket_wire::settings::{Calibration, Drive, Settings};

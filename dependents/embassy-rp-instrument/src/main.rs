@@ -21,8 +21,8 @@ use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, Instant, TICK_HZ, Timer};
 use embedded_io_async::{Read, Write};
 use panic_halt as _;
-use picket::acquire::frontend::{Block, Counters, Timing};
-use picket::{Codes, Pipeline, Real};
+use picket_dsp::acquire::frontend::{Block, Counters, Timing};
+use picket_dsp::{Codes, Pipeline, Real};
 use picket_instrument::{End, Instrument, Port, Start, crashes::Crashes, nor::Pages};
 use picket_instrument::{plan::Plan, slot::Slot, words::words};
 use picket_wire::boot::Clock;
@@ -191,7 +191,7 @@ async fn main(spawner: Spawner) {
     };
     port.watchdog.start(BITE);
     // One converter: no pairs.
-    let (mut meter, mut pairs) = (Pipeline::<Real, N>::new(picket::Plan::IDLE), ());
+    let (mut meter, mut pairs) = (Pipeline::<Real, N>::new(picket_dsp::Plan::IDLE), ());
     let (mut left, mut saves, mut bytes) = (None, 0, [0; 64]);
     loop {
         // An instrument, from its start to the order that ends it.

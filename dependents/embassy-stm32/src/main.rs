@@ -9,7 +9,7 @@ use embassy_stm32::adc::{Adc, AdcChannel, CONTINUOUS, Exten, SampleTime};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::{bind_interrupts, dma, peripherals};
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;

@@ -11,7 +11,7 @@ use embassy_stm32::pac::{ADC1, adc::vals::Ovrmod};
 use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::{Config, bind_interrupts, dma, peripherals};
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     DMA1_CHANNEL1 => dma::InterruptHandler<peripherals::DMA1_CH1>;

@@ -15,7 +15,7 @@ use esp_hal::peripherals::{ADC1, GPIO3};
 use esp_hal::time::Duration;
 use esp_hal::timer::{PeriodicTimer, systimer::SystemTimer};
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 
 esp_bootloader_esp_idf::esp_app_desc!();
 

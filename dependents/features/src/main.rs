@@ -4,10 +4,10 @@
 //! A record of the file: a byte that says I/Q, a byte with the power of two of its length, a byte with the bits of its codes, then its
 //! samples, two bytes each, the lower one first; those of I/Q in pairs.
 
-use picket::acquire::sample::Record;
-use picket::tone::harmonic::HIGHEST;
-use picket::tone::lines::MOST;
-use picket::{
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::tone::harmonic::HIGHEST;
+use picket_dsp::tone::lines::MOST;
+use picket_dsp::{
     Arithmetic, Codes, Config, FrequencyOnly, Iq, Measurement, Pipeline, Plan, Real, Stamp, Tone,
     Verdict,
 };

@@ -11,7 +11,7 @@ use embassy_nrf::saadc::{CallbackResult, ChannelConfig, Config, InterruptHandler
 use embassy_nrf::timer::{Frequency, Timer};
 use embassy_nrf::{bind_interrupts, pac};
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     SAADC => InterruptHandler;

@@ -8,7 +8,7 @@ mod same_bits;
 
 use core::fmt::Write;
 use panic_halt as _;
-use picket::Arithmetic;
+use picket_dsp::Arithmetic;
 use riscv_rt::entry;
 use same_bits::same_bits;
 

@@ -5,7 +5,7 @@
 use cortex_m::singleton;
 use embedded_hal::digital::OutputPin;
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 use rp2040_hal::adc::{Adc, AdcPin};
 use rp2040_hal::dma::{DMAExt, SingleChannel, double_buffer};
 use rp2040_hal::gpio::Pins;

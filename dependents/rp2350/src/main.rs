@@ -7,7 +7,7 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use embedded_hal::digital::OutputPin;
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 use rp235x_hal::adc::{Adc, AdcPin};
 use rp235x_hal::dma::{DMAExt, SingleChannel, double_buffer};
 use rp235x_hal::gpio::Pins;

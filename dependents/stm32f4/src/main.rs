@@ -7,7 +7,7 @@ use core::array::from_fn;
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use cortex_m_rt::entry;
 use panic_halt as _;
-use picket::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
 use stm32f4::stm32f446::{Interrupt, NVIC, Peripherals, interrupt};
 
 /// The converter's clock is 8 MHz after reset; a conversion takes 480 + 12 of its cycles.

@@ -4,7 +4,7 @@
 #[path = "../../same_bits.rs"]
 mod same_bits;
 
-use picket::Arithmetic;
+use picket_dsp::Arithmetic;
 use same_bits::same_bits;
 
 /// The checksum of every tone, by either arithmetic.

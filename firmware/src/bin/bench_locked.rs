@@ -7,16 +7,16 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp, Statistics};
-use picket::pipeline::Pipeline;
-use picket::plan::Plan;
-use picket::spectrum::fft::twiddle::MAX_LENGTH;
-use picket::spectrum::zoom::Oscillator;
-use picket::tone::Tone;
-use picket::tone::lock::Lock;
-use picket::tone::zoomed::{self, Place};
-use picket::tracker::Tracker;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp, Statistics};
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Plan;
+use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_dsp::spectrum::zoom::Oscillator;
+use picket_dsp::tone::Tone;
+use picket_dsp::tone::lock::Lock;
+use picket_dsp::tone::zoomed::{self, Place};
+use picket_dsp::tracker::Tracker;
 use picket_firmware::mps2::count::{Random, count, measured};
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};

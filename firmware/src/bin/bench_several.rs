@@ -6,13 +6,13 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use picket::acquire::sample::Real;
-use picket::pipeline::{Measurement, Outcome, Pipeline};
-use picket::solve::chirp::Mixing;
-use picket::solve::displacement::{Between, Unwrapper};
-use picket::solve::equations::Equations;
-use picket::solve::pairing::{Habits, Pairing};
-use picket::tone::lines::MOST;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
+use picket_dsp::solve::chirp::Mixing;
+use picket_dsp::solve::displacement::{Between, Unwrapper};
+use picket_dsp::solve::equations::Equations;
+use picket_dsp::solve::pairing::{Habits, Pairing};
+use picket_dsp::tone::lines::MOST;
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};

@@ -4,10 +4,10 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use picket::acquire::kind::{ForRecord, for_record};
-use picket::acquire::sample::Record;
-use picket::pipeline::Pipeline;
-use picket::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};
 use picket_firmware::mps2::{Timer, Uart, figure, handlers};

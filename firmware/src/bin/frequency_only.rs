@@ -5,9 +5,9 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::pipeline::FrequencyOnly;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::pipeline::FrequencyOnly;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use static_cell::ConstStaticCell;

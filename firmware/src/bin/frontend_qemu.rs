@@ -3,9 +3,9 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use picket::acquire::kind::{ForRecord, for_record};
-use picket::acquire::sample::Record;
-use picket::pipeline::Pipeline;
+use picket_dsp::acquire::kind::{ForRecord, for_record};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::pipeline::Pipeline;
 use picket_firmware::mps2::converter::Acquisition;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, send};

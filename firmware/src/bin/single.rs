@@ -5,10 +5,10 @@
 
 use core::hint::black_box;
 use cortex_m_rt::entry;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Stamp};
-use picket::pipeline::Pipeline;
-use picket::plan::Plan;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Plan;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use static_cell::ConstStaticCell;

@@ -4,8 +4,8 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use picket::acquire::sample::Real;
-use picket::tracker::Tracker;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::tracker::Tracker;
 use picket_firmware::mps2::converter::Acquisition;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::playback::{Playback, fail, send};

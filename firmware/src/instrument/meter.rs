@@ -1,10 +1,10 @@
 //! What an image measures, beyond one tone of a block or not, and the memory for it.
 
-use picket::acquire::sample::{Iq, Real};
+use picket_dsp::acquire::sample::{Iq, Real};
 #[cfg(not(any(image = "signals", image = "tracking", image = "lines")))]
-pub use picket::pipeline::Pipeline as Meter;
+pub use picket_dsp::pipeline::Pipeline as Meter;
 #[cfg(image = "tracking")]
-pub use picket::tracker::Tracker as Meter;
+pub use picket_dsp::tracker::Tracker as Meter;
 #[cfg(image = "signals")]
 pub use picket_instrument::gatherer::Gatherer as Meter;
 #[cfg(image = "lines")]
@@ -22,13 +22,13 @@ macro_rules! meters {
     ($n:expr) => {
         $crate::meters!(
             $n,
-            $crate::instrument::meter::Meter<picket::acquire::sample::Iq, { $n }>,
-            $crate::instrument::meter::Meter::new(picket::plan::Plan::IDLE)
+            $crate::instrument::meter::Meter<picket_dsp::acquire::sample::Iq, { $n }>,
+            $crate::instrument::meter::Meter::new(picket_dsp::plan::Plan::IDLE)
         )
     };
     ($n:expr, $iq:ty, $idle:expr) => {{
-        use picket::acquire::sample::Real;
-        use picket::plan::Plan;
+        use picket_dsp::acquire::sample::Real;
+        use picket_dsp::plan::Plan;
         use $crate::instrument::meter::Meter;
         static REAL: static_cell::ConstStaticCell<Meter<Real, { $n }>> =
             static_cell::ConstStaticCell::new(Meter::new(Plan::IDLE));

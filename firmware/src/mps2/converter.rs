@@ -11,9 +11,9 @@ use super::{self as mps2, CLOCK_HZ, DMA_IRQ, Dma as Controller, Timer};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::interrupt::{Mutex, free};
-use picket::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status};
-use picket::acquire::sample::Record;
-use picket::spectrum::fft::twiddle::MAX_LENGTH;
+use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, Filler, FrontEnd, Status};
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::spectrum::fft::twiddle::MAX_LENGTH;
 use picket_wire::capture::Header;
 use static_cell::ConstStaticCell;
 
@@ -190,7 +190,7 @@ impl Acquisition {
     pub fn play<R: Record, const N: usize>(
         &mut self,
         playback: &mut Playback,
-        mut work: impl FnMut(&picket::acquire::sample::Stamp, &Counters, &[R::Sample; N]),
+        mut work: impl FnMut(&picket_dsp::acquire::sample::Stamp, &Counters, &[R::Sample; N]),
     ) -> (Counters, Interrupts) {
         let mut left = playback.header.blocks;
         while left > 0 {

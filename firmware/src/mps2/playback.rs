@@ -4,10 +4,10 @@ use super::Uart;
 use super::halt::{Exit, exit};
 use core::arch::asm;
 use core::ffi::CStr;
-use picket::acquire::sample::Record;
-use picket::methods::registry::Method;
-use picket::pipeline::Measurement;
-use picket::plan::Plan;
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::Measurement;
+use picket_dsp::plan::Plan;
 use picket_wire::capture::Header;
 use picket_wire::telemetry::{Health, Telemetry};
 

@@ -15,7 +15,7 @@ use super::{N, SLOT, SLOTS};
 use crate::instrument::plan::Plan;
 use crate::shared::{self, Shared};
 use cortex_m::peripheral::NVIC;
-use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
+use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status, Timing};
 use static_cell::ConstStaticCell;
 use stm32f4::stm32f446 as pac;
 

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::{Consumer, Producer, Queue};
-use picket::acquire::queue::{put as enqueue, take as dequeue};
+use picket_dsp::acquire::queue::{put as enqueue, take as dequeue};
 use static_cell::ConstStaticCell;
 use stm32f4::stm32f446 as pac;
 

@@ -16,7 +16,7 @@ use crate::instrument::plan::Plan;
 use crate::progress::Progress;
 use crate::shared::{self, Shared};
 use core::sync::atomic::{AtomicU32, Ordering};
-use picket::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status};
+use picket_dsp::acquire::frontend::{Blocks, Counters, Dma, FrontEnd, Status};
 use rp2040_hal::pac::{self, NVIC};
 use static_cell::ConstStaticCell;
 

@@ -8,7 +8,7 @@ use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use cortex_m::interrupt::{Mutex, free};
 use heapless::spsc::{Consumer, Producer, Queue};
-use picket::acquire::queue::{put as enqueue, take as dequeue};
+use picket_dsp::acquire::queue::{put as enqueue, take as dequeue};
 use rp2040_hal::pac;
 use static_cell::ConstStaticCell;
 

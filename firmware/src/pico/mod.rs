@@ -44,7 +44,7 @@ pub mod vectors;
 
 #[cfg(all(target_os = "none", feature = "pico"))]
 pub use board::Pico;
-use picket::pipeline::Alternating;
+use picket_dsp::pipeline::Alternating;
 
 /// Samples in a block of this image.
 pub const N: usize = 1024;

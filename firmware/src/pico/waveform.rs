@@ -13,7 +13,7 @@
 
 use super::N;
 use super::words::CORE_CYCLES;
-use picket::solve::chirp::Shape;
+use picket_dsp::solve::chirp::Shape;
 use picket_wire::settings::GUARD;
 use picket_wire::settings_error::WaveformError;
 

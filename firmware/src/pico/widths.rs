@@ -6,8 +6,8 @@
 //! own steps may differ by a third, see [`widen`].
 
 use super::N;
-use picket::pipeline::{Measurement, Outcome};
-use picket::tone::Tone;
+use picket_dsp::pipeline::{Measurement, Outcome};
+use picket_dsp::tone::Tone;
 
 /// The wide codes.
 pub const WIDE: [i16; 4] = [511, 1535, 2559, 3583];

@@ -3,9 +3,9 @@
 use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
-use picket::config::{Config, ConfigError, Scene};
-use picket::solve::equations::Chirp;
-use picket::tone::arithmetic::Arithmetic;
+use picket_dsp::config::{Config, ConfigError, Scene};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_wire::boot::Causes;
 use picket_wire::settings::{Drive, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -261,8 +261,8 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::methods::registry::Method;
-    use picket::solve::chirp::Shape;
+    use picket_dsp::methods::registry::Method;
+    use picket_dsp::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;
 
     fn at(rate_hz: f64) -> Settings {

@@ -3,10 +3,10 @@
 mod records;
 
 use crate::signal::{CODES, Kind, quantise, trials};
-use picket::config::Config;
-use picket::pipeline::Pipeline;
-use picket::plan::Plan;
-use picket::{Effort, Iq, Real, Stamp, Verdict};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Plan;
+use picket_dsp::{Effort, Iq, Real, Stamp, Verdict};
 use records::{Colour, Scene};
 use std::collections::BTreeMap;
 

@@ -2,9 +2,9 @@
 
 use super::several::longest_block;
 use super::*;
-use picket::accumulate::Accumulator;
-use picket::acquire::burst::Trigger;
-use picket::burst::BurstProcessor;
+use picket_dsp::accumulate::Accumulator;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::burst::BurstProcessor;
 use picket_firmware::nucleo_f446re::words::sampling::BLOCK_CYCLES;
 use picket_firmware::nucleo_f446re::words::{ADD_CYCLES, BURST_CYCLES, SUM_CYCLES};
 use picket_host::device::Listener;
@@ -16,8 +16,11 @@ use picket_wire::{burst, sum};
 /// A wavelength, so that what is measured is a velocity, too.
 fn doppler(mode: Mode, iq: bool) -> Settings {
     let settings = Settings::default();
-    let scene =
-        Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.0, mixing: picket::Mixing::default() };
+    let scene = Scene::Doppler {
+        wavelength_m: 1550e-9,
+        angle_rad: 0.0,
+        mixing: picket_dsp::Mixing::default(),
+    };
     let config = Config { scene, rate_hz: 200e3, ..settings.config };
     Settings { mode, iq, config, ..settings }
 }
@@ -170,7 +173,7 @@ fn bursts_on_the_board_are_those_of_this_machine() {
             let result = here.pipeline.outcome(&burst.tone);
             let health = Health { lost: lost_blocks, faults: u32::from(lost_blocks > 0) };
             expected.push(Said::Burst(burst::Burst { number, burst, result, counters, health }));
-            if burst.validation != picket::Validation::Valid {
+            if burst.validation != picket_dsp::Validation::Valid {
                 continue;
             }
             valid += 1;

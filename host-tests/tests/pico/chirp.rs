@@ -2,10 +2,10 @@
 
 use super::scene::{adopt, expected, frames, measure, measured, plug, record, status};
 use host_tests::sized;
-use picket::acquire::sample::Real;
-use picket::config::{Config, Scene};
-use picket::solve::chirp::Shape;
-use picket::solve::equations::Chirp;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::Shape;
+use picket_dsp::solve::equations::Chirp;
 use picket_firmware::pico::N;
 use picket_firmware::pico::waveform::PLACES;
 use picket_firmware::pico::words::Words;

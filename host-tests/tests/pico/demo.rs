@@ -1,11 +1,11 @@
 //! `picket demo --board pico`, inside the same limits as on the emulated MPS2.
 
 use host_tests::{shared, sized};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Stamp};
-use picket::config::{Config, Scene};
-use picket::pipeline::{Outcome, Pipeline};
-use picket::tone::Verdict;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::pipeline::{Outcome, Pipeline};
+use picket_dsp::tone::Verdict;
 use picket_firmware::pico::N;
 use picket_host::demo::options::{Board, Options};
 use picket_host::demo::{measure, pico};
@@ -54,7 +54,7 @@ fn a_recorded_car_has_the_speed_that_it_has_elsewhere() {
     let scene = Scene::Doppler {
         wavelength_m: 299_792_458.0 / 24e9,
         angle_rad: 0.0,
-        mixing: picket::Mixing::RxConjTx,
+        mixing: picket_dsp::Mixing::RxConjTx,
     };
     let band_hz = Some((300.0, 2500.0));
     let config = Config { scene, band_hz, ..Config::new(48e3, Codes::signed::<16>()) };

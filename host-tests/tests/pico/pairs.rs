@@ -3,8 +3,8 @@
 use super::faults::{Blocks, EACH, any, play};
 use super::scene::{adopt, expected, frames, measure, plug, record, status};
 use host_tests::sized;
-use picket::config::{Config, Scene};
-use picket::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_host::pico::bench::Pico;

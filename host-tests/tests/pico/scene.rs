@@ -1,9 +1,9 @@
 //! What is in front of the converter, and what the host makes of it.
 
-use picket::acquire::sample::{Real, Stamp};
-use picket::pipeline::{Measurement, Pipeline};
-use picket::plan::EitherPlan;
-use picket::tone::Verdict;
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::pipeline::{Measurement, Pipeline};
+use picket_dsp::plan::EitherPlan;
+use picket_dsp::tone::Verdict;
 use picket_firmware::pico::widths::{corrected, widen};
 use picket_firmware::pico::words::Words;
 use picket_firmware::pico::{N, Pairs};

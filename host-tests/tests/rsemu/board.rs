@@ -1,7 +1,7 @@
 //! A NUCLEO on the emulator's bench: power, signals, the host's side of its serial port.
 
 use super::source;
-use picket::pipeline::Measurement;
+use picket_dsp::pipeline::Measurement;
 use picket_firmware::instrument::storage::{self, PAGE, Page, Payload, Storage};
 use picket_firmware::nucleo_f446re::N;
 use picket_host::device::{Listener, Said};

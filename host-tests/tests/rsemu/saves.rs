@@ -3,9 +3,9 @@
 use crate::board::{Emulated, Sectors};
 use crate::settings::{DAC, chirp, tone};
 use host_tests::sized;
-use picket::acquire::sample::Segment;
-use picket::config::Scene;
-use picket::solve::chirp::{Mixing, Shape};
+use picket_dsp::acquire::sample::Segment;
+use picket_dsp::config::Scene;
+use picket_dsp::solve::chirp::{Mixing, Shape};
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::boot::Origin;
 use picket_wire::command::{Command, Request};

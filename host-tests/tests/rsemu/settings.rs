@@ -1,8 +1,8 @@
 //! Settings that the tests measure by.
 
-use picket::config::{Config, Scene};
-use picket::solve::chirp::Shape;
-use picket::solve::equations::Chirp;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::chirp::Shape;
+use picket_dsp::solve::equations::Chirp;
 use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};

@@ -3,9 +3,9 @@
 use crate::board::{Emulated, Sectors, file};
 use crate::settings::tone;
 use host_tests::sized;
-use picket::acquire::sample::Real;
-use picket::pipeline::Pipeline;
-use picket::plan::Plan as Terms;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Plan as Terms;
 use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};

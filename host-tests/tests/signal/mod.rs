@@ -1,12 +1,12 @@
 //! Records of tones in noise as a converter delivers them, and how to measure errors on many of them.
 #![allow(dead_code)]
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Stamp};
-use picket::config::Config;
-use picket::pipeline::Pipeline;
-use picket::spectrum::engine::{Engine, I32};
-use picket::tone::Tone;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::spectrum::engine::{Engine, I32};
+use picket_dsp::tone::Tone;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,7 +1,7 @@
 //! The reference's golden records: integer codes and what every estimator makes of them in float64.
 #![allow(dead_code)]
 
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::sample::Record;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 

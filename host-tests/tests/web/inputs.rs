@@ -3,11 +3,11 @@
 use super::RATE_HZ;
 use fixed::types::I0F32;
 use heapless::Vec;
-use picket::acquire::sample::Stamp;
-use picket::tone::frequency::Frequency;
-use picket::tone::harmonic::Harmonic;
-use picket::tone::phasor::Phasor;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::acquire::sample::Stamp;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::harmonic::Harmonic;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
 use picket_wire::status::Raw;

@@ -4,10 +4,10 @@ mod inputs;
 
 use host_tests::had;
 use inputs::{inputs, session};
-use picket::acquire::codes::Codes;
-use picket::config::SPEED_OF_LIGHT;
-use picket::tone::fit::Reach;
-use picket::{Config, Pipeline, Real, Stamp};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::{Config, Pipeline, Real, Stamp};
 use picket_host::analyze::{self, Analysis, Style};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::design::sheet::{self, Design, Question};
@@ -47,7 +47,7 @@ fn analysis(file: &Path) -> Analysis {
         reach: Reach::Sixteen,
         codes: Codes::signed::<16>(),
         arithmetic: Arithmetic::Target,
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Default::default(),
         false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
         carrier: None,

@@ -4,8 +4,8 @@ use crate::random::walk;
 use crate::target::Target;
 use crate::waveform::Waveform;
 use core::f64::consts::TAU;
-use picket::config::SPEED_OF_LIGHT;
-use picket::{Codes, Mixing};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{Codes, Mixing};
 
 /// A mixer and its converter.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use crate::receiver::Receiver;
 use crate::target::Target;
 use crate::waveform::Waveform;
 use core::f64::consts::TAU;
-use picket::Chirp;
+use picket_dsp::Chirp;
 
 /// A radar, a lidar or a velocimeter. It takes a record of `n` samples in each segment of its waveform, and begins anew with each
 /// repetition, the lap.
@@ -101,8 +101,8 @@ impl Sensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::config::SPEED_OF_LIGHT;
-    use picket::{Mixing, Shape};
+    use picket_dsp::config::SPEED_OF_LIGHT;
+    use picket_dsp::{Mixing, Shape};
 
     /// What a receiver shows of the three segments, as the textbooks have it: at 24 GHz 30 m and 3 m/s, to a share of what they
     /// leave out.

@@ -1,7 +1,7 @@
 //! What a transmitter sends.
 
-use picket::config::SPEED_OF_LIGHT;
-use picket::{Chirp, Shape};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{Chirp, Shape};
 
 /// A stretch of time in which the carrier is a polynomial of second order.
 #[derive(Clone, Copy, Debug, PartialEq)]

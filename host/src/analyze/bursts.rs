@@ -8,10 +8,10 @@ use crate::cli::print_line;
 use crate::recording::Recording;
 use crate::simulate::Kind;
 use crate::with_kind;
-use picket::acquire::burst::Counters;
-use picket::config::Config;
-use picket::spectrum::fft::twiddle::supported;
-use picket::{Burst, BurstProcessor, Validation};
+use picket_dsp::acquire::burst::Counters;
+use picket_dsp::config::Config;
+use picket_dsp::spectrum::fft::twiddle::supported;
+use picket_dsp::{Burst, BurstProcessor, Validation};
 use serde::Serialize;
 use std::path::Path;
 

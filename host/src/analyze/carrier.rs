@@ -1,7 +1,7 @@
 //! The carrier of a Doppler radar: which speed a shift is of.
 
-use picket::config::SPEED_OF_LIGHT;
-use picket::solve::chirp::Mixing;
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::solve::chirp::Mixing;
 use serde::Serialize;
 
 /// What is known of a Doppler radar.

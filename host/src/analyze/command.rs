@@ -15,12 +15,12 @@ use crate::survey::Survey;
 use crate::{cli, estimator, progress, spectrogram};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier as Width;
-use picket::config::{Config, Following};
-use picket::solve::chirp::Mixing;
-use picket::tone::effort::Effort;
-use picket::tone::verdict::Verdict;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier as Width;
+use picket_dsp::config::{Config, Following};
+use picket_dsp::solve::chirp::Mixing;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::verdict::Verdict;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,7 +60,7 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "hop"])]
     burst: bool,
     /// Adds this many blocks without their phases, for echoes too weak for one: 5 dB weaker for ten times as many
-    #[arg(long, value_name = "BLOCKS", value_parser = clap::value_parser!(u32).range(1..=i64::from(picket::accumulate::MOST_BLOCKS)), conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "burst"])]
+    #[arg(long, value_name = "BLOCKS", value_parser = clap::value_parser!(u32).range(1..=i64::from(picket_dsp::accumulate::MOST_BLOCKS)), conflicts_with_all = ["method", "arith", "most", "harmonics", "track", "burst"])]
     accumulate: Option<u32>,
     /// How fast the line moves during a sum, Hz per second
     #[arg(long, value_name = "HZ_PER_S", value_parser = cli::number, allow_negative_numbers = true, default_value_t = 0.0, requires = "accumulate")]

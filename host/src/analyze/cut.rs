@@ -1,9 +1,9 @@
 //! The blocks of a recording, and how each is read.
 
 use crate::recording;
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier as Width;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier as Width;
+use picket_dsp::tone::fit::Reach;
 
 /// How a recording is cut into blocks, and what is known of their samples.
 #[derive(Clone, Copy, Debug)]

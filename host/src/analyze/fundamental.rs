@@ -2,7 +2,7 @@
 
 use super::Style;
 use crate::cli::print_line;
-use picket::tone::harmonic::Harmonic;
+use picket_dsp::tone::harmonic::Harmonic;
 use serde::Serialize;
 
 /// A block's fundamental. The keys are those of the JSON lines.

@@ -5,12 +5,12 @@ use crate::arithmetic::Arithmetic;
 use crate::recording::{self, Format};
 use crate::{band, cli, estimator};
 use clap::{Args, ValueEnum};
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier as Width;
-use picket::config::Config;
-use picket::spectrum::fft::twiddle::supported;
-use picket::tone::effort::Effort;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier as Width;
+use picket_dsp::config::Config;
+use picket_dsp::spectrum::fft::twiddle::supported;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::fit::Reach;
 use std::path::PathBuf;
 
 /// Which recording, and how it is read.

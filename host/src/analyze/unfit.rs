@@ -1,7 +1,7 @@
 //! Blocks that integers do not take: each has a verdict and is counted, and the analysis goes on.
 
 use crate::recording::Sample;
-use picket::acquire::codes::Codes;
+use picket_dsp::acquire::codes::Codes;
 use std::fmt::Display;
 
 /// Why integers do not take a block.

@@ -2,8 +2,8 @@
 
 use super::Estimate;
 pub use crate::explain::rows::{Fitted, Note, Notes};
-use picket::model::Answer;
-use picket::tone::evidence::Evidence;
+use picket_dsp::model::Answer;
+use picket_dsp::tone::evidence::Evidence;
 
 /// An answer, and why its verdict is what it is.
 #[derive(Clone, Debug)]

@@ -5,25 +5,25 @@ use super::{Engine, Estimate, within};
 use crate::estimator::Estimator;
 use crate::simulate::{Kind, codes};
 use fixed::types::I0F32;
-use picket::acquire::sample::Statistics;
-use picket::math::scalar::Scalar;
-use picket::plan::Terms;
-use picket::spectrum::STANDS_OUT;
-use picket::spectrum::bins::{Bins, Rectangular};
-use picket::spectrum::peak::{Band, Peak, SKIRT, Search};
-use picket::tone::clipped::Unclipped;
-use picket::tone::detection::{Less, Threshold};
-use picket::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
-use picket::tone::fit::{Course, Reach, fit};
-use picket::tone::frequency::Frequency;
-use picket::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
-use picket::tone::image::mirrored_in_rest;
-use picket::tone::judge::{Judgement, Line, from_end, judge};
-use picket::tone::measure::{excess_limit, excess_over, residual};
-use picket::tone::noise;
-use picket::tone::noise::ring::{self, Beside};
-use picket::tone::observer::{Observer, Statistic, Step, Test};
-use picket::tone::sigma::{CLIPPED, bound_bins, sigma_bins, widened};
+use picket_dsp::acquire::sample::Statistics;
+use picket_dsp::math::scalar::Scalar;
+use picket_dsp::plan::Terms;
+use picket_dsp::spectrum::STANDS_OUT;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::spectrum::peak::{Band, Peak, SKIRT, Search};
+use picket_dsp::tone::clipped::Unclipped;
+use picket_dsp::tone::detection::{Less, Threshold};
+use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
+use picket_dsp::tone::fit::{Course, Reach, fit};
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
+use picket_dsp::tone::image::mirrored_in_rest;
+use picket_dsp::tone::judge::{Judgement, Line, from_end, judge};
+use picket_dsp::tone::measure::{excess_limit, excess_over, residual};
+use picket_dsp::tone::noise;
+use picket_dsp::tone::noise::ring::{self, Beside};
+use picket_dsp::tone::observer::{Observer, Statistic, Step, Test};
+use picket_dsp::tone::sigma::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket_transform::{Fft, Transform, num_complex::Complex};
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -371,7 +371,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let bound = f64::from(bound_bins::<R>(self.n, seen.snr as f32));
         let detected = self.detects(&peak, unit, &seen, observer);
         let estimate = |(estimator, bins): (&Estimator, f64)| {
-            // As in the core, see `picket::tone::measure`. Without a fit nobody knows what the line is.
+            // As in the core, see `picket_dsp::tone::measure`. Without a fit nobody knows what the line is.
             let theirs = f64::from(estimator.about().efficiency) * bound;
             let (sigma, line) = match seen.fit {
                 Some(fit) if estimator.least_squares() => (fit.sigma, fit.line),

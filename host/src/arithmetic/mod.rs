@@ -12,14 +12,14 @@ use crate::estimator::Estimator;
 use crate::recording::Sample;
 use crate::simulate::Kind;
 use floats::Floats;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
-use picket::config::Config;
-use picket::methods::registry::Method;
-use picket::plan::Terms;
-use picket::spectrum::fft::twiddle::{MAX_LENGTH, supported};
-use picket::tone::{Verdict, Verdicts};
-use picket::tone::{arithmetic, measure};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::config::Config;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::plan::Terms;
+use picket_dsp::spectrum::fft::twiddle::{MAX_LENGTH, supported};
+use picket_dsp::tone::{Verdict, Verdicts};
+use picket_dsp::tone::{arithmetic, measure};
 use picket_transform::num_complex::Complex;
 use std::fmt::Debug;
 use target::Target;
@@ -29,10 +29,10 @@ use target::Target;
 macro_rules! with_kind {
     ($iq:expr, $kind:ident => $body:expr) => {
         if $iq {
-            type $kind = picket::acquire::sample::Iq;
+            type $kind = picket_dsp::acquire::sample::Iq;
             $body
         } else {
-            type $kind = picket::acquire::sample::Real;
+            type $kind = picket_dsp::acquire::sample::Real;
             $body
         }
     };
@@ -211,8 +211,8 @@ mod tests {
     use super::*;
     use crate::estimator::parse;
     use crate::simulate::{Line, Signal, generator};
-    use picket::acquire::sample::{Iq, Real};
-    use picket::tone::fit::Reach;
+    use picket_dsp::acquire::sample::{Iq, Real};
+    use picket_dsp::tone::fit::Reach;
 
     fn answers<R: Kind>(arithmetic: Arithmetic) -> Vec<Estimate> {
         // Seed 3: 40 dB of noise, bound 2e-4 bins.

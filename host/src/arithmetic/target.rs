@@ -7,17 +7,17 @@ use crate::estimator::{Estimator, reached};
 use crate::recording::Sample;
 use crate::simulate::{Kind, code};
 use fixed::types::I2F30;
-use picket::acquire::sample::{Record, Stamp};
-use picket::pipeline::Pipeline;
-use picket::plan::{Plan, Terms};
-use picket::spectrum::bins::{Bins, Rectangular};
-use picket::spectrum::neighbourhood::{Neighbourhood, Places};
-use picket::spectrum::{Spectrum, peak};
-use picket::tone::Tone;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::evidence::Evidence;
-use picket::tone::fit::{Course, fit_near};
-use picket::tone::measure::Options;
+use picket_dsp::acquire::sample::{Record, Stamp};
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::{Plan, Terms};
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::spectrum::neighbourhood::{Neighbourhood, Places};
+use picket_dsp::spectrum::{Spectrum, peak};
+use picket_dsp::tone::Tone;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::evidence::Evidence;
+use picket_dsp::tone::fit::{Course, fit_near};
+use picket_dsp::tone::measure::Options;
 use picket_transform::num_complex::Complex;
 
 /// An engine for `N` samples, a length of the integer FFT.

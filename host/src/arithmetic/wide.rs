@@ -5,12 +5,12 @@
 //! definition's, in its order. The functions are compiled for two kinds of x86-64, and the processor decides.
 
 use multiversion::multiversion;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
-use picket::spectrum::engine::{Engine, I32};
-use picket::spectrum::fft::integer::{self, Pair, Point, Scale};
-use picket::spectrum::fft::twiddle::{self, MAX_LENGTH};
-use picket::spectrum::scan::Scan;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::spectrum::engine::{Engine, I32};
+use picket_dsp::spectrum::fft::integer::{self, Pair, Point, Scale};
+use picket_dsp::spectrum::fft::twiddle::{self, MAX_LENGTH};
+use picket_dsp::spectrum::scan::Scan;
 use std::cell::RefCell;
 use std::mem::MaybeUninit;
 use std::ops::RangeInclusive;
@@ -348,8 +348,8 @@ fn sub(x: Point, y: Point) -> Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::sample::{Iq, Real};
-    use picket::spectrum::Spectrum;
+    use picket_dsp::acquire::sample::{Iq, Real};
+    use picket_dsp::spectrum::Spectrum;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

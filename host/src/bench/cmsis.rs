@@ -5,9 +5,9 @@ use super::trace::Trace;
 use super::{Core, Figures, LIMIT, Row, bins, exact, ratio};
 use crate::emulator::{Capture, Footprint, Outcome, RunError};
 use crate::toolchain;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::config::Config;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::Config;
 use picket_wire::capture::Header;
 use std::path::Path;
 

@@ -8,8 +8,8 @@ use crate::output::Output;
 use crate::toolchain::ToolError;
 use crate::{cli, progress};
 use clap::Args;
-use picket::tone::fit::Reach;
-use picket::{Effort, Iq, Real};
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::{Effort, Iq, Real};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -1,6 +1,6 @@
 //! The records whose instructions are counted: what a converter may deliver, not what suits us.
 
-use picket::acquire::codes::Codes;
+use picket_dsp::acquire::codes::Codes;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -3,9 +3,9 @@
 use super::{Core, run};
 use crate::emulator::RunError;
 use crate::progress;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
-use picket::config::Config;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
+use picket_dsp::config::Config;
 use picket_wire::capture::Header;
 use std::fmt;
 use std::path::Path;

@@ -23,13 +23,13 @@ pub mod worst;
 use crate::emulator::{Capture, Machine, RunError};
 use crate::toolchain::{Firmware, Profile, Target, ToolError};
 use model::Model;
-use picket::Effort;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Record};
-use picket::config::Config;
-use picket::spectrum::fft::twiddle;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::fit::Reach;
+use picket_dsp::Effort;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Record};
+use picket_dsp::config::Config;
+use picket_dsp::spectrum::fft::twiddle;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::fit::Reach;
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
@@ -72,7 +72,7 @@ pub const CORES: [Core; 6] = [
 /// The record lengths.
 pub const LENGTHS: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
 
-/// An engine of ours (see [`picket::spectrum::engine`]), and the image that counts it.
+/// An engine of ours (see [`picket_dsp::spectrum::engine`]), and the image that counts it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Engine {
     /// What the table calls it.
@@ -351,7 +351,7 @@ impl Count {
     /// Bytes of a pipeline's memory with two records for the converter to fill in turn, and its result.
     pub fn pipeline_bytes(&self) -> Option<u64> {
         let own = *self.figures.get("pipeline_bytes")?.last()?;
-        Some(own + 2 * 2 * self.n as u64 + size_of::<picket::pipeline::Measurement>() as u64)
+        Some(own + 2 * 2 * self.n as u64 + size_of::<picket_dsp::pipeline::Measurement>() as u64)
     }
 
     /// Every stage of ours, then the rivals'.

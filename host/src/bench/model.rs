@@ -4,7 +4,7 @@ use super::cycles::Clock;
 use super::trace::{Section, Trace};
 use super::{Core, How, SEED, config, corpus, median};
 use crate::emulator::{Capture, RunError};
-use picket::acquire::sample::{Real, Record};
+use picket_dsp::acquire::sample::{Real, Record};
 use picket_wire::capture::Header;
 use std::collections::HashMap;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use crate::cli::Failure;
 use crate::watch::WatchError;
-use picket::tone::Verdict;
+use picket_dsp::tone::Verdict;
 use std::fmt;
 
 /// Why there is no calibration.

@@ -2,7 +2,7 @@
 
 use super::LIE_SIGMAS;
 use crate::sweep::OUTLIER_BINS;
-use picket::tone::{Usable, Verdict};
+use picket_dsp::tone::{Usable, Verdict};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;

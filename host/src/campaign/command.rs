@@ -8,7 +8,7 @@ use crate::simulate::Kind;
 use crate::{cli, progress};
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
-use picket::tone::effort::Effort;
+use picket_dsp::tone::effort::Effort;
 use std::process::ExitCode;
 
 /// Signal-to-noise ratios unless told otherwise, dB.

@@ -16,8 +16,8 @@ use crate::with_kind;
 use cell::Tally;
 use clap::ValueEnum;
 use indicatif::ProgressBar;
-use picket::tone::effort::Effort;
-use picket::tone::sigma::bound_bins;
+use picket_dsp::tone::effort::Effort;
+use picket_dsp::tone::sigma::bound_bins;
 
 /// An answer that may be used within sigma by its verdict, and is off by more sigmas than this, is overconfident.
 pub const LIE_SIGMAS: f64 = 5.0;

@@ -1,7 +1,7 @@
 //! What a demonstration measured of a target, and its form for machines.
 
 use super::{DemoError, said};
-use picket::Target;
+use picket_dsp::Target;
 use serde::Serialize;
 
 /// A measured target.

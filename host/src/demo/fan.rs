@@ -10,8 +10,8 @@ use crate::progress;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::{self, fan};
 use crate::simulate::generator;
-use picket::pipeline::Outcome;
-use picket::{Iq, Usable, Verdict};
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::{Iq, Usable, Verdict};
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
@@ -116,7 +116,9 @@ impl Summary {
 
 /// Metres per second in a bin.
 fn mps_per_bin() -> f64 {
-    let picket::Scene::Doppler { wavelength_m, .. } = fan::config().scene else { return f64::NAN };
+    let picket_dsp::Scene::Doppler { wavelength_m, .. } = fan::config().scene else {
+        return f64::NAN;
+    };
     fan::RATE_HZ / N as f64 * wavelength_m / 2.0
 }
 

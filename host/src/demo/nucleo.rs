@@ -4,8 +4,8 @@
 use super::{DemoError, said};
 use crate::board::{Beside, Board, image};
 use crate::device::Said;
-use picket::acquire::codes::Codes;
-use picket::config::{Config, Scene};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::{Config, Scene};
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::command::Command;
 use picket_wire::settings::{Mode, Settings};

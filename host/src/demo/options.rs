@@ -4,8 +4,8 @@ use crate::output::Output;
 use crate::scenario::Laser;
 use crate::{band, cli};
 use clap::{Parser, ValueEnum};
-use picket::Mixing;
-use picket::methods::registry::Method;
+use picket_dsp::Mixing;
+use picket_dsp::methods::registry::Method;
 use std::path::PathBuf;
 
 /// The signal-to-noise ratio unless told otherwise, dB: of the papers' scenes, of those that show something weaker or shorter than

@@ -9,11 +9,11 @@ use crate::pico::converter::Converter;
 use crate::pico::{binary, image};
 use crate::progress;
 use crate::scenario::Row;
-use picket::config::{Config, Scene};
-use picket::pipeline::Outcome;
-use picket::plan::Solver;
-use picket::solve::chirp;
-use picket::tone::Tone;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::plan::Solver;
+use picket_dsp::solve::chirp;
+use picket_dsp::tone::Tone;
 use picket_firmware::pico::N;
 use picket_firmware::pico::words::Words;
 use picket_simulator::Sensor;
@@ -31,11 +31,12 @@ pub fn lidar(
     rows: &[Row],
     options: &Options,
 ) -> Result<Vec<Telemetry>, DemoError> {
-    let plan = config.plan::<picket::Real, N>().map_err(said)?;
+    let plan = config.plan::<picket_dsp::Real, N>().map_err(said)?;
     let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut voltages = Vec::new();
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
-        let blocks = measure::blocks::<picket::Real>(sensor, rows, None, options.snr_db(), seed);
+        let blocks =
+            measure::blocks::<picket_dsp::Real>(sensor, rows, None, options.snr_db(), seed);
         voltages.extend(blocks.flatten().map(f64::from));
     }
     let slowed = Config { rate_hz: RATE_HZ, scene: Scene::Tone, ..config };

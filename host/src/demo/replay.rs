@@ -8,11 +8,11 @@ use crate::emulator::Capture;
 use crate::progress;
 use crate::recording::{self, Recording};
 use crate::simulate::Kind;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real};
-use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::pipeline::Outcome;
-use picket::spectrum::fft::twiddle;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::spectrum::fft::twiddle;
 use picket_wire::capture::Header;
 use picket_wire::telemetry::Telemetry;
 use serde::Serialize;
@@ -111,7 +111,7 @@ fn config(rate_hz: f64, options: &Options) -> Result<Config, DemoError> {
         Some(carrier) if carrier > 0.0 => Scene::Doppler {
             wavelength_m: SPEED_OF_LIGHT / carrier,
             angle_rad: 0.0,
-            mixing: picket::Mixing::RxConjTx,
+            mixing: picket_dsp::Mixing::RxConjTx,
         },
         Some(carrier) => {
             return Err(said(format!("--carrier-hz {carrier}: give a positive frequency")));

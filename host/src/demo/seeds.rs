@@ -6,11 +6,11 @@ use super::table::{Summary, table};
 use super::{DemoError, heading, said};
 use crate::scenario::Laser;
 use comfy_table::{Cell, CellAlignment};
-use picket::acquire::sample::{Real, Segment, Stamp};
-use picket::methods::registry::Method;
-use picket::pipeline::Pipeline;
-use picket::plan::Solver;
-use picket::tone::Verdict;
+use picket_dsp::acquire::sample::{Real, Segment, Stamp};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::Solver;
+use picket_dsp::tone::Verdict;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -84,7 +84,7 @@ fn gross_bars() -> (f64, f64) {
     let plan = crate::scenario::lidar().plan::<Real, N>();
     match plan.map(|plan| plan.solver) {
         Ok(Solver::Chirp(equations)) => {
-            let bins = |scale: picket::solve::chirp::Scale| {
+            let bins = |scale: picket_dsp::solve::chirp::Scale| {
                 GROSS_BINS / N as f64 * 2.0 * scale.float.abs() as f64
             };
             (bins(equations.range[0]), bins(equations.velocity[0]))

@@ -2,8 +2,8 @@
 
 use crate::scenario::{Bars, Row};
 use comfy_table::{Cell, CellAlignment, Color, LineStyle, Table, TableStyle};
-use picket::tone::Verdict;
-use picket::{Mixing, Shape, Usable};
+use picket_dsp::tone::Verdict;
+use picket_dsp::{Mixing, Shape, Usable};
 use serde::Serialize;
 use std::io::IsTerminal;
 

@@ -5,7 +5,7 @@ pub mod sheet;
 use crate::cli;
 use clap::Args;
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
-use picket::config::SPEED_OF_LIGHT;
+use picket_dsp::config::SPEED_OF_LIGHT;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Value, json};
 use sheet::{Design, LENGTHS, Question, Row, Trouble};

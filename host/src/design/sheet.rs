@@ -1,8 +1,8 @@
 //! What a rate, a length and a level give, as numbers and as words: for the command and for the page.
 
-use picket::acquire::sample::{Iq, Real};
-use picket::config::SPEED_OF_LIGHT;
-use picket::tone::sigma::bound_bins;
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::tone::sigma::bound_bins;
 use std::fmt;
 
 /// Lengths of the library.

@@ -1,7 +1,7 @@
 //! The causes of a joint fit, as rows of the table: what each was believed, and what joined the fit.
 
 use super::rows::Row;
-use picket::model::{Answer, Cause};
+use picket_dsp::model::{Answer, Cause};
 
 /// What a joint fit says: how probable it is that nothing more is there, and each cause, in its last round; then what followed.
 pub fn rows(answer: &Answer) -> Vec<Row> {

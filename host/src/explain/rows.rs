@@ -3,13 +3,13 @@
 #[path = "words.rs"]
 mod words;
 
-use picket::model::Answer;
-use picket::tone::Verdict;
-use picket::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
-use picket::tone::fit::Fit;
-use picket::tone::judge::{Judgement, Line};
-use picket::tone::observer::{Observer, Step, Test};
-use picket::tone::sigma::CLIPPED;
+use picket_dsp::model::Answer;
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
+use picket_dsp::tone::fit::Fit;
+use picket_dsp::tone::judge::{Judgement, Line};
+use picket_dsp::tone::observer::{Observer, Step, Test};
+use picket_dsp::tone::sigma::CLIPPED;
 use std::cell::{Cell, RefCell};
 
 /// What an observer heard, in order.

@@ -1,7 +1,7 @@
 //! Every test in words: what it compares, and what follows from it.
 
 use super::Row;
-use picket::tone::observer::{Statistic, Test};
+use picket_dsp::tone::observer::{Statistic, Test};
 
 /// What becomes of a value above its limit.
 #[derive(Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 
 use super::list::{Entry, GROUPS, Key, Stage};
 use super::{Impairment, Part};
-use picket::methods::registry::Records;
+use picket_dsp::methods::registry::Records;
 
 /// More than anybody wants to wait for.
 const MOST: usize = 10_000;

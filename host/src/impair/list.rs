@@ -2,7 +2,7 @@
 
 use super::scene::{Range, Scene};
 use super::{added, converter, digital, noise, sampling, tone};
-use picket::methods::registry::Records;
+use picket_dsp::methods::registry::Records;
 
 /// A severity of an impairment.
 #[derive(Debug, PartialEq)]

@@ -18,7 +18,7 @@ pub use list::{Entry, FRONT_END, GROUPS, Key, LIST, SIGNALS};
 pub use scene::{Impaired, Scene, Setup};
 
 use crate::simulate::Kind;
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::sample::Record;
 use rand_chacha::ChaCha8Rng;
 
 /// One impairment at one severity, or a pair of them in one record.

@@ -2,7 +2,7 @@
 
 use crate::simulate::Width;
 use num_complex::Complex;
-use picket::acquire::codes::Codes;
+use picket_dsp::acquire::codes::Codes;
 use picket_simulator::walk;
 use picket_transform::{Fft, Transform};
 use rand::RngExt;

@@ -2,8 +2,8 @@
 
 use super::circuit::{CODE_V, Circuit, STEPS, Section};
 use super::{Random, Recorded, Wanted, snr_db};
-use picket::config::SPEED_OF_LIGHT;
-use picket::{Chirp, Mixing, Shape};
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::{Chirp, Mixing, Shape};
 use picket_simulator::{Receiver, Sensor, Target, Waveform};
 
 const CARRIER_HZ: f64 = 24.0e9;

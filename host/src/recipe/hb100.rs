@@ -2,8 +2,8 @@
 
 use super::circuit::{CODE_V, Circuit, STEPS, Section};
 use super::{Random, Recorded, Wanted, snr_db};
-use picket::Mixing;
-use picket::config::SPEED_OF_LIGHT;
+use picket_dsp::Mixing;
+use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_simulator::{Receiver, Target, Waveform};
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! What a method costs: a number that counts the operations made with it.
 
 use num_traits::{Float, Num, NumCast, One, ToPrimitive, Zero};
-use picket::math::scalar::Scalar;
+use picket_dsp::math::scalar::Scalar;
 use picket_transform::num_complex::Complex;
 use std::cell::Cell;
 use std::num::FpCategory;

@@ -6,8 +6,8 @@ use super::lidar::N;
 use crate::arithmetic::{Arithmetic, engine, whole};
 use crate::estimator::{Estimator, parse};
 use crate::simulate::{Signal, Width, generator};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Iq;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Iq;
 use rayon::prelude::*;
 
 /// Sweeps that [`direction`] runs.

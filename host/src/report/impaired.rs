@@ -9,9 +9,9 @@ use crate::impair::{Entry, Impairment, LIST};
 use crate::simulate::Width;
 use crate::with_kind;
 use indicatif::ProgressBar;
-use picket::acquire::codes::Codes;
-use picket::methods::registry::Records;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::methods::registry::Records;
+use picket_dsp::tone::fit::Reach;
 
 /// Campaigns that [`impaired`] runs.
 pub const IMPAIRED: u64 = (LIST.len() * SNR_DB.len()) as u64;
@@ -25,7 +25,7 @@ fn outcomes(lab: &Lab, entry: &Entry, snr_db: f64) -> Result<Vec<Shares>, String
     let mut estimators = vec![Estimator::best(iq, Reach::Sixteen)];
     estimators.extend(parse(OTHERS, Reach::Sixteen)?);
     let campaign = Campaign {
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         arithmetic: Arithmetic::Target,
         n: 1024,
         trials: lab.trials(600, 24) / severities.len(),

@@ -7,7 +7,7 @@ use crate::estimator::parse;
 use crate::simulate::{Kind, Width};
 use crate::sweep::{Offsets, Row, Sweep};
 use indicatif::ProgressBar;
-use picket::tone::fit::Reach;
+use picket_dsp::tone::fit::Reach;
 use serde::Serialize;
 
 /// How much is simulated, from which seed, and which bar shows the progress.

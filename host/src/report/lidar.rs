@@ -4,7 +4,7 @@ use super::chart::{Axis, Chart, Series, Style};
 use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::simulate::{Kind, Signal, Width, generator};
 use crate::sweep::{Offsets, Row, Sweep};
-use picket::acquire::sample::{Iq, Real};
+use picket_dsp::acquire::sample::{Iq, Real};
 use picket_transform::Transform;
 use picket_transform::num_complex::Complex;
 

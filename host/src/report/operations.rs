@@ -4,9 +4,9 @@ use super::count::{Cost, Counted, cost_of};
 use super::lab::{Check, Lab, Section, Table};
 use super::lidar::{N, transform};
 use crate::simulate::{Line, Signal, generator};
-use picket::acquire::sample::{Iq, Real};
-use picket::methods::registry::Method;
-use picket::spectrum::bins::{Bins, Rectangular};
+use picket_dsp::acquire::sample::{Iq, Real};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_transform::num_complex::Complex;
 
 /// The cost of a method on a record of its kind, beyond the FFT.

@@ -5,8 +5,8 @@ use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::arithmetic::Arithmetic;
 use crate::simulate::Width;
 use crate::sweep::{Row, Sweep};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real};
 
 /// Sweeps that [`over_snr`] runs.
 pub const OVER_SNR: u64 = 2 * SNR_DB.len() as u64;

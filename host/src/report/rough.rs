@@ -4,10 +4,10 @@ use super::chart::{Axis, Chart, Series, Style};
 use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::scenario::{Row, TURNTABLE_BARS, received, sensor, turntable, turntable_rows};
 use crate::simulate::generator;
-use picket::acquire::sample::Iq;
-use picket::config::Config;
-use picket::pipeline::Outcome;
-use picket::{Carrier, Pipeline, Stamp, Usable};
+use picket_dsp::acquire::sample::Iq;
+use picket_dsp::config::Config;
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::{Carrier, Pipeline, Stamp, Usable};
 use picket_simulator::Sensor;
 
 /// Samples in a record.

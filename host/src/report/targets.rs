@@ -5,9 +5,9 @@ use super::lidar::N;
 use crate::demo::seeds::{Spread, on_host};
 use crate::scenario::{self, LIDAR_BARS, Row, sensor, table3};
 use crate::simulate::generator;
-use picket::acquire::sample::Real;
-use picket::config::SPEED_OF_LIGHT;
-use picket::methods::registry::Method;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::SPEED_OF_LIGHT;
+use picket_dsp::methods::registry::Method;
 use picket_simulator::Sensor;
 
 /// Sweeps that [`targets`] runs.

@@ -5,9 +5,9 @@ use super::lab::{Check, Lab, Section, Table, plus_minus};
 use crate::scenario::{TURNTABLE_BARS, TURNTABLE_RADIUS_M, turntable_rows};
 use crate::simulate::Width;
 use crate::sweep::{Offsets, Row, Sweep};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Iq;
-use picket::methods::autocorrelation::best_lag;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Iq;
+use picket_dsp::methods::autocorrelation::best_lag;
 use std::f64::consts::PI;
 
 fn ratio_of(db: f64) -> f64 {

@@ -8,9 +8,9 @@ use crate::estimator::Estimator;
 use crate::impair::{Impairment, Setup};
 use crate::simulate::{Kind, generator};
 use crate::with_kind;
-use picket::acquire::codes::Codes;
-use picket::tone::Verdict;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::tone::Verdict;
+use picket_dsp::tone::fit::Reach;
 use picket_transform::num_complex::Complex;
 use std::f64::consts::TAU;
 

@@ -1,10 +1,10 @@
 //! Thirty seconds in front of a radar: a car comes, brakes, stands and leaves; another comes towards it.
 
 use super::{codes, sensor};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
-use picket::{Chirp, Shape};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::{Config, Following, SPEED_OF_LIGHT, Scene as Waveform};
+use picket_dsp::{Chirp, Shape};
 use picket_simulator::{Receiver, Sensor, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

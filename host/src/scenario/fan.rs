@@ -1,10 +1,10 @@
 //! A fan that moves in front of a 24 GHz radar: a body, and three blades that turn.
 
 use super::{Row, codes, sensor};
-use picket::Mixing;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Iq;
-use picket::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::Mixing;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Iq;
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
 use picket_simulator::{Sensor, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

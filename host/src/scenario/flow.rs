@@ -1,8 +1,8 @@
 //! A turbulent flow whose particles cross the fringes of a laser: a laser-Doppler velocimeter.
 
 use crate::simulate::{Width, generator};
-use picket::acquire::codes::Codes;
-use picket::config::Config;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::Config;
 use picket_simulator::{Fringes, Particle};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -9,10 +9,10 @@ pub mod traffic;
 pub mod vibration;
 pub mod wind;
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Record};
-use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::{Chirp, Mixing, Shape};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Record};
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::{Chirp, Mixing, Shape};
 use picket_simulator::{Receiver, Sensor, Speckle, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,9 +1,9 @@
 //! Targets that move in front of a 24 GHz radar with I/Q records, as the boards take them.
 
 use super::{Bars, Row};
-use picket::acquire::codes::Codes;
-use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::{Chirp, Mixing, Shape};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::{Chirp, Mixing, Shape};
 
 /// Both shapes from which one target's range and velocity are unique.
 pub const SHAPES: [Shape; 2] = [Shape::Triangle, Shape::Trapezoid];

@@ -1,7 +1,7 @@
 //! Thirty seconds in front of the lidar of [`super::lidar`]: four cars that cross one another in range and in speed.
 
 use super::{codes, lidar as config, sensor};
-use picket::acquire::sample::Real;
+use picket_dsp::acquire::sample::Real;
 use picket_simulator::{Sensor, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

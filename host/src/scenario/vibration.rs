@@ -1,10 +1,10 @@
 //! Two seconds in front of a radar: a plate at 30 cm that swings by 10 um, five times a second.
 
 use super::{codes, sensor};
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::config::{Config, SPEED_OF_LIGHT, Scene};
-use picket::{Chirp, Shape};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::{Config, SPEED_OF_LIGHT, Scene};
+use picket_dsp::{Chirp, Shape};
 use picket_simulator::{Sensor, Target};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;

@@ -1,10 +1,10 @@
 //! Wind in front of a coherent lidar whose beam goes round a cone, with echoes of aerosols below the noise of a sample.
 
 use super::{codes, sensor};
-use picket::Mixing;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Iq;
-use picket::config::{Config, Scene};
+use picket_dsp::Mixing;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Iq;
+use picket_dsp::config::{Config, Scene};
 use picket_simulator::{Sensor, Speckle, Target};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

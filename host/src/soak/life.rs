@@ -3,8 +3,8 @@
 use super::same;
 use super::stream::{Chain, Hardware, LONGEST, Slot};
 use super::tally::{Fault, Tally};
-use picket::acquire::frontend::{Block, Blocks, Counters, Filler, FrontEnd, Timing};
-use picket::acquire::sample::Segment;
+use picket_dsp::acquire::frontend::{Block, Blocks, Counters, Filler, FrontEnd, Timing};
+use picket_dsp::acquire::sample::Segment;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::cell::RefCell;

@@ -1,8 +1,8 @@
 //! Frames over a line that damages them: none but what was sent is accepted.
 
 use super::tally::Tally;
-use picket::acquire::frontend::Counters;
-use picket::config::{Config, Scene};
+use picket_dsp::acquire::frontend::Counters;
+use picket_dsp::config::{Config, Scene};
 use picket_wire::command::{Command, Request};
 use picket_wire::frame::{Frame, Reader};
 use picket_wire::settings::Settings;
@@ -54,7 +54,7 @@ fn frame(rng: &mut impl Rng) -> Vec<u8> {
             let scene = Scene::Doppler {
                 wavelength_m: rng.random(),
                 angle_rad: rng.random(),
-                mixing: picket::Mixing::RxConjTx,
+                mixing: picket_dsp::Mixing::RxConjTx,
             };
             let config = Config { rate_hz: rng.random(), scene, ..Settings::default().config };
             let settings = Settings { config, guard: rng.random(), ..Settings::default() };

@@ -2,7 +2,7 @@
 //! 9.3.10), and a driver that does to it what `firmware/src/nucleo_f446re/converter.rs` does to the chip, in the same order, and counts
 //! by the same code. Time may pass before every access, so every fault can come at every step of the hand-over.
 
-use picket::acquire::frontend::{Dma, Status};
+use picket_dsp::acquire::frontend::{Dma, Status};
 use picket_firmware::nucleo_f446re::words::passage::{Elapsed, Look, Passage};
 use picket_firmware::nucleo_f446re::words::sampling::{STREAM_0_COMPLETE, STREAM_0_FLAGS};
 use std::cell::RefCell;

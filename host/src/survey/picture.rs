@@ -7,8 +7,8 @@ use crate::analyze::cut::Cut;
 use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::{recording, spectrogram};
-use picket::acquire::codes::Codes;
-use picket::tone::fit::Reach;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::tone::fit::Reach;
 use std::path::Path;
 
 /// Points of the drawn spectrum: each is the strongest of its bins.

@@ -3,13 +3,13 @@
 use super::nature::moves;
 use crate::simulate::Kind;
 use crate::with_kind;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Segment, Stamp};
-use picket::config::{Config, Following};
-use picket::pipeline::Pipeline;
-use picket::solve::track::State;
-use picket::tracker::Tracker;
-use picket::{BurstProcessor, Plan, Usable, Validation};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Segment, Stamp};
+use picket_dsp::config::{Config, Following};
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::solve::track::State;
+use picket_dsp::tracker::Tracker;
+use picket_dsp::{BurstProcessor, Plan, Usable, Validation};
 use picket_transform::num_complex::Complex;
 
 /// A way to measure.

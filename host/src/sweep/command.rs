@@ -8,7 +8,7 @@ use crate::simulate::{Kind, Width};
 use crate::{cli, progress, with_kind};
 use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use picket::acquire::codes::Codes;
+use picket_dsp::acquire::codes::Codes;
 use std::process::ExitCode;
 
 /// Measures methods on simulated records: RMSE, bias, outliers, and the ratio to the Cramer-Rao bound.

@@ -11,7 +11,7 @@ use crate::simulate::{Kind, Line, Signal, Width, generator};
 use crate::trials::Trials;
 use crate::with_kind;
 use indicatif::ProgressBar;
-use picket::tone::sigma::bound_bins;
+use picket_dsp::tone::sigma::bound_bins;
 use rand::RngExt;
 use serde::Serialize;
 use std::ops::AddAssign;

@@ -69,8 +69,8 @@ impl Fundamental {
 mod tests {
     use super::*;
     use crate::watch::line::CSV;
-    use picket::tone::harmonic::Harmonic;
-    use picket::tone::{Tone, Verdict};
+    use picket_dsp::tone::harmonic::Harmonic;
+    use picket_dsp::tone::{Tone, Verdict};
 
     #[test]
     fn people_and_programs_read_the_same() {

@@ -3,13 +3,13 @@
 use super::Style;
 use crate::analyze::names;
 use crate::device::Listener;
-use picket::Effort;
-use picket::acquire::burst::Counters;
-use picket::acquire::sample::Segment;
-use picket::pipeline::Outcome;
-use picket::solve::chirp::Ambiguity;
-use picket::tone::phasor::Phasor;
-use picket::tone::{Tone, Verdict};
+use picket_dsp::Effort;
+use picket_dsp::acquire::burst::Counters;
+use picket_dsp::acquire::sample::Segment;
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::solve::chirp::Ambiguity;
+use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
@@ -232,7 +232,7 @@ impl Row {
 
     /// The row of a burst at this sample rate, if it is known.
     pub fn of_burst(burst: &Burst, rate_hz: Option<f64>, listener: &Listener) -> Self {
-        let picket::Burst { arrival, validation, .. } = burst.burst;
+        let picket_dsp::Burst { arrival, validation, .. } = burst.burst;
         let Counters { samples, bursts, lost, long, dead } = burst.counters;
         let transit = Transit {
             validation: validation.name(),

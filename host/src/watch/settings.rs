@@ -1,16 +1,16 @@
 //! A device's settings as JSON, for people to read and edit.
 
 use super::{WatchError, io};
-use picket::Effort;
-use picket::acquire::burst::Trigger;
-use picket::acquire::codes::Codes;
-use picket::carrier::Carrier;
-use picket::config::{Config, Following, Scene};
-use picket::methods::registry::Method;
-use picket::solve::chirp::{Mixing, Shape};
-use picket::solve::equations::Chirp;
-use picket::tone::fit::Reach;
-use picket::tone::lines::MOST;
+use picket_dsp::Effort;
+use picket_dsp::acquire::burst::Trigger;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::carrier::Carrier;
+use picket_dsp::config::{Config, Following, Scene};
+use picket_dsp::methods::registry::Method;
+use picket_dsp::solve::chirp::{Mixing, Shape};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tone::lines::MOST;
 use picket_wire::settings::{Calibration, Drive, Mode, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! the bursts that the library finds in it.
 
 use crate::random::Random;
-use picket::{Burst, BurstProcessor, Plan, Real};
+use picket_dsp::{Burst, BurstProcessor, Plan, Real};
 use picket_simulator::{Fringes, Particle};
 use std::f64::consts::PI;
 
@@ -136,7 +136,7 @@ impl Flow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::Validation;
+    use picket_dsp::Validation;
 
     /// Seed 1: half a minute of a flow. Speeds of valid bursts are right within their sigmas, and the mean of the truths is the flow's.
     #[test]

@@ -15,22 +15,22 @@ pub mod rows;
 pub mod sheet;
 
 use flow::{FRINGES, Flow, Found, Sliders};
-use picket::Validation;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Iq, Real, Record, Segment, Stamp};
-use picket::carrier::Width;
-use picket::methods::registry::Method;
-use picket::pipeline::Pipeline;
-use picket::plan::{self, Plan};
-use picket::spectrum::Spectrum;
-use picket::spectrum::peak::Band;
-use picket::tone::arithmetic::Arithmetic;
-use picket::tone::detection::{FALSE_ALARM, Threshold};
-use picket::tone::fit::Reach;
-use picket::tone::frequency::Frequency;
-use picket::tone::lines::lines;
-use picket::tone::measure::Options;
-use picket::tone::{Tone, Verdict, Verdicts};
+use picket_dsp::Validation;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Iq, Real, Record, Segment, Stamp};
+use picket_dsp::carrier::Width;
+use picket_dsp::methods::registry::Method;
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::{self, Plan};
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::peak::Band;
+use picket_dsp::tone::arithmetic::Arithmetic;
+use picket_dsp::tone::detection::{FALSE_ALARM, Threshold};
+use picket_dsp::tone::fit::Reach;
+use picket_dsp::tone::frequency::Frequency;
+use picket_dsp::tone::lines::lines;
+use picket_dsp::tone::measure::Options;
+use picket_dsp::tone::{Tone, Verdict, Verdicts};
 use rows::{Notes, Row};
 use sheet::{Design, Question};
 use std::cell::RefCell;
@@ -77,7 +77,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
-        effort: picket::Effort::default(),
+        effort: picket_dsp::Effort::default(),
         width: Width::NONE,
     };
     let idle = *Plan::<R, N>::IDLE;

@@ -5,13 +5,13 @@ mod blocks;
 use blocks::Blocks;
 use fixed::types::I0F32;
 use num_complex::Complex;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Record, Statistics};
-use picket::spectrum::Spectrum;
-use picket::spectrum::engine::Engine;
-use picket::spectrum::peak::{Band, find, find_portably};
-use picket::tone::clipped::Unclipped;
-use picket::tone::frequency::Frequency;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Record, Statistics};
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::engine::Engine;
+use picket_dsp::spectrum::peak::{Band, find, find_portably};
+use picket_dsp::tone::clipped::Unclipped;
+use picket_dsp::tone::frequency::Frequency;
 use picket_firmware::mps2::{Uart, figure};
 
 /// Kernels compared with their definition.

@@ -6,8 +6,8 @@ mod equality;
 mod stages;
 
 use cortex_m_rt::entry;
-use picket::acquire::kind::for_record;
-use picket::spectrum::engine::F32;
+use picket_dsp::acquire::kind::for_record;
+use picket_dsp::spectrum::engine::F32;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use stages::Stages;

@@ -2,11 +2,11 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m_rt::exception;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Real;
-use picket::spectrum::Spectrum;
-use picket::spectrum::engine::{Engine, I32, Q15};
-use picket::spectrum::peak::{Band, Peak, find, find_portably};
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::engine::{Engine, I32, Q15};
+use picket_dsp::spectrum::peak::{Band, Peak, find, find_portably};
 use picket_firmware::mps2::Timer;
 use picket_firmware::mps2::count::Random;
 

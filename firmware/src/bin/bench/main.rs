@@ -13,8 +13,8 @@ mod rivals;
 mod stages;
 
 use cortex_m_rt::entry;
-use picket::acquire::kind::for_record;
-use picket::spectrum::engine::I32;
+use picket_dsp::acquire::kind::for_record;
+use picket_dsp::spectrum::engine::I32;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use stages::Stages;

@@ -3,7 +3,7 @@
 
 use core::hint::black_box;
 use fixed_dsp::transform::{RfftI16, RfftI32};
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::sample::Record;
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::playback::Results;
 

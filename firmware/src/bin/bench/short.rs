@@ -6,9 +6,9 @@ mod equality;
 mod stages;
 
 use cortex_m_rt::entry;
-use picket::acquire::kind::ForRecord;
-use picket::acquire::sample::Real;
-use picket::spectrum::engine::I32;
+use picket_dsp::acquire::kind::ForRecord;
+use picket_dsp::acquire::sample::Real;
+use picket_dsp::spectrum::engine::I32;
 use picket_firmware::mps2::halt::{Exit, exit};
 use picket_firmware::mps2::handlers;
 use picket_firmware::mps2::playback::fail;

@@ -2,13 +2,13 @@
 
 use core::hint::black_box;
 use cortex_m::peripheral::DWT;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::{Real, Stamp, Statistics};
-use picket::plan::Plan;
-use picket::spectrum::Spectrum;
-use picket::spectrum::peak::{self, Peak};
-use picket::tone::Tone;
-use picket::tone::measure::measure;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::{Real, Stamp, Statistics};
+use picket_dsp::plan::Plan;
+use picket_dsp::spectrum::Spectrum;
+use picket_dsp::spectrum::peak::{self, Peak};
+use picket_dsp::tone::Tone;
+use picket_dsp::tone::measure::measure;
 use picket_firmware::nucleo_f446re::N;
 
 const CODES: Codes = Codes::unsigned::<12>();

@@ -1,10 +1,10 @@
 //! Blocks as the instrument takes them, and what is counted over them.
 
 use crate::items::Bench;
-use picket::acquire::sample::{Real, Stamp};
-use picket::pipeline::Pipeline;
-use picket::plan::{EitherPlan, Plan};
-use picket::tone::Verdict;
+use picket_dsp::acquire::sample::{Real, Stamp};
+use picket_dsp::pipeline::Pipeline;
+use picket_dsp::plan::{EitherPlan, Plan};
+use picket_dsp::tone::Verdict;
 use picket_firmware::board::Board;
 use picket_firmware::nucleo_f446re::N;
 use picket_wire::settings::Settings;

@@ -19,9 +19,9 @@ use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
-use picket::config::{Config, Scene};
-use picket::solve::equations::Chirp;
-use picket::tone::arithmetic::Arithmetic;
+use picket_dsp::config::{Config, Scene};
+use picket_dsp::solve::equations::Chirp;
+use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
 use sampling::{BLOCK_CYCLES, Sampling};
@@ -149,9 +149,9 @@ impl Words {
 mod tests {
     use super::clock::Source;
     use super::*;
-    use picket::acquire::codes::Codes;
-    use picket::config::{ConfigError, Following};
-    use picket::solve::chirp::Shape;
+    use picket_dsp::acquire::codes::Codes;
+    use picket_dsp::config::{ConfigError, Following};
+    use picket_dsp::solve::chirp::Shape;
     use picket_wire::settings::Calibration;
     use picket_wire::settings_error::{RampError, WaveformError};
 

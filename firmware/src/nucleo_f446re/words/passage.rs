@@ -3,7 +3,7 @@
 
 use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
 use crate::progress::Progress;
-use picket::acquire::frontend::Status;
+use picket_dsp::acquire::frontend::Status;
 
 /// What one look at the stream and the converters shows.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +87,7 @@ impl Passage {
 }
 
 /// The completed blocks that the stream's flags show (see
-/// [`picket::acquire::frontend::Status::completed`]): none without transfer complete, one if the
+/// [`picket_dsp::acquire::frontend::Status::completed`]): none without transfer complete, one if the
 /// slot being filled has changed since the last call, otherwise two.
 const fn completed(flags: u32, target_changed: bool) -> u32 {
     match (flags & STREAM_0_COMPLETE != 0, target_changed) {

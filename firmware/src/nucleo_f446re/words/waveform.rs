@@ -11,7 +11,7 @@
 //! samples  |gg.........|gg.........|gg.........|   g: guard, dropped: echo's delay, filters' settling
 //! ```
 
-use picket::solve::chirp::Shape;
+use picket_dsp::solve::chirp::Shape;
 use picket_wire::settings_error::WaveformError;
 
 /// The fastest rate of the DAC, updates a second (DS 6.3.26).

@@ -7,8 +7,8 @@ pub mod signal;
 
 use super::{Core, Figures, How, config, model, run};
 use crate::emulator::RunError;
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
 use picket_wire::capture::Header;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,7 @@
 //! Signals that the search for the worst block varies: numbers, from which a record of codes follows.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -193,7 +193,7 @@ impl fmt::Display for Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use picket::acquire::sample::{Iq, Real};
+    use picket_dsp::acquire::sample::{Iq, Real};
 
     /// The generator leaves no kind of record out: the lowest bins, rails, next to nothing, and what changes within a record.
     #[test]

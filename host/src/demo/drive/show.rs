@@ -10,7 +10,7 @@ use crate::output::Output;
 use crate::report::chart::{Axis, Chart, Series, Style};
 use crate::scenario::drive::{CYCLE_S, CYCLES, Scene};
 use comfy_table::{Cell, CellAlignment};
-use picket::tone::Verdict;
+use picket_dsp::tone::Verdict;
 use std::path::{Path, PathBuf};
 
 /// The drive's last lines, as a person reads them.

@@ -3,7 +3,7 @@
 use super::{NEAR_M, NEAR_MPS, Row};
 use crate::demo::answer::Answer;
 use crate::scenario::drive::Scene;
-use picket::tone::Verdict;
+use picket_dsp::tone::Verdict;
 use serde::Serialize;
 
 /// The drive as a whole.

@@ -8,8 +8,8 @@ use super::scale::Scale;
 use super::{Kept, Options, WatchError, io};
 use crate::device::{Listener, Said};
 use crate::end;
-use picket::pipeline::Outcome;
-use picket::tone::{Usable, Verdict};
+use picket_dsp::pipeline::Outcome;
+use picket_dsp::tone::{Usable, Verdict};
 use picket_wire::follow::Follow;
 use picket_wire::status::Status;
 use picket_wire::telemetry::Telemetry;
@@ -218,7 +218,7 @@ impl Live {
                 points.push((Quantity::Velocity, velocity, usable(t.verdict)));
             }
         }
-        if record.measurement.stamp.segment == picket::Segment::Continuous {
+        if record.measurement.stamp.segment == picket_dsp::Segment::Continuous {
             let frequency = (tone.frequency.hertz(rate), f64::from(tone.sigma) * rate);
             points.push((Quantity::Frequency, frequency, usable(tone.verdict)));
         }

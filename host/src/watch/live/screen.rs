@@ -2,7 +2,7 @@
 
 use super::{Live, Quantity, Target, Value};
 use crate::device::Listener;
-use picket::tone::{Usable, Verdict};
+use picket_dsp::tone::{Usable, Verdict};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};

@@ -1,7 +1,7 @@
 //! Random blocks of samples, of any codes.
 
-use picket::acquire::codes::Codes;
-use picket::acquire::sample::Record;
+use picket_dsp::acquire::codes::Codes;
+use picket_dsp::acquire::sample::Record;
 use picket_firmware::mps2::count::Random;
 
 /// Draws blocks.
