@@ -1,6 +1,6 @@
 //! Sigma and verdict on records with something wrong, from the generator of `picket sweep --impair`, in the target's arithmetic.
 //!
-//! A lie is a tone that is called good and is off by more than five sigma; a false cry of wolf is one that is right and not called
+//! An overconfident answer is called good and is off by more than five sigma; a false flag is one that is right and not called
 //! good. The variable `PICKET_FIELD` says how many times as many records are drawn, and `PICKET_FIELD_SEED` another seed.
 
 use indicatif::ProgressBar;
@@ -108,7 +108,7 @@ impl Field {
         self.share(|seen| seen.is(Verdict::Good))
     }
 
-    fn lies(&self) -> f64 {
+    fn overconfident(&self) -> f64 {
         self.share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0))
     }
 
@@ -120,7 +120,7 @@ impl Field {
 
     fn print(&self) {
         println!(
-            "{}: good {:.1} %, moving {:.1} %, unresolved {:.1} %, image {:.1} %, weak {:.1} %, lies {:.2} %, within 3 sigma \
+            "{}: good {:.1} %, moving {:.1} %, unresolved {:.1} %, image {:.1} %, weak {:.1} %, overconfident {:.2} %, within 3 sigma \
              {:.1} %, (error/sigma)^2 {:.2}",
             self.0,
             self.good(),
@@ -128,7 +128,7 @@ impl Field {
             self.share(|seen| seen.is(Verdict::Unresolved)),
             self.share(|seen| seen.is(Verdict::Image)),
             self.share(|seen| seen.is(Verdict::Weak)),
-            self.lies(),
+            self.overconfident(),
             self.share(|seen| !seen.beyond(3.0)),
             self.square()
         );
@@ -176,12 +176,12 @@ fn coloured_noise_alone_is_weak() {
 }
 
 #[test]
-fn few_lies() {
+fn few_overconfident_answers() {
     let mut wrong = Vec::new();
-    let mut lies = |field: Field, most: f64| {
+    let mut overconfident = |field: Field, most: f64| {
         field.print();
-        if field.lies() > most {
-            wrong.push(format!("{}: {:.2} % lies", field.0, field.lies()));
+        if field.overconfident() > most {
+            wrong.push(format!("{}: {:.2} % overconfident", field.0, field.overconfident()));
         }
     };
     for (text, snr_db, most) in [
@@ -200,8 +200,8 @@ fn few_lies() {
         ("decay:0.5", 30.0, 1.0),
         ("noise-flicker:1", 30.0, 1.0),
     ] {
-        lies(field::<Real, 1024>(text, snr_db, None, 400), most);
-        lies(field::<Iq, 1024>(text, snr_db, None, 400), most);
+        overconfident(field::<Real, 1024>(text, snr_db, None, 400), most);
+        overconfident(field::<Iq, 1024>(text, snr_db, None, 400), most);
     }
     check(wrong);
 }
@@ -209,7 +209,7 @@ fn few_lies() {
 /// Near an end of the spectrum the ring has one side. What rises towards the tone then passes for an edge of the noise, and slow
 /// terms explain a part of it: neither makes a tone that wanders, or one in noise of low frequency, a good one.
 #[test]
-fn few_lies_where_the_ring_has_one_side() {
+fn few_overconfident_answers_where_the_ring_has_one_side() {
     let mut wrong = Vec::new();
     for (text, snr_db, bins) in [
         ("phase-walk:0.2", 50.0, (3.0, 12.0)),
@@ -219,8 +219,12 @@ fn few_lies_where_the_ring_has_one_side() {
         let field = field::<Real, 1024>(text, snr_db, Some(bins), 1500);
         print!("bins {bins:?}: ");
         field.print();
-        if field.lies() > 1.0 {
-            wrong.push(format!("{} {bins:?}: {:.2} % lies", field.0, field.lies()));
+        if field.overconfident() > 1.0 {
+            wrong.push(format!(
+                "{} {bins:?}: {:.2} % overconfident",
+                field.0,
+                field.overconfident()
+            ));
         }
     }
     check(wrong);
@@ -236,22 +240,22 @@ fn a_step_of_the_frequency_is_seen_but_at_the_ends() {
         field::<Iq, 1024>("frequency-step:10", 20.0, None, 1000),
     ] {
         field.print();
-        let lies = field
+        let overconfident = field
             .share(|seen| seen.is(Verdict::Good) && seen.beyond(5.0) && seen.error.abs() > 0.3);
-        assert!(lies <= 0.1, "{}: {lies} % lies", field.0);
+        assert!(overconfident <= 0.1, "{}: {overconfident} % overconfident", field.0);
     }
 }
 
 /// A tone beside a drift or hum is fitted together with it.
 #[test]
-fn slow_terms_are_no_wolf() {
+fn slow_terms_flag_nothing() {
     let mut wrong = Vec::new();
     for text in ["drift:0.01/0.05,order=1/2", "hum:0.3/1.5,fs=0.01/0.05"] {
         for text in severities(text) {
             for snr_db in [10.0, 30.0, 50.0] {
                 let field = field::<Real, 1024>(&text, snr_db, Some((4.0, 40.0)), 200);
                 field.print();
-                if field.good() < 90.0 || field.lies() > 1.0 {
+                if field.good() < 90.0 || field.overconfident() > 1.0 {
                     wrong.push(format!("{}: {:.1} % good", field.0, field.good()));
                 }
             }
@@ -314,17 +318,17 @@ fn beside_other_lines_the_default_is_the_best() {
                 let z = cells[0].rms_z.unwrap();
                 let line = format!(
                     "{}:{}, {}, {snr_db} dB, {} records of seed {}: {:.2} times the bound, the best other method {best:.2}; \
-                     error/sigma {z:.2}, {} lies",
+                     error/sigma {z:.2}, {} overconfident",
                     cells[0].impair,
                     cells[0].severity,
                     cells[0].kind,
                     campaign.trials,
                     campaign.seed,
                     ratios[0],
-                    cells[0].lie
+                    cells[0].overconfident
                 );
                 println!("{line}");
-                if ratios[0] > most * best || z > 1.35 || cells[0].lie_share > 0.01 {
+                if ratios[0] > most * best || z > 1.35 || cells[0].overconfident_share > 0.01 {
                     wrong.push(line);
                 }
             }
@@ -383,8 +387,8 @@ fn a_short_record_has_an_image_too() {
     {
         let field = field::<Iq, 64>(text, snr_db, Some((8.0, 24.0)), 2000);
         field.print();
-        if field.lies() > 0.5 {
-            wrong.push(format!("{}: {:.2} % lies", field.0, field.lies()));
+        if field.overconfident() > 0.5 {
+            wrong.push(format!("{}: {:.2} % overconfident", field.0, field.overconfident()));
         }
     }
     let pure = field::<Iq, 64>("none", 10.0, None, 2000);
@@ -396,7 +400,7 @@ fn a_short_record_has_an_image_too() {
 }
 
 #[test]
-fn coloured_noise_is_no_wolf() {
+fn coloured_noise_flags_nothing() {
     let mut wrong = Vec::new();
     for text in [
         "none",

@@ -32,11 +32,15 @@ fn the_campaign_in_json() {
     assert_eq!((summary["cells"].as_u64(), cells.len()), (Some(18), 18));
     for cell in cells {
         let count = |key: &str| cell[key].as_u64().unwrap();
-        assert_eq!(count("right") + count("flagged") + count("lie"), 60, "{cell}");
-        assert!(count("wolf") <= count("flagged"), "{cell}");
+        assert_eq!(count("right") + count("flagged") + count("overconfident"), 60, "{cell}");
+        assert!(count("false_flag") <= count("flagged"), "{cell}");
         let verdicts = cell["verdicts"].as_object().unwrap();
         assert_eq!(verdicts.values().map(|v| v.as_u64().unwrap()).sum::<u64>(), 60, "{cell}");
-        assert!((cell["lie_share"].as_f64().unwrap() - count("lie") as f64 / 60.0).abs() < 1e-9);
+        assert!(
+            (cell["overconfident_share"].as_f64().unwrap() - count("overconfident") as f64 / 60.0)
+                .abs()
+                < 1e-9
+        );
         for key in "impair method kind n snr_db arith trials outliers rmse_bins bound_bins ratio rms_z z2_good".split(' ') {
             assert!(cell.get(key).is_some(), "no {key} in {cell}");
         }

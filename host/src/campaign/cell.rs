@@ -14,8 +14,8 @@ pub(super) struct Tally {
     verdicts: BTreeMap<&'static str, u64>,
     right: u64,
     flagged: u64,
-    lie: u64,
-    wolf: u64,
+    overconfident: u64,
+    false_flag: u64,
     near: Sums,
     flagged_near: Sums,
     good: Sums,
@@ -61,8 +61,8 @@ impl AddAssign<&Tally> for Tally {
         }
         self.right += other.right;
         self.flagged += other.flagged;
-        self.lie += other.lie;
-        self.wolf += other.wolf;
+        self.overconfident += other.overconfident;
+        self.false_flag += other.false_flag;
         self.near.add(&other.near);
         self.flagged_near.add(&other.flagged_near);
         self.good.add(&other.good);
@@ -76,10 +76,10 @@ impl Tally {
         let within = error.abs() <= LIE_SIGMAS * sigma;
         match (usable, within) {
             (true, true) => self.right += 1,
-            (true, false) => self.lie += 1,
+            (true, false) => self.overconfident += 1,
             (false, within) => {
                 self.flagged += 1;
-                self.wolf += u64::from(within);
+                self.false_flag += u64::from(within);
             }
         }
         if verdict == Verdict::Good {
@@ -101,12 +101,12 @@ impl Tally {
             outliers: all - self.near.count,
             right: self.right,
             flagged: self.flagged,
-            lie: self.lie,
-            wolf: self.wolf,
+            overconfident: self.overconfident,
+            false_flag: self.false_flag,
             right_share: share(self.right),
             flagged_share: share(self.flagged),
-            lie_share: share(self.lie),
-            wolf_share: share(self.wolf),
+            overconfident_share: share(self.overconfident),
+            false_flag_share: share(self.false_flag),
             rmse_bins: self.near.mean(self.near.error2).map(f64::sqrt),
             bound_bins: self.near.mean(self.near.bound2).map(f64::sqrt),
             ratio: self.near.ratio(),
@@ -147,17 +147,17 @@ pub struct Cell {
     /// Answers that say they may not.
     pub flagged: u64,
     /// Answers that say they may be used within sigma and are off by more than 5.
-    pub lie: u64,
+    pub overconfident: u64,
     /// Of those flagged: within 5 sigma.
-    pub wolf: u64,
+    pub false_flag: u64,
     /// Share of all records.
     pub right_share: f64,
     /// Share of all records.
     pub flagged_share: f64,
     /// Share of all records.
-    pub lie_share: f64,
+    pub overconfident_share: f64,
     /// Share of all records.
-    pub wolf_share: f64,
+    pub false_flag_share: f64,
     /// Records without an answer within 1.5 bins; the next five figures leave them out.
     pub outliers: u64,
     /// Root mean square of the error.

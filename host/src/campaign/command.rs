@@ -18,9 +18,9 @@ pub const TRIALS: usize = 300;
 
 /// What stands below the table.
 const LEGEND: &str = "\
-right    % said to be usable within sigma (good, moving, clipped, gap), and within 5 sigma of the truth
-flagged  % any other verdict; wolf: of them those within 5 sigma
-lie      % said to be usable within sigma, and off by more than 5
+right          % said to be usable within sigma (good, moving, clipped, gap), and within 5 sigma of the truth
+overconfident  % said to be usable within sigma, and off by more than 5
+flagged        % any other verdict; false flag: of them those within 5 sigma
 RMSE and error/sigma leave out answers off by more than 1.5 bins; z2 is the mean of (error/sigma)^2 of all good ones.
 The bound is that of a pure tone in white noise as dense as the noise is at the tone.";
 
@@ -143,8 +143,8 @@ fn table(cells: &[Cell]) -> Table {
         "SNR dB",
         "right",
         "flagged",
-        "lie",
-        "wolf",
+        "overconfident",
+        "false flag",
         "RMSE bins",
         "RMSE/bound",
         "rms e/sigma",
@@ -167,8 +167,8 @@ fn table(cells: &[Cell]) -> Table {
             cell.snr_db.map_or("none".into(), |db| db.to_string()),
             share(cell.right_share),
             share(cell.flagged_share),
-            share(cell.lie_share),
-            share(cell.wolf_share),
+            share(cell.overconfident_share),
+            share(cell.false_flag_share),
             cell.rmse_bins.map_or("-".into(), |rmse| format!("{rmse:.2e}")),
             number(cell.ratio),
             number(cell.rms_z),

@@ -41,7 +41,7 @@ fn outcomes(lab: &Lab, entry: &Entry, snr_db: f64) -> Result<Vec<Shares>, String
         let bar = ProgressBar::hidden();
         let cells = with_kind!(iq, R => campaign.run::<R>(impairment, snr_db, &bar)?);
         for (counts, cell) in counts.iter_mut().zip(cells) {
-            let new = [cell.right, cell.flagged, cell.lie];
+            let new = [cell.right, cell.flagged, cell.overconfident];
             counts.iter_mut().zip(new).for_each(|(count, new)| *count += new);
         }
     }
@@ -68,20 +68,20 @@ pub fn impaired(lab: &Lab) -> Result<Section, String> {
     let ratios = SNR_DB.map(|db| db.to_string()).join(" / ");
     let head = ["impairment".to_owned()]
         .into_iter()
-        .chain(SNR_DB.map(|db| format!("ours at {db} dB: right / flagged / lie, %")))
-        .chain(others.iter().map(|name| format!("{name}: lies at {ratios} dB, %")));
+        .chain(SNR_DB.map(|db| format!("ours at {db} dB: right / flagged / overconfident, %")))
+        .chain(others.iter().map(|name| format!("{name}: overconfident at {ratios} dB, %")));
     let mut table = Table::new(head);
     for (name, cells) in &rows {
         let of = |method: usize| &cells[method * SNR_DB.len()..(method + 1) * SNR_DB.len()];
         let ours = of(0).iter().map(|shares| shares.map(percent).join(" / "));
-        let lies = (1..methods)
+        let overconfident = (1..methods)
             .map(|m| of(m).iter().map(|s| percent(s[2])).collect::<Vec<_>>().join(" / "));
-        table.row([name.clone()].into_iter().chain(ours).chain(lies));
+        table.row([name.clone()].into_iter().chain(ours).chain(overconfident));
     }
     let checks = checks(lab, &rows, methods);
     let groups = std::iter::once("ours").chain(others).map(str::to_owned).collect();
     Ok(Section {
-        title: "Records with something wrong: right, flagged, or a lie",
+        title: "Records with something wrong: right, flagged, or overconfident",
         text: vec![
             format!(
                 "Each row is one thing that front ends and signals do (`cargo picket sweep --impair list` explains them), at all its usual \
@@ -114,15 +114,15 @@ fn checks(lab: &Lab, rows: &[(String, Vec<Shares>)], methods: usize) -> Vec<Chec
     let records = lab.trials(600, 24) as f64;
     let mut checks = Vec::new();
     for (column, snr_db) in SNR_DB.iter().enumerate() {
-        let lies = |method: usize| {
+        let overconfident = |method: usize| {
             let cells = rows.iter().map(|(_, cells)| cells[method * SNR_DB.len() + column][2]);
             cells.sum::<f64>() / rows.len() as f64
         };
-        let most = (1..methods).map(lies).fold(0.0, f64::max);
+        let most = (1..methods).map(overconfident).fold(0.0, f64::max);
         // Three standard deviations of a share of one in a hundred.
         let chance = 3.0 * (0.01 / (records * rows.len() as f64)).sqrt();
-        let figure = format!("share of lies: the others' most less ours, {snr_db} dB");
-        checks.push(Check::between(figure, most - lies(0), 0.0, -1.0, chance));
+        let figure = format!("overconfident share: the others' most less ours, {snr_db} dB");
+        checks.push(Check::between(figure, most - overconfident(0), 0.0, -1.0, chance));
         for (_, cells) in rows.iter().filter(|(name, _)| name == "none") {
             let figure = format!("pure tones called right, {snr_db} dB");
             checks.push(Check::between(figure, cells[column][0], 0.0, 1.0 - 1.5 / records, 1.0));

@@ -1,15 +1,15 @@
-//! A picture of outcomes: a bar for each cell, its parts the shares of right, flagged and lie.
+//! A picture of outcomes: a bar for each cell, its parts the shares of right, flagged and overconfident answers.
 
 use super::picture::{self, COLOURS, FONT, INK};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Shares of right, flagged and lie.
+/// Shares of right, flagged and overconfident answers.
 pub type Shares = [f64; 3];
 
 const PARTS: [(&str, RGBColor); 3] =
-    [("right", COLOURS[0]), ("flagged", RGBColor(196, 200, 205)), ("lie", COLOURS[1])];
+    [("right", COLOURS[0]), ("flagged", RGBColor(196, 200, 205)), ("overconfident", COLOURS[1])];
 
 /// Bars in rows; columns in groups.
 #[derive(Clone, Debug)]
