@@ -42,7 +42,7 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
         let method = if block % 2 == 0 { Some(Method::default()) } else { methods.next() };
         let Some(method) = method else { return };
         let Ok(plan) = Config { method, ..config }.plan() else { return };
-        pipeline.adopt(plan);
+        pipeline.set_plan(plan);
         fill::<R>(&mut samples, codes, &mut random);
         let tone = pipeline.block(Stamp::default(), &samples).tone;
         seen.blocks += 1;

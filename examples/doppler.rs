@@ -2,9 +2,7 @@
 //! `cargo run --example doppler -- FILE`.
 
 use picket_dsp::config::SPEED_OF_LIGHT;
-use picket_dsp::{
-    Assembler, Codes, Config, Format, Mixing, Outcome, Pipeline, Real, Scene, Usable,
-};
+use picket_dsp::{Codes, Config, Format, Framer, Mixing, Outcome, Pipeline, Real, Scene, Usable};
 use std::error::Error;
 
 const CARRIER_HZ: f64 = 24e9;
@@ -23,9 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..Config::new(reader.spec().sample_rate.into(), Codes::signed::<16>())
     };
     let mut pipeline = Pipeline::<Real, 4096>::new(config.plan()?);
-    let mut assembler = Assembler::<Real, 4096>::new(Format::signed::<16>()).with_hop(1024);
+    let mut framer = Framer::<Real, 4096>::new(Format::signed::<16>()).with_hop(1024);
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
-    assembler.push(&samples, |stamp, samples| {
+    framer.push(&samples, |stamp, samples| {
         let measurement = pipeline.block(*stamp, samples);
         if let Outcome::Velocity(speed) = measurement.result
             && speed.verdict.usable() <= Usable::WithinSigma

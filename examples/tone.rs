@@ -1,6 +1,6 @@
 //! The tones of a 16-bit mono wav file, a record at a time: `cargo run --example tone -- FILE`.
 
-use picket_dsp::{Assembler, Codes, Config, Format, Pipeline, Real};
+use picket_dsp::{Codes, Config, Format, Framer, Pipeline, Real};
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -8,9 +8,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut reader = hound::WavReader::open(path)?;
     let config = Config::new(reader.spec().sample_rate.into(), Codes::signed::<16>());
     let mut pipeline = Pipeline::<Real, 4096>::new(config.plan()?);
-    let mut assembler = Assembler::<Real, 4096>::new(Format::signed::<16>());
+    let mut framer = Framer::<Real, 4096>::new(Format::signed::<16>());
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
-    assembler.push(&samples, |stamp, samples| {
+    framer.push(&samples, |stamp, samples| {
         let seconds = stamp.clock as f64 / config.rate_hz;
         println!("{seconds:8.3} s  {}", pipeline.block(*stamp, samples).tone);
     });

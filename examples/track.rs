@@ -1,6 +1,6 @@
 //! Tones followed from record to record in a 16-bit mono wav file: `cargo run --example track -- FILE`.
 
-use picket_dsp::{Assembler, Codes, Config, Following, Format, Real, Segment, Tracker};
+use picket_dsp::{Codes, Config, Following, Format, Framer, Real, Segment, Tracker};
 use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -11,9 +11,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..Config::new(reader.spec().sample_rate.into(), Codes::signed::<16>())
     };
     let mut tracker = Tracker::<Real, 4096>::new(config.plan()?);
-    let mut assembler = Assembler::<Real, 4096>::new(Format::signed::<16>());
+    let mut framer = Framer::<Real, 4096>::new(Format::signed::<16>());
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
-    assembler.push(&samples, |stamp, samples| {
+    framer.push(&samples, |stamp, samples| {
         tracker.block(*stamp, samples);
         let seconds = stamp.clock as f64 / config.rate_hz;
         for track in tracker.tracks(Segment::Continuous) {

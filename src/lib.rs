@@ -8,15 +8,15 @@
 //! and on a desk.
 //!
 //! ```
-//! use picket_dsp::{Assembler, Codes, Config, Format, Pipeline, Real};
+//! use picket_dsp::{Framer, Codes, Config, Format, Pipeline, Real};
 //!
 //! # let recording: Vec<i16> =
 //! #     (0..4096).map(|n| (9000.0 * (0.131 * n as f64).sin() + 40.0 * (7.1 * n as f64).sin()) as i16).collect();
 //! let config = Config::new(48_000.0, Codes::signed::<16>());
 //! let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
-//! let mut assembler = Assembler::<Real, 1024>::new(Format::signed::<16>());
+//! let mut framer = Framer::<Real, 1024>::new(Format::signed::<16>());
 //! for chunk in recording.chunks(480) {
-//!     assembler.push(chunk, |stamp, samples| {
+//!     framer.push(chunk, |stamp, samples| {
 //!         let tone = pipeline.block(*stamp, samples).tone;
 //!         println!("{tone}"); // 1000.766 Hz ± 0.006 Hz, SNR 44.1 dB, good
 //! #         assert!((tone.hertz() - 0.131 / std::f64::consts::TAU * 48e3).abs() < 0.1);
@@ -28,7 +28,7 @@
 //! # The way of the data
 //!
 //! ```text
-//! words ─ Assembler ┐
+//! words ─ Framer ┐
 //!                   ├▶ record ─▶ bins ─▶ peak, floor ─▶ Tone ─▶ Velocity, Target
 //! slots ─ FrontEnd ─┘   FFT      search      fit          solver
 //!     acquire               spectrum          tone        solve
@@ -39,11 +39,11 @@
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
 //! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
-//! - [`Assembler`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
+//! - [`Framer`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy.
 //! - [`BurstProcessor`] finds bursts in a stream, as of particles in a laser-Doppler velocimeter, and measures each.
 //! - [`Accumulator`] adds the spectra of many blocks, for echoes too weak for one.
-//! - [`Pipeline::lines`] finds up to four tones of a block, each a [`Phasor`] with its phase;
+//! - [`Pipeline::lines`] finds up to four tones of a block, each a [`ToneWithPhase`] with its phase;
 //!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
 //! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
@@ -85,13 +85,13 @@ pub mod tracker;
 #[doc(inline)]
 pub use accumulate::{Accumulated, Accumulator};
 #[doc(inline)]
-pub use acquire::assembler::Assembler;
-#[doc(inline)]
 pub use acquire::burst::{BurstDetector, Trigger};
 #[doc(inline)]
 pub use acquire::codes::Codes;
 #[doc(inline)]
 pub use acquire::format::Format;
+#[doc(inline)]
+pub use acquire::framer::Framer;
 #[doc(inline)]
 pub use acquire::sample::{Iq, Real, Record, Segment, Stamp};
 #[doc(inline)]
@@ -132,7 +132,7 @@ pub use tone::fit::Reach;
 #[doc(inline)]
 pub use tone::frequency::Frequency;
 #[doc(inline)]
-pub use tone::phasor::Phasor;
+pub use tone::phasor::ToneWithPhase;
 #[doc(inline)]
 pub use tone::verdict::{Usable, Verdict, Verdicts};
 #[doc(inline)]

@@ -24,8 +24,8 @@ use crate::tone::harmonic::{Harmonic, harmonic};
 use crate::tone::lines::{MOST, lines};
 use crate::tone::measure::{Options, rise, weigh};
 use crate::tone::observer::Observer;
-use crate::tone::phasor::Phasor;
-use crate::tone::{Rise, Tone, Verdict};
+use crate::tone::phasor::ToneWithPhase;
+use crate::tone::{FrequencyDrift, Tone, Verdict};
 use heapless::Vec;
 
 /// What one block showed, and the target if the block completed a chirp.
@@ -85,7 +85,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 
     /// Follows another plan from the next block on.
-    pub fn adopt(&mut self, plan: Plan<R, N>) {
+    pub fn set_plan(&mut self, plan: Plan<R, N>) {
         self.plan.take(plan);
         self.ramps.segments.forget();
     }
@@ -160,7 +160,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     ///
     /// # Errors
     /// The slice does not hold exactly `N` samples. An
-    /// [`Assembler`](crate::acquire::assembler::Assembler) makes records of a stream of any length.
+    /// [`Framer`](crate::acquire::framer::Framer) makes records of a stream of any length.
     pub fn record(&mut self, samples: &[R::Sample]) -> Result<Measurement, LengthError> {
         match samples.try_into() {
             Ok(samples) => Ok(self.block(Stamp::default(), samples)),
@@ -182,7 +182,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// [`Verdict::Moving`]; `None` for any other. `measurement` is the last block's.
     ///
     /// Cost: the fit and the noise once more.
-    pub fn rise(&self, measurement: &Measurement) -> Option<Rise> {
+    pub fn rise(&self, measurement: &Measurement) -> Option<FrequencyDrift> {
         let tone = &measurement.tone;
         if tone.verdict != Verdict::Moving {
             return None;
@@ -214,7 +214,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     ///
     /// A line that the front end or the transform makes of a stronger one is none of them, see
     /// [`crate::tone::lines`]. With `most = 1` this is the phase of the block's tone.
-    pub fn lines(&self, measurement: &Measurement, most: usize) -> Vec<Phasor, MOST> {
+    pub fn lines(&self, measurement: &Measurement, most: usize) -> Vec<ToneWithPhase, MOST> {
         let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
         let Terms { band, ref options, rate_hz, .. } = *self.plan;
         let mut phasors = lines(&self.spectrum, tone, band, clipped, stamp, options, most);
@@ -273,7 +273,7 @@ impl core::fmt::Display for LengthError {
         let Self { samples, wanted } = self;
         write!(
             f,
-            "a record has {wanted} samples, not {samples}: an assembler makes records of a stream"
+            "a record has {wanted} samples, not {samples}: an framer makes records of a stream"
         )
     }
 }

@@ -37,8 +37,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     }
 
     /// Follows another plan from the next block on, and forgets all tracks.
-    pub fn adopt(&mut self, plan: Plan<R, N>) {
-        self.pipeline.adopt(plan);
+    pub fn set_plan(&mut self, plan: Plan<R, N>) {
+        self.pipeline.set_plan(plan);
         self.tracks.iter_mut().for_each(|tracks| *tracks = Tracks::new());
         self.locks.iter_mut().for_each(|lock| *lock = None);
     }

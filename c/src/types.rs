@@ -9,7 +9,7 @@ use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::chirp::{Ambiguity, Mixing, Shape, Target};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::solve::track::Track;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{
     Accumulated, Accumulator, Arithmetic, Burst, Codes, Config, Following, Reach, Record, Scene,
     Tone, Trigger,
@@ -55,7 +55,7 @@ pub struct CLine {
 }
 
 impl CLine {
-    pub fn of(phasor: &Phasor, clipped: u32) -> Self {
+    pub fn of(phasor: &ToneWithPhase, clipped: u32) -> Self {
         Self {
             tone: CTone::of(&phasor.tone, clipped),
             phase_rad: phasor.phase,

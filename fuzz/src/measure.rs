@@ -45,13 +45,13 @@ pub fn pipeline(bytes: &[u8]) {
             let mut measurement = match plan.plan {
                 picket_dsp::plan::EitherPlan::Real(plan) => {
                     if sequence % 2 == 0 {
-                        real.adopt(plan);
+                        real.set_plan(plan);
                     }
                     real.block(stamp, &samples::<Real, N>(&mut input))
                 }
                 picket_dsp::plan::EitherPlan::Iq(plan) => {
                     if sequence % 2 == 0 {
-                        iq.adopt(plan);
+                        iq.set_plan(plan);
                     }
                     iq.block(stamp, &samples::<Iq, N>(&mut input))
                 }

@@ -6,7 +6,7 @@ use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::{
-    Accumulator, Assembler, BurstProcessor, Config, F32, Format, I32, Q15, Tone, Usable,
+    Accumulator, BurstProcessor, Config, F32, Format, Framer, I32, Q15, Tone, Usable,
 };
 
 /// A configuration, a length and a path, then samples.
@@ -119,7 +119,7 @@ fn assembled<const N: usize>(config: &Config, input: &mut Input) {
     let Ok(plan) = config.plan::<Real, N>() else { return };
     let mut pipeline = Pipeline::<Real, N>::new(plan);
     let hop = u32::from(input.byte());
-    let mut assembler = Assembler::<Real, N>::new(Format::unsigned::<12>()).with_hop(hop);
+    let mut framer = Framer::<Real, N>::new(Format::unsigned::<12>()).with_hop(hop);
     let mut last: Option<Measurement> = None;
     for _ in 0..4 {
         let clock = match input.byte() {
@@ -128,7 +128,7 @@ fn assembled<const N: usize>(config: &Config, input: &mut Input) {
             clock => u64::from(clock) * N as u64 / 16,
         };
         let words: [u16; N] = samples::<Real, N>(input).map(|sample| sample as u16);
-        assembler.push_at(clock, &words, |stamp, samples| {
+        framer.push_at(clock, &words, |stamp, samples| {
             let measurement = pipeline.block(*stamp, samples);
             sound(&measurement.tone);
             if let Some(last) = last {

@@ -4,7 +4,7 @@ use crate::signal::*;
 use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::solve::displacement::{Between, Displacement, Unwrapper};
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp, Tone, Usable, Verdict};
 use picket_simulator::{Receiver, Target, Waveform};
 use rand::RngExt;
@@ -113,7 +113,7 @@ fn a_step_that_is_too_large_is_refused() {
                 let phase = TAU * (turns + error / TAU);
                 let phase = (phase - TAU * (phase / TAU).round()) as f32;
                 let tone = Tone { verdict: Verdict::Good, ..Tone::default() };
-                let phasor = Phasor { tone, phase, sigma_phase: sigma as f32 };
+                let phasor = ToneWithPhase { tone, phase, sigma_phase: sigma as f32 };
                 moved.push(unwrapper.push(&Stamp { sequence, ..Stamp::default() }, &phasor));
                 truth.push(turns);
                 turns += if sequence % 5 == 4 {
@@ -135,7 +135,8 @@ fn a_step_that_is_too_large_is_refused() {
 fn a_gap_starts_anew() {
     let mut unwrapper = Unwrapper::new(1.0, Mixing::TxConjRx, Between::Turns(0.25)).unwrap();
     let mut push = |phase: f32, verdict, gap| {
-        let phasor = Phasor { tone: Tone { verdict, ..Tone::default() }, phase, sigma_phase: 0.01 };
+        let phasor =
+            ToneWithPhase { tone: Tone { verdict, ..Tone::default() }, phase, sigma_phase: 0.01 };
         let moved = unwrapper.push(&Stamp { gap, ..Stamp::default() }, &phasor);
         (moved.metres.to_num::<f32>(), moved.start, moved.verdict)
     };

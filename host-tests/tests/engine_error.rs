@@ -7,7 +7,7 @@ use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::neighbourhood::{Neighbourhood, Places};
 use picket_dsp::spectrum::peak::{self, Band};
 use picket_dsp::tone::arithmetic::Arithmetic;
-use picket_dsp::tone::fit::{self, Course};
+use picket_dsp::tone::fit::{self, FitStart};
 use picket_dsp::{Codes, Config, F32, I32, Iq, Pipeline, Q15, Reach, Real, Stamp, Verdict};
 use picket_host::simulate::{Kind, Signal, Width, codes, generator};
 use picket_transform::Transform;
@@ -54,12 +54,12 @@ fn error_over_stated<R: Kind, E: Engine, const N: usize>() -> f64 {
         let ours = {
             let mut places = Places::new();
             let near = Neighbourhood::read(&*spectrum, peak, &mut places);
-            fit::fit_near::<R, N>(&near, Arithmetic::Float, Reach::Sixteen, Course::Usual)
+            fit::fit_near::<R, N>(&near, Arithmetic::Float, Reach::Sixteen, FitStart::Usual)
                 .unwrap()
                 .offset
         };
         transform.process(&mut exact);
-        let course = Course::From(bins - f64::from(peak), 6);
+        let course = FitStart::From(bins - f64::from(peak), 6);
         let around = Bins::<f64, R, _>::gather(N, peak, |k| exact[k]);
         let fit = fit::fit(&around, Reach::Sixteen, course).unwrap();
         (f64::from(ours) - fit.offset).powi(2)

@@ -11,7 +11,7 @@ use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::neighbourhood::{Neighbourhood, Places};
 use picket_dsp::spectrum::peak::{self, Band};
 use picket_dsp::tone::arithmetic::Arithmetic;
-use picket_dsp::tone::fit::{Course, Reach, fit, fit_near, least_squares, least_squares_real};
+use picket_dsp::tone::fit::{FitStart, Reach, fit, fit_near, least_squares, least_squares_real};
 use picket_dsp::tone::noise::ring;
 use picket_dsp::tone::sigma::sigma_bins;
 use picket_transform::Transform;
@@ -50,7 +50,7 @@ fn real_fit_is_exact() {
                 let x = exact(&pure(n, f, phase));
                 let peak = (1..n / 2).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm()));
                 let peak = peak.unwrap() as i32;
-                let d = fit::<f64, Real>(&bins(&x, peak), Reach::Eight, Course::Usual).unwrap();
+                let d = fit::<f64, Real>(&bins(&x, peak), Reach::Eight, FitStart::Usual).unwrap();
                 let error = (f64::from(peak) + d.offset - f).abs();
                 worst[0] = worst[0].max(error);
                 let amplitude = d.tone::<Real>(n);
@@ -80,7 +80,7 @@ fn iq_fit_is_exact() {
                 .collect();
             let x = exact(&x);
             let peak = (0..n).max_by(|&a, &b| x[a].norm().total_cmp(&x[b].norm())).unwrap() as i32;
-            let d = fit::<f64, Iq>(&bins(&x, peak), Reach::Sixteen, Course::Usual).unwrap();
+            let d = fit::<f64, Iq>(&bins(&x, peak), Reach::Sixteen, FitStart::Usual).unwrap();
             worst[0] = worst[0].max((f64::from(peak) + d.offset - f).abs());
             let amplitude = d.tone::<Iq>(n);
             assert!(
@@ -133,14 +133,14 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     };
     let bins64 = bins::<R>(&x, case.km);
     let start = candan(&x, case.km);
-    let course = Course::From(start, 2);
+    let course = FitStart::From(start, 2);
     let error = off(fit::<f64, R>(&bins64, Reach::Sixteen, course).unwrap().offset, "16_2");
     assert!(error < 1e-9, "{} K16: {error:e}", case.id);
     let error = off(fit::<f64, R>(&bins64, Reach::Eight, course).unwrap().offset, "8_2");
     assert!(error < 1e-9, "{} K8: {error:e}", case.id);
     if !R::IQ {
         let error = off(
-            fit::<f64, R>(&bins64, Reach::Sixteen, Course::From(start, 3)).unwrap().offset,
+            fit::<f64, R>(&bins64, Reach::Sixteen, FitStart::From(start, 3)).unwrap().offset,
             "16_3",
         );
         assert!(error < 1e-9, "{} K16, 3 steps: {error:e}", case.id);
@@ -151,7 +151,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
     let line = Line { bins: case.f_true, amplitude: case.amp, phase: case.phase };
     let bound = R::bound(case.n, line, sigma);
     let bins32 = single::<R>(&x, case.km);
-    let course = Course::From(start as f32, 2);
+    let course = FitStart::From(start as f32, 2);
     let error = off(fit::<f32, R>(&bins32, Reach::Sixteen, course).unwrap().offset.into(), "16_2");
     assert!(error < 0.05 * bound, "{} f32: {:.3} bound", case.id, error / bound);
     let target = match case.n {
@@ -166,7 +166,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
 fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&case.samples::<R, N>(), CODES);
-    fit::<f32, R>(&Bins::of(&spectrum, case.km), Reach::Sixteen, Course::Usual)
+    fit::<f32, R>(&Bins::of(&spectrum, case.km), Reach::Sixteen, FitStart::Usual)
         .unwrap()
         .offset
         .into()
@@ -190,7 +190,7 @@ fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f6
     spectrum.transform(&samples, CODES);
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap();
-    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, Course::Usual).unwrap();
+    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, FitStart::Usual).unwrap();
     let noise = ring::beside::<R, N>(
         &Neighbourhood::read(&spectrum, peak.bin, &mut Places::new()),
         &fit,
@@ -254,7 +254,7 @@ fn table_2_of_the_lidar_paper() {
                     spectrum.transform(&samples, CODES);
                     let band = if R::IQ { Band::iq(1024) } else { Band::real(1024) };
                     let peak = peak::find(&spectrum, band).unwrap().bin;
-                    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, Course::Usual);
+                    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, FitStart::Usual);
                     f64::from(peak) + f64::from(fit.unwrap().offset) - bins
                 })
             })
@@ -310,7 +310,7 @@ fn fixed_against_float<R: Kind, const N: usize>(reach: Reach, snr_db: f64) {
         let mut places = Places::new();
         let near = Neighbourhood::read(&spectrum, peak, &mut places);
         let [float, fixed] = [Arithmetic::Float, Arithmetic::Fixed]
-            .map(|arithmetic| fit_near::<R, N>(&near, arithmetic, reach, Course::Usual).unwrap());
+            .map(|arithmetic| fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual).unwrap());
         let bound = R::bound(N, line, sigma.hypot((1.0f64 / 12.0).sqrt()));
         let noise = [
             ring::beside::<R, N>(&near, &float, Arithmetic::Float).noise.power,
@@ -366,7 +366,7 @@ fn offset_squared<R: Kind, const N: usize>(seed: u64, records: u64) -> f64 {
         let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
         spectrum.transform(&R::record::<N>(&mut rng, &[line], sigma), CODES);
         let peak = peak::find(&spectrum, band).unwrap().bin;
-        let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), Reach::Sixteen, Course::Usual);
+        let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), Reach::Sixteen, FitStart::Usual);
         let error = f64::from(peak) + f64::from(fit.unwrap().offset) - bins;
         let error = if R::IQ { error - (error / N as f64).round() * N as f64 } else { error };
         error / bound

@@ -1,7 +1,7 @@
 //! Several tones of one record, each with sigma and phase, and nothing else taken for a tone. In the target's arithmetic.
 
 use crate::signal::*;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Codes, Config, Iq, Measurement, Pipeline, Real, Stamp, Verdict};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ fn records(count: u64) -> u64 {
     host_tests::sized(count, 10 * count)
 }
 
-fn lines<R: Kind>(samples: &[R::Sample; N], most: usize) -> (Measurement, Vec<Phasor>) {
+fn lines<R: Kind>(samples: &[R::Sample; N], most: usize) -> (Measurement, Vec<ToneWithPhase>) {
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<R, N>().unwrap();
     let mut pipeline = Pipeline::<R, N>::new(plan);
     let measurement = pipeline.block(Stamp::default(), samples);
@@ -24,7 +24,7 @@ fn lines<R: Kind>(samples: &[R::Sample; N], most: usize) -> (Measurement, Vec<Ph
 }
 
 /// The phase of a line at sample N/2 less the measured one, radians.
-fn phase_error(phasor: &Phasor, line: &Line) -> f64 {
+fn phase_error(phasor: &ToneWithPhase, line: &Line) -> f64 {
     let true_phase = line.phase + PI * line.bins;
     (f64::from(phasor.phase) - true_phase + PI).rem_euclid(TAU) - PI
 }

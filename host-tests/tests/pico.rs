@@ -140,7 +140,7 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
         pico.power().unwrap();
         let mut slow = settings();
         slow.config = Config { rate_hz: 48e6 / f64::from(cycles), effort, ..slow.config };
-        scene::adopt(&mut pico, slow, |pico| pico.samples(&samples).unwrap());
+        scene::set_plan(&mut pico, slow, |pico| pico.samples(&samples).unwrap());
         scene::measure(&mut pico, blocks);
         let status = status(&mut pico);
         println!(

@@ -6,7 +6,7 @@ use picket_dsp::math::scalar::Scalar;
 use picket_dsp::methods::registry::{About, Method, Records, Unfit};
 use picket_dsp::methods::samples::Samples;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
-use picket_dsp::tone::fit::{Course, Reach, fit};
+use picket_dsp::tone::fit::{FitStart, Reach, fit};
 use picket_transform::num_complex::Complex;
 
 /// A method of the core, with the reach of least squares, or one of the host.
@@ -129,7 +129,7 @@ pub fn reached<T: Scalar, R: Record>(
 ) -> Option<Result<T, Unfit>> {
     let own = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
     (own && reach != Reach::default()).then(|| {
-        let found = fit(bins, reach, Course::Usual).map_or(T::zero(), |fit| fit.offset);
+        let found = fit(bins, reach, FitStart::Usual).map_or(T::zero(), |fit| fit.offset);
         if method.fits::<R>() { Ok(found) } else { Err(Unfit) }
     })
 }

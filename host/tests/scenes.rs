@@ -6,7 +6,7 @@ use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::harmonic::Harmonic;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Boot;
 use picket_wire::command::Answer;
@@ -51,7 +51,7 @@ fn block(sequence: u32, rate_hz: f64) -> Vec<u8> {
     let mut bytes = Telemetry { measurement, method, health: Health::default(), basis: None }
         .to_frame()
         .to_vec();
-    let phasor = Phasor { tone, phase: 0.5, sigma_phase: 0.01 };
+    let phasor = ToneWithPhase { tone, phase: 0.5, sigma_phase: 0.01 };
     bytes.extend(Lines::of(&stamp, [phasor, phasor].into_iter().collect()).to_frame());
     bytes.extend(Fundamental::of(&stamp, Harmonic { tone, orders: 3 }).to_frame());
     let track = Sighting { frequency: tone.frequency, sigma: tone.sigma, ..Sighting::default() };

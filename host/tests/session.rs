@@ -5,7 +5,7 @@ use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::pipeline::Measurement;
 use picket_dsp::tone::frequency::Frequency;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::Clock;
 use picket_wire::lines::Lines;
@@ -58,10 +58,8 @@ fn the_tones_of_a_block_are_shown() {
             ..Tone::default()
         };
         let phasors =
-            [(100.25, 900.0, 1.5), (200.5, 300.0, -0.25)].map(|(bin, amplitude, phase)| Phasor {
-                tone: tone(bin, amplitude),
-                phase,
-                sigma_phase: 0.01,
+            [(100.25, 900.0, 1.5), (200.5, 300.0, -0.25)].map(|(bin, amplitude, phase)| {
+                ToneWithPhase { tone: tone(bin, amplitude), phase, sigma_phase: 0.01 }
             });
         let measurement = Measurement { stamp, tone: phasors[0].tone, ..Measurement::default() };
         let (method, health) = (Method::LeastSquaresReal, Health::default());

@@ -57,8 +57,8 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
 impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
     const SIGNALS: bool = true;
 
-    fn adopt(&mut self, plan: Plan<R, N>) {
-        self.processor.pipeline().adopt(plan);
+    fn set_plan(&mut self, plan: Plan<R, N>) {
+        self.processor.pipeline().set_plan(plan);
     }
 
     fn choose(&mut self, mode: Mode, false_alarm: f64) {
@@ -66,11 +66,11 @@ impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
         match mode {
             Mode::Blocks => {}
             Mode::Accumulate { blocks, drift_bins } => {
-                self.sum.adopt(blocks, drift_bins, false_alarm);
+                self.sum.set_plan(blocks, drift_bins, false_alarm);
             }
             Mode::Bursts(trigger) => {
                 let plan = *self.processor.pipeline().plan();
-                self.processor.adopt(plan, trigger);
+                self.processor.set_plan(plan, trigger);
             }
         }
     }

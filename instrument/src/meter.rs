@@ -9,7 +9,7 @@ use picket_dsp::pipeline::{Alternating, Measurement, Pipeline};
 use picket_dsp::plan::{EitherPlan, Plan};
 use picket_dsp::tone::harmonic::Harmonic;
 use picket_dsp::tone::lines::MOST;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tracker::Tracker;
 use picket_wire::burst::Burst;
 use picket_wire::follow::Follow;
@@ -47,7 +47,7 @@ pub trait Meter<R: Record, const N: usize> {
     const SIGNALS: bool = false;
 
     /// Follows another plan from the next block on.
-    fn adopt(&mut self, plan: Plan<R, N>);
+    fn set_plan(&mut self, plan: Plan<R, N>);
 
     /// Measures a block, whose codes are the same again afterwards.
     fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement;
@@ -66,7 +66,7 @@ pub trait Meter<R: Record, const N: usize> {
     }
 
     /// Up to so many tones of the last block, whose measurement this is.
-    fn lines(&self, _: &Measurement, _: usize) -> Vec<Phasor, MOST> {
+    fn lines(&self, _: &Measurement, _: usize) -> Vec<ToneWithPhase, MOST> {
         Vec::new()
     }
 
@@ -77,8 +77,8 @@ pub trait Meter<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
-    fn adopt(&mut self, plan: Plan<R, N>) {
-        Pipeline::adopt(self, plan);
+    fn set_plan(&mut self, plan: Plan<R, N>) {
+        Pipeline::set_plan(self, plan);
     }
 
     fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
@@ -89,8 +89,8 @@ impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
 impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
     const FOLLOWS: bool = true;
 
-    fn adopt(&mut self, plan: Plan<R, N>) {
-        Tracker::adopt(self, plan);
+    fn set_plan(&mut self, plan: Plan<R, N>) {
+        Tracker::set_plan(self, plan);
     }
 
     fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
@@ -115,15 +115,15 @@ impl<R: Record, const N: usize> Several<R, N> {
 impl<R: Record, const N: usize> Meter<R, N> for Several<R, N> {
     const LINES: bool = true;
 
-    fn adopt(&mut self, plan: Plan<R, N>) {
-        self.0.adopt(plan);
+    fn set_plan(&mut self, plan: Plan<R, N>) {
+        self.0.set_plan(plan);
     }
 
     fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         self.0.block(stamp, samples)
     }
 
-    fn lines(&self, measurement: &Measurement, most: usize) -> Vec<Phasor, MOST> {
+    fn lines(&self, measurement: &Measurement, most: usize) -> Vec<ToneWithPhase, MOST> {
         self.0.lines(measurement, most)
     }
 
@@ -134,8 +134,8 @@ impl<R: Record, const N: usize> Meter<R, N> for Several<R, N> {
 
 /// Pairs that one converter takes by turns.
 impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> {
-    fn adopt(&mut self, plan: Plan<Iq, N>) {
-        Alternating::adopt(self, plan);
+    fn set_plan(&mut self, plan: Plan<Iq, N>) {
+        Alternating::set_plan(self, plan);
     }
 
     fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
@@ -145,7 +145,7 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
 
 /// No meter, for a board without such records, whose plan refuses them: it takes no memory.
 impl<R: Record, const N: usize> Meter<R, N> for () {
-    fn adopt(&mut self, _: Plan<R, N>) {}
+    fn set_plan(&mut self, _: Plan<R, N>) {}
 
     fn block(&mut self, stamp: Stamp, _: &mut [R::Sample; N]) -> Measurement {
         Measurement { stamp, ..Measurement::default() }
@@ -173,12 +173,12 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         let Settings { mode, config: Config { false_alarm, .. }, .. } = plan.settings;
         match &plan.plan {
             EitherPlan::Real(plan) => {
-                real.adopt(*plan);
+                real.set_plan(*plan);
                 real.choose(mode, false_alarm);
                 Measurer::Real(real)
             }
             EitherPlan::Iq(plan) => {
-                iq.adopt(*plan);
+                iq.set_plan(*plan);
                 iq.choose(mode, false_alarm);
                 Measurer::Iq(iq)
             }

@@ -62,21 +62,21 @@ impl Page {
 
 /// Storage for boards that have none: nothing survives a restart, and a save is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Nowhere;
+pub struct NoStorage;
 
-impl Storage for Nowhere {
-    type Error = Nowhere;
+impl Storage for NoStorage {
+    type Error = NoStorage;
 
     fn read(&self, _: Page, _: usize) -> u32 {
         u32::MAX
     }
 
-    fn erase(&mut self, _: Page) -> Result<(), Nowhere> {
-        Err(Nowhere)
+    fn erase(&mut self, _: Page) -> Result<(), NoStorage> {
+        Err(NoStorage)
     }
 
-    fn write(&mut self, _: Page, _: usize, _: u32) -> Result<(), Nowhere> {
-        Err(Nowhere)
+    fn write(&mut self, _: Page, _: usize, _: u32) -> Result<(), NoStorage> {
+        Err(NoStorage)
     }
 }
 
@@ -351,13 +351,13 @@ mod tests {
         assert_eq!(latest(&later, small), Kept::Found(3));
         later.pages[Page::A as usize][0] = MAGIC | u32::from(u16::MAX);
         assert_eq!((latest(&later, small), load(&later)), (Kept::Unreadable, None));
-        assert_eq!(latest(&Nowhere, small), Kept::Nothing);
+        assert_eq!(latest(&NoStorage, small), Kept::Nothing);
     }
 
     #[test]
     fn flash_that_keeps_nothing_is_told() {
-        assert_eq!(load(&Nowhere), None);
-        assert_eq!(save(&mut Nowhere, &payload(1)), Err(SaveError::Flash(Nowhere)));
+        assert_eq!(load(&NoStorage), None);
+        assert_eq!(save(&mut NoStorage, &payload(1)), Err(SaveError::Flash(NoStorage)));
         struct Dead;
         impl Storage for Dead {
             type Error = Off;

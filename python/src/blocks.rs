@@ -3,7 +3,7 @@
 use crate::native::{Native, Work};
 use crate::tables::{self, BlockRow, joined};
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::{Phasor, Pipeline, Plan, Record, Stamp};
+use picket_dsp::{Pipeline, Plan, Record, Stamp, ToneWithPhase};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -69,8 +69,9 @@ impl Work for Lines<'_> {
         let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
         native.records::<R, N>(self.words, N, 0..1, |stamp, samples| {
             let seen = pipeline.block(stamp, samples);
-            let row =
-                |line: Phasor| joined([&tables::tone(&line.tone), &tables::phase(Some(&line))]);
+            let row = |line: ToneWithPhase| {
+                joined([&tables::tone(&line.tone), &tables::phase(Some(&line))])
+            };
             rows.extend(pipeline.lines(&seen, self.most).into_iter().map(row));
         });
         rows

@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArray2};
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::solve::chirp::{Ambiguity, Target};
 use picket_dsp::solve::track::Track;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::{Measurement, Tone};
 use pyo3::prelude::*;
 
@@ -34,7 +34,7 @@ pub fn tone(tone: &Tone) -> ToneRow {
 }
 
 /// Phase and its sigma, radians.
-pub fn phase(phasor: Option<&Phasor>) -> [f64; 2] {
+pub fn phase(phasor: Option<&ToneWithPhase>) -> [f64; 2] {
     phasor.map_or([f64::NAN; 2], |phasor| [phasor.phase.into(), phasor.sigma_phase.into()])
 }
 
@@ -76,7 +76,7 @@ pub fn outcome(outcome: &Outcome) -> TargetRow {
 /// the outcome.
 pub type BlockRow = [f64; 20];
 
-pub fn block(measurement: &Measurement, phasor: Option<&Phasor>) -> BlockRow {
+pub fn block(measurement: &Measurement, phasor: Option<&ToneWithPhase>) -> BlockRow {
     let Measurement { stamp, clipped, tone: seen, result } = measurement;
     let head = [
         stamp.clock as f64,

@@ -114,7 +114,7 @@ pub struct Accumulator<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Accumulator<R, N> {
-    /// A placeholder of zeros that waits for [`Accumulator::adopt`]: for static memory.
+    /// A placeholder of zeros that waits for [`Accumulator::set_plan`]: for static memory.
     pub const IDLE: Self = Self {
         sums: Sums::new(),
         blocks: 0,
@@ -159,7 +159,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
 
     /// Begins anew, with sums of so many blocks, a line that moves by so many bins from one to the next, and this probability of a
     /// false alarm: each held to its range.
-    pub fn adopt(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
+    pub fn set_plan(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
         self.blocks = blocks.clamp(1, MOST_BLOCKS);
         self.drift = if drift_bins.is_finite() { drift_bins } else { 0.0 };
         self.false_alarm = held(false_alarm);

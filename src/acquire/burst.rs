@@ -122,7 +122,7 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
     /// Samples in a cell: short records have fewer cells, because a sum of few squares tells little.
     const LENGTH: usize = if N / CELLS < 4 { 4 } else { N / CELLS };
 
-    /// A placeholder of zeros that waits for [`BurstDetector::adopt`]: for static memory.
+    /// A placeholder of zeros that waits for [`BurstDetector::set_plan`]: for static memory.
     pub const IDLE: Self = {
         assert!(N.is_power_of_two() && N >= 64, "N must be 64, 128, ... 4096");
         Self {
@@ -148,12 +148,12 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
     /// A detector for a stream of these codes.
     pub fn new(codes: Codes, trigger: Trigger) -> Self {
         let mut detector = Self::IDLE;
-        detector.adopt(codes, trigger);
+        detector.set_plan(codes, trigger);
         detector
     }
 
     /// Takes samples of these codes from the next on, and other bounds of a burst. What it has learnt of the noise stays.
-    pub fn adopt(&mut self, codes: Codes, trigger: Trigger) {
+    pub fn set_plan(&mut self, codes: Codes, trigger: Trigger) {
         let degrees = (WINDOW * Self::LENGTH * if R::IQ { 2 } else { 1 }) as f32;
         // Wilson and Hilferty's cube root of a mean of squares, at so many standard deviations.
         let quantile = |deviations: f32| {

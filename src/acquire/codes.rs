@@ -21,7 +21,7 @@ impl Codes {
 
     /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter gives them. With 12
     /// bits they are 0..=4095. Unsigned codes of 16 bits do not fit a sample; an
-    /// [`Assembler`](crate::acquire::assembler::Assembler) makes signed ones of them. The constant
+    /// [`Framer`](crate::acquire::framer::Framer) makes signed ones of them. The constant
     /// offset falls into bin 0, which no estimator reads.
     pub const fn unsigned<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 15, "unsigned codes have 8 to 15 bits") };

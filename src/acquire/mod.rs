@@ -1,9 +1,9 @@
 //! From the converter's words to blocks of samples, each with one owner.
 
-pub mod assembler;
 pub mod burst;
 pub mod codes;
 pub mod format;
+pub mod framer;
 pub mod frontend;
 pub mod kind;
 pub mod queue;

@@ -130,14 +130,14 @@ pub struct BurstProcessor<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> BurstProcessor<R, N> {
-    /// A placeholder of zeros that waits for [`BurstProcessor::adopt`]: for static memory.
+    /// A placeholder of zeros that waits for [`BurstProcessor::set_plan`]: for static memory.
     pub const IDLE: Self =
         Self { detector: BurstDetector::IDLE, pipeline: Pipeline::new(Plan::IDLE), last: None };
 
     /// Follows another plan from the next sample on, and other bounds of a burst.
-    pub fn adopt(&mut self, plan: Plan<R, N>, trigger: Trigger) {
-        self.detector.adopt(plan.codes, trigger);
-        self.pipeline.adopt(plan);
+    pub fn set_plan(&mut self, plan: Plan<R, N>, trigger: Trigger) {
+        self.detector.set_plan(plan.codes, trigger);
+        self.pipeline.set_plan(plan);
     }
 
     /// A processor with the plan's codes, band and rate.

@@ -14,13 +14,13 @@ use crate::math::scalar::Scalar as _;
 use num_complex::Complex;
 
 /// Further columns, less what the fit takes of them.
-struct Beside<const K: usize> {
+struct Further<const K: usize> {
     gram: Rows<K>,
     along: [f32; K],
     pull: [f32; K],
 }
 
-impl<const K: usize> Beside<K> {
+impl<const K: usize> Further<K> {
     fn new(solution: &Solution, columns: &[Shape; K]) -> Self {
         let mut beside = Self { gram: [[0.0; K]; K], along: [0.0; K], pull: [0.0; K] };
         let mut taken = [[0.0; COLUMNS]; K];
@@ -76,14 +76,14 @@ impl<const K: usize> Beside<K> {
 /// How probable slow terms are, of any size up to ten times the tone.
 #[inline(never)]
 pub fn slow(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
-    let beside = Beside::new(solution, &slow::columns(window));
+    let beside = Further::new(solution, &slow::columns(window));
     beside.weigh(ground, 100.0 * ground.strength).0
 }
 
 /// How probable leakage is, of lines as strong as the tone or weaker.
 #[inline(never)]
 pub fn leak(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
-    let beside = Beside::new(solution, &leak::columns(window));
+    let beside = Further::new(solution, &leak::columns(window));
     beside.weigh(ground, ground.strength).0
 }
 
@@ -120,7 +120,7 @@ pub fn sidebands(
     }
     let [[re, im, _], [other, turned, _]] =
         offsets.map(|offset| Bins::at(window, offset).columns(Complex::new(0.0, 0.0)));
-    let beside = Beside::new(solution, &[re, im, other, turned]);
+    let beside = Further::new(solution, &[re, im, other, turned]);
     let (belief, _, values) = beside.weigh(ground, 2.0 * ground.strength);
     Pair { distance, belief: belief.times(prior), values }
 }
@@ -160,7 +160,7 @@ pub fn lines(
                 return Place::NONE;
             }
             let [real, imaginary, _] = Bins::at(window, offset).columns(Complex::new(0.0, 0.0));
-            let beside = Beside::new(solution, &[real, imaginary]);
+            let beside = Further::new(solution, &[real, imaginary]);
             let (belief, best, value) = beside.weigh(ground, 2.0 * ground.strength);
             let prior = prior(distance);
             let best = Best { log: best.log + prior, ..best };

@@ -2,10 +2,10 @@
 
 use super::{Answer, Noise, Window, measure};
 use crate::spectrum::neighbourhood::Neighbourhood;
-use crate::tone::detection::{Less, Threshold};
+use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::effort::Effort;
 use crate::tone::fit::Fit;
-use crate::tone::noise::ring::{self, Beside};
+use crate::tone::noise::ring::{self, LocalNoise};
 
 /// The bins around a peak, in codes.
 fn window_of(near: &Neighbourhood) -> Window {
@@ -16,7 +16,7 @@ fn window_of(near: &Neighbourhood) -> Window {
 const TRANSFORM: f32 = 1e-9;
 
 /// The noise of a bin beside a fit: the ring's, and the engine's own.
-fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise {
+fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise {
     let unseen = ring::unseen_rounding(near, beside);
     let engine = TRANSFORM * fit.line.norm_sqr() / super::constants::WIDTH as f32;
     let power = (beside.noise.power + unseen) * near.n as f32 + engine;
@@ -27,14 +27,14 @@ fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &Beside) -> Noise {
 /// side of the ring: one test.
 fn is_detected(
     near: &Neighbourhood,
-    beside: &Beside,
+    beside: &LocalNoise,
     noise: &Noise,
     answer: &Answer,
     threshold: Threshold,
 ) -> bool {
     let left = noise.power * answer.scale.max(answer.louder);
     let here = left.max(beside.loud * near.n as f32);
-    let limit = threshold.between().beside(answer.freedom, Less::NOTHING);
+    let limit = threshold.between().beside(answer.freedom, Relaxation::NOTHING);
     answer.line.norm_sqr() > here * limit
 }
 
@@ -44,7 +44,7 @@ fn is_detected(
 pub fn joint(
     near: &Neighbourhood,
     fit: &Fit<f32>,
-    beside: &Beside,
+    beside: &LocalNoise,
     threshold: Threshold,
     effort: Effort,
     bends: bool,

@@ -37,7 +37,7 @@ use crate::methods::registry::Method;
 use crate::plan::{Plan, Terms};
 use crate::spectrum::Spectrum;
 use crate::spectrum::peak::{Band, Peak};
-use crate::tone::detection::{Less, Threshold};
+use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::evidence::Evidence;
 use crate::tone::frequency::Frequency;
 use crate::tone::{Tone, Verdict};
@@ -72,8 +72,8 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
     }
 
     /// Follows another plan from the next block on.
-    pub fn adopt(&mut self, plan: Plan<Iq, N>) {
-        self.pipeline.adopt(Self::real(&plan));
+    pub fn set_plan(&mut self, plan: Plan<Iq, N>) {
+        self.pipeline.set_plan(Self::real(&plan));
     }
 
     /// The real record's spectrum of the last block. The pairs' bin `k` is its bin `k + N/2`.
@@ -156,7 +156,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         // Three bins of noise exceed this in a block of a million.
         let chance = const { Threshold::new(3, 1e-6) };
         ratio > share * share
-            && chance.detects_beside(ratio * tone.snr * N as f32, FREEDOM, Less::NOTHING)
+            && chance.detects_beside(ratio * tone.snr * N as f32, FREEDOM, Relaxation::NOTHING)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::spectrum::engine::{Engine, I32};
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::{self, Band};
 use crate::tone::arithmetic::Arithmetic;
-use crate::tone::fit::{self, Course, Reach};
+use crate::tone::fit::{self, FitStart, Reach};
 use crate::tone::frequency::Frequency;
 use crate::tone::noise::ring;
 use crate::tone::sigma::{sigma_bins, with_rounding};
@@ -76,7 +76,7 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
         let (reach, arithmetic) = (Reach::Eight, Arithmetic::of_core());
         let mut places = Places::new();
         let near = Neighbourhood::read(&self.spectrum, peak, &mut places);
-        let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, Course::Usual)?;
+        let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual)?;
         let noise = ring::beside::<R, N>(&near, &fit, arithmetic).noise.power;
         let sigma = with_rounding(sigma_bins(&fit, N, noise), near.engine * near.engine, N);
         Some(Unjudged {

@@ -8,7 +8,7 @@
 use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
 use crate::math::scalar::Scalar as _;
-use crate::tone::phasor::Phasor;
+use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Tone, Usable, Verdict};
 use core::f32::consts::TAU;
 use fixed::types::I32F32;
@@ -82,8 +82,8 @@ impl Unwrapper {
     /// Takes the tone of the next block. [`Stamp::clock`] tells how far apart blocks are.
     ///
     /// Cost: about sixty operations.
-    pub fn push(&mut self, stamp: &Stamp, phasor: &Phasor) -> Displacement {
-        let Phasor { tone, phase, sigma_phase } = *phasor;
+    pub fn push(&mut self, stamp: &Stamp, phasor: &ToneWithPhase) -> Displacement {
+        let ToneWithPhase { tone, phase, sigma_phase } = *phasor;
         let usable = tone.verdict.usable() <= Usable::WithinSigma;
         let step = self.last.as_ref().and_then(|last| self.step(last, stamp, phasor));
         let (turns, verdict) = match step {
@@ -108,7 +108,7 @@ impl Unwrapper {
     }
 
     /// The turns since the start; `None` if they are not sure.
-    fn step(&self, last: &Last, stamp: &Stamp, phasor: &Phasor) -> Option<I32F32> {
+    fn step(&self, last: &Last, stamp: &Stamp, phasor: &ToneWithPhase) -> Option<I32F32> {
         let seen = (phasor.phase - last.phase) / TAU;
         let both = libm::hypotf(phasor.sigma_phase, last.sigma) / TAU;
         if stamp.gap {

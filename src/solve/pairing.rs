@@ -12,7 +12,7 @@ use super::segments::{Segments, TRAPEZOID};
 use crate::acquire::sample::Stamp;
 use crate::list::{first, remove};
 use crate::tone::lines::MOST;
-use crate::tone::phasor::Phasor;
+use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Usable, Verdict};
 use heapless::Vec;
 
@@ -34,7 +34,7 @@ const EQUAL: f32 = 1.41;
 
 /// How far targets may accelerate, and how often they are seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Habits {
+pub struct MotionModel {
     /// From one chirp to the next, seconds.
     pub period_s: f32,
     /// The most acceleration, m/s^2.
@@ -47,17 +47,17 @@ pub struct Pairing {
     equations: Equations,
     /// I/Q beats, whose signs are known.
     signed: bool,
-    habits: Habits,
-    beats: [Vec<Phasor, MOST>; 3],
+    habits: MotionModel,
+    beats: [Vec<ToneWithPhase, MOST>; 3],
     segments: Segments,
     /// The falling ramp of the last whole chirp.
     chirp: u32,
-    courses: Vec<Course, REMEMBERED>,
+    courses: Vec<TargetHypothesis, REMEMBERED>,
 }
 
 /// A target of the chirps before.
 #[derive(Clone, Copy, Debug)]
-struct Course {
+struct TargetHypothesis {
     target: Target,
     /// Chirps since it was seen.
     misses: u8,
@@ -78,7 +78,7 @@ struct Triple {
 
 impl Pairing {
     /// For a trapezoid with these equations; `signed` for I/Q records.
-    pub const fn new(equations: Equations, signed: bool, habits: Habits) -> Self {
+    pub const fn new(equations: Equations, signed: bool, habits: MotionModel) -> Self {
         let beats = [const { Vec::new() }; 3];
         let segments = Segments::new();
         Self { equations, signed, habits, beats, segments, chirp: 0, courses: Vec::new() }
@@ -88,7 +88,7 @@ impl Pairing {
     /// sure ones first. A chirp with a lost segment gives none.
     ///
     /// Cost: up to 64 triples of beats, each against every target remembered.
-    pub fn push(&mut self, stamp: &Stamp, phasors: &[Phasor]) -> Option<Vec<Target, MOST>> {
+    pub fn push(&mut self, stamp: &Stamp, phasors: &[ToneWithPhase]) -> Option<Vec<Target, MOST>> {
         let index = self.segments.push(stamp)?;
         let usable = phasors.iter().copied();
         let usable = usable.filter(|phasor| phasor.tone.verdict.usable() < Usable::No);
@@ -126,7 +126,7 @@ impl Pairing {
                 let _ = fresh.push(triple.target);
                 continue;
             };
-            *course = Course { target: triple.target, misses: 0, sure: true, seen: true };
+            *course = TargetHypothesis { target: triple.target, misses: 0, sure: true, seen: true };
             for (used, beat) in used.iter_mut().zip(triple.beats) {
                 if let Some(used) = used.get_mut(beat) {
                     *used = true;
@@ -139,7 +139,7 @@ impl Pairing {
             course.misses < if course.sure { MISSES } else { MISSES / 2 }
         });
         for &target in &fresh {
-            let course = Course { target, misses: 0, sure: false, seen: true };
+            let course = TargetHypothesis { target, misses: 0, sure: false, seen: true };
             // Without room it is seen anew in the next chirp.
             let _ = self.courses.push(course);
             let verdict = target.verdict.max(Verdict::Unresolved);
@@ -202,8 +202,8 @@ impl Pairing {
     }
 
     /// How far a target is from the end of a course, in gates.
-    fn distance(&self, course: &Course, target: &Target) -> f32 {
-        let Habits { period_s, acceleration } = self.habits;
+    fn distance(&self, course: &TargetHypothesis, target: &Target) -> f32 {
+        let MotionModel { period_s, acceleration } = self.habits;
         let time = period_s * (1.0 + f32::from(course.misses));
         let old = &course.target;
         let velocity: f32 = old.velocity.to_num();
@@ -222,7 +222,7 @@ impl Pairing {
 }
 
 /// Whether three beats are as strong as those of one target.
-fn are_equal(beats: &[Phasor; 3]) -> bool {
+fn are_equal(beats: &[ToneWithPhase; 3]) -> bool {
     let [a, b, c] = beats;
     [(a, b), (b, c), (a, c)].into_iter().all(|(x, y)| {
         // An amplitude's relative error is that of the phase.

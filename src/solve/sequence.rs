@@ -17,7 +17,7 @@ use super::equations::Equations;
 use crate::acquire::sample::Stamp;
 use crate::config::SPEED_OF_LIGHT;
 use crate::math::scalar::Scalar as _;
-use crate::tone::phasor::Phasor;
+use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Tone, Verdict};
 use core::f32::consts::TAU;
 use heapless::Vec;
@@ -68,7 +68,7 @@ pub struct Sequence {
     /// Samples from chirp to chirp.
     period: f32,
     /// The first and the last chirp of the line, if there is one.
-    ends: Option<[(u64, Phasor); 2]>,
+    ends: Option<[(u64, ToneWithPhase); 2]>,
     /// The turn from the first chirp to the second, of which whole turns are not known. The values of the
     /// lines: the turns that are not explained by as many of it, and the beats less the first one's.
     turn: f32,
@@ -99,7 +99,7 @@ impl Sequence {
     /// A gap, a tone that is not good, or a phase off the line starts the sequence anew.
     ///
     /// Cost: about a hundred operations, and thirty for each target.
-    pub fn push(&mut self, stamp: &Stamp, phasor: &Phasor) -> Vec<Target, LISTED> {
+    pub fn push(&mut self, stamp: &Stamp, phasor: &ToneWithPhase) -> Vec<Target, LISTED> {
         if phasor.tone.verdict != Verdict::Good {
             self.ends = None;
             return Vec::new();
@@ -121,7 +121,12 @@ impl Sequence {
     }
 
     /// Adds a chirp to the lines, if it continues them.
-    fn continues(&mut self, first: &Phasor, last: &(u64, Phasor), here: &(u64, Phasor)) -> bool {
+    fn continues(
+        &mut self,
+        first: &ToneWithPhase,
+        last: &(u64, ToneWithPhase),
+        here: &(u64, ToneWithPhase),
+    ) -> bool {
         let ((before, last), (clock, phasor)) = (last, here);
         if clock.wrapping_sub(*before) as f32 != self.period || self.phases.count >= LONGEST {
             return false;

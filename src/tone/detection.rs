@@ -16,9 +16,9 @@ const FLOOR: u32 = 64 - (2 * SKIRT as u32 + 1) - 1;
 
 /// How far the required evidence is lowered, as a power of two. A test beside others needs less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Less(u32);
+pub struct Relaxation(u32);
 
-impl Less {
+impl Relaxation {
     /// Not lowered.
     pub const NOTHING: Self = Self(0);
     /// By a factor of 256.
@@ -131,13 +131,13 @@ impl Threshold {
 
     /// True if a peak with this ratio to the noise near it is a tone. The noise estimate averages
     /// `freedom` real numbers. `less` lowers the required evidence.
-    pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Less) -> bool {
+    pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Relaxation) -> bool {
         ratio > self.beside(freedom, less)
     }
 
     /// The ratio that [`Threshold::detects_beside`] asks for.
     #[inline(always)]
-    pub fn beside(&self, freedom: f32, less: Less) -> f32 {
+    pub fn beside(&self, freedom: f32, less: Relaxation) -> f32 {
         let m = freedom * 0.5;
         m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }

@@ -1,9 +1,9 @@
 //! Is a peak a tone, by the noise beside it? Noise seldom is white: the floor of a band tells little of the noise at
 //! one place in it.
 
-use super::detection::{Less, Threshold};
+use super::detection::{Relaxation, Threshold};
 use super::measure::Options;
-use super::noise::ring::{self, Beside};
+use super::noise::ring::{self, LocalNoise};
 use super::observer::{Observer, Statistic, Test};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -22,7 +22,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     near: &Neighbourhood,
     peak: &Peak,
     fit: &Fit<f32>,
-    beside: &Beside,
+    beside: &LocalNoise,
     options: &Options,
     observer: impl Observer,
 ) -> Option<f32> {
@@ -138,7 +138,7 @@ impl Detector {
 
     /// Whether the ring of this noise is enough to decide, and how.
     #[inline(always)]
-    fn decided(&self, beside: &Beside, observer: impl Observer) -> Option<bool> {
+    fn decided(&self, beside: &LocalNoise, observer: impl Observer) -> Option<bool> {
         let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
         let ring = beside.loud * self.n as f32;
         let (_, mut most) = ordered(least, ring);
@@ -151,7 +151,7 @@ impl Detector {
             if middle > HUMP * ring {
                 // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
                 let detects = |statistic, rest: f32, freedom| {
-                    self.detects(statistic, rest, freedom, Less::NOTHING, observer)
+                    self.detects(statistic, rest, freedom, Relaxation::NOTHING, observer)
                 };
                 return Some(
                     detects(Statistic::MiddleResidual, middle, MIDDLE * next)
@@ -167,7 +167,7 @@ impl Detector {
     /// Whether the floor of the line's band, if that tells noise from tones, is a test of its own: where it is as loud as
     /// the wide ring and the residual.
     #[inline(never)]
-    fn tested(&self, wide: &Beside, floor: Option<f32>) -> bool {
+    fn tested(&self, wide: &LocalNoise, floor: Option<f32>) -> bool {
         let (mean, freedom) = self.spread.mean();
         let residual = freedom > 0.0 && wide.has_sides();
         floor.is_some_and(|floor| {
@@ -180,8 +180,8 @@ impl Detector {
     #[inline(never)]
     fn exceeds(
         &self,
-        beside: &Beside,
-        wide: &Beside,
+        beside: &LocalNoise,
+        wide: &LocalNoise,
         tested: bool,
         observer: impl Observer,
     ) -> bool {
@@ -191,13 +191,16 @@ impl Detector {
         let residual = beside.has_sides() && freedom > if self.short { 0.0 } else { WHOLE };
         // In a short record the wide ring is most of the spectrum, and the floor once more.
         let less = match (tested, self.short) {
-            (true, true) => Less::MOST,
-            (true, false) => Less::SOME.in_record(n),
-            (false, _) => Less::NOTHING,
+            (true, true) => Relaxation::MOST,
+            (true, false) => Relaxation::SOME.in_record(n),
+            (false, _) => Relaxation::NOTHING,
         };
-        let less_residual =
-            if self.short && !tested { Less::NOTHING } else { Less::of_residual(n, self.short) };
-        let detects = |statistic, beside: &Beside, less| {
+        let less_residual = if self.short && !tested {
+            Relaxation::NOTHING
+        } else {
+            Relaxation::of_residual(n, self.short)
+        };
+        let detects = |statistic, beside: &LocalNoise, less| {
             let noise = least.max(beside.loud * n as f32);
             self.detects(statistic, noise, beside.noise.freedom, less, observer)
         };
@@ -205,7 +208,7 @@ impl Detector {
             || self.detects(Statistic::MeanResidual, mean, freedom, less_residual, observer);
         (!residual || over_mean())
             && detects(Statistic::WideRing, wide, less)
-            && detects(Statistic::Ring, beside, Less::MOST.in_record(n))
+            && detects(Statistic::Ring, beside, Relaxation::MOST.in_record(n))
     }
 
     /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as
@@ -223,7 +226,13 @@ impl Detector {
                 limit: LIKELY,
             });
             louder <= LIKELY * floor
-        }) || self.detects(Statistic::OverLouderHalf, louder, FREEDOM, Less::NOTHING, observer)
+        }) || self.detects(
+            Statistic::OverLouderHalf,
+            louder,
+            FREEDOM,
+            Relaxation::NOTHING,
+            observer,
+        )
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
@@ -244,7 +253,7 @@ impl Detector {
         statistic: Statistic,
         noise: f32,
         freedom: f32,
-        less: Less,
+        less: Relaxation,
         observer: impl Observer,
     ) -> bool {
         observer.exceeds(statistic, self.power / noise, self.threshold.beside(freedom, less))

@@ -16,7 +16,7 @@ use super::frequency::Frequency;
 use super::judge::Line;
 use super::lines::every_line;
 use super::measure::Options;
-use super::phasor::Phasor;
+use super::phasor::ToneWithPhase;
 use crate::acquire::sample::{Record, Stamp};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
@@ -115,7 +115,7 @@ struct Series {
 }
 
 impl Series {
-    fn of(lines: &[Phasor], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
+    fn of(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
         let mut series = Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles };
         for line in lines {
@@ -152,13 +152,13 @@ impl Series {
     }
 
     /// The fundamental from all its lines.
-    fn harmonic(&self, lines: &[Phasor], n: usize) -> Option<Harmonic> {
+    fn harmonic(&self, lines: &[ToneWithPhase], n: usize) -> Option<Harmonic> {
         let placed = || lines.iter().filter_map(|line| Some((line, self.place(&line.tone, n)?)));
         let (mut along, mut weight, mut variance) = (0.0, 0.0, 0.0);
         let mut harmonic = Harmonic { tone: Tone { ..self.seed }, orders: 0 };
         (harmonic.tone.amplitude, harmonic.tone.snr) = (0.0, 0.0);
         let mut said = Reasons::NONE;
-        for (Phasor { tone, .. }, (order, rest)) in placed() {
+        for (ToneWithPhase { tone, .. }, (order, rest)) in placed() {
             // A movement widens every line's sigma, but they all move together: noise alone weighs.
             let k = order as f32;
             let share = k * tone.snr;

@@ -1,7 +1,7 @@
 //! The image of an I/Q tone at minus its frequency. A front end makes one if its Q is late, weak
 //! or dead.
 
-use super::detection::{Less, Threshold};
+use super::detection::{Relaxation, Threshold};
 use super::measure::residual;
 use super::noise::Noise;
 use super::observer::{Observer, Statistic, Test};
@@ -118,7 +118,7 @@ impl Least {
         };
         self.hear(other, fit, observer);
         let over_noise = || {
-            let limit = chance.beside(noise.freedom, Less::NOTHING);
+            let limit = chance.beside(noise.freedom, Relaxation::NOTHING);
             observer.exceeds(Statistic::ImageNoise, other / (noise.power * n as f32), limit)
         };
         other > self.power && over_noise()

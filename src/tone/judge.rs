@@ -11,10 +11,10 @@
 //! grows with the error of the frequency that goes along with the power. It already grows a little
 //! before any test fires, because a disturbance can be suspicious without being improbable.
 
-use super::noise::ring::Beside;
+use super::noise::ring::LocalNoise;
 use super::observer::{Observer, Statistic, Test};
 use crate::math::scalar::Scalar as _;
-use crate::tone::Rise;
+use crate::tone::FrequencyDrift;
 use crate::tone::fit::Fit;
 
 /// What a line is, judged by its residual.
@@ -30,16 +30,16 @@ pub enum Line {
 
 /// The result of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judgement {
+pub struct FitTest {
     /// What the line is.
     pub line: Line,
     /// The factor by which the variance exceeds what the noise beside the tone causes.
-    pub widening: f32,
+    pub variance_inflation: f32,
 }
 
-impl Judgement {
+impl FitTest {
     /// Nothing is suspicious.
-    pub const STEADY: Self = Self { line: Line::Steady, widening: 1.0 };
+    pub const STEADY: Self = Self { line: Line::Steady, variance_inflation: 1.0 };
 }
 
 /// The share of a line that the integer transform itself leaves.
@@ -52,7 +52,7 @@ const FIRES: f32 = 5.026;
 /// 5e-4.
 const CLEAN: f32 = 3.291;
 
-/// A noise estimate of fewer free numbers is one of [`Beside::on_an_edge`].
+/// A noise estimate of fewer free numbers is one of [`LocalNoise::on_an_edge`].
 const FEW: f32 = 20.0;
 
 /// A tone still moves if the directions leave less than this share of what they explain. A tone that
@@ -119,11 +119,11 @@ pub fn judge(
     fit: &Fit<f32>,
     n: usize,
     from_end: i32,
-    beside: &Beside,
+    beside: &LocalNoise,
     bends: bool,
     observer: impl Observer,
-) -> Judgement {
-    let Beside { noise, .. } = beside;
+) -> FitTest {
+    let LocalNoise { noise, .. } = beside;
     // In units of half the noise power of a bin, so that each free number leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
     let rest = &fit.rest;
@@ -146,7 +146,7 @@ pub fn judge(
         && four * unit < UNLIKELY[1]
         && all * unit < 2.0 * free
     {
-        return Judgement::STEADY;
+        return FitTest::STEADY;
     }
     judge_closely(fit, n, from_end, beside, bends, observer)
 }
@@ -156,11 +156,11 @@ fn judge_closely(
     fit: &Fit<f32>,
     n: usize,
     from_end: i32,
-    beside: &Beside,
+    beside: &LocalNoise,
     bends: bool,
     observer: impl Observer,
-) -> Judgement {
-    let Beside { noise, loud, .. } = beside;
+) -> FitTest {
+    let LocalNoise { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
     let size = fit.line.norm_sqr();
     let transform = TRANSFORM * size;
@@ -197,7 +197,7 @@ fn judge_closely(
         let others = (moved - p2).max(0.0);
         let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0) + p2 * mirror;
         if !(fires(Statistic::Moves, others, DIRECTIONS - 1.0) || strange(FIRES)) {
-            return Judgement { line: Line::Steady, widening: soft };
+            return FitTest { line: Line::Steady, variance_inflation: soft };
         }
     }
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
@@ -210,7 +210,7 @@ fn judge_closely(
         || fires(Statistic::Near4, four, free4)
         || fires(Statistic::All, all * (noise.power / loud), free))
     {
-        return Judgement { line: Line::Steady, widening: soft };
+        return FitTest { line: Line::Steady, variance_inflation: soft };
     }
     let beyond = (all - explained - outside - left).max(0.0);
     if strange(CLEAN) && {
@@ -218,7 +218,7 @@ fn judge_closely(
         beyond > SHARE * moved
     } {
         let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
-        return Judgement { line: Line::Unresolved, widening: 1.0 + HIDDEN * most };
+        return FitTest { line: Line::Unresolved, variance_inflation: 1.0 + HIDDEN * most };
     }
     // A wrong frequency of two lines comes with changes of the amplitude of order 2 and of the
     // phase of order 3. A tone of changing level has the one without the other.
@@ -226,15 +226,15 @@ fn judge_closely(
     let odd = if beyond > 3.0 * (2.0 * left).root() { odd + beyond } else { odd };
     let level = a1 + a2 + a3;
     let odd = odd.min(PAIRED * (p2 + p3 - LIKELY - level * (mirror + LEAK)).max(0.0));
-    Judgement { line: Line::Moving, widening: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
+    FitTest { line: Line::Moving, variance_inflation: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
 }
 
 /// Of a fit that was chosen because another failed, and is steady. More terms explain a part of
 /// anything: if one of the four tests is less probable than 5e-4, sigma grows as with several
 /// tones.
 #[inline(never)]
-pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judgement) -> Judgement {
-    let Beside { noise, loud, .. } = beside;
+pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: FitTest) -> FitTest {
+    let LocalNoise { noise, loud, .. } = beside;
     let unit = 2.0 / (noise.power * n as f32);
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
@@ -252,7 +252,10 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &Beside, judgement: Judge
         return judgement;
     }
     let most = (moved - DIRECTIONS).max(four - free4).max(0.0);
-    Judgement { widening: judgement.widening.max(1.0 + HIDDEN * most), ..judgement }
+    FitTest {
+        variance_inflation: judgement.variance_inflation.max(1.0 + HIDDEN * most),
+        ..judgement
+    }
 }
 
 /// The powers that a line leaves along the directions of a tone's change.
@@ -270,7 +273,7 @@ struct Changes {
     second: f32,
 }
 
-impl Rise {
+impl FrequencyDrift {
     /// Of a fit to a record of `n` samples in this noise power per sample.
     pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
         let Changes { bent, second, .. } = Changes::of(fit, false);

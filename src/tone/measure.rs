@@ -6,12 +6,12 @@ use super::detection::Threshold;
 use super::detector::stands_out;
 use super::effort::Effort;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
-use super::fit::{self, Course, Fit, Reach};
+use super::fit::{self, Fit, FitStart, Reach};
 use super::frequency::Frequency;
 use super::front_end::{Glance, Sight, lines, other_lines};
 use super::image::mirrored;
-use super::judge::{Judgement, Line, chosen, judge};
-use super::noise::ring::{self, Beside};
+use super::judge::{FitTest, Line, chosen, judge};
+use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
 use super::observer::{Observer, Statistic, Step, Test};
 use super::sigma::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
@@ -25,9 +25,9 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::Peak;
-use crate::tone::clipped::Unclipped;
+use crate::tone::clipped::CensoredFit;
 use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::{Rise, Tone};
+use crate::tone::{FrequencyDrift, Tone};
 use num_complex::Complex;
 
 /// What the measurement of a tone needs to know beside the data.
@@ -55,7 +55,7 @@ pub struct Options {
 /// the two answers, which includes the method's bias.
 ///
 /// If more than 1 % of the samples clip, noise and sigma come from the other samples (see
-/// [`Unclipped`]), whatever the method. That costs one more pass over the samples.
+/// [`CensoredFit`]), whatever the method. That costs one more pass over the samples.
 pub fn measure<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     samples: &[R::Sample; N],
@@ -101,7 +101,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         answer = Some(offset.to_num::<f32>());
     }
     // In place, because a fit would be copied.
-    let Some(fit) = &mut fitted(options.reach, Course::Usual) else {
+    let Some(fit) = &mut fitted(options.reach, FitStart::Usual) else {
         return NOTHING;
     };
     let ring = ring::beside::<R, N>(around, fit, arithmetic);
@@ -128,7 +128,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     if judgement.line != Line::Steady
         && clipped <= CLIPPED
         && let Some(more) =
-            fitted(options.reach, Course::Further(fit.offset, options.effort.steps()))
+            fitted(options.reach, FitStart::Further(fit.offset, options.effort.steps()))
     {
         *fit = more;
         judgement = judged(fit, Step::Further);
@@ -150,11 +150,11 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             }
         }
     }
-    let Judgement { line, widening } = judgement;
-    let mut near = noise * widening;
+    let FitTest { line, variance_inflation } = judgement;
+    let mut near = noise * variance_inflation;
     let mut free = None;
     if clipped > CLIPPED {
-        free = Unclipped::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        free = CensoredFit::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
             near = near_of(&free, fit, N, clipped, near);
@@ -251,12 +251,12 @@ pub fn rise<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
     options: &Options,
-) -> Option<Rise> {
+) -> Option<FrequencyDrift> {
     let mut places = Places::new();
     let near = Neighbourhood::read(spectrum, peak, &mut places);
-    let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, Course::Usual)?;
+    let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, FitStart::Usual)?;
     let beside = ring::beside::<R, N>(&near, &fit, Arithmetic::Float);
-    Some(Rise::of(&fit, N, beside.noise.power))
+    Some(FrequencyDrift::of(&fit, N, beside.noise.power))
 }
 
 /// What a line is, and the factor by which its variance exceeds what the noise causes.
@@ -266,32 +266,32 @@ fn judged(
     fit: &Fit<f32>,
     n: usize,
     from_end: i32,
-    beside: &Beside,
+    beside: &LocalNoise,
     clipped: f32,
     bends: bool,
     observer: impl Observer,
-) -> Judgement {
+) -> FitTest {
     if clipped <= CLIPPED {
         return judge(fit, n, from_end, beside, bends, observer);
     }
     // Harmonics of a clipped tone may be on the louder side, and twice as strong at the tone.
-    // Sigma includes them, see [`Unclipped`].
+    // Sigma includes them, see [`CensoredFit`].
     let noise = Noise { power: 2.0 * beside.loud, ..beside.noise };
-    let widening = excess_over(fit, n, noise);
+    let variance_inflation = excess_over(fit, n, noise);
     observer.hear(|| Test {
         statistic: Statistic::ClippedResidual,
         value: fit.residual / (noise.power * expected(fit, n)),
         limit: excess_limit(fit.freedom, noise),
     });
-    let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
-    Judgement { line, widening }
+    let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+    FitTest { line, variance_inflation }
 }
 
-/// The noise at an edge: that which the fit leaves from five bins off, see [`Beside::on_an_edge`], or that of the quieter
+/// The noise at an edge: that which the fit leaves from five bins off, see [`LocalNoise::on_an_edge`], or that of the quieter
 /// side if the edge is a line's and no noise's.
 #[inline(never)]
 fn leakage_at_edge(
-    beside: &mut Beside,
+    beside: &mut LocalNoise,
     nearest: Option<&Nearest>,
     fit: &Fit<f32>,
     n: usize,
@@ -334,12 +334,12 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
 
 // Both are compiled once for all kinds and lengths of records.
 #[inline(never)]
-fn near_of(free: &Option<Unclipped>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
+fn near_of(free: &Option<CensoredFit>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
     free.map_or(noise, |free| free.near(residual(fit, n), clipped))
 }
 
 #[inline(never)]
-fn widened(free: &Option<Unclipped>, sigma: f32, near: f32, clipped: f32) -> f32 {
+fn widened(free: &Option<CensoredFit>, sigma: f32, near: f32, clipped: f32) -> f32 {
     match free {
         Some(free) => free.widened(sigma, near),
         None => sigma::widened(sigma, clipped),

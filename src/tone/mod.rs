@@ -113,7 +113,7 @@ impl Tone {
 /// How far a tone's frequency rises from the beginning of a record to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Rise {
+pub struct FrequencyDrift {
     /// The rise, cycles per sample. It is within 1 % up to half a bin, and too small beyond.
     pub cycles: f32,
     /// One standard deviation of the rise, cycles per sample.

@@ -3,7 +3,7 @@
 //! A measurement tells each test that it makes to an [`Observer`]: the statistic, its limit and whether the test fired. A board has
 //! no observer, `()`, and pays nothing: not an instruction, not a byte. `picket explain` has one that writes all down.
 
-use super::judge::Judgement;
+use super::judge::FitTest;
 use crate::model::Answer;
 use crate::tone::fit::Fit;
 
@@ -168,7 +168,7 @@ pub trait Observer: Copy {
 
     /// Hears what the tests of the last fit amount to, and whether it takes the place of the fit before.
     #[inline(always)]
-    fn judged(self, _judgement: &Judgement, _taken: bool) {}
+    fn judged(self, _judgement: &FitTest, _taken: bool) {}
 
     /// Hears of the last fit at a peak bin, and of the noise power per sample beside the tone.
     #[inline(always)]

@@ -12,7 +12,7 @@ use core::f32::consts::PI;
 /// exact as if the frequency were known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Phasor {
+pub struct ToneWithPhase {
     /// The tone.
     pub tone: Tone,
     /// Its phase at sample `N/2`, radians, -pi..=pi: the samples are `A cos(phase + 2 pi f (n - N/2))`,

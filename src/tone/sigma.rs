@@ -36,7 +36,7 @@ pub(crate) fn with_rounding(sigma: f32, unseen: f32, n: usize) -> f32 {
 pub const CLIPPED: f32 = 0.01;
 
 /// The standard deviation in bins of a record in which a share `clipped` of the samples touches a
-/// rail. It serves where nothing better is known (see [`Unclipped`](crate::tone::clipped::Unclipped)):
+/// rail. It serves where nothing better is known (see [`CensoredFit`](crate::tone::clipped::CensoredFit)):
 /// for one of several tones, and if the rails leave too few samples.
 ///
 /// The allowance is coarse and adds in quadrature: 1e-3 bin above 1 %, 1e-2 bin above 5 %. It

@@ -21,7 +21,7 @@ use heapless::Vec;
 use picket_dsp::acquire::sample::{Segment, Stamp};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::lines::MOST;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict, Verdicts};
 
 /// The layout's version.
@@ -35,7 +35,7 @@ pub struct Lines {
     /// The block's segment.
     pub segment: Segment,
     /// The tones, the strongest first. Their sample rate is that of the block's telemetry, and 0 here.
-    pub tones: Vec<Phasor, MOST>,
+    pub tones: Vec<ToneWithPhase, MOST>,
 }
 
 /// Why a frame holds no tones.
@@ -66,7 +66,7 @@ impl core::error::Error for LinesError {}
 
 impl Lines {
     /// The tones of the block with this stamp.
-    pub fn of(stamp: &Stamp, mut tones: Vec<Phasor, MOST>) -> Self {
+    pub fn of(stamp: &Stamp, mut tones: Vec<ToneWithPhase, MOST>) -> Self {
         tones.iter_mut().for_each(|phasor| phasor.tone.rate_hz = 0.0);
         Self { sequence: stamp.sequence, segment: stamp.segment, tones }
     }
@@ -80,7 +80,7 @@ impl Lines {
         let mut writer = Writer::new(&mut payload);
         writer.put([VERSION, self.segment as u8, self.tones.len() as u8, 0]);
         writer.u32(self.sequence);
-        for Phasor { tone, phase, sigma_phase } in &self.tones {
+        for ToneWithPhase { tone, phase, sigma_phase } in &self.tones {
             writer.i32(tone.frequency.0.to_bits());
             for number in [tone.sigma, tone.snr, tone.amplitude, *phase, *sigma_phase] {
                 writer.f32(number);
@@ -113,9 +113,9 @@ impl Lines {
             tones: Vec::new(),
         };
         for _ in 0..count {
-            let mut phasor = Phasor::default();
+            let mut phasor = ToneWithPhase::default();
             phasor.tone.frequency = Frequency(I0F32::from_bits(reader.i32()?));
-            let Phasor { tone: Tone { sigma, snr, amplitude, .. }, phase, sigma_phase } =
+            let ToneWithPhase { tone: Tone { sigma, snr, amplitude, .. }, phase, sigma_phase } =
                 &mut phasor;
             for field in [sigma, snr, amplitude, phase, sigma_phase] {
                 *field = reader.f32()?;
@@ -141,7 +141,7 @@ mod tests {
     fn tones_come_back_as_they_were_and_others_are_refused() {
         let stamp = Stamp { sequence: 7, segment: Segment::Down, ..Stamp::default() };
         let tone = Tone { sigma: 1e-6, snr: 40.0, rate_hz: 5e5, ..Tone::default() };
-        let phasor = Phasor { tone, phase: -1.5, sigma_phase: 0.01 };
+        let phasor = ToneWithPhase { tone, phase: -1.5, sigma_phase: 0.01 };
         let mut lines = Lines::of(&stamp, Vec::from_slice(&[phasor; MOST]).unwrap());
         let mut reader = frame::Reader::default();
         let frame = lines.to_frame().iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();

@@ -8,7 +8,7 @@ use embassy_rp::gpio::{Level, Output, Pull};
 use embassy_rp::peripherals::DMA_CH0;
 use embassy_rp::{bind_interrupts, dma};
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     ADC_IRQ_FIFO => InterruptHandler;
@@ -26,11 +26,11 @@ async fn main(_spawner: Spawner) {
     let mut pin = Channel::new_pin(p.PIN_26, Pull::None);
     let mut words = [0u16; 1024];
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     let mut clock = 0;
     loop {
         if adc.read_many(&mut pin, &mut words, 2399, &mut dma_ch).await.is_ok() {
-            assembler.push_at(clock, &words, |stamp, samples| {
+            framer.push_at(clock, &words, |stamp, samples| {
                 let tone = pipeline.block(*stamp, samples).tone;
                 lamp.set_level((tone.verdict == Verdict::Good).into());
             });

@@ -9,7 +9,7 @@ use embassy_stm32::adc::{Adc, AdcChannel, CONTINUOUS, Exten, SampleTime};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::{bind_interrupts, dma, peripherals};
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
@@ -33,15 +33,15 @@ async fn main(_spawner: Spawner) {
     );
     let mut words = [0u16; 512];
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     loop {
         match adc.read(&mut words).await {
-            Ok(_) => assembler.push(&words, |stamp, samples| {
+            Ok(_) => framer.push(&words, |stamp, samples| {
                 let tone = pipeline.block(*stamp, samples).tone;
                 lamp.set_level((tone.verdict == Verdict::Good).into());
             }),
             // The converter overran the ring. Nobody knows how many samples are missing.
-            Err(_) => assembler.lost(1),
+            Err(_) => framer.lost(1),
         }
     }
 }

@@ -11,7 +11,7 @@ use embassy_stm32::pac::{ADC1, adc::vals::Ovrmod};
 use embassy_stm32::rcc::mux::Adcsel;
 use embassy_stm32::{Config, bind_interrupts, dma, peripherals};
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     DMA1_CHANNEL1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
@@ -39,17 +39,17 @@ async fn main(_spawner: Spawner) {
     ADC1.cfgr().modify(|w| w.set_ovrmod(Ovrmod::OVERWRITE));
     let mut words = [0u16; 512];
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     loop {
         let whole = adc.read(&mut words).await.is_ok();
         let overwritten = ADC1.isr().read().ovr();
         ADC1.isr().write(|w| w.set_ovr(true));
         if !whole || overwritten {
             // The ring was not emptied in time, or a conversion was not fetched. Nobody knows how many are missing.
-            assembler.lost(1);
+            framer.lost(1);
             continue;
         }
-        assembler.push(&words, |stamp, samples| {
+        framer.push(&words, |stamp, samples| {
             let tone = pipeline.block(*stamp, samples).tone;
             lamp.set_level((tone.verdict == Verdict::Good).into());
         });

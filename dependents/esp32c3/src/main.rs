@@ -15,7 +15,7 @@ use esp_hal::peripherals::{ADC1, GPIO3};
 use esp_hal::time::Duration;
 use esp_hal::timer::{PeriodicTimer, systimer::SystemTimer};
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 
 esp_bootloader_esp_idf::esp_app_desc!();
 
@@ -76,7 +76,7 @@ fn main() -> ! {
         CONVERTER.replace(section, started.then_some(Converter { timer, adc, pin }));
     });
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     let mut done = 0;
     loop {
         let halves = HALVES.load(Relaxed);
@@ -89,11 +89,11 @@ fn main() -> ! {
         let words: [u16; HALF] = from_fn(|n| SAMPLES[first + n].load(Relaxed));
         if LATE.load(Relaxed) {
             LATE.store(false, Relaxed);
-            assembler.lost(1);
+            framer.lost(1);
             continue;
         }
-        // A half that nobody fetched in time is a gap, which the assembler finds by the count.
-        assembler.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
+        // A half that nobody fetched in time is a gap, which the framer finds by the count.
+        framer.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
             let tone = pipeline.block(*stamp, samples).tone;
             lamp.set_level((tone.verdict != Verdict::Good).into());
         });

@@ -11,7 +11,7 @@ use embassy_nrf::saadc::{CallbackResult, ChannelConfig, Config, InterruptHandler
 use embassy_nrf::timer::{Frequency, Timer};
 use embassy_nrf::{bind_interrupts, pac};
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 
 bind_interrupts!(struct Irqs {
     SAADC => InterruptHandler;
@@ -38,7 +38,7 @@ async fn main(_spawner: Spawner) {
     let mut halves = [[[0i16; 1]; 512]; 2];
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
     // Around 0 V a word may lie below zero.
-    let mut assembler = Assembler::<Real, 1024>::new(Format::signed::<13>());
+    let mut framer = Framer::<Real, 1024>::new(Format::signed::<13>());
     loop {
         counter.clear();
         let mut taken = 0;
@@ -49,7 +49,7 @@ async fn main(_spawner: Spawner) {
             if counter.cc(0).capture() != taken {
                 return CallbackResult::Stop;
             }
-            assembler.push(half.as_flattened(), |stamp, samples| {
+            framer.push(half.as_flattened(), |stamp, samples| {
                 let tone = pipeline.block(*stamp, samples).tone;
                 lamp.set_level((tone.verdict != Verdict::Good).into());
             });
@@ -57,6 +57,6 @@ async fn main(_spawner: Spawner) {
         };
         saadc.run_task_sampler(timer, start, sample, Frequency::F1MHz, 50, &mut halves, each).await;
         // A buffer was filled twice, so the sampler starts anew. Nobody knows how many samples are missing.
-        assembler.lost(1);
+        framer.lost(1);
     }
 }

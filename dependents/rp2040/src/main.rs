@@ -5,7 +5,7 @@
 use cortex_m::singleton;
 use embedded_hal::digital::OutputPin;
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 use rp2040_hal::adc::{Adc, AdcPin};
 use rp2040_hal::dma::{DMAExt, SingleChannel, double_buffer};
 use rp2040_hal::gpio::Pins;
@@ -57,7 +57,7 @@ fn main() -> ! {
     let mut transfer = transfer.write_next(second);
     fifo.resume();
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     loop {
         while !transfer.is_done() {
             cortex_m::asm::wfi();
@@ -65,9 +65,9 @@ fn main() -> ! {
         let (words, next) = transfer.wait();
         if fifo.is_over() {
             // Nobody knows how many.
-            assembler.lost(1);
+            framer.lost(1);
         }
-        assembler.push(&words[..], |stamp, samples| {
+        framer.push(&words[..], |stamp, samples| {
             let tone = pipeline.block(*stamp, samples).tone;
             let _ = lamp.set_state((tone.verdict == Verdict::Good).into());
         });

@@ -8,7 +8,7 @@ use cortex_m_rt::{entry, exception};
 use heapless::Deque;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::frontend::{Blocks, Counters};
-use picket_firmware::instrument::{Instrument, plan::Plan, storage::Nowhere};
+use picket_firmware::instrument::{Instrument, plan::Plan, storage::NoStorage};
 use picket_firmware::{board::Board, sampler::Sampler, slot::Slot};
 use picket_wire::{boot::Clock, settings::Settings, settings_error::SettingsError};
 
@@ -67,7 +67,7 @@ impl Board<N, N> for Skeleton {
     const NAME: &'static str = "skeleton";
     const CODES: Codes = Codes::unsigned::<12>();
     type Words = ();
-    type Storage = Nowhere;
+    type Storage = NoStorage;
 
     fn start(settings: &Settings) -> Option<Self> {
         let (mut timer, period) = (Peripherals::take()?.SYST, period(settings));

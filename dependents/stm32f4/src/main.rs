@@ -7,7 +7,7 @@ use core::array::from_fn;
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use cortex_m_rt::entry;
 use panic_halt as _;
-use picket_dsp::{Assembler, Codes, Format, Pipeline, Plan, Real, Verdict};
+use picket_dsp::{Codes, Format, Framer, Pipeline, Plan, Real, Verdict};
 use stm32f4::stm32f446::{Interrupt, NVIC, Peripherals, interrupt};
 
 /// The converter's clock is 8 MHz after reset; a conversion takes 480 + 12 of its cycles.
@@ -38,7 +38,7 @@ fn main() -> ! {
     let Some(chip) = Peripherals::take() else { loop {} };
     start(&chip);
     let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(RATE_HZ, Codes::unsigned::<12>()));
-    let mut assembler = Assembler::<Real, 1024>::new(Format::unsigned::<12>());
+    let mut framer = Framer::<Real, 1024>::new(Format::unsigned::<12>());
     let mut done = 0;
     loop {
         let overrun = || chip.ADC1.sr().read().ovr().bit_is_set();
@@ -64,8 +64,8 @@ fn main() -> ! {
         let newest = halves.wrapping_sub(1);
         let first = newest as usize % 2 * HALF;
         let words: [u16; HALF] = from_fn(|n| SAMPLES[first + n].load(Relaxed));
-        // A half that nobody fetched in time is a gap, which the assembler finds by the count.
-        assembler.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
+        // A half that nobody fetched in time is a gap, which the framer finds by the count.
+        framer.push_at(u64::from(newest) * HALF as u64, &words, |stamp, samples| {
             let tone = pipeline.block(*stamp, samples).tone;
             let good = tone.verdict == Verdict::Good;
             chip.GPIOA.odr().modify(|_, w| w.odr5().bit(good));

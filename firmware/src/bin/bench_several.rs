@@ -11,7 +11,7 @@ use picket_dsp::pipeline::{Measurement, Outcome, Pipeline};
 use picket_dsp::solve::chirp::Mixing;
 use picket_dsp::solve::displacement::{Between, Unwrapper};
 use picket_dsp::solve::equations::Equations;
-use picket_dsp::solve::pairing::{Habits, Pairing};
+use picket_dsp::solve::pairing::{MotionModel, Pairing};
 use picket_dsp::tone::lines::MOST;
 use picket_firmware::mps2::count::count;
 use picket_firmware::mps2::halt::{Exit, exit};
@@ -37,7 +37,7 @@ fn main() -> ! {
     let mut pipeline = Pipeline::<Real, N>::new(plan);
     let mut unwrapper =
         Unwrapper::new(black_box(1e-3), Mixing::TxConjRx, black_box(Between::Frequency));
-    let habits = Habits { period_s: 0.05, acceleration: 10.0 };
+    let habits = MotionModel { period_s: 0.05, acceleration: 10.0 };
     let mut pairing = Pairing::new(Equations::default(), black_box(false), habits);
     let (mut bytes, mut samples) = ([0; 2 * N], [0; N]);
     for sequence in 0..header.blocks {

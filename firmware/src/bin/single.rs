@@ -22,7 +22,7 @@ fn main() -> ! {
         ConstStaticCell::new(Pipeline::new(Plan::IDLE));
     static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);
     if let Some((pipeline, samples)) = PIPELINE.try_take().zip(SAMPLES.try_take()) {
-        pipeline.adopt(const { Plan::tone(1.0, Codes::signed::<12>()) });
+        pipeline.set_plan(const { Plan::tone(1.0, Codes::signed::<12>()) });
         black_box(pipeline.tone(&Stamp::default(), black_box(samples)));
     }
     exit(Exit::Done)

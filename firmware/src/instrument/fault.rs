@@ -1,7 +1,7 @@
 //! How a program ends that should not end: by a fault, an unexpected interrupt, or a panic that
 //! cannot occur.
 
-use super::legacy::Legacy;
+use super::handover::Handover;
 use crate::fence;
 use core::arch::naked_asm;
 use core::ptr::read_volatile;
@@ -31,7 +31,7 @@ macro_rules! no_interrupts {
 
 /// Restarts the board, which then reports this end.
 pub fn end(last: LastEnd) -> ! {
-    Legacy { last, ..Legacy::default() }.leave()
+    Handover { last, ..Handover::default() }.leave()
 }
 
 /// Passes the stack with the interrupted program's registers to the fault handler, which has the whole stack for itself: of the old one

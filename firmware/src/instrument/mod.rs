@@ -4,7 +4,7 @@ pub mod checksum;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod fault;
 #[cfg(all(target_os = "none", feature = "instrument"))]
-pub mod legacy;
+pub mod handover;
 #[cfg(all(target_os = "none", feature = "instrument"))]
 pub mod meter;
 #[cfg(all(target_os = "none", feature = "instrument"))]

@@ -1,7 +1,7 @@
 //! The instrument's loop on a chip: bytes and blocks of a board to the instrument, and its ends to resets.
 
 use super::crashes::Crashes;
-use super::legacy::{self, Legacy, words};
+use super::handover::{self, Handover, words};
 use super::meter::{Meter, Meters};
 use super::plan::Plan;
 use super::stack::Stack;
@@ -103,7 +103,7 @@ impl<B: Board<N, SLOT>, const N: usize, const SLOT: usize> Port<N, SLOT> for Wir
     }
 
     fn lives(&mut self, seconds: u32) {
-        legacy::lives(self.crashes, seconds);
+        handover::lives(self.crashes, seconds);
     }
 
     fn stack(&mut self) -> u32 {
@@ -132,9 +132,9 @@ where
     // Not inlined, so that the stack of the start is free again afterwards.
     #[inline(never)]
     pub fn start(meters: Option<Meters<N, Q>>) -> Option<Self> {
-        let Legacy { last, settings: left, saves } = Legacy::take();
+        let Handover { last, settings: left, saves } = Handover::take();
         let causes = B::causes();
-        let crashes = legacy::count(causes, &last);
+        let crashes = handover::count(causes, &last);
         let storage = B::Storage::default();
         let mut start = Start::new::<N>(left, &storage, crashes);
         let board = B::start(&start.settings)?;
@@ -181,6 +181,6 @@ where
             End::Restart(settings) => Some(words(&settings, N)),
             End::Reboot => None,
         };
-        Legacy { settings, saves: self.inner.saves(), ..Legacy::default() }.leave()
+        Handover { settings, saves: self.inner.saves(), ..Handover::default() }.leave()
     }
 }

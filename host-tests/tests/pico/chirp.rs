@@ -1,6 +1,6 @@
 //! The board's own chirp: levels and samples in step, blocks and segments that stay together, records that are the host's.
 
-use super::scene::{adopt, expected, frames, measure, measured, plug, record, status};
+use super::scene::{expected, frames, measure, measured, plug, record, set_plan, status};
 use host_tests::sized;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::{Config, Scene};
@@ -50,7 +50,7 @@ fn wired(settings: Settings) -> Option<Pico> {
     let mut pico = plug()?;
     pico.power().unwrap();
     pico.order("wire").unwrap();
-    adopt(&mut pico, settings, |pico| {
+    set_plan(&mut pico, settings, |pico| {
         pico.keep(N).unwrap();
         pico.order("edges").unwrap();
     });
@@ -198,7 +198,7 @@ fn every_record_of_a_chirp_is_the_hosts() {
     }
     let Some(mut pico) = plug() else { return };
     pico.power().unwrap();
-    adopt(&mut pico, settings, |pico| pico.samples(&samples).unwrap());
+    set_plan(&mut pico, settings, |pico| pico.samples(&samples).unwrap());
     pico.zero().unwrap();
     measure(&mut pico, blocks);
     let figures = pico.figures().unwrap();

@@ -1,7 +1,7 @@
 //! I/Q pairs that the converter takes by turns: records that are the host's, and no fault that swaps I and Q.
 
 use super::faults::{Blocks, EACH, any, play};
-use super::scene::{adopt, expected, frames, measure, plug, record, status};
+use super::scene::{expected, frames, measure, plug, record, set_plan, status};
 use host_tests::sized;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::{Chirp, Iq, Mixing, Outcome, Shape, Verdict};
@@ -56,7 +56,7 @@ fn taken(samples: &[[i16; 2]]) -> Vec<i16> {
 fn measuring(samples: &[[i16; 2]], upper: bool) -> Option<Pico> {
     let mut pico = plug()?;
     pico.power().unwrap();
-    adopt(&mut pico, settings(upper), |pico| {
+    set_plan(&mut pico, settings(upper), |pico| {
         pico.both(samples).unwrap();
         pico.keep(2 * N).unwrap();
     });
@@ -138,7 +138,7 @@ fn chirps_of_pairs_have_their_ranges_and_velocities() {
         }
         let Some(mut pico) = plug() else { return };
         pico.power().unwrap();
-        adopt(&mut pico, settings, |pico| pico.both(&samples).unwrap());
+        set_plan(&mut pico, settings, |pico| pico.both(&samples).unwrap());
         pico.zero().unwrap();
         measure(&mut pico, blocks);
         let wanted = expected(&settings, &taken(&samples));

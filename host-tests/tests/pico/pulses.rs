@@ -2,7 +2,7 @@
 
 use super::chirp::in_place;
 use super::faults::any;
-use super::scene::{adopt, expected, frames, plug, record, status};
+use super::scene::{expected, frames, plug, record, set_plan, status};
 use host_tests::sized;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::chirp::Shape;
@@ -42,7 +42,7 @@ fn chirp(settings: &Settings) -> u64 {
 fn waiting(settings: Settings, feed: impl FnOnce(&mut Pico)) -> Option<Pico> {
     let mut pico = plug()?;
     pico.power().unwrap();
-    adopt(&mut pico, settings, feed);
+    set_plan(&mut pico, settings, feed);
     Some(pico)
 }
 

@@ -165,7 +165,7 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
 }
 
 /// Has a board follow other settings, from the first sample on of what `feed` gives it while it stands.
-pub fn adopt(pico: &mut Pico, settings: Settings, feed: impl FnOnce(&mut Pico)) {
+pub fn set_plan(pico: &mut Pico, settings: Settings, feed: impl FnOnce(&mut Pico)) {
     pico.request(Command::SetSettings(Settings { start: false, ..settings }, N)).unwrap().unwrap();
     assert!(!pico.boot().unwrap().measuring);
     pico.sent.clear();

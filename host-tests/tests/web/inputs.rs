@@ -6,7 +6,7 @@ use heapless::Vec;
 use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::harmonic::Harmonic;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::fundamental::Fundamental;
 use picket_wire::lines::Lines;
@@ -62,7 +62,7 @@ fn wav(channels: u16, samples: &[i16]) -> std::vec::Vec<u8> {
 
 /// Two tones of a block.
 pub fn lines() -> Lines {
-    let tone = |cycles: f64, amplitude: f32, verdict: Verdict| Phasor {
+    let tone = |cycles: f64, amplitude: f32, verdict: Verdict| ToneWithPhase {
         tone: Tone {
             frequency: Frequency(I0F32::from_num(cycles)),
             sigma: 2e-6,

@@ -15,7 +15,7 @@ use picket_dsp::acquire::sample::Stamp;
 use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::spectrum::fft::twiddle::supported;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_transform::num_complex::Complex;
 use serde::Serialize;
 use std::path::Path;
@@ -80,8 +80,14 @@ pub struct Found {
 }
 
 impl Found {
-    fn of(block: u64, time_s: f64, number: usize, phasor: &Phasor, speed: Option<Speed>) -> Self {
-        let Phasor { tone, phase, sigma_phase } = phasor;
+    fn of(
+        block: u64,
+        time_s: f64,
+        number: usize,
+        phasor: &ToneWithPhase,
+        speed: Option<Speed>,
+    ) -> Self {
+        let ToneWithPhase { tone, phase, sigma_phase } = phasor;
         Self {
             block,
             time_s,

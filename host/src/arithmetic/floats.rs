@@ -11,17 +11,17 @@ use picket_dsp::plan::Terms;
 use picket_dsp::spectrum::STANDS_OUT;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{Band, Peak, SKIRT, Search};
-use picket_dsp::tone::clipped::Unclipped;
-use picket_dsp::tone::detection::{Less, Threshold};
+use picket_dsp::tone::clipped::CensoredFit;
+use picket_dsp::tone::detection::{Relaxation, Threshold};
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
-use picket_dsp::tone::fit::{Course, Reach, fit};
+use picket_dsp::tone::fit::{FitStart, Reach, fit};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
 use picket_dsp::tone::image::mirrored_in_rest;
-use picket_dsp::tone::judge::{Judgement, Line, from_end, judge};
+use picket_dsp::tone::judge::{FitTest, Line, from_end, judge};
 use picket_dsp::tone::measure::{excess_limit, excess_over, residual};
 use picket_dsp::tone::noise;
-use picket_dsp::tone::noise::ring::{self, Beside};
+use picket_dsp::tone::noise::ring::{self, LocalNoise};
 use picket_dsp::tone::observer::{Observer, Statistic, Step, Test};
 use picket_dsp::tone::sigma::{CLIPPED, bound_bins, sigma_bins, widened};
 use picket_transform::{Fft, Transform, num_complex::Complex};
@@ -110,7 +110,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     }
 
     /// The noise beside a tone that was taken out of the spectrum.
-    fn ring(&self, peak: i32) -> Beside {
+    fn ring(&self, peak: i32) -> LocalNoise {
         ring::of_rest(self.n, R::IQ, peak, |k| {
             let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
             ((bin(k - 1) + bin(k + 1)) * T::of(0.5) - bin(k)).norm_sqr().wide() as f32
@@ -155,7 +155,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let clipped = clipped as f32 / self.n as f32;
         let n = self.n as f64;
         let bins = self.bins(peak.bin);
-        let Some(fit) = fit(&bins, Reach::Sixteen, Course::Usual) else {
+        let Some(fit) = fit(&bins, Reach::Sixteen, FitStart::Usual) else {
             let share = if R::IQ { n } else { n / 2.0 };
             let amplitude2 = peak.power[1] as f64 * unit / (share * share);
             let noise = peak.floor as f64 * unit / f64::from(peak.floor_bins) / n;
@@ -192,31 +192,32 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         observer.fitted(peak.bin, &single, ring.noise.power);
         observer.begin(Step::Usual);
         let judgement = if clipped > CLIPPED {
-            let widening = excess_over(&single, self.n, ring.noise);
+            let variance_inflation = excess_over(&single, self.n, ring.noise);
             observer.hear(|| Test {
                 statistic: Statistic::ClippedResidual,
                 value: residual(&single, self.n) / ring.noise.power,
                 limit: excess_limit(single.freedom, ring.noise),
             });
-            let line = if widening > 1.0 { Line::Unresolved } else { Line::Steady };
-            Judgement { line, widening }
+            let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+            FitTest { line, variance_inflation }
         } else {
             judge(&single, self.n, from_end(peak.bin, self.n, R::IQ), &ring, false, observer)
         };
         observer.judged(&judgement, true);
-        let Judgement { line, widening } = judgement;
+        let FitTest { line, variance_inflation } = judgement;
         let amplitude2 = fit.amplitude_squared::<R>(self.n).wide();
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
             let tone = Complex::new(tone.re as f32, tone.im as f32);
-            let free = Unclipped::of::<R>(&samples, self.plan.codes, frequency, tone)?;
+            let free = CensoredFit::of::<R>(&samples, self.plan.codes, frequency, tone)?;
             Some((frequency.bins(self.n) + f64::from(free.offset), free))
         });
         let free = free.flatten();
         let noise_here = free.map_or(noise, |(_, free)| free.noise.into());
         let rest = residual(&fit, self.n).wide() as f32;
         let near = free.map_or(noise, |(_, free)| free.near(rest, clipped).into());
-        let near = if widening > 1.0 { noise * f64::from(widening) } else { near };
+        let near =
+            if variance_inflation > 1.0 { noise * f64::from(variance_inflation) } else { near };
         let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
         let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
         let power = (fit.line.norm_sqr().wide() / unit) as f32;
@@ -285,13 +286,13 @@ struct Seen {
     /// What least squares says.
     fit: Option<Fitted>,
     /// The noise beside the tone.
-    ring: Option<Beside>,
+    ring: Option<LocalNoise>,
     /// Whether an I/Q record has as strong a line at minus the frequency.
     image: bool,
     /// Whether the lines are those of a faulty front end.
     front_end: bool,
     /// Of a record that clips: where its other samples see the tone, in bins, and how well.
-    free: Option<(f64, Unclipped)>,
+    free: Option<(f64, CensoredFit)>,
 }
 
 /// What least squares says of a tone.
@@ -317,7 +318,7 @@ impl Seen {
         let Some((truth, free)) = self.free else {
             return sigma.hypot(widened(0.0, self.clipped).into());
         };
-        let free = Unclipped { offset: wrapped(truth - bins, n) as f32, ..free };
+        let free = CensoredFit { offset: wrapped(truth - bins, n) as f32, ..free };
         free.widened(sigma as f32, self.near as f32).into()
     }
 }
@@ -417,9 +418,9 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 limit: threshold.over(peak.floor_bins),
             });
         }
-        let less = if has_floor { Less::MOST } else { Less::NOTHING };
+        let less = if has_floor { Relaxation::MOST } else { Relaxation::NOTHING };
         let power = (f64::from(line) * unit / self.n as f64) as f32;
-        let beside = |ring: Beside| {
+        let beside = |ring: LocalNoise| {
             let limit = threshold.beside(ring.noise.freedom, less);
             observer.exceeds(Statistic::Ring, power / ring.loud, limit)
         };

@@ -16,7 +16,7 @@ use picket_dsp::spectrum::{Spectrum, peak};
 use picket_dsp::tone::Tone;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_dsp::tone::evidence::Evidence;
-use picket_dsp::tone::fit::{Course, fit_near};
+use picket_dsp::tone::fit::{FitStart, fit_near};
 use picket_dsp::tone::measure::Options;
 use picket_transform::num_complex::Complex;
 
@@ -78,7 +78,7 @@ impl<R: Kind, const N: usize> Target<R, N> {
         if fixed && estimator.least_squares() {
             let mut places = Places::new();
             let near = Neighbourhood::read(&*self.spectrum, peak, &mut places);
-            let fit = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, Course::Usual);
+            let fit = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, FitStart::Usual);
             return fit.map_or(0.0, |fit| fit.offset.into());
         }
         let bins = Bins::<f32, R, Rectangular>::of(&self.spectrum, peak);

@@ -11,7 +11,7 @@ use crate::scenario::lidar;
 use crate::scenario::traffic::{self as scene, ACCELERATION, CYCLE_S, CYCLES, Car};
 use crate::simulate::generator;
 use picket_dsp::plan::Solver;
-use picket_dsp::solve::pairing::{Habits, Pairing};
+use picket_dsp::solve::pairing::{MotionModel, Pairing};
 use picket_dsp::{Pipeline, Real, Segment, Stamp, Verdict};
 use picket_simulator::Sensor;
 use serde::Serialize;
@@ -143,7 +143,7 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
     let plan = lidar().plan::<Real, N>().map_err(said)?;
     let Solver::Chirp(equations) = plan.solver else { return Err(said("no chirp")) };
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
-    let habits = Habits { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
+    let habits = MotionModel { period_s: CYCLE_S as f32, acceleration: ACCELERATION as f32 };
     let mut pairing = Pairing::new(equations, false, habits);
     let rng = &mut generator(seed, 0);
     let (cars, lidar) = (scene::cars(rng), scene::lidar(N, snr_db));

@@ -7,7 +7,7 @@ use picket_dsp::model::Answer;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
 use picket_dsp::tone::fit::Fit;
-use picket_dsp::tone::judge::{Judgement, Line};
+use picket_dsp::tone::judge::{FitTest, Line};
 use picket_dsp::tone::observer::{Observer, Step, Test};
 use picket_dsp::tone::sigma::CLIPPED;
 use std::cell::{Cell, RefCell};
@@ -20,7 +20,7 @@ pub enum Note {
     /// A test was made.
     Test(Test),
     /// The verdict of the last fit's tests, and whether this fit replaces the one before.
-    Judged(Judgement, bool),
+    Judged(FitTest, bool),
 }
 
 /// The last fit of a tone.
@@ -67,7 +67,7 @@ impl Observer for &Notes {
         self.push(Note::Begin(step));
     }
 
-    fn judged(self, judgement: &Judgement, taken: bool) {
+    fn judged(self, judgement: &FitTest, taken: bool) {
         self.push(Note::Judged(*judgement, taken));
     }
 
@@ -139,7 +139,7 @@ pub fn of_notes(notes: &[Note]) -> Vec<Row> {
                     test: "line",
                     about: "variance over that of the noise alone",
                     fit,
-                    value: Some(judgement.widening.into()),
+                    value: Some(judgement.variance_inflation.into()),
                     limit: None,
                     unit: "",
                     fired: judgement.line != Line::Steady,

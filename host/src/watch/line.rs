@@ -8,7 +8,7 @@ use picket_dsp::acquire::burst::Counters;
 use picket_dsp::acquire::sample::Segment;
 use picket_dsp::pipeline::Outcome;
 use picket_dsp::solve::chirp::Ambiguity;
-use picket_dsp::tone::phasor::Phasor;
+use picket_dsp::tone::phasor::ToneWithPhase;
 use picket_dsp::tone::{Tone, Verdict};
 use picket_wire::boot::{Boot, Clock};
 use picket_wire::burst::Burst;
@@ -364,8 +364,8 @@ struct Line {
 impl Lines {
     /// Converts the tones that a device reports, to hertz if the sample rate is known.
     pub fn of(lines: &wire::Lines, rate_hz: Option<f64>) -> Self {
-        let line = |(index, phasor): (usize, &Phasor)| {
-            let Phasor { tone, phase, sigma_phase } = phasor;
+        let line = |(index, phasor): (usize, &ToneWithPhase)| {
+            let ToneWithPhase { tone, phase, sigma_phase } = phasor;
             Line {
                 line: index + 1,
                 sequence: lines.sequence,

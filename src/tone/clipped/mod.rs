@@ -94,7 +94,7 @@ const FARTHEST: f32 = 0.25;
 
 /// The result of the samples between the rails.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unclipped {
+pub struct CensoredFit {
     /// Noise power per sample (I/Q: of both parts together), in squared codes.
     pub noise: f32,
     /// The distance of the tone from the stated frequency, in bins.
@@ -106,7 +106,7 @@ pub struct Unclipped {
     pub missed: f32,
 }
 
-impl Unclipped {
+impl CensoredFit {
     /// Fits the tone near a `frequency`, with the complex amplitude `tone` at the first sample,
     /// both as found in the whole record. `None` if the rails leave too few samples.
     ///
@@ -121,7 +121,7 @@ impl Unclipped {
         Self::of_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
     }
 
-    /// [`Unclipped::of`] by its definition in portable code. Tests compare kernels with it.
+    /// [`CensoredFit::of`] by its definition in portable code. Tests compare kernels with it.
     pub fn of_portably<R: Record>(
         samples: &[R::Sample],
         codes: Codes,

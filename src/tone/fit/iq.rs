@@ -17,8 +17,8 @@
 
 use super::rest::{self, NEAR, Rest, SCALES};
 use super::{
-    Course, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, distances, first_two,
-    limit,
+    ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT, distances,
+    first_two, limit,
 };
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -81,7 +81,7 @@ struct Step<T> {
 pub(super) fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: usize,
-    course: Course<T>,
+    course: FitStart<T>,
 ) -> Option<Fit<T>> {
     let centre = bins.at(0);
     if centre.norm_sqr() <= T::zero() {
@@ -90,20 +90,20 @@ pub(super) fn fit<T: Scalar, R: Record>(
     let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
     // The bins are built in place: a vector made elsewhere would be copied here.
     let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
-    problem.read(bins, reach, matches!(course, Course::Further(..)));
+    problem.read(bins, reach, matches!(course, FitStart::Further(..)));
     Some(problem.fit(course))
 }
 
 impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     /// Gauss-Newton steps.
-    pub fn fit(&self, course: Course<T>) -> Fit<T> {
+    pub fn fit(&self, course: FitStart<T>) -> Fit<T> {
         let problem = self;
         let (start, steps, settled) = match course {
-            Course::Usual => (problem.start(), 2, T::of(SETTLED)),
-            Course::From(start, steps) => (start, steps, T::zero()),
-            Course::Further(start, steps) => (start, steps, T::of(ENDED)),
+            FitStart::Usual => (problem.start(), 2, T::of(SETTLED)),
+            FitStart::From(start, steps) => (start, steps, T::zero()),
+            FitStart::Further(start, steps) => (start, steps, T::of(ENDED)),
         };
-        let further = matches!(course, Course::Further(..));
+        let further = matches!(course, FitStart::Further(..));
         let mut pace = Pace::new(&course);
         let mut d = limit(start, START_LIMIT);
         let (mut p, mut speed) = problem.tangent(d);

@@ -11,7 +11,7 @@
 //!   registry is free of bias on real samples.
 //! - [`fixed`]: both again, with the sums over the bins in integers, for cores without an FPU.
 //!
-//! Beside the offset a [`Fit`] holds amplitude, phase and the information that gives sigma.
+//! LocalNoise the offset a [`Fit`] holds amplitude, phase and the information that gives sigma.
 
 pub mod fixed;
 pub mod iq;
@@ -56,7 +56,7 @@ const FLATTEST: f64 = 0.01;
 
 /// Where a fit begins, and how many steps it may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Course<T> {
+pub enum FitStart<T> {
     /// From the three middle bins. Two steps, three near DC and Nyquist; each further one only if
     /// the last moved more than 0.02 bin.
     Usual,
@@ -69,7 +69,7 @@ pub enum Course<T> {
     Further(T, u32),
 }
 
-/// The steps of a [`Course`]. A step of Gauss and Newton takes the line for that of a steady tone. A tone that is on for a share p
+/// The steps of a [`FitStart`]. A step of Gauss and Newton takes the line for that of a steady tone. A tone that is on for a share p
 /// of the record has a wider one, of `p^2` of its curvature, and each step goes `p^2` of the way that is left. Two steps tell the
 /// curvature, and so the way, by a secant.
 struct Pace<T> {
@@ -81,8 +81,8 @@ struct Pace<T> {
 }
 
 impl<T: Scalar> Pace<T> {
-    fn new(course: &Course<T>) -> Self {
-        Self { further: matches!(course, Course::Further(..)), last: None, curvature: T::one() }
+    fn new(course: &FitStart<T>) -> Self {
+        Self { further: matches!(course, FitStart::Further(..)), last: None, curvature: T::one() }
     }
 
     /// The step to take for one of Gauss and Newton.
@@ -239,7 +239,7 @@ impl Reach {
 pub fn fit<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: Reach,
-    course: Course<T>,
+    course: FitStart<T>,
 ) -> Option<Fit<T>> {
     fit_bins(bins, reach.bins(), course)
 }
@@ -253,7 +253,7 @@ pub fn fit_near<R: Record, const N: usize>(
     near: &Neighbourhood,
     arithmetic: Arithmetic,
     reach: Reach,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let Neighbourhood { peak, exponent, .. } = *near;
     let bins = near.within(reach.bins());
@@ -273,7 +273,7 @@ fn fit_points<const N: usize>(
     points: &[Point],
     peak: i32,
     exponent: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     real_points(N as i32, peak, points, exponent, course, const { &singles::<N>() })
 }
@@ -286,7 +286,7 @@ fn real_points(
     peak: i32,
     points: &[Point],
     exponent: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
     table: &[Distance<f32>; REACH + 1],
 ) -> Option<Fit<f32>> {
     let (centre, beside) = bins(points, table)?;
@@ -397,7 +397,7 @@ const fn singles<const N: usize>() -> [Distance<f32>; REACH + 1] {
 pub(crate) fn fit_around<R: Record, const N: usize>(
     bins: &[Complex<f32>],
     peak: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let reach = bins.len() / 2;
     if R::IQ {
@@ -428,7 +428,7 @@ pub(crate) fn take_around<R: Record, const N: usize>(
 pub(crate) fn fit_bins<T: Scalar, R: Record>(
     bins: &Bins<T, R, Rectangular>,
     reach: usize,
-    course: Course<T>,
+    course: FitStart<T>,
 ) -> Option<Fit<T>> {
     if R::IQ {
         return iq::fit(bins, reach, course);
@@ -444,7 +444,7 @@ pub(crate) fn fit_bins<T: Scalar, R: Record>(
 /// 1.00 to 1.03 times the Cramer-Rao bound (K = 16). Cost for K = 16, counted at 20 dB: about
 /// 1000 multiplications and 180 divisions beyond the FFT.
 pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>) -> T {
-    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+    fit_bins(bins, K, FitStart::Usual).map_or(T::zero(), |fit| fit.offset)
 }
 
 /// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 if there is no
@@ -453,7 +453,7 @@ pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>)
 /// 1.03 (K = 16) to 1.05 (K = 8) times the Cramer-Rao bound. Cost for K = 16, counted at 20 dB:
 /// about 1250 multiplications and 120 divisions beyond the FFT.
 pub fn least_squares_real<T: Scalar, const K: usize>(bins: &Bins<T, Real, Rectangular>) -> T {
-    fit_bins(bins, K, Course::Usual).map_or(T::zero(), |fit| fit.offset)
+    fit_bins(bins, K, FitStart::Usual).map_or(T::zero(), |fit| fit.offset)
 }
 
 /// The distances 1..=reach from the peak, at most [`REACH`].

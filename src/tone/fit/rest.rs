@@ -1,7 +1,7 @@
 //! What a fit leaves near its line, and how much of that lies along the directions in which a tone
 //! changes.
 //!
-//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. Beside
+//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. LocalNoise
 //! its line c the tone then has the bins `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of
 //! `x = pi (d - i)`, which are orthogonal to one another. A residual along their real part is a
 //! change of the amplitude, one along their imaginary part a change of the phase. The fit itself

@@ -21,7 +21,7 @@ pub const LOWEST: i32 = 3;
 pub(super) const FIRST: i32 = 4;
 
 /// A share of what a fit leaves. Slow terms with less of it in bins 1 and 2 change no answer: those bins hold 1.25 parts or more of
-/// at most 1.64 in all bins, since a straight line's fall as `1/k` and all others faster. Beside a movement of the tone a drift
+/// at most 1.64 in all bins, since a straight line's fall as `1/k` and all others faster. LocalNoise a movement of the tone a drift
 /// matters that is much less than what both leave.
 const SHARE: f32 = 1.0 / 30.0;
 

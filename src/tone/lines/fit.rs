@@ -6,7 +6,7 @@ use crate::acquire::sample::Record;
 use crate::list::first as first_of;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
-use crate::tone::fit::{Course, Fit, Model, Reach, fit_around, take_around};
+use crate::tone::fit::{Fit, FitStart, Model, Reach, fit_around, take_around};
 use core::mem::MaybeUninit;
 use heapless::Vec;
 use num_complex::Complex;
@@ -63,7 +63,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     }
 
     /// Fits a tone to nine bins around a peak, less the others' models.
-    fn fitted(&self, peak: i32, except: Option<usize>, course: Course<f32>) -> Option<Found> {
+    fn fitted(&self, peak: i32, except: Option<usize>, course: FitStart<f32>) -> Option<Found> {
         let mut window = Window::new();
         let bins = self.bins(peak, Reach::Four, except, &mut window);
         let fit = fit_around::<R, N>(bins, peak, course)?;
@@ -71,7 +71,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     }
 
     /// Adds a line in noise of this power in a bin; false if no bins can be fitted.
-    pub(super) fn add(&mut self, peak: i32, course: Course<f32>, mark: Mark) -> bool {
+    pub(super) fn add(&mut self, peak: i32, course: FitStart<f32>, mark: Mark) -> bool {
         let Some(found) = self.fitted(peak, None, course) else { return false };
         let index = self.rest.found.len();
         if self.rest.found.push(found).is_err() || self.marks.push(mark).is_err() {
@@ -105,7 +105,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             return;
         };
         let moved = if offset.abs() > AWAY { offset.signum() as i32 } else { 0 };
-        let course = Course::From(offset - moved as f32, 1);
+        let course = FitStart::From(offset - moved as f32, 1);
         let Some(found) = self.fitted(peak + moved, Some(index), course) else { return };
         self.take(index, found);
         self.tell(index, Some(&model));

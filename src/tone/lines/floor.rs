@@ -1,6 +1,6 @@
 //! The search for the bin that stands out of its own neighbourhood most.
 
-use super::super::detection::Less;
+use super::super::detection::Relaxation;
 use super::super::noise::rounding;
 use super::leak::{CHUNK, bent};
 use super::{BESIDE, DRIFT, Hunt};
@@ -218,7 +218,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         }
         // The floor is that of six blocks of eight or more.
         const FREEDOM: f32 = 80.0;
-        self.blocks.compare(stale, self.options.threshold.beside(FREEDOM, Less::SOME));
+        self.blocks.compare(stale, self.options.threshold.beside(FREEDOM, Relaxation::SOME));
         let &Block { bin, floor, .. } = self.blocks.highest()?;
         Some(Candidate { bin: self.summit(bin), floor })
     }

@@ -26,17 +26,17 @@ mod report;
 mod rest;
 
 use super::evidence::Evidence;
-use super::judge::Judgement;
+use super::judge::FitTest;
 use super::measure::Options;
-use super::noise::ring::Beside;
-use super::phasor::Phasor;
+use super::noise::ring::LocalNoise;
+use super::phasor::ToneWithPhase;
 use crate::acquire::sample::{Record, Stamp};
 use crate::list::{first, remove};
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::peak::{Band, apart};
-use crate::tone::fit::Course;
+use crate::tone::fit::FitStart;
 use crate::tone::{Reasons, Tone, Verdict};
 use floor::{Blocks, Candidate};
 use heapless::Vec;
@@ -98,7 +98,7 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     leaks: Vec<Leak, { 2 * ROOM }>,
     blocks: Blocks,
     /// What each line is, when all are found.
-    judged: Vec<(Beside, Judgement), ROOM>,
+    judged: Vec<(LocalNoise, FitTest), ROOM>,
 }
 
 /// The tones of a record with their phases, the strongest first: `most` of them, at most [`MOST`].
@@ -113,7 +113,7 @@ pub fn lines<R: Record, const N: usize>(
     stamp: &Stamp,
     options: &Options,
     most: usize,
-) -> Vec<Phasor, MOST> {
+) -> Vec<ToneWithPhase, MOST> {
     let alone = || first(phase_of(spectrum, tone, options).into_iter());
     if most <= 1 && tone.verdict == Verdict::Good {
         return alone();
@@ -129,7 +129,7 @@ pub fn lines<R: Record, const N: usize>(
     }
     let mut phasors = hunt.phasors(stamp);
     as_measured::<N>(&mut phasors, tone);
-    for Phasor { tone, .. } in &mut phasors {
+    for ToneWithPhase { tone, .. } in &mut phasors {
         let outside = tone.is_outside::<N>(band);
         tone.conclude(&Evidence { outside, ..Evidence::of(tone.said()) });
     }
@@ -139,8 +139,8 @@ pub fn lines<R: Record, const N: usize>(
 
 /// Says of the measured tone what is known against it. The only tone is known better by what measured it, and so is one of
 /// several whose line looks worse less the others. Else what the others did to it is gone, and nothing else.
-fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
-    let is_measured = |phasor: &&mut Phasor| {
+fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
+    let is_measured = |phasor: &&mut ToneWithPhase| {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
     let only = phasors.len() == 1;
@@ -157,7 +157,7 @@ fn as_measured<const N: usize>(phasors: &mut [Phasor], tone: &Tone) {
 }
 
 /// Orders tones by their amplitude.
-fn strongest_first(phasors: &mut [Phasor]) {
+fn strongest_first(phasors: &mut [ToneWithPhase]) {
     // By insertion: there are four.
     for end in 1..phasors.len() {
         for place in (1..=end).rev() {
@@ -178,7 +178,7 @@ pub(super) fn every_line<R: Record, const N: usize>(
     clipped: u32,
     stamp: &Stamp,
     options: &Options,
-) -> Vec<Phasor, ROOM> {
+) -> Vec<ToneWithPhase, ROOM> {
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let mut hunt = Hunt::new(spectrum, clipped, stamp, options);
     if !hunt.start(tone, band) {
@@ -223,14 +223,14 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         // A peak at DC is no tone that could be fitted, but there may be others.
         let noise = noise_power::<R, N>(tone) * N as f32;
         let mark = Mark { own: true, due: false, noise, reach: LEAKS };
-        if self.add(peak, Course::From(offset, 1), mark) {
+        if self.add(peak, FitStart::From(offset, 1), mark) {
             self.leak();
         }
         true
     }
 
     /// The tones as they are now.
-    fn phasors<const COUNT: usize>(&mut self, stamp: &Stamp) -> Vec<Phasor, COUNT> {
+    fn phasors<const COUNT: usize>(&mut self, stamp: &Stamp) -> Vec<ToneWithPhase, COUNT> {
         if self.judged.is_empty() {
             self.judge_all();
         }
@@ -256,7 +256,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             // Half the second differences of white noise have 3/2 of a bin's power.
             let reach = Leak::reach(self.power(bin), floor);
             let mark = Mark { own: true, due: false, noise: floor / 1.5, reach };
-            if !self.add(bin, Course::Usual, mark) {
+            if !self.add(bin, FitStart::Usual, mark) {
                 self.hide(bin, BESIDE);
                 continue;
             }

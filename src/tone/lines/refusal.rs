@@ -1,9 +1,9 @@
 //! Which lines are no targets of their own.
 
-use super::super::detection::Less;
+use super::super::detection::Relaxation;
 use super::super::detector::Spread;
 use super::super::judge::Line;
-use super::super::noise::ring::Beside;
+use super::super::noise::ring::LocalNoise;
 use super::rest::Found;
 use super::{Hunt, apart};
 use crate::acquire::sample::Record;
@@ -103,12 +103,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     }
 
     /// Whether a line exceeds the noise of the louder side beside it.
-    pub(super) fn stands_out(&self, found: &Found, beside: &Beside) -> bool {
+    pub(super) fn stands_out(&self, found: &Found, beside: &LocalNoise) -> bool {
         // A hump of noise is wider than a line.
         let least = Spread::of(&found.fit, found.peak, N, R::IQ).least;
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
-        self.options.threshold.detects_beside(ratio, beside.noise.freedom, Less::NOTHING)
+        self.options.threshold.detects_beside(ratio, beside.noise.freedom, Relaxation::NOTHING)
     }
 
     /// Whether a front end makes one line of a stronger one.

@@ -1,10 +1,10 @@
 //! From a line to a tone with sigma, phase and verdict.
 
-use super::super::judge::{Judgement, Line, from_end, judge};
+use super::super::judge::{FitTest, Line, from_end, judge};
 use super::super::measure::{Options, Seen};
-use super::super::noise::ring::{self, Beside};
+use super::super::noise::ring::{self, LocalNoise};
 use super::super::noise::whole;
-use super::super::phasor::{Phasor, phase};
+use super::super::phasor::{ToneWithPhase, phase};
 use super::fit::Window;
 use super::rest::Found;
 use super::{Hunt, IMAGE, apart};
@@ -15,7 +15,7 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::{Neighbourhood, Places, has_ring};
 use crate::tone::Tone;
 use crate::tone::arithmetic::Arithmetic;
-use crate::tone::fit::{Course, Model, Reach, fit_around, fit_near};
+use crate::tone::fit::{FitStart, Model, Reach, fit_around, fit_near};
 use crate::tone::sigma::{sigma_bins, widened};
 use heapless::Vec;
 
@@ -40,17 +40,17 @@ pub(super) fn phase_of<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
     options: &Options,
-) -> Option<Phasor> {
+) -> Option<ToneWithPhase> {
     let (peak, offset) = place::<R, N>(tone)?;
     // The frequency hardly turns the phase in the middle.
     let steps = u32::from(!options.method.is_least_squares());
     let mut places = Places::new();
     let (near, course) =
-        (Neighbourhood::read(spectrum, peak, &mut places), Course::From(offset, steps));
+        (Neighbourhood::read(spectrum, peak, &mut places), FitStart::From(offset, steps));
     let fit = fit_near::<R, N>(&near, Arithmetic::Float, options.reach, course)?;
     let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::freedom(N, R::IQ));
     let [phase, sigma_phase] = phase::<R>(&fit, peak, N, options.reach, noise);
-    Some(Phasor { tone: *tone, phase, sigma_phase })
+    Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
 }
 
 /// A tone with no other within so many bins has eight bins on each side for itself.
@@ -58,7 +58,7 @@ const ALONE: i32 = 8;
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a line, less what the others leave there.
-    pub(super) fn beside(&self, found: &Found) -> Beside {
+    pub(super) fn beside(&self, found: &Found) -> LocalNoise {
         if !has_ring(N, R::IQ) {
             let freedom = whole::freedom(N, R::IQ) as f32;
             return ring::of_power(self.rest.noise(), freedom);
@@ -102,7 +102,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     }
 
     /// One tone as fitted to all its bins less the others, and what it is.
-    pub(super) fn judged(&self, index: usize) -> Option<(Found, Beside, Judgement)> {
+    pub(super) fn judged(&self, index: usize) -> Option<(Found, LocalNoise, FitTest)> {
         let &Found { peak, fit: old, .. } = self.rest.found.get(index)?;
         let mut window = Window::new();
         let reach = self.reach(peak);
@@ -110,7 +110,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let fitted = |reach: Reach| {
             let outer = (bins.len() / 2).checked_sub(reach.bins())?;
             let bins = bins.get(outer..bins.len() - outer)?;
-            let fit = fit_around::<R, N>(bins, peak, Course::From(old.offset, 1))?;
+            let fit = fit_around::<R, N>(bins, peak, FitStart::From(old.offset, 1))?;
             Some(Found { peak, fit, model: Model::new(&fit, peak, N as i32) })
         };
         let mut found = fitted(reach)?;
@@ -130,11 +130,11 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         Some((found, beside, judgement))
     }
 
-    pub(super) fn phasor(&self, index: usize, stamp: &Stamp) -> Option<Phasor> {
+    pub(super) fn phasor(&self, index: usize, stamp: &Stamp) -> Option<ToneWithPhase> {
         self.marks.get(index).filter(|mark| mark.own)?;
         let found = *self.rest.found.get(index)?;
-        let &(beside, Judgement { line, widening }) = self.judged.get(index)?;
-        let near = beside.noise.power * widening;
+        let &(beside, FitTest { line, variance_inflation }) = self.judged.get(index)?;
+        let near = beside.noise.power * variance_inflation;
         // What is only suspicious widens the frequency's sigma alone.
         let turned = if line == Line::Steady { beside.noise.power } else { near };
         // The mean of one over an estimated power is larger than one over its mean.
@@ -158,7 +158,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         tone.conclude(&evidence);
         let [phase, sigma_phase] =
             phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);
-        Some(Phasor { tone, phase, sigma_phase })
+        Some(ToneWithPhase { tone, phase, sigma_phase })
     }
 
     /// Whether another tone is at minus this one's frequency, and stronger than a front end should make it.

@@ -41,7 +41,7 @@ use core::ops::Range;
 
 /// The noise beside a tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beside {
+pub struct LocalNoise {
     /// The noise at the tone.
     pub noise: Noise,
     /// The power on the louder side, which a peak must exceed.
@@ -101,7 +101,7 @@ pub fn beside<R: Record, const N: usize>(
     near: &Neighbourhood,
     fit: &Fit<f32>,
     arithmetic: Arithmetic,
-) -> Beside {
+) -> LocalNoise {
     let (n, iq) = (N, R::IQ);
     if !const { has_ring(N, R::IQ) } {
         let power = match arithmetic {
@@ -121,7 +121,7 @@ pub(crate) fn beside_others(
     near: &Neighbourhood,
     fit: &Fit<f32>,
     less_others: impl Fn(i32, &mut Stretch),
-) -> Beside {
+) -> LocalNoise {
     let own = Own::new(near.iq, near.peak, near.n, fit, near.exponent);
     let sides = sides(near)
         .map(|(bins, first)| powers(bins, first, |bins, k| own.power(bins, k, &less_others)));
@@ -136,15 +136,15 @@ fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
 }
 
 /// The same from a power per sample that an average of `freedom` real numbers gave.
-pub(crate) fn of_power(power: f32, freedom: f32) -> Beside {
+pub(crate) fn of_power(power: f32, freedom: f32) -> LocalNoise {
     let noise = Noise { power, freedom };
-    Beside { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
+    LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
 /// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
 /// X[k+1]) / 2 - X[k]|^2` for a record of `n` samples. The noise is at least the smallest normal
 /// float.
-pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Beside {
+pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> LocalNoise {
     let [left, right] = groups(n, iq, peak);
     let side = |towards: i32, count: usize| {
         let mut side = Side::default();
@@ -166,9 +166,9 @@ pub fn loud<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     at: &Neighbourhood,
     fit: &Fit<f32>,
-    beside: &Beside,
+    beside: &LocalNoise,
     arithmetic: Arithmetic,
-) -> Option<Beside> {
+) -> Option<LocalNoise> {
     if !has_ring(N, R::IQ) {
         return None;
     }
@@ -188,7 +188,7 @@ pub fn loud<R: Record, const N: usize>(
     // A side that is quieter by more than chance is of another noise, and makes the louder one no more accurate.
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
     let freedom = if apart { louder.1 } else { louder.1 + quieter.1 };
-    (freedom > 0.0).then_some(Beside {
+    (freedom > 0.0).then_some(LocalNoise {
         noise: Noise { power, freedom },
         loud: power,
         range: [power; 2],
@@ -225,7 +225,7 @@ fn least(near: &Neighbourhood) -> f32 {
 /// line and change little from bin to bin: second differences are blind to them, and the ring shows less than half of
 /// what is rounded away. What it lacks of that half moves the offset as far as errors of `1/i` in bin `i` do that add up,
 /// not those that are independent.
-pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &Beside) -> f32 {
+pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 {
     /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
     const ALIKE: f32 = {
         let (mut sum, mut squares, mut i) = (0.0, 0.0, 1);
@@ -248,7 +248,7 @@ pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &Beside) -> f32 {
 /// slope is less steep.
 const EDGE: f32 = 8.0;
 
-impl Beside {
+impl LocalNoise {
     /// Whether the noise is that of a ring.
     pub(crate) fn has_sides(&self) -> bool {
         self.sides.iter().any(|side| side.count > 0)
@@ -287,7 +287,7 @@ impl Beside {
 
 /// The noise from both sides.
 #[inline]
-fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
         return of_whole_sides(sides, scale, least);
     }
@@ -309,12 +309,12 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
         (middle, variance, loud, [left.0.min(right.0), loud])
     };
     let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
-    Beside { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
+    LocalNoise { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
 }
 
 /// The same, of four stretches on each side.
 #[inline]
-fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
+fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     /// Of the mean of both sides: the share of white noise's power, and half the relative variance.
     const SHARE: f32 = KEPT[WANTED].0;
     const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
@@ -323,7 +323,7 @@ fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> Beside {
     let (quiet, loud) = if left < right { (left, right) } else { (right, left) };
     let power = (left * right).root() * const { 1.0 + 0.75 * VARIANCE };
     let noise = Noise { power: power.max(least), freedom: const { 2.0 / VARIANCE } };
-    Beside { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
+    LocalNoise { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
 }
 
 /// The powers of the stretches on one side.

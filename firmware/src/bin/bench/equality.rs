@@ -10,7 +10,7 @@ use picket_dsp::acquire::sample::{Record, Statistics};
 use picket_dsp::spectrum::Spectrum;
 use picket_dsp::spectrum::engine::Engine;
 use picket_dsp::spectrum::peak::{Band, find, find_portably};
-use picket_dsp::tone::clipped::Unclipped;
+use picket_dsp::tone::clipped::CensoredFit;
 use picket_dsp::tone::frequency::Frequency;
 use picket_firmware::mps2::{Uart, figure};
 
@@ -69,9 +69,10 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let steps = self.compared.wrapping_mul(0x9E37_79B9) >> if R::IQ { 0 } else { 1 };
         let frequency = Frequency(I0F32::from_bits(steps as i32));
         let tone = Complex::new(700.0, -300.0);
-        let bits = |free: Unclipped| [free.noise, free.offset, free.information].map(f32::to_bits);
-        let kernel = Unclipped::of::<R>(samples, codes, frequency, tone);
-        kernel.map(bits) == Unclipped::of_portably::<R>(samples, codes, frequency, tone).map(bits)
+        let bits =
+            |free: CensoredFit| [free.noise, free.offset, free.information].map(f32::to_bits);
+        let kernel = CensoredFit::of::<R>(samples, codes, frequency, tone);
+        kernel.map(bits) == CensoredFit::of_portably::<R>(samples, codes, frequency, tone).map(bits)
     }
 
     /// Some part of a band, another one at each block.

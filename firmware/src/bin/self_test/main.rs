@@ -18,7 +18,7 @@ use cortex_m_rt::entry;
 use items::{Bench, ITEMS};
 use line::Line;
 use picket_firmware::board::Board;
-use picket_firmware::instrument::legacy::Legacy;
+use picket_firmware::instrument::handover::Handover;
 use picket_firmware::instrument::stack::Stack;
 use picket_firmware::nucleo_f446re::Nucleo;
 use picket_wire::boot::LastEnd;
@@ -29,7 +29,7 @@ picket_firmware::nucleo_vectors!();
 
 #[entry]
 fn main() -> ! {
-    let Legacy { last, .. } = Legacy::take();
+    let Handover { last, .. } = Handover::take();
     let causes = Nucleo::causes();
     // Power and the button begin the list, a reset by program or watchdog goes on with it.
     let goes_on = matches!(causes.message(), "software" | "watchdog");
@@ -146,5 +146,5 @@ fn next(mut bench: Bench) -> ! {
     };
     state.save();
     bench.board.flush();
-    Legacy::default().leave()
+    Handover::default().leave()
 }

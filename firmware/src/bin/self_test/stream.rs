@@ -50,7 +50,7 @@ pub fn stream(
     let board = &mut bench.board;
     let (plan, words) = board.plan(settings).ok()?;
     let EitherPlan::Real(terms) = plan.plan else { return None };
-    pipeline.adopt(terms);
+    pipeline.set_plan(terms);
     let rate_hz = plan.settings.config.rate_hz;
     let ticks_hz = f64::from(board.ticks_hz());
     let block_ticks = (f64::from(plan.length) / rate_hz * ticks_hz) as u32;

@@ -7,7 +7,7 @@ use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::tone::fit::rest::Rest;
-use crate::tone::fit::{Course, Fit, first_two, iq};
+use crate::tone::fit::{Fit, FitStart, first_two, iq};
 use core::f64::consts::PI;
 use heapless::Vec;
 use num_complex::Complex;
@@ -56,7 +56,7 @@ pub(super) fn fit(
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let unit = f32::two_to(exponent);
     let &[re, im] = bins.get(bins.len() / 2)?;
@@ -69,7 +69,7 @@ pub(super) fn fit(
     let unit = exponent + ROOM as i32;
     let (near, sides) = (Vec::new(), Sides { scale, unit, sides: Vec::new() });
     let mut problem = iq::Problem { e, centre, near, sides };
-    let further = matches!(course, Course::Further(..));
+    let further = matches!(course, FitStart::Further(..));
     let float = |[re, im]: Point| Complex::new(re as f32, im as f32);
     for (distance, i) in table.iter().zip(1..=(bins.len() / 2) as i32) {
         for sign in [-1, 1] {

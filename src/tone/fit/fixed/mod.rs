@@ -15,7 +15,7 @@ mod real;
 pub(crate) mod scaled;
 mod tail;
 
-use super::{Course, Fit};
+use super::{Fit, FitStart};
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::fft::integer::Point;
@@ -33,7 +33,7 @@ pub(super) fn fit_points<R: Record, const N: usize>(
     bins: &[Point],
     peak: i32,
     exponent: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     if R::IQ {
         iq::fit(N as i32, peak, bins, const { &iq::distances::<N>() }, exponent, course)

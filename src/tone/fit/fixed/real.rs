@@ -10,7 +10,7 @@ use crate::spectrum::bins::REACH;
 use crate::spectrum::fft::integer::Point;
 use crate::spectrum::fft::twiddle::sin_cos;
 use crate::tone::fit::{
-    Course, EDGE_LIMIT, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
+    EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, STEP_LIMIT,
 };
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use core::ops::RangeInclusive;
@@ -91,7 +91,7 @@ pub(super) fn fit(
     bins: &[Point],
     table: &[Distance; REACH],
     exponent: i32,
-    course: Course<f32>,
+    course: FitStart<f32>,
 ) -> Option<Fit<f32>> {
     let last = n / 2 - 1;
     let place = Peak::new(n, peak, bins)?;
@@ -202,13 +202,13 @@ impl Peak {
         last: i32,
         sides: &mut [Side],
         unit: i32,
-        course: Course<f32>,
+        course: FitStart<f32>,
     ) -> Fit<f32> {
         let (start, steps, settled) = match course {
-            Course::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
-            Course::Usual => (self.start(sides), 2, SETTLED),
-            Course::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
-            Course::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
+            FitStart::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
+            FitStart::Usual => (self.start(sides), 2, SETTLED),
+            FitStart::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
+            FitStart::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
         };
         let (low, high) = Self::limits(peak, last);
         let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));

@@ -35,7 +35,7 @@ pub(super) use normal::Products;
 
 use super::rest::{self, Rest, SCALES};
 use super::{
-    Course, Distance, EDGE_LIMIT, ENDED, Fit, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, limit,
+    Distance, EDGE_LIMIT, ENDED, Fit, FitStart, OFFSET_LIMIT, Pace, SETTLED, START_LIMIT, limit,
 };
 use crate::math::scalar::{Scalar, inverses};
 use crate::math::series::{circle, cosine, line_shape, sinc};
@@ -71,7 +71,7 @@ pub(super) fn fit<T: Scalar>(
     peak: i32,
     centre: Complex<T>,
     beside: impl Iterator<Item = Both<T>>,
-    course: Course<T>,
+    course: FitStart<T>,
 ) -> Option<Fit<T>> {
     if !Problem::has_tone(n, peak, centre) {
         return None;
@@ -107,13 +107,13 @@ impl<T: Scalar> Problem<T> {
 
     /// Gauss-Newton steps.
     #[inline(always)]
-    fn fit(&self, course: Course<T>) -> Fit<T> {
+    fn fit(&self, course: FitStart<T>) -> Fit<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
         let (start, steps, settled) = match course {
-            Course::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
-            Course::From(start, steps) => (start, steps, T::zero()),
-            Course::Further(start, steps) => (start, steps, T::of(ENDED)),
+            FitStart::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
+            FitStart::From(start, steps) => (start, steps, T::zero()),
+            FitStart::Further(start, steps) => (start, steps, T::of(ENDED)),
         };
         let (low, high) = problem.limits();
         let mut pace = Pace::new(&course);

@@ -9,7 +9,7 @@ use picket_wire::boot::{Causes, LastEnd};
 
 /// What one program hands to the next.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Legacy {
+pub struct Handover {
     /// How the last program ended.
     pub last: LastEnd,
     /// Settings that the last program received through the serial port, for the next one to use.
@@ -44,7 +44,7 @@ pub fn lives(crashes: Crashes, seconds: u32) {
     }
 }
 
-impl Legacy {
+impl Handover {
     /// Takes what the last program left; nothing after power-on.
     pub fn take() -> Self {
         let words = RETAINED.words();
@@ -58,7 +58,7 @@ impl Legacy {
             return Self::default();
         }
         let settings = settings.first_chunk().filter(|_| some != 0).copied();
-        Legacy { last: LastEnd { kind, pc, more: [a, b] }, settings, saves }
+        Handover { last: LastEnd { kind, pc, more: [a, b] }, settings, saves }
     }
 
     /// Leaves this to the next program, and starts it by a reset.

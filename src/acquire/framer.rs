@@ -12,12 +12,12 @@ use super::sample::{Record, Segment, Stamp};
 /// Chunks in, records out. Its memory is a record of `N` samples.
 ///
 /// ```
-/// use picket_dsp::{Assembler, Format, Real};
+/// use picket_dsp::{Framer, Format, Real};
 ///
-/// let mut assembler = Assembler::<Real, 64>::new(Format::unsigned::<12>());
+/// let mut framer = Framer::<Real, 64>::new(Format::unsigned::<12>());
 /// let mut records = 0;
 /// for chunk in [0u16; 1000].chunks(77) {
-///     assembler.push(chunk, |stamp, samples: &[i16; 64]| {
+///     framer.push(chunk, |stamp, samples: &[i16; 64]| {
 ///         assert_eq!(stamp.sequence, records);
 ///         assert_eq!(stamp.clock, 64 * u64::from(records));
 ///         records += 1;
@@ -29,7 +29,7 @@ use super::sample::{Record, Segment, Stamp};
 /// A record starts at a multiple of the hop on the sample clock, also after a gap. So the segments
 /// of a chirp keep their order across a loss, if the loss is stated exactly.
 #[derive(Clone, Debug)]
-pub struct Assembler<R: Record, const N: usize> {
+pub struct Framer<R: Record, const N: usize> {
     format: Format,
     /// The hop, and the segments of a chirp.
     timing: Timing,
@@ -47,8 +47,8 @@ pub struct Assembler<R: Record, const N: usize> {
     gap: bool,
 }
 
-impl<R: Record, const N: usize> Assembler<R, N> {
-    /// An assembler of records that follow each other without a pause, of words in this format.
+impl<R: Record, const N: usize> Framer<R, N> {
+    /// An framer of records that follow each other without a pause, of words in this format.
     pub fn new(format: Format) -> Self {
         Self {
             format,
@@ -99,8 +99,8 @@ impl<R: Record, const N: usize> Assembler<R, N> {
         }
     }
 
-    /// As [`Assembler::push`], for a chunk whose first sample has the number `clock`, counted by a
-    /// timer or a driver. Missing samples before it count as [`Assembler::lost`]. Samples that were
+    /// As [`Framer::push`], for a chunk whose first sample has the number `clock`, counted by a
+    /// timer or a driver. Missing samples before it count as [`Framer::lost`]. Samples that were
     /// already taken are skipped.
     pub fn push_at<W: Word>(
         &mut self,
@@ -174,14 +174,10 @@ mod tests {
     }
 
     /// Stamps and first samples of the records that chunks of this length make.
-    fn records(
-        assembler: &mut Assembler<Real, N>,
-        stream: &[i16],
-        chunk: usize,
-    ) -> Vec<(Stamp, i16)> {
+    fn records(framer: &mut Framer<Real, N>, stream: &[i16], chunk: usize) -> Vec<(Stamp, i16)> {
         let mut seen = Vec::new();
         for chunk in stream.chunks(chunk) {
-            assembler.push(chunk, |stamp, samples| {
+            framer.push(chunk, |stamp, samples| {
                 let follow = samples.windows(2).all(|pair| pair[1] == pair[0] + 1);
                 assert!(follow, "a record mixes what does not belong together");
                 seen.push((*stamp, samples[0]));
@@ -193,7 +189,7 @@ mod tests {
     #[test]
     fn chunks_of_any_length_make_the_same_records() {
         for hop in [1, 17, 63, 64, 65, 200] {
-            let new = || Assembler::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
+            let new = || Framer::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
             let whole = records(&mut new(), &stream(2000), 2000);
             assert_eq!(whole.len(), (2000 - N) / hop as usize + 1, "hop {hop}");
             for (number, (stamp, first)) in whole.iter().enumerate() {
@@ -212,7 +208,7 @@ mod tests {
     fn no_record_crosses_a_gap_and_every_stamp_stays_right() {
         for hop in [32, 64, 100] {
             for (before, missing) in [(10, 1), (64, 64), (100, 37), (130, 1000), (0, 5)] {
-                let new = || Assembler::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
+                let new = || Framer::<Real, N>::new(Format::signed::<16>()).with_hop(hop);
                 let all = stream(3000);
                 let mut told = new();
                 let mut seen = records(&mut told, &all[..before], 7);
@@ -243,10 +239,10 @@ mod tests {
     fn pairs_are_kept_together_over_chunks_and_gaps() {
         let words: Vec<i16> = (0..1000).collect();
         for chunk in [1, 3, 7, 128] {
-            let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
+            let mut framer = Framer::<Iq, N>::new(Format::signed::<16>());
             let mut seen = 0;
             for chunk in words.chunks(chunk) {
-                assembler.push(chunk, |stamp, samples| {
+                framer.push(chunk, |stamp, samples| {
                     assert_eq!(samples[0], [stamp.clock as i16 * 2, stamp.clock as i16 * 2 + 1]);
                     seen += 1;
                 });
@@ -254,11 +250,11 @@ mod tests {
             assert_eq!(seen, 500 / N);
         }
         // The gap also drops the first word of a pair.
-        let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
-        assembler.push(&words[..21], |_, _| panic!("too short"));
-        assembler.lost(2);
+        let mut framer = Framer::<Iq, N>::new(Format::signed::<16>());
+        framer.push(&words[..21], |_, _| panic!("too short"));
+        framer.lost(2);
         let mut first = None;
-        assembler.push(&words[24..], |stamp, samples| {
+        framer.push(&words[24..], |stamp, samples| {
             first.get_or_insert((stamp.clock, samples[0]));
         });
         assert_eq!(first, Some((64, [128, 129])));
@@ -269,13 +265,13 @@ mod tests {
     fn half_a_pair_does_not_exchange_the_parts_of_those_after_it() {
         let words: Vec<i16> = (0..4 * N as i16).collect();
         for (cut, clock) in [(21, 10), (21, 12), (21, 7), (20, 10)] {
-            let mut assembler = Assembler::<Iq, N>::new(Format::signed::<16>());
+            let mut framer = Framer::<Iq, N>::new(Format::signed::<16>());
             let mut each = |_: &Stamp, samples: &[[i16; 2]; N]| {
                 assert!(samples.iter().all(|[i, q]| i % 2 == 0 && *q == i + 1), "{samples:?}");
             };
-            assembler.push(&words[..cut], &mut each);
-            assembler.push_at(clock, &words[2 * clock as usize..], &mut each);
-            assert_eq!(assembler.clock, 2 * N as u64);
+            framer.push(&words[..cut], &mut each);
+            framer.push_at(clock, &words[2 * clock as usize..], &mut each);
+            assert_eq!(framer.clock, 2 * N as u64);
         }
     }
 
@@ -283,10 +279,10 @@ mod tests {
     fn segments_keep_their_order_over_a_loss() {
         const TRAPEZOID: &[Segment] = &[Segment::Up, Segment::Flat, Segment::Down];
         let format = Format::signed::<16>();
-        let mut assembler = Assembler::<Real, N>::new(format).with_hop(80).with_segments(TRAPEZOID);
-        let mut seen = records(&mut assembler, &stream(200), 50);
-        assembler.lost(300);
-        seen.extend(records(&mut assembler, &stream(1000)[500..], 50));
+        let mut framer = Framer::<Real, N>::new(format).with_hop(80).with_segments(TRAPEZOID);
+        let mut seen = records(&mut framer, &stream(200), 50);
+        framer.lost(300);
+        seen.extend(records(&mut framer, &stream(1000)[500..], 50));
         for (stamp, _) in &seen {
             assert_eq!(stamp.segment, TRAPEZOID[stamp.clock as usize / 80 % 3]);
         }
