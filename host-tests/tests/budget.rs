@@ -281,18 +281,30 @@ fn the_budget_is_kept_in_a_band() {
     for (&width, &[real, iq]) in &budgets.band {
         // The tone is at bin 101.
         let bins = 90..=89 + width;
-        let spent = bench::search::<Real>(core, &image, 1024, bins.clone()).unwrap();
+        let spent = bench::in_band::<Real>(core, &image, 1024, bins.clone(), "peak").unwrap();
         excess.check(&format!("{width} bins of N = 1024, search, instructions"), spent, real);
-        let spent = bench::search::<Iq>(core, &image, 1024, bins).unwrap();
+        let spent = bench::in_band::<Iq>(core, &image, 1024, bins, "peak").unwrap();
         excess.check(&format!("{width} bins of N = 1024, I/Q, search, instructions"), spent, iq);
     }
     for n in bench::LENGTHS {
-        let last = n as u32 / 2 - 1;
-        let whole = bench::search::<Real>(core, &image, n, 1..=last).unwrap();
-        let band = bench::search::<Real>(core, &image, n, 2..=last).unwrap();
-        println!("N = {n}: {whole} instructions for all bins, {band} without the lowest");
-        // One bin is split by itself.
-        assert!(band < whole + 150, "N = {n}: {band}, {whole}");
+        let n_bins = n as u32;
+        let last = n_bins / 2 - 1;
+        let count = |bins, stage| bench::in_band::<Real>(core, &image, n, bins, stage).unwrap();
+        let [whole, all] = ["peak", "measurement"].map(|stage| count(1..=last, stage));
+        println!("N = {n}: {whole} instructions for all bins, {all} for the measurement");
+        for (name, bins) in [
+            ("without the lowest", 2..=last),
+            ("the lower half", 1..=n_bins / 4 - 1),
+            ("a sixteenth", n_bins / 16..=n_bins / 8 - 1),
+        ] {
+            let [search, measurement] =
+                ["peak", "measurement"].map(|stage| count(bins.clone(), stage));
+            println!("N = {n}: {search}, {measurement} for {name}");
+            // One bin is split by itself.
+            if name == "without the lowest" {
+                assert!(search < whole + 150, "N = {n}: {search}, {whole}");
+            }
+        }
     }
     assert!(excess.0.is_empty(), "over the budget: {:#?}", excess.0);
 }

@@ -1,7 +1,8 @@
 //! CMSIS-DSP beside ours: what is quoted of it is what its own sources give, and what the documents state.
 
 use host_tests::figures::Document;
-use picket_host::bench::{CORES, Core, LENGTHS, Row, cmsis, quoted};
+use host_tests::sized;
+use picket_host::bench::{CORES, Core, LENGTHS, Row, cmsis, precision, quoted};
 use std::path::Path;
 
 /// The cores that it is counted on.
@@ -91,6 +92,48 @@ fn the_documents_state_it() {
                 "CMSIS-DSP takes # for its 16-bit FFT, magnitudes and peak alone.",
                 &figures("cmsis-q15", "fft_peak", cycles)[1..2],
             );
+        }
+    }
+}
+
+/// Cycles and errors of the page's table and of its picture: two lengths, or all with `PICKET_LONG=1`.
+#[test]
+fn cycles_and_errors_are_those_of_the_page() {
+    let page = Document::performance();
+    let core = CORES.iter().find(|core| core.name == "M4F").unwrap();
+    let svg = include_str!("../../docs/cycles-error.svg");
+    let drawn = svg.split_once("<metadata>").and_then(|(_, rest)| rest.split_once("</metadata>"));
+    let drawn = drawn.unwrap().0.replace("&quot;", "\"");
+    let drawn: serde_json::Value = serde_json::from_str(&drawn).unwrap();
+    for n in LENGTHS.into_iter().filter(|n| sized(u64::from([256, 1024].contains(n)), 1) > 0) {
+        let (points, missing) =
+            precision::points(core, n).unwrap_or_else(|error| panic!("{error}"));
+        let place = LENGTHS.iter().position(|&length| length == n).unwrap();
+        // On a steady tone each effort takes the same.
+        let [look, one, ..] = &points[..] else { panic!("{points:?}") };
+        assert_eq!((look.cycles, look.errors), (one.cycles, one.errors));
+        let mut row = format!("| {n} |");
+        for (number, point) in points.iter().skip(1).enumerate() {
+            row += " #; #, # |";
+            let figures: Vec<f64> = points[1..=1 + number]
+                .iter()
+                .flat_map(|point| [point.cycles as f64, point.errors[0], point.errors[1]])
+                .collect();
+            page.assert_states(&row, &figures);
+            let label = if point.program.starts_with("picket") {
+                "picket look/one"
+            } else {
+                &point.program
+            };
+            for (error, snr_db) in point.errors.iter().zip(precision::SNR_DB) {
+                let at = &drawn[format!("{label}, {snr_db} dB")][place];
+                let [x, y] = [0, 1].map(|which| at[which].as_f64().unwrap());
+                assert!((x * 1e3 / point.cycles as f64 - 1.0).abs() < 0.02, "{point:?}: {at}");
+                assert!((y / error - 1.0).abs() < 0.02, "{point:?}: {at}");
+            }
+        }
+        if let Some(error) = missing {
+            println!("skipped: {error}");
         }
     }
 }

@@ -1,10 +1,9 @@
-/* CMSIS-DSP's transform of a real record, counted as the images of Picket count theirs: once alone, and once with the squared
-   magnitudes of all bins and their largest. Built for one ENGINE (Q15, Q31 or F32) and one length N. The records lie HEADER bytes
-   into capture.bin; the spectra go to results.bin, the counts to the log. */
+/* CMSIS-DSP's transform of a real record, counted as the images of Picket count theirs: once alone, once with the squared
+   magnitudes of all bins and their largest, and once with Jacobsen's interpolation, too. Built for one ENGINE (Q15, Q31 or F32) and one
+   length N. The records lie HEADER bytes into capture.bin; the spectra go to results.bin, each with its largest bin and the offset from
+   that behind it, and the counts to the log. */
 
 #include "arm_math.h"
-
-#define RECORDS 2
 
 #define PASTE(a, b, c) a##b##c
 #define NAME(a, b, c) PASTE(a, b, c)
@@ -36,7 +35,7 @@ static arm_rfft_fast_instance_f32 instance;
 static int16_t codes[N];
 static Number input[N], output[2 * N], most;
 static uint32_t place;
-static float32_t spectrum[N];
+static float32_t spectrum[N + 2];
 
 /* Arm's semihosting. */
 enum { OPEN = 1, WRITE0 = 4, WRITE = 5, READ = 6, EXIT = 0x18 };
@@ -53,9 +52,10 @@ static intptr_t opened(const char *name, intptr_t mode) {
   return host(OPEN, arguments);
 }
 
-static void moved(intptr_t operation, intptr_t file, void *bytes, intptr_t count) {
+/* Whether all of them were. */
+static int moved(intptr_t operation, intptr_t file, void *bytes, intptr_t count) {
   const intptr_t arguments[] = {file, (intptr_t)bytes, count};
-  host(operation, arguments);
+  return host(operation, arguments) == 0;
 }
 
 /* SysTick counts down at the core's clock, so instructions, which drive the emulated time. */
@@ -84,6 +84,20 @@ static void say(const char *name, uint32_t figure) {
   host(WRITE0, at);
 }
 
+/* How many bins the tone is above the largest (E. Jacobsen and P. Kootsookos, "Fast, Accurate Frequency Estimators", IEEE Signal
+   Processing Magazine 24(3), 2007). */
+static float32_t offset(void) {
+  if (place < 1 || place + 1 >= N / 2) return 0;
+  const Number *here = output + 2 * place;
+  float32_t below[2], bend[2];
+  for (int part = 0; part < 2; part++) {
+    float32_t low = here[part - 2], middle = here[part], high = here[part + 2];
+    below[part] = low - high;
+    bend[part] = 2 * middle - low - high;
+  }
+  return (below[0] * bend[0] + below[1] * bend[1]) / (bend[0] * bend[0] + bend[1] * bend[1]);
+}
+
 static void fill(void) {
   for (int n = 0; n < N; n++) input[n] = NUMBER(codes[n]);
 }
@@ -106,12 +120,13 @@ int main(void) {
   char header[HEADER];
   moved(READ, capture, header, HEADER);
   START();
-  for (int record = 0; record < RECORDS; record++) {
-    moved(READ, capture, codes, sizeof codes);
+  while (moved(READ, capture, codes, sizeof codes)) {
     COUNT("fft", TRANSFORM());
     for (int n = 0; n < N; n++) spectrum[n] = (float32_t)output[n];
-    moved(WRITE, results, spectrum, sizeof spectrum);
     COUNT("fft_peak", (TRANSFORM(), PEAK()));
+    COUNT("frequency", (TRANSFORM(), PEAK(), spectrum[N + 1] = offset()));
+    spectrum[N] = place;
+    moved(WRITE, results, spectrum, sizeof spectrum);
   }
   host(EXIT, (const void *)0x20026);
 }

@@ -5,6 +5,7 @@ use crate::cli::print_line;
 use crate::emulator::{Footprint, RunError};
 use crate::end;
 use crate::pico;
+use crate::rates;
 use crate::toolchain::{ToolError, firmware_dir, io_error, on_path};
 use crate::watch::WatchError;
 use crate::watch::port::{Piece, Source};
@@ -98,6 +99,10 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         return listen(port, options.quick, image.program);
     }
     outln!("{image}");
+    // The other images take longer for a block, or hold what they are told.
+    if matches!(kind, Kind::Usual | Kind::BrownOut) {
+        rates::nucleo().iter().for_each(|rates| outln!("{rates}"));
+    }
     if !options.dry_run {
         write(&image)?;
         match kind {
@@ -122,6 +127,7 @@ fn to_pico(options: &Options) -> Result<ExitCode, FlashError> {
     }
     let image = pico::flash::build(options.usb)?;
     outln!("{image}");
+    rates::pico().iter().for_each(|rates| outln!("{rates}"));
     if !options.dry_run {
         let drive = pico::flash::write(&image)?;
         outln!("copied to {}: picket watch lists the ports", drive.display());

@@ -33,6 +33,7 @@ pub mod output;
 pub mod pico;
 pub mod progress;
 pub mod python;
+pub mod rates;
 pub mod recipe;
 pub mod reference;
 pub mod report;

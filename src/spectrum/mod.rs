@@ -167,11 +167,47 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         if !R::IQ && first >= 1 && end <= N as i32 / 2 {
             return E::window::<R, N>(self.points(), first as usize, places);
         }
+        if !R::IQ && self.fill_mirrored(first, places).is_some() {
+            // SAFETY: all of them were written.
+            return unsafe { places.assume_init_ref() };
+        }
         let bin = |index| {
             let Complex { re, im } = self.bin(first.wrapping_add(index));
             [re, im]
         };
         integer::filled(places, (0..).map(bin))
+    }
+
+    /// Writes the bins of a real record from `first` on to all places: those between DC and Nyquist in a row, and of those beyond the
+    /// mirrored ones as copies. `None` if none is between them.
+    #[inline(never)] // a window beside no end has a shorter way
+    fn fill_mirrored(&self, first: i32, places: &mut [MaybeUninit<Point>]) -> Option<()> {
+        let end = first.checked_add(i32::try_from(places.len()).ok()?)?;
+        let (from, to) = (first.max(1), end.min(const { N as i32 / 2 }));
+        let below = usize::try_from(from.checked_sub(first)?).ok()?;
+        let within = usize::try_from(to.checked_sub(from)?).ok().filter(|&within| within > 0)?;
+        let (lower, rest) = places.split_at_mut_checked(below)?;
+        let (row, upper) = rest.split_at_mut_checked(within)?;
+        let row = E::window::<R, N>(self.points(), from as usize, row);
+        if row.len() != within {
+            return None;
+        }
+        let (n, half) = (N as i32, N as i32 / 2);
+        let bin = |k: i32| {
+            let turn = k & (n - 1);
+            let mirrored = turn > half;
+            let place = if mirrored { n - turn } else { turn };
+            match row.get(place.wrapping_sub(from) as usize) {
+                Some(&[re, im]) => [re, if mirrored { im.wrapping_neg() } else { im }],
+                None => {
+                    let Complex { re, im } = self.bin(k);
+                    [re, im]
+                }
+            }
+        };
+        integer::filled(lower, (first..).map(bin));
+        integer::filled(upper, (to..).map(bin));
+        Some(())
     }
 
     /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out
@@ -220,4 +256,36 @@ impl<const N: usize> Spectrum<Real, N> {
 /// `|z|^2`; no `i32` parts overflow it.
 pub const fn power(z: Complex<i32>) -> u64 {
     products::power([z.re, z.im])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::println;
+
+    /// A window over an end of a real spectrum, or over both, holds what its bins are one by one.
+    fn compare<const N: usize>() {
+        let (mut spectrum, mut seed) = (Spectrum::<Real, N>::new(), N as u32);
+        let samples = core::array::from_fn(|_| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 20) as i16 - 2048
+        });
+        spectrum.transform(&samples, Codes::signed::<12>());
+        let n = N as i32;
+        for (first, count) in (-n - 3..n + 3).flat_map(|first| [(first, 3), (first, 79)]) {
+            let mut places = [MaybeUninit::uninit(); 79];
+            let bins = spectrum.fill(first, &mut places[..count]);
+            let each = (first..).take(count).map(|k| spectrum.bin(k)).map(|x| [x.re, x.im]);
+            assert!(bins.iter().copied().eq(each), "N = {N}: {count} bins from {first}");
+        }
+    }
+
+    #[test]
+    fn a_window_over_an_end_is_mirrored() {
+        println!("seeds: the lengths");
+        compare::<64>();
+        compare::<128>();
+        compare::<1024>();
+        compare::<4096>();
+    }
 }

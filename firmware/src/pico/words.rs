@@ -235,6 +235,18 @@ impl Words {
     }
 }
 
+/// Cycles of the core that no real block is known to take more of at the efforts `look` and `one`: the ceilings of `host-tests/budget.json`.
+/// Nobody has searched for the worst pairs.
+pub const WORST_CYCLES: [u64; 2] = [585_000, 905_000];
+
+/// The fastest rate at which a block lasts so many cycles of the core, Hz.
+pub fn fastest(cycles: u64, iq: bool) -> f64 {
+    let each = conversions(iq);
+    let wanted = cycles.div_ceil(N as u64 * u64::from(CORE_CYCLES * each));
+    let wanted = u32::try_from(wanted).unwrap_or(u32::MAX).max(SAMPLE_CYCLES);
+    rate_of(wanted.saturating_mul(each))
+}
+
 /// Conversions in a sample.
 const fn conversions(iq: bool) -> u32 {
     if iq { 2 } else { 1 }
@@ -264,6 +276,14 @@ mod tests {
     use picket_dsp::methods::registry::Method;
     use picket_dsp::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;
+
+    #[test]
+    fn the_fastest_rate_of_a_block() {
+        assert_eq!((fastest(0, false), fastest(0, true)), (500e3, 250e3));
+        // A block of 1024 real samples lasts 3072 of the core's cycles for each of the converter's.
+        assert_eq!(fastest(192 * 3072, false), 250e3);
+        assert_eq!(fastest(192 * 3072 + 1, false), 48e6 / 193.0);
+    }
 
     fn at(rate_hz: f64) -> Settings {
         let settings = Settings::default();

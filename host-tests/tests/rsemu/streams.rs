@@ -4,13 +4,18 @@ use crate::board::{Emulated, Sectors, file};
 use crate::settings::tone;
 use host_tests::sized;
 use picket_dsp::acquire::sample::Real;
+use picket_dsp::config::Config;
 use picket_dsp::pipeline::Pipeline;
 use picket_dsp::plan::Plan as Terms;
 use picket_firmware::nucleo_f446re::N;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_host::rates;
 use picket_wire::command::{Command, Refusal};
 use picket_wire::settings::Settings;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::TAU;
 
 /// Codes of a converter: a tone over a table whose length has no factor in common with a block's.
 pub fn table(amplitude: f64) -> Vec<u16> {
@@ -82,6 +87,41 @@ fn stream(
     assert!(seen >= least, "{seen} of {blocks}");
     board.assert_rules();
     Some(status)
+}
+
+/// Codes of blocks one after the other, each with a tone of its own below bin 48 that moves by three bins beside a drift, which takes longest.
+fn moving(blocks: usize) -> Vec<u16> {
+    let mut rng = ChaCha8Rng::seed_from_u64(24);
+    let block = |_| {
+        let (bin, phase) = (rng.random_range(3.0..48.0), rng.random_range(0.0..TAU));
+        let drift = rng.random_range(50.0..500.0);
+        let mut noise: Vec<f64> = (0..N).map(|_| rng.random_range(-6.0..6.0)).collect();
+        for (n, code) in noise.iter_mut().enumerate() {
+            let time = n as f64 / N as f64;
+            let tone = 1000.0 * (TAU * (bin + 1.5 * time) * time + phase).cos();
+            *code += 2048.0 + tone + drift * (time - 0.5);
+        }
+        noise.into_iter().map(|code| code.round().clamp(0.0, 4095.0) as u16)
+    };
+    (0..blocks).flat_map(block).collect()
+}
+
+/// At the rates that are said to hold whatever the signal is, none is lost where each block is one of those that take longest.
+#[test]
+fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
+    let [real, _] = rates::nucleo();
+    let blocks = sized(100, 5_000);
+    // As many as no two of them in the slots at the same time are the same.
+    let codes = moving(61);
+    for (effort, rate_hz) in rates::EFFORTS.into_iter().zip(real.always_hz.unwrap()) {
+        let settings = tone(rate_hz);
+        let settings = Settings { config: Config { effort, ..settings.config }, ..settings };
+        let Some(status) = stream(&settings, &codes, blocks, FAST) else { return };
+        assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
+        // A block takes longer than it lasts where usual ones hold.
+        let usual = 1000.0 * real.usual_hz / rate_hz;
+        println!("{}: {} permille of {usual:.0}", effort.name(), status.peak);
+    }
 }
 
 #[test]

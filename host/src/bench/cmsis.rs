@@ -8,6 +8,7 @@ use crate::toolchain;
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::acquire::sample::Real;
 use picket_dsp::config::Config;
+use picket_transform::num_complex::Complex;
 use picket_wire::capture::Header;
 use std::path::Path;
 
@@ -27,6 +28,9 @@ const KINDS: [Numbers; 3] = [
     Numbers { engine: "cmsis-f32", name: "F32", bytes: 4 + 4 },
 ];
 
+/// What the program counts of each record: the transform; with the largest bin; with the offset from that.
+const STAGES: usize = 3;
+
 /// The rows of CMSIS-DSP on this core for records of `n` samples; none for a core that it is not counted on.
 ///
 /// # Errors
@@ -36,10 +40,10 @@ pub fn rows(core: &Core, n: usize) -> Result<Vec<Row>, RunError> {
     for numbers in &KINDS {
         let header = Header::BYTES;
         let Some(image) = toolchain::cmsis(core.target, numbers.name, n, header)? else { break };
-        let outcome = capture(n)?.run(core.machine, &image, LIMIT, |_| {})?;
+        let outcome = capture(n, &exact(n))?.run(core.machine, &image, LIMIT, |_| {})?;
         let figures = figures(&outcome);
         let cycles = match Clock::of(core) {
-            Some(clock) => modelled(core, &image, n, clock)?,
+            Some(clock) => modelled(core, &image, capture(n, &exact(n))?, clock)?,
             None => Vec::new(),
         };
         let snr = snr_db(n, &outcome.results);
@@ -65,13 +69,50 @@ pub fn rows(core: &Core, n: usize) -> Result<Vec<Row>, RunError> {
     Ok(rows)
 }
 
-/// The two exact records.
-fn capture(n: usize) -> Result<Capture, RunError> {
+/// What the frequency of tones takes by one kind of numbers.
+pub(super) struct Tones {
+    /// What the table calls it.
+    pub engine: &'static str,
+    /// The cycles of the first so many of both sets.
+    pub cycles: Vec<u64>,
+    /// The frequencies of all, in bins.
+    pub found: [Vec<f64>; 2],
+}
+
+/// What the frequency takes of two sets of tones, the first `followed` of each in cycles, too. None for a core that the library is not
+/// counted on, or whose timing is not published.
+pub(super) fn frequencies(
+    core: &Core,
+    n: usize,
+    sets: &[Vec<Vec<i16>>; 2],
+    followed: usize,
+) -> Result<Vec<Tones>, RunError> {
+    let mut all = Vec::new();
+    let Some(clock) = Clock::of(core) else { return Ok(all) };
+    for numbers in &KINDS {
+        let header = Header::BYTES;
+        let Some(image) = toolchain::cmsis(core.target, numbers.name, n, header)? else { break };
+        let first: Vec<_> =
+            sets.iter().flat_map(|set| set.iter().take(followed).cloned()).collect();
+        let cycles = modelled(core, &image, capture(n, &first)?, clock.clone())?;
+        let cycles = cycles.into_iter().skip(2).step_by(STAGES).collect();
+        let found = |set: &[Vec<i16>]| -> Result<Vec<f64>, RunError> {
+            let outcome = capture(n, set)?.run(core.machine, &image, LIMIT, |_| {})?;
+            let bins = bins(&outcome.results);
+            Ok(records(&bins, n).map(|(_, place)| place.re + place.im).collect())
+        };
+        let [one, other] = sets;
+        all.push(Tones { engine: numbers.engine, cycles, found: [found(one)?, found(other)?] });
+    }
+    Ok(all)
+}
+
+/// A capture of these records.
+pub(super) fn capture(n: usize, blocks: &[Vec<i16>]) -> Result<Capture, RunError> {
     let config = Config::new(1.0, Codes::signed::<12>());
-    let blocks = exact(n);
     let header = Header::of::<Real>(config, n as u32, blocks.len() as u32);
     let mut capture = Capture::create(&header)?;
-    for block in &blocks {
+    for block in blocks {
         capture.push::<Real>(block)?;
     }
     Ok(capture)
@@ -83,10 +124,15 @@ fn figures(outcome: &Outcome) -> Figures {
     Outcome { messages, ..outcome.clone() }.figures()
 }
 
-/// Cycles of the stages for the first record.
-fn modelled(core: &Core, image: &Path, n: usize, clock: Clock) -> Result<Vec<u64>, RunError> {
+/// Cycles of the stages, record by record.
+fn modelled(
+    core: &Core,
+    image: &Path,
+    capture: Capture,
+    clock: Clock,
+) -> Result<Vec<u64>, RunError> {
     let mut trace = Trace::new(clock);
-    capture(n)?.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
+    capture.trace(core.machine, image, LIMIT, |line| trace.line(line))?;
     // Before each stage, the program reads its clock around nothing.
     let stages = trace.sections.as_chunks().0.iter();
     Ok(stages.map(|[nothing, stage]| stage.cycles.saturating_sub(nothing.cycles)).collect())
@@ -94,5 +140,16 @@ fn modelled(core: &Core, image: &Path, n: usize, clock: Clock) -> Result<Vec<u64
 
 fn snr_db(n: usize, results: &[u8]) -> Vec<f64> {
     let bins = bins(results);
-    exact(n).iter().zip(bins.chunks_exact(n / 2)).map(|(block, bins)| ratio(block, bins)).collect()
+    exact(n).iter().zip(records(&bins, n)).map(|(block, (bins, _))| ratio(block, bins)).collect()
+}
+
+/// Of each record the bins of its spectrum, and the largest bin with the offset from it.
+fn records(
+    bins: &[Complex<f64>],
+    n: usize,
+) -> impl Iterator<Item = (&[Complex<f64>], Complex<f64>)> {
+    bins.chunks_exact(n / 2 + 1).filter_map(|record| {
+        let (place, spectrum) = record.split_last()?;
+        Some((spectrum, *place))
+    })
 }

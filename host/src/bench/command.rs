@@ -1,5 +1,6 @@
 //! `picket bench`: instructions of every stage on emulated cores, beside other people's transforms.
 
+use super::cycles::Clock;
 use super::model::Model;
 use super::worst::Worst;
 use super::{self as bench, CORES, Core, ENGINES, How, LENGTHS, Row, Scope};
@@ -54,7 +55,11 @@ pub struct Options {
     /// Counts the further tones of a block instead, N = 1024, beside its first
     #[arg(long, conflicts_with_all = ["n", "k", "effort", "plot", "search", "seed", "locked"])]
     several: bool,
-    /// Draws instructions over N for the first core into this SVG file
+    /// Counts what the frequency of a tone takes instead, beside its error at 20 and 40 dB: ours, and other transforms with the largest
+    /// bin and Jacobsen's interpolation
+    #[arg(long, conflicts_with_all = ["engine", "k", "effort", "random", "search", "seed", "locked", "several"])]
+    precision: bool,
+    /// Draws instructions over N for the first core into this SVG file; with `--precision` error over cycles
     #[arg(long)]
     plot: Option<PathBuf>,
     #[command(flatten)]
@@ -83,6 +88,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
     let lengths = if options.n.is_empty() { LENGTHS.to_vec() } else { options.n.clone() };
     if let Some(n) = lengths.iter().find(|n| !LENGTHS.contains(n)) {
         return Err(format!("N = {n}: choose of 64, 128, ... 4096"));
+    }
+    if options.precision {
+        return precision(options, &cores, &lengths);
     }
     let reach = match options.k {
         4 => Reach::Four,
@@ -189,6 +197,52 @@ fn search(
         }
     }
     Ok(found.map(|worst| worst.map(|worst| worst.instructions)))
+}
+
+/// Cycles and errors of tones.
+fn precision(
+    options: &Options,
+    cores: &[&'static Core],
+    lengths: &[usize],
+) -> Result<ExitCode, String> {
+    let modelled = |core: &&&Core| Clock::of(core).is_some() && core.has_fpu();
+    if let Some(core) = cores.iter().find(|core| !modelled(core)) {
+        return Err(format!(
+            "{}: cycles of floats are modelled of the M4F alone: type --core M4F",
+            core.name
+        ));
+    }
+    let bar = progress::bar((cores.len() * lengths.len()) as u64, "lengths");
+    let (mut points, mut missing) = (Vec::new(), None);
+    for core in cores {
+        for &n in lengths {
+            let (new, without) = bench::precision::points(core, n)?;
+            missing = missing.or(without);
+            if options.json {
+                new.iter().try_for_each(print_json)?;
+            }
+            points.extend(new);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(path) = &options.plot {
+        let text = bench::precision::chart(&points).svg()?;
+        options.output.write(path, text.as_bytes())?;
+    }
+    if options.json {
+        print_json(&serde_json::json!({ "summary": true, "rows": points.len() }))?;
+    } else {
+        cli::print_line(&bench::table::precision(&points).to_string());
+        cli::print_line(&format!(
+            "Modelled cycles from a record to the frequency of its tone, and the rms error over the Cramer-Rao bound of {} tones in the middle \
+             half of the spectrum, seed {}.{}",
+            bench::precision::TONES,
+            bench::SEED,
+            missing.map_or(String::new(), |error| format!("\nWithout CMSIS-DSP: {error}")),
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The tracker's blocks.

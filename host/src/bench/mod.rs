@@ -11,6 +11,7 @@ pub mod equality;
 pub mod locked;
 pub mod model;
 pub mod plot;
+pub mod precision;
 pub mod quoted;
 pub mod row;
 pub mod several;
@@ -207,12 +208,13 @@ fn config(core: &Core, How { reach, effort }: How) -> Config {
     Config { reach, arithmetic, effort, ..Config::new(1.0, Codes::signed::<12>()) }
 }
 
-/// How many instructions the search for the peak takes at most where only these bins of a record of `n` samples are searched.
-pub fn search<R: Record>(
+/// How many instructions a stage takes at most where only these bins of a record of `n` samples are searched. The tone is at a tenth of them all.
+pub fn in_band<R: Record>(
     core: &Core,
     image: &Path,
     n: usize,
     bins: RangeInclusive<u32>,
+    stage: &str,
 ) -> Result<u64, RunError> {
     // At this rate a bin is a hertz.
     let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
@@ -221,7 +223,7 @@ pub fn search<R: Record>(
     let blocks = exact(n).map(pairs);
     let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, blocks.len() as u32) };
     let (figures, _) = run::<R>(core, image, &header, &blocks, |_| {})?;
-    let most = figures.get("peak").and_then(|ticks| ticks.iter().max());
+    let most = figures.get(stage).and_then(|ticks| ticks.iter().max());
     Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)
 }
 

@@ -14,7 +14,7 @@ use std::time::Duration;
 const STRIDE: usize = 4;
 /// Instructions that the compiler may put between the clock's readings and the marks.
 const BESIDE: f64 = 32.0;
-const LIMIT: Duration = Duration::from_secs(900);
+pub(super) const LIMIT: Duration = Duration::from_secs(900);
 
 /// What an image executed.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub struct Model {
 }
 
 /// What was executed of each stage, record by record.
-type Stages = HashMap<String, Vec<Section>>;
+pub(super) type Stages = HashMap<String, Vec<Section>>;
 
 impl Model {
     /// Follows the image through a part of the records that [`super::count`] takes; `None` for a core whose timing is not published.
@@ -64,7 +64,7 @@ pub fn measurement<R: Record>(
 }
 
 /// What the image executes of each stage, record by record; `None` for a core whose timing is not published.
-fn stages<R: Record>(
+pub(super) fn stages<R: Record>(
     core: &Core,
     image: &Path,
     n: usize,

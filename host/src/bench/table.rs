@@ -1,6 +1,6 @@
 //! The counts for people.
 
-use super::{Row, locked, several};
+use super::{Row, locked, precision, several};
 use comfy_table::{CellAlignment, Table, presets};
 
 /// All rows of one core and length, or more of them.
@@ -77,6 +77,25 @@ pub fn several(rows: &[several::Row]) -> Table {
         table.add_row(names.into_iter().chain(numbers));
     }
     for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// Cycles and errors of tones.
+pub fn precision(points: &[precision::Point]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    let errors = precision::SNR_DB.map(|snr_db| format!("error / bound, {snr_db} dB"));
+    let names = ["core", "N", "program", "cycles"].map(str::to_owned);
+    table.set_header(names.into_iter().chain(errors));
+    for point in points {
+        let numbers = [point.core.to_owned(), point.n.to_string()];
+        let what = [point.program.clone(), point.cycles.to_string()];
+        let errors = point.errors.map(|error| format!("{error:.2}"));
+        table.add_row(numbers.into_iter().chain(what).chain(errors));
+    }
+    for column in table.column_iter_mut().skip(3) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     table

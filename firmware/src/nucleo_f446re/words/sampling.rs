@@ -65,6 +65,20 @@ pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
 /// (RM 17.4.3, table 101).
 pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
 
+/// Cycles of the converter's clock from a conversion to the next, if so many are wanted.
+fn apart(wanted: u32) -> u32 {
+    let shortest = SAMPLING_CYCLES[0] + CONVERSION;
+    if wanted <= shortest { shortest } else { wanted.max(shortest + SLACK) }
+}
+
+/// The fastest rate at which a block of `samples` lasts so many cycles of the core, Hz.
+pub fn fastest(tree: &Tree, samples: u32, cycles: u64) -> f64 {
+    let ratio = tree.core_hz.checked_div(tree.adc_hz).unwrap_or(1).max(1);
+    let wanted = cycles.div_ceil(u64::from(samples.max(1)) * u64::from(ratio));
+    let cycles = apart(u32::try_from(wanted).unwrap_or(u32::MAX));
+    f64::from(tree.adc_hz) / f64::from(cycles)
+}
+
 impl Sampling {
     /// The sampling nearest to `rate_hz`, with the longest sampling time that fits.
     ///
@@ -86,7 +100,7 @@ impl Sampling {
         if wanted < shortest {
             return Err(RateError::Fast);
         }
-        let cycles = if wanted == shortest { wanted } else { wanted.max(shortest + SLACK) };
+        let cycles = apart(wanted);
         let ticks = cycles.saturating_mul(ratio);
         // The prescaler itself is a whole number of the converter's cycles, and doubles from step to
         // step: so a rate that was answered comes out as it is when it is set again.
@@ -200,6 +214,10 @@ pub const STREAM_0_FLAGS: u32 = 0x3D;
 /// without wait states (host-tests/tests/rsemu/streams.rs).
 pub const BLOCK_CYCLES: [u64; 2] = [115_000, 212_000];
 
+/// Cycles that no block is known to take more of at the efforts `look` and `one`, real and I/Q: the instructions of the worst block that a
+/// search over signals finds (host-tests, `nucleo::instructions`), 1.64 cycles each, and 37,000 for its record.
+pub const WORST_CYCLES: [[u64; 2]; 2] = [[166_000, 256_000], [398_000, 398_500]];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,6 +242,21 @@ mod tests {
         let internal = Tree::new(Speed::Mhz180, Source::Hsi);
         assert_eq!(Sampling::plan(&internal, 1e6, false), Err(RateError::Fast));
         assert_eq!(Sampling::plan(&internal, 500e3, false).unwrap().period.ticks(), 36);
+    }
+
+    #[test]
+    fn the_fastest_rate_of_a_block_is_one_that_the_timers_make() {
+        for speed in [Speed::Mhz144, Speed::Mhz180] {
+            let tree = Tree::new(speed, Source::HsePll);
+            for cycles in (60_000..2_000_000).step_by(1_733) {
+                let rate_hz = fastest(&tree, 1024, cycles);
+                let sampling = Sampling::plan(&tree, rate_hz, false).unwrap();
+                assert_eq!(sampling.rate_hz, rate_hz, "{cycles}");
+                let lasts = |rate_hz: f64| 1024.0 * f64::from(tree.core_hz) / rate_hz;
+                let least = lasts(fastest(&tree, 1024, 0)).max(cycles as f64);
+                assert!((cycles as f64..1.2 * least).contains(&lasts(rate_hz)), "{cycles}");
+            }
+        }
     }
 
     #[test]

@@ -40,11 +40,8 @@ macro_rules! widen {
             $x,
             ", ",
             $x,
-            ", r3\n strd r7, ",
-            $x,
-            ", [r1, #",
-            $at,
-            "]\n"
+            ", r3\n ",
+            store!("r7", $x, "r1", $at),
         )
     };
 }
@@ -108,10 +105,10 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         "smultb r4, r4, r3",
         "smlawb r10, r2, r6, r7",
         "smlawt r11, r2, r6, r4",
-        "strd r10, r11, [r1, #8]",
+        store!("r10", "r11", "r1", "8"),
         "rsb r7, r10, r7, lsl #1",
         "rsb r4, r11, r4, lsl #1",
-        "strd r7, r4, [r1, #40]",
+        store!("r7", "r4", "r1", "40"),
         // Points 3 and 7, of which the imaginary part has the other sign.
         "ssax r9, r9, r9",
         "smulbb r7, r8, r3",
@@ -119,9 +116,9 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         "smlawt r10, r2, r9, r7",
         "smlawb r6, r2, r9, r8",
         "rsb r11, r6, r8, lsl #1",
-        "strd r10, r11, [r1, #24]",
+        store!("r10", "r11", "r1", "24"),
         "rsb r5, r10, r7, lsl #1",
-        "strd r5, r6, [r1, #56]",
+        store!("r5", "r6", "r1", "56"),
         "add r1, r1, #64",
         end!(),
         "pop {{r4-r11, pc}}",

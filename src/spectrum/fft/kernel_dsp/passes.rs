@@ -16,9 +16,10 @@ macro_rules! finish {
         concat!(
             leg!("ldrd", "r7", "lr", 0),
             sum_all_legs!(),
-            leg!("strd", "r8", "r6", 1),
-            leg!("strd", "r11", "r7", 2),
-            leg!("strd", "r10", "r9", 3),
+            store!("r8", "r6", "r0", "8*{l}"),
+            store!("r11", "r7", "r0", "16*{l}"),
+            store!("r10", "r9", "r0", "24*{l}"),
+            // Further than STR advances.
             "strd lr, r5, [r0], #32*{l}\n",
         )
     };
@@ -276,10 +277,10 @@ pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, tab
         "3:",
         "ldrd r7, lr, [r0]",
         sum_all_legs!(),
-        "strd r8, r6, [r0, #256]",
-        "strd r11, r7, [r0, #512]",
-        "strd r10, r9, [r0, #768]",
-        "strd lr, r5, [r0], #8",
+        store!("r8", "r6", "r0", "256"),
+        store!("r11", "r7", "r0", "512"),
+        store!("r10", "r9", "r0", "768"),
+        store_and_go!("lr", "r5", "r0"),
         "cmp r0, r1",
         "blo 2b",
         "pop {{r4-r11, pc}}",
@@ -287,7 +288,7 @@ pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, tab
     )
 }
 
-/// [`long`] with every factor, for legs of 128 points, which two pointers reach.
+/// [`long`] with every factor, for legs of 128 points, which one pointer reaches.
 ///
 /// # Safety
 /// `block` must be 512 points, `table` the factors of that many.
@@ -296,29 +297,26 @@ pub(super) unsafe extern "C" fn even(block: *mut Point, table: *const Triple) {
     kernel!(
         "push {{r4-r11, lr}}",
         "add r2, r1, #12",
-        // Eight bytes before legs 1 and 3; legs 0 and 2 are 1024 bytes before them.
-        "add r1, r0, #3072-8",
-        "add r0, r0, #1024-8",
-        "add r3, r0, #1024",
+        "add r1, r0, #1024",
         plain_legs!(
-            "ldrd r7, r9, [r0, #8]\n",
-            "ldrd r10, r11, [r1, #8]\n",
-            "ldrd r10, r9, [r1, #-1016]\n"
+            load!("r7", "r9", "r0", "1024"),
+            load!("r10", "r11", "r0", "3072"),
+            load!("r10", "r9", "r0", "2048")
         ),
         "b 3f",
         ".p2align 2",
         "2:",
         "ldm r2!, {{r4, r11, lr}}",
-        outer_legs!("ldrd r5, r6, [r0, #8]\n", "r4", "ldrd r5, r7, [r1, #8]\n", "lr"),
-        middle_leg!("ldrd r7, r9, [r1, #-1016]\n", "r11", "r4"),
+        outer_legs!(load!("r5", "r6", "r0", "1024"), "r4", load!("r5", "r7", "r0", "3072"), "lr"),
+        middle_leg!(load!("r7", "r9", "r0", "2048"), "r11", "r4"),
         "3:",
-        "ldrd r7, lr, [r0, #-1016]",
+        "ldrd r7, lr, [r0]",
         sum_all_legs!(),
-        "strd lr, r5, [r0, #-1016]",
-        "strd r8, r6, [r0, #8]!",
-        "strd r11, r7, [r1, #-1016]",
-        "strd r10, r9, [r1, #8]!",
-        "cmp r0, r3",
+        store!("r8", "r6", "r0", "1024"),
+        store!("r11", "r7", "r0", "2048"),
+        store!("r10", "r9", "r0", "3072"),
+        store_and_go!("lr", "r5", "r0"),
+        "cmp r0, r1",
         "blo 2b",
         "pop {{r4-r11, pc}}",
     )
