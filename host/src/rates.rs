@@ -20,7 +20,7 @@ pub struct Rates {
     pub always_hz: Option<[f64; 2]>,
 }
 
-/// Those of the NUCLEO at 180 MHz.
+/// The rates of the NUCLEO at 180 MHz.
 pub fn nucleo() -> [Rates; 2] {
     let tree = Tree::new(Speed::Mhz180, Source::HsePll);
     let fastest = |cycles| sampling::fastest(&tree, nucleo_f446re::N as u32, cycles);
@@ -32,7 +32,7 @@ pub fn nucleo() -> [Rates; 2] {
     ]
 }
 
-/// Those of the Pico.
+/// The rates of the Pico.
 pub fn pico() -> [Rates; 2] {
     let fastest = pico::words::fastest;
     let always = pico::words::WORST_CYCLES.map(|cycles| fastest(cycles, false));

@@ -215,7 +215,7 @@ const CARRIER: u8 = 4;
 /// The version of settings with sums or bursts.
 const MODE: u8 = 5;
 
-/// That of a layout which has the fields of all versions, whatever their values: [`crate::stored`] takes it apart.
+/// The version of a layout that has the fields of all versions, whatever their values: [`crate::stored`] takes it apart.
 pub(crate) const WHOLE: u8 = u8::MAX;
 
 impl Settings {

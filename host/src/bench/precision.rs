@@ -28,7 +28,7 @@ pub const SNR_DB: [f64; 2] = [20.0, 40.0];
 const OURS: &str = "picket ";
 /// Tones at each of them.
 pub const TONES: usize = 2000;
-/// Tones at each of them whose cycles are modelled. Those of the others' programs hardly depend on the record.
+/// Tones at each of them whose cycles are modelled. Programs of others take hardly more for one record than for another.
 const FOLLOWED: usize = 8;
 
 /// What a program takes for records of a length, and how far off it is.
