@@ -167,9 +167,10 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         if !R::IQ && first >= 1 && end <= N as i32 / 2 {
             return E::window::<R, N>(self.points(), first as usize, places);
         }
-        if !R::IQ && self.fill_mirrored(first, places).is_some() {
-            // SAFETY: all of them were written.
-            return unsafe { places.assume_init_ref() };
+        // A window with a row of bins between the ends, of which the mirrored ones are copies.
+        let row = (first.max(1), end.min(const { N as i32 / 2 }));
+        if !R::IQ && row.0 < row.1 {
+            return self.fill_mirrored(first, row, places);
         }
         let bin = |index| {
             let Complex { re, im } = self.bin(first.wrapping_add(index));
@@ -178,22 +179,19 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         integer::filled(places, (0..).map(bin))
     }
 
-    /// Writes the bins of a real record from `first` on to all places: those between DC and Nyquist in a row, and of those beyond the
-    /// mirrored ones as copies. `None` if none is between them.
+    /// The bins of a real record from `first` on: those `from` one `to` another, between DC and Nyquist, in a row, and of those beyond the
+    /// mirrored ones as copies.
     #[inline(never)] // a window beside no end has a shorter way
-    fn fill_mirrored(&self, first: i32, places: &mut [MaybeUninit<Point>]) -> Option<()> {
-        let end = first.checked_add(i32::try_from(places.len()).ok()?)?;
-        let (from, to) = (first.max(1), end.min(const { N as i32 / 2 }));
-        let below = usize::try_from(from.checked_sub(first)?).ok()?;
-        let within = usize::try_from(to.checked_sub(from)?).ok().filter(|&within| within > 0)?;
-        let (lower, rest) = places.split_at_mut_checked(below)?;
-        let (row, upper) = rest.split_at_mut_checked(within)?;
-        let row = E::window::<R, N>(self.points(), from as usize, row);
-        if row.len() != within {
-            return None;
-        }
+    fn fill_mirrored<'a>(
+        &self,
+        first: i32,
+        (from, to): (i32, i32),
+        places: &'a mut [MaybeUninit<Point>],
+    ) -> &'a [Point] {
         let (n, half) = (N as i32, N as i32 / 2);
-        let bin = |k: i32| {
+        let middle = from.wrapping_sub(first) as usize..to.wrapping_sub(first) as usize;
+        let other = |place: usize, row: &[Point]| {
+            let k = first.wrapping_add(place as i32);
             let turn = k & (n - 1);
             let mirrored = turn > half;
             let place = if mirrored { n - turn } else { turn };
@@ -205,9 +203,13 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
                 }
             }
         };
-        integer::filled(lower, (first..).map(bin));
-        integer::filled(upper, (to..).map(bin));
-        Some(())
+        integer::filled_from_middle(
+            places,
+            middle,
+            |places| E::window::<R, N>(self.points(), from as usize, places),
+            other,
+        )
+        .unwrap_or_default()
     }
 
     /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out

@@ -37,6 +37,7 @@
 
 use super::twiddle::{self, Fine, FineTriple, Packed, Triple};
 use core::mem::MaybeUninit;
+use core::ops::Range;
 
 /// A complex value, real part first.
 pub type Point = [i32; 2];
@@ -308,6 +309,28 @@ pub(crate) fn filled(
     let written = places.get_mut(..count).unwrap_or_default();
     // SAFETY: this many places were written.
     unsafe { written.assume_init_mut() }
+}
+
+/// Fills `places` from its middle: `row` fills those of the range, and each other one is `other` of its place and of the row. Returns
+/// `None` if `row` does not fill the whole range.
+#[inline(always)]
+pub(crate) fn filled_from_middle(
+    places: &mut [MaybeUninit<Point>],
+    middle: Range<usize>,
+    row: impl FnOnce(&mut [MaybeUninit<Point>]) -> &[Point],
+    other: impl Fn(usize, &[Point]) -> Point,
+) -> Option<&[Point]> {
+    let (lower, rest) = places.split_at_mut_checked(middle.start)?;
+    let (within, upper) = rest.split_at_mut_checked(middle.len())?;
+    let start = within.as_ptr().cast::<Point>();
+    let row = row(within);
+    if row.len() != middle.len() || row.as_ptr() != start {
+        return None;
+    }
+    filled(lower, (0..).map(|place| other(place, row)));
+    filled(upper, (middle.end..).map(|place| other(place, row)));
+    // SAFETY: all three parts were written.
+    Some(unsafe { places.assume_init_ref() })
 }
 
 /// Bins k and M-k of a real record from points k and M-k; `w` is `-cos | -sin << 16`.
