@@ -266,6 +266,12 @@ fn play<const SPARES: usize>(depth: usize, guard: u64, events: &[Event]) -> (Cou
     // is delivered, and from then on without a gap.
     bench.machine.borrow_mut().delay = 0;
     bench.interrupt();
+    // Restarts without any time between them begin that many blocks ahead.
+    {
+        let machine = &mut *bench.machine.borrow_mut();
+        let ahead = machine.start.map_or(0, |start| start.saturating_sub(machine.clock));
+        machine.run(ahead);
+    }
     for _ in 0..8 {
         bench.receive();
         bench.apply(&Event::Release);
@@ -287,6 +293,18 @@ fn play_any(spares: u8, depth: usize, guard: u64, events: &[Event]) -> (Counters
         1 => play::<1>(depth, guard, events),
         2 => play::<2>(depth, guard, events),
         _ => play::<3>(depth, guard, events),
+    }
+}
+
+/// Errors that follow each other at once, each restarted.
+#[test]
+fn errors_in_a_row_only_cost_time() {
+    for count in 1..20 {
+        let events = [Event::DmaError, Event::Interrupt].repeat(count);
+        for spares in 1..=3 {
+            play_any(spares, 1, 0, &events);
+            play_any(spares, 2, 3, &events);
+        }
     }
 }
 

@@ -81,6 +81,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
         Pipeline::set_plan(self, plan);
     }
 
+    #[inline(never)] // once in an image, not in each place that measures
     fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         Pipeline::block(self, stamp, samples)
     }
@@ -138,6 +139,7 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
         Alternating::set_plan(self, plan);
     }
 
+    #[inline(never)] // once in an image, not in each place that measures
     fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
         Alternating::block(self, stamp, pairs)
     }
