@@ -184,7 +184,7 @@ class _Front:
         elif array.dtype.kind not in "iu":
             raise ValueError(f"samples are integers, floats or complex numbers, not {array.dtype}")
         elif unsigned and not isinstance(self._codes, (tuple, list)) and int(self._codes) == 16:
-            # Codes of 16 bits from 0 on count from the middle, as the library's assembler has them.
+            # Codes of 16 bits from 0 on count from the middle, as the library's framer has them.
             if array.size and array.max() > 0xFFFF:
                 raise ValueError("samples exceed 0..65535: they are wider than 16 bits")
             array = array.astype(np.int64) - 0x8000

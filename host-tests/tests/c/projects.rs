@@ -14,7 +14,7 @@ const PROJECT: &str = r#"cmake_minimum_required(VERSION 3.16)
 project(app C)
 WAY
 add_executable(app app.c)
-target_link_libraries(app PRIVATE picket_dsp::picket)
+target_link_libraries(app PRIVATE picket::picket)
 if(NOT CMAKE_CROSSCOMPILING)
   target_link_libraries(app PRIVATE m)
 endif()
