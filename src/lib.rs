@@ -8,7 +8,7 @@
 //! and on a desk.
 //!
 //! ```
-//! use picket_dsp::{Framer, Codes, Config, Format, Pipeline, Real};
+//! use picket_dsp::{Codes, Config, Format, Framer, Pipeline, Real};
 //!
 //! # let recording: Vec<i16> =
 //! #     (0..4096).map(|n| (9000.0 * (0.131 * n as f64).sin() + 40.0 * (7.1 * n as f64).sin()) as i16).collect();

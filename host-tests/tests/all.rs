@@ -27,7 +27,6 @@ mod frontend;
 mod fuzz;
 mod golden;
 mod harmonic;
-mod house;
 mod least_squares;
 mod lines;
 mod locked;

@@ -1,17 +1,9 @@
 //! SECURITY.md names where the library's `unsafe` is.
 
+use crate::sources::{ROOT, files};
 use std::fs;
-use std::path::{Path, PathBuf};
 
 const PAGE: &str = include_str!("../../SECURITY.md");
-
-/// The files below a folder.
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { files(&path, found) } else { found.push(path) }
-    }
-}
 
 /// Whether code, not a comment or a lint's name, says it.
 fn is_unsafe(text: &str) -> bool {
@@ -22,11 +14,9 @@ fn is_unsafe(text: &str) -> bool {
 
 #[test]
 fn every_place_with_unsafe_is_named() {
-    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let mut named: Vec<&str> =
         PAGE.split('`').skip(1).step_by(2).filter(|name| name.starts_with("src/")).collect();
-    let mut all = Vec::new();
-    files(&root.join("src"), &mut all);
+    let all = files("src");
     assert!(all.len() > 50 && named.len() > 4, "{named:?}");
     let mut used = Vec::new();
     for path in all {
@@ -34,7 +24,7 @@ fn every_place_with_unsafe_is_named() {
         if !is_unsafe(&text) {
             continue;
         }
-        let path = path.strip_prefix(root).unwrap();
+        let path = path.strip_prefix(ROOT).unwrap();
         let place = named.iter().find(|place| path.starts_with(place));
         used.push(*place.unwrap_or_else(|| panic!("SECURITY.md does not name {}", path.display())));
     }

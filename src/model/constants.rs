@@ -6,6 +6,7 @@
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
 //! | [`CHANCE`] | how often noise alone may do what is called impossible | `round` |
+//! | [`PEAK`] | how often noise has a peak that is tried as a line | `beside` |
 //! | [`NEAR`] | the distance from which another line is no change of the tone | `round` |
 //! | [`ORDERS`], [`SMOOTH`] | how fast a change may be | `moments`, `joint` |
 //! | [`ROUNDS`], [`LINES`], [`PEAKS`], [`STEPS`] | limits of effort | `round`, `joint` |

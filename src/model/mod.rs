@@ -102,7 +102,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         answer.unresolved = round.stays.is_some() || round.lumpy;
         (answer.scale, answer.freedom) = (round.scale, noise.freedom + round.free);
         // A part of the ring's noise is 1, so a bin of it has 2.
-        answer.louder = 0.5 * louder(&solution.left, window.room());
+        answer.louder = 0.5 * louder(&solution.left, window.iq, window.n, window.peak);
         answer.line = joint.tone.value * (1.0 / scale);
         let Some((cause, odds)) = round.stays else { break };
         if number == most {

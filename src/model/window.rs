@@ -66,16 +66,6 @@ impl Window {
         self.iq || (0.5 < bins && bins < self.n as f32 * 0.5 - 0.5)
     }
 
-    /// How many bins there are below and above the peak, in a record of I/Q as many as one likes.
-    pub fn room(&self) -> [i32; 2] {
-        let last = self.n as i32 / 2 - 1;
-        if self.iq {
-            [i32::MAX; 2]
-        } else {
-            [self.peak.wrapping_sub(1), last.wrapping_sub(self.peak)]
-        }
-    }
-
     /// The places of the bins from the peak.
     pub fn places() -> impl Iterator<Item = i32> {
         -(REACH as i32)..=REACH as i32

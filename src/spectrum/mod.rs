@@ -136,10 +136,18 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     /// Bin `k` in stored units, for any `k`: an I/Q spectrum wraps round, a real one is mirrored
     /// and conjugated at both ends, `X[-k] = conj X[k]`.
     pub fn bin(&self, k: i32) -> Complex<i32> {
+        let (k, mirrored) = Self::held(k);
+        let bin = E::bin::<R, N>(self.points(), k);
+        let [re, im] = if mirrored { conjugate(bin) } else { bin };
+        Complex::new(re, im)
+    }
+
+    /// The bin that holds bin `k`, and whether it is its mirror image.
+    #[inline(always)]
+    fn held(k: i32) -> (usize, bool) {
         let k = k.checked_rem_euclid(N as i32).unwrap_or(0) as usize;
         let mirrored = !R::IQ && k > N / 2;
-        let [re, im] = E::bin::<R, N>(self.points(), if mirrored { N - k } else { k });
-        Complex::new(re, if mirrored { im.wrapping_neg() } else { im })
+        (if mirrored { N - k } else { k }, mirrored)
     }
 
     /// The K bins from `first` on, numbered as in [`Spectrum::bin`]. On a core with the DSP
@@ -188,15 +196,13 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         (from, to): (i32, i32),
         places: &'a mut [MaybeUninit<Point>],
     ) -> &'a [Point] {
-        let (n, half) = (N as i32, N as i32 / 2);
         let middle = from.wrapping_sub(first) as usize..to.wrapping_sub(first) as usize;
         let other = |place: usize, row: &[Point]| {
             let k = first.wrapping_add(place as i32);
-            let turn = k & (n - 1);
-            let mirrored = turn > half;
-            let place = if mirrored { n - turn } else { turn };
-            match row.get(place.wrapping_sub(from) as usize) {
-                Some(&[re, im]) => [re, if mirrored { im.wrapping_neg() } else { im }],
+            let (held, mirrored) = Self::held(k);
+            match row.get(held.wrapping_sub(from as usize)) {
+                Some(&bin) if mirrored => conjugate(bin),
+                Some(&bin) => bin,
                 None => {
                     let Complex { re, im } = self.bin(k);
                     [re, im]
@@ -258,6 +264,12 @@ impl<const N: usize> Spectrum<Real, N> {
 /// `|z|^2`; no `i32` parts overflow it.
 pub const fn power(z: Complex<i32>) -> u64 {
     products::power([z.re, z.im])
+}
+
+/// The mirror image of a bin.
+#[inline(always)]
+fn conjugate([re, im]: Point) -> Point {
+    [re, im.wrapping_neg()]
 }
 
 #[cfg(test)]

@@ -57,18 +57,20 @@ fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) 
         *bin = Complex::new(re as f32 * unit, im as f32 * unit);
     }
     take_around::<R, N>(&Model::new(fit, peak, N as i32), peak, &mut bins);
-    let room = if R::IQ { [i32::MAX; 2] } else { [peak - 1, N as i32 / 2 - 1 - peak] };
-    louder(&bins, room)
+    louder(&bins, R::IQ, N, peak)
 }
 
-/// The same of the bins around a peak that has so many on each side.
+/// The mean power of the louder half of what is left in the bins around a peak, 3 to 16 away on each side, of which a real spectrum's ends
+/// may leave out some.
 #[inline(never)]
-pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], room: [i32; 2]) -> f32 {
+pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> f32 {
     /// Fewer bins tell nothing.
     const FEWEST: usize = 4;
     /// Bins 9 to 16 and 3 to 8 below the peak, and above it.
     const STRETCHES: [(usize, usize); 4] =
         [(0, REACH - 8), (REACH - 8, REACH - 2), (REACH + 3, REACH + 9), (REACH + 9, WIDTH)];
+    let last = n as i32 / 2 - 1;
+    let room = if iq { [i32::MAX; 2] } else { [peak.wrapping_sub(1), last.wrapping_sub(peak)] };
     let [below, above] = room.map(|room| room.max(0).min(REACH as i32) as usize);
     let (first, end) = (REACH - below, REACH + 1 + above);
     let (mut loudest, mut second) = (0.0, 0.0);

@@ -1,6 +1,7 @@
 //! How large the library is inside: counts that may fall and not rise, so that a new rule takes the place of old ones. `cargo test -p
-//! host-tests --test all -- --nocapture house` prints them.
+//! picket-host --test all -- --nocapture house` prints them.
 
+use crate::sources::{ROOT, files};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -10,34 +11,24 @@ struct Source {
     code: String,
 }
 
-/// Every file below a folder.
-fn files(folder: &Path, all: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files(&path, all);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            all.push(path);
-        }
-    }
+/// A file's text without its tests.
+fn text(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default().to_owned()
 }
 
 fn sources() -> Vec<Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
-    let mut paths = Vec::new();
-    files(&root, &mut paths);
     let source = |path: PathBuf| {
-        let text = fs::read_to_string(&path).unwrap();
-        let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let text = text(&path);
         let lines = text.lines().filter(|line| {
             let line = line.trim();
             !line.is_empty() && !line.starts_with("//")
         });
         let code = lines.map(|line| format!("{line}\n")).collect();
-        let path = path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
-        Source { path, code }
+        let path = path.strip_prefix(Path::new(ROOT).join("src")).unwrap();
+        Source { path: path.to_string_lossy().into_owned(), code }
     };
-    paths.into_iter().map(source).collect()
+    files("src").into_iter().map(source).collect()
 }
 
 /// How many constants a text defines: `const`, and a name in capitals.
@@ -45,10 +36,9 @@ fn constants(code: &str) -> usize {
     let starts = code.match_indices("const ").map(|(at, word)| &code[at + word.len()..]);
     let capital = |rest: &&str| {
         let name = rest.split(':').next().unwrap_or_default();
-        !name.is_empty()
+        // `const N: usize` of a generic item is none.
+        name.len() > 1
             && name.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_')
-            // `const N: usize` of a generic item is none.
-            && name.len() > 1
     };
     starts.filter(capital).count()
 }
@@ -100,13 +90,9 @@ fn the_house_does_not_grow() {
 /// Every constant of the estimator has a word on what it is: a comment above it, or above the constants that it stands among.
 #[test]
 fn every_constant_has_a_word() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
-    let mut paths = Vec::new();
-    ["tone", "model"].iter().for_each(|folder| files(&root.join(folder), &mut paths));
     let mut bare = Vec::new();
-    for path in paths {
-        let text = fs::read_to_string(&path).unwrap();
-        let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    for path in ["src/tone", "src/model"].into_iter().flat_map(files) {
+        let text = text(&path);
         // Whether what stands before, attributes left out, is a comment, or a constant that has one.
         let mut said = false;
         for (number, line) in text.lines().enumerate() {
