@@ -13,6 +13,7 @@ use super::moments::Moments;
 use super::window::Window;
 use super::{beside, slow};
 use crate::math::scalar::Scalar as _;
+use core::iter::once;
 use num_complex::Complex;
 
 /// What may be there beside a steady tone.
@@ -196,12 +197,20 @@ impl Round {
         self.beliefs.map(|belief| exponential(belief.log - all))
     }
 
-    /// What lost against a cause, with the cause's weight as unit.
+    /// What lost against a cause, with the cause's weight as unit. A pair of sidebands has the line in it: of these two whichever joins,
+    /// the other one is no rival.
     pub fn rivals(&self, cause: Cause) -> Belief {
-        let kept = cause as usize + 1;
-        let unit = self.beliefs.get(kept).map_or(0.0, |belief| belief.log);
-        let others = self.beliefs.iter().enumerate().filter(|(place, _)| *place != kept);
-        others.fold(Belief::NEVER, |all, (_, belief)| all.or(belief.times(-unit)))
+        let unit = self.beliefs.get(cause as usize + 1).map_or(0.0, |belief| belief.log);
+        let is_rival = |other: Option<Cause>| match cause {
+            Cause::Line | Cause::Sidebands => {
+                !matches!(other, Some(Cause::Line | Cause::Sidebands))
+            }
+            _ => other != Some(cause),
+        };
+        // Nothing more, the causes, and lines elsewhere.
+        let names = once(None).chain(Cause::ALL.map(Some)).chain(once(None));
+        let others = self.beliefs.iter().zip(names).filter(|(_, name)| is_rival(*name));
+        others.fold(Belief::NEVER, |all, (belief, _)| all.or(belief.times(-unit)))
     }
 
     /// The cause joins the fit; whether it is a change of the tone, or a line that looks like one.
