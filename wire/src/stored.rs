@@ -5,7 +5,7 @@
 //! field:             tag: u8, not 0 | length of the value: u8 | value
 //! ```
 //!
-//! [`FIELDS`] says which tag is what, for [`encode`] and for [`decode`]. A field that is absent has the value that stands there for
+//! `FIELDS` says which tag is what, for [`encode`] and for [`decode`]. A field that is absent has the value that stands there for
 //! ever, and one that has this value is left out: settings that use nothing new are those of an earlier program.
 //!
 //! A program that meets a tag beyond its own looks at its highest bit, [`CRITICAL`]. If it is set, records would mean something
