@@ -67,7 +67,7 @@ fn the_house_does_not_grow() {
             49,
         ),
         ("attributes by feature in src/tone", of("tone/", &words("feature = ")), 17),
-        ("attributes for the page's module in src/", of("", &words("target_arch = \"wasm32\"")), 1),
+        ("attributes for the page's module in src/", of("", &words("target_arch = \"wasm32\"")), 5),
         (
             "files of src/ that tell cores apart",
             of("", &has(&["cfg(dsp", "cfg(mve", "cfg(thumb1", "cfg(any(dsp", "cfg(not(any(dsp"])),

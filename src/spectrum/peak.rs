@@ -284,7 +284,7 @@ fn middle(around: &[Point]) -> Option<&[Point; 3]> {
 }
 
 /// The peak that a scan over a band has found, with its skirt, itself and its neighbours.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
     if found.power == 0 {
         return None;

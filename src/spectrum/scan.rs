@@ -57,7 +57,8 @@ impl Scan {
     }
 
     /// Takes the next bin in ascending order.
-    #[inline(always)]
+    // The page's module calls it, and the other three functions with this attribute: 9 KB less to load.
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(super) fn see(&mut self, bin: usize, power: u64) {
         self.total = self.total.wrapping_add(power);
         if power > self.power {
@@ -83,7 +84,7 @@ impl Scan {
 
 /// Scans stored bins, the first of which is bin `first`; `point` converts one to integers. A bin
 /// below 0 is two's complement, so the count may pass from the largest number to 0.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point) -> Scan {
     let (mut scan, mut total) = (Scan::from(first), 0u64);
     for (k, &bin) in bins.iter().enumerate() {
@@ -106,7 +107,7 @@ pub(super) const SPARSE: usize = 16;
 
 /// The least sum of a pair's powers at which one of its bins may have the power `best`; 1 if any may,
 /// so that silence is not split.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) const fn worth(best: u64) -> u64 {
     let least = best.saturating_sub((best >> 13) + (1 << 21));
     if least == 0 { 1 } else { least }

@@ -39,7 +39,8 @@ fn build(package: &str, route: &Route, target: &Path) -> Result<(), ToolError> {
     command.args(["rustc", "--locked", "--package", package, "--lib", "--crate-type", "cdylib"]);
     command.args(["--profile", "web", "--target", TRIPLE, "--target-dir"]).arg(target);
     if matches!(route, Route::Source { .. }) {
-        command.arg("-Zbuild-std=std,panic_abort");
+        // What is built anyway is built small: 1 % of the page.
+        command.args(["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=optimize_for_size"]);
     }
     // Addresses as short as they are: 5 % of the file.
     command.args(["--", "-Clink-arg=--compress-relocations"]);
