@@ -9,6 +9,8 @@ mod chirp;
 mod demo;
 #[path = "pico/faults.rs"]
 mod faults;
+#[path = "pico/latency.rs"]
+mod latency;
 #[path = "pico/pairs.rs"]
 mod pairs;
 #[path = "pico/pulses.rs"]

@@ -9,6 +9,8 @@ mod board;
 mod brown_out;
 #[path = "rsemu/chirps.rs"]
 mod chirps;
+#[path = "rsemu/latency.rs"]
+mod latency;
 #[path = "rsemu/line.rs"]
 mod line;
 #[path = "rsemu/saves.rs"]

@@ -90,7 +90,7 @@ fn stream(
 }
 
 /// Codes of blocks one after the other, each with a tone of its own below bin 48 that moves by three bins beside a drift, which takes longest.
-fn moving(blocks: usize) -> Vec<u16> {
+pub fn moving(blocks: usize) -> Vec<u16> {
     let mut rng = ChaCha8Rng::seed_from_u64(24);
     let block = |_| {
         let (bin, phase) = (rng.random_range(3.0..48.0), rng.random_range(0.0..TAU));
