@@ -44,7 +44,7 @@ fn measure<R: Record, const N: usize>(blocks: u32, arithmetic: Arithmetic, seen:
         let Ok(plan) = Config { method, ..config }.plan() else { return };
         pipeline.set_plan(plan);
         fill::<R>(&mut samples, codes, &mut random);
-        let tone = pipeline.block(Stamp::default(), &samples).tone;
+        let tone = pipeline.block(&Stamp::default(), &samples).tone;
         seen.blocks += 1;
         seen.good += u32::from(tone.verdict == picket_dsp::Verdict::Good);
         let floats = [tone.sigma, tone.snr, tone.amplitude].map(f32::to_bits);

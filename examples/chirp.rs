@@ -51,7 +51,7 @@ fn main() -> Result<(), ConfigError> {
             (1800.0 * (TAU * beat(begin_s + n as f64 / RATE_HZ)).cos()).round() as i16
         });
         let stamp = Stamp { sequence, segment, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &samples);
+        let measurement = pipeline.block(&stamp, &samples);
         println!("{segment:?}: {}", measurement.tone);
         if let Outcome::Target(target) = measurement.result {
             let (range, velocity) = (target.range, target.velocity);

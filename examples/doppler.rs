@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut framer = Framer::<Real, 4096>::new(Format::signed::<16>()).with_hop(1024);
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
     framer.push(&samples, |stamp, samples| {
-        let measurement = pipeline.block(*stamp, samples);
+        let measurement = pipeline.block(stamp, samples);
         if let Outcome::Velocity(speed) = measurement.result
             && speed.verdict.usable() <= Usable::WithinSigma
         {

@@ -56,7 +56,7 @@ fn main() -> Result<(), ConfigError> {
         filler.interrupt();
         // On a board: the main loop.
         blocks.process(|stamp, counters, samples| {
-            let tone = pipeline.block(*stamp, samples).tone;
+            let tone = pipeline.block(stamp, samples).tone;
             println!("block {}: {tone}, {} lost", stamp.sequence, counters.lost());
             assert!((tone.hertz() - 0.3e6 / std::f64::consts::TAU).abs() < 1.0);
         });

@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
     framer.push(&samples, |stamp, samples| {
         let seconds = stamp.clock as f64 / config.rate_hz;
-        println!("{seconds:8.3} s  {}", pipeline.block(*stamp, samples).tone);
+        println!("{seconds:8.3} s  {}", pipeline.block(stamp, samples).tone);
     });
     Ok(())
 }

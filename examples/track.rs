@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut framer = Framer::<Real, 4096>::new(Format::signed::<16>());
     let samples = reader.samples::<i16>().collect::<Result<Vec<_>, _>>()?;
     framer.push(&samples, |stamp, samples| {
-        tracker.block(*stamp, samples);
+        tracker.block(stamp, samples);
         let seconds = stamp.clock as f64 / config.rate_hz;
         for track in tracker.tracks(Segment::Continuous) {
             println!("{seconds:8.3} s  track {}: {}", track.number, track.tone);

@@ -17,7 +17,7 @@
 //! let mut framer = Framer::<Real, 1024>::new(Format::signed::<16>());
 //! for chunk in recording.chunks(480) {
 //!     framer.push(chunk, |stamp, samples| {
-//!         let tone = pipeline.block(*stamp, samples).tone;
+//!         let tone = pipeline.block(stamp, samples).tone;
 //!         println!("{tone}"); // 1000.766 Hz ± 0.006 Hz, SNR 44.1 dB, good
 //! #         assert!((tone.hertz() - 0.131 / std::f64::consts::TAU * 48e3).abs() < 0.1);
 //!     });

@@ -91,9 +91,9 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     }
 
     /// Measures one block. Cost: one transform, one search, one fit.
-    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
-        let (clipped, tone) = self.tone(&stamp, samples);
-        Measurement { stamp, clipped, tone, result: self.solve(&stamp, tone) }
+    pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
+        let (clipped, tone) = self.tone(stamp, samples);
+        Measurement { stamp: *stamp, clipped, tone, result: self.solve(stamp, tone) }
     }
 
     /// Measures the tone of one block and counts the samples that touch a rail. It runs no solver,
@@ -163,7 +163,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// [`Framer`](crate::acquire::framer::Framer) makes records of a stream of any length.
     pub fn record(&mut self, samples: &[R::Sample]) -> Result<Measurement, LengthError> {
         match samples.try_into() {
-            Ok(samples) => Ok(self.block(Stamp::default(), samples)),
+            Ok(samples) => Ok(self.block(&Stamp::default(), samples)),
             Err(_) => Err(LengthError { samples: samples.len(), wanted: N }),
         }
     }

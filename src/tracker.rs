@@ -51,7 +51,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     /// Measures one block and updates the tracks of its segment. While the only tone is locked, it
     /// measures that tone where it is expected; otherwise it does what [`Pipeline::block`] does.
     /// With a plan that follows no tones, it is a pipeline.
-    pub fn block(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+    pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         if !self.follows() {
             return self.pipeline.block(stamp, samples);
         }
@@ -83,7 +83,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
 
     /// Measures the locked tone without a search; `None` if a search is due. A search is due when
     /// the lock is old or does not see its tone.
-    fn locked(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
+    fn locked(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Option<Measurement> {
         let plan = self.pipeline.plan();
         let segment = place(stamp.segment);
         let lock = self.locks.get_mut(segment)?.as_mut()?;
@@ -91,20 +91,20 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         if lock.age.saturating_add(1) >= plan.tracking.refresh {
             return None;
         }
-        let expected = tracks.expected(&stamp, plan.segments())?;
+        let expected = tracks.expected(stamp, plan.segments())?;
         let clipped = Statistics::clipped::<R>(samples, plan.codes);
         let tone = lock.measure::<R, N>(samples, expected, clipped)?;
         let width = plan.options.width.of_block() * const { 1.0 / (N * N) as f32 };
         let sigma = (tone.sigma * tone.sigma + width).root();
         let tone = Tone { rate_hz: plan.rate_hz, sigma, ..tone };
         // A tone outside the gate belongs to another target.
-        tracks.lead(&stamp, &tone, &plan.tracking).then_some(())?;
-        let result = self.pipeline.solve(&stamp, tone);
-        Some(Measurement { stamp, clipped, tone, result })
+        tracks.lead(stamp, &tone, &plan.tracking).then_some(())?;
+        let result = self.pipeline.solve(stamp, tone);
+        Some(Measurement { stamp: *stamp, clipped, tone, result })
     }
 
     /// Measures and searches the whole block.
-    fn searched(&mut self, stamp: Stamp, samples: &[R::Sample; N]) -> Measurement {
+    fn searched(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         let measurement = self.pipeline.block(stamp, samples);
         let pipeline = &self.pipeline;
         let plan = pipeline.plan();
@@ -120,11 +120,11 @@ impl<R: Record, const N: usize> Tracker<R, N> {
             let gate = bins::<R>(tone, gate, plan.band, N);
             let peak = peak::within(pipeline.spectrum(), plan.band, gate)?;
             let threshold = Threshold::new(gate.width(), HOLD);
-            Some(pipeline.measure(&stamp, samples, measurement.clipped, &peak, threshold))
+            Some(pipeline.measure(stamp, samples, measurement.clipped, &peak, threshold))
                 .filter(|tone| tone.verdict.usable() < Usable::No)
         };
         let every = plan.segments();
-        let sight = Sight { stamp: &stamp, every, bin: 1.0 / N as f32, tones: &tones, find };
+        let sight = Sight { stamp, every, bin: 1.0 / N as f32, tones: &tones, find };
         if let Some(tracks) = self.tracks.get_mut(place(stamp.segment)) {
             tracks.step(sight, &plan.tracking);
         }

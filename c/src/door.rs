@@ -185,7 +185,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
                 None => timing(meter.pipeline.plan()).stamp(meter.number.into(), false),
             };
             meter.number = stamp.sequence.wrapping_add(1);
-            let measurement = meter.pipeline.block(stamp, samples);
+            let measurement = meter.pipeline.block(&stamp, samples);
             meter.last = Some(measurement);
             answer.put(CMeasurement::of(&measurement));
         }
@@ -265,7 +265,7 @@ impl<R: Record, const N: usize> Follower<R, N> {
                 None => follower.timing.stamp(follower.number.into(), false),
             };
             follower.number = stamp.sequence.wrapping_add(1);
-            answer.put(CMeasurement::of(&follower.tracker.block(stamp, samples)));
+            answer.put(CMeasurement::of(&follower.tracker.block(&stamp, samples)));
             let all = follower.tracker.tracks(stamp.segment).iter();
             found.put(tracks.put_all(room, all.map(|track| CTrack::of(track, follower.rate_hz))));
         }

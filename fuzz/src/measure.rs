@@ -47,13 +47,13 @@ pub fn pipeline(bytes: &[u8]) {
                     if sequence % 2 == 0 {
                         real.set_plan(plan);
                     }
-                    real.block(stamp, &samples::<Real, N>(&mut input))
+                    real.block(&stamp, &samples::<Real, N>(&mut input))
                 }
                 picket_dsp::plan::EitherPlan::Iq(plan) => {
                     if sequence % 2 == 0 {
                         iq.set_plan(plan);
                     }
-                    iq.block(stamp, &samples::<Iq, N>(&mut input))
+                    iq.block(&stamp, &samples::<Iq, N>(&mut input))
                 }
             };
             calibration.apply(&mut measurement);
@@ -90,7 +90,7 @@ fn follow<R: Record>(config: &Config, input: &mut Input) {
     let mut tracker = Tracker::<R, N>::new(plan);
     for number in 0..8 {
         let stamp = stamp(config, number, input);
-        let measurement = tracker.block(stamp, &samples::<R, N>(input));
+        let measurement = tracker.block(&stamp, &samples::<R, N>(input));
         self::number(&measurement);
         for track in tracker.tracks(stamp.segment) {
             assert!(track.tone.sigma >= 0.0 && !track.rate().is_nan(), "{track:?}");

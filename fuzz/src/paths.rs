@@ -61,7 +61,7 @@ fn sound(tone: &Tone) {
 fn block<R: Record, const N: usize, E: Engine>(config: &Config, input: &mut Input) {
     let Ok(plan) = config.plan::<R, N>() else { return };
     let mut pipeline = Pipeline::<R, N, E>::new(plan);
-    let measurement = pipeline.block(Stamp::default(), &samples::<R, N>(input));
+    let measurement = pipeline.block(&Stamp::default(), &samples::<R, N>(input));
     sound(&measurement.tone);
     for phasor in pipeline.lines(&measurement, 4) {
         sound(&phasor.tone);
@@ -80,7 +80,7 @@ fn alternating<const N: usize, const TWICE: usize>(config: &Config, input: &mut 
     let mut pipeline = Alternating::<N, TWICE>::new(plan);
     let pairs = samples::<Iq, N>(input);
     let mut turned = pairs;
-    sound(&pipeline.block(Stamp::default(), &mut turned).tone);
+    sound(&pipeline.block(&Stamp::default(), &mut turned).tone);
 }
 
 /// A sum of three blocks, whose line may move.
@@ -91,7 +91,7 @@ fn accumulated<R: Record, const N: usize>(config: &Config, input: &mut Input) {
     let mut sum = Accumulator::<R, N>::new(3).with_drift(drift);
     for sequence in [0, 1, u32::from(input.byte())] {
         let stamp = Stamp { sequence, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &samples::<R, N>(input));
+        let measurement = pipeline.block(&stamp, &samples::<R, N>(input));
         if let Some(result) = sum.add(&measurement, &pipeline) {
             sound(&result.tone);
         }
@@ -129,7 +129,7 @@ fn assembled<const N: usize>(config: &Config, input: &mut Input) {
         };
         let words: [u16; N] = samples::<Real, N>(input).map(|sample| sample as u16);
         framer.push_at(clock, &words, |stamp, samples| {
-            let measurement = pipeline.block(*stamp, samples);
+            let measurement = pipeline.block(stamp, samples);
             sound(&measurement.tone);
             if let Some(last) = last {
                 assert!(stamp.clock > last.stamp.clock, "{stamp:?} after {:?}", last.stamp);

@@ -35,7 +35,7 @@ fn summed<R: Record, const N: usize>(
             R::of_parts([part(cos, rng), if R::IQ { part(sin, rng) } else { 0 }])
         });
         let stamp = Stamp { sequence: block, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &samples);
+        let measurement = pipeline.block(&stamp, &samples);
         if let Some(accumulated) = accumulator.add(&measurement, &pipeline) {
             return accumulated;
         }
@@ -239,7 +239,7 @@ fn a_broad_line_is_moving() {
                 let noise = NOISE * rng.sample::<f64, _>(StandardNormal);
                 quantise(0.3 * NOISE * (TAU * bins * n as f64 / 1024.0).cos() + noise)
             });
-            let measurement = pipeline.block(Stamp { sequence, ..Stamp::default() }, &samples);
+            let measurement = pipeline.block(&Stamp { sequence, ..Stamp::default() }, &samples);
             last = sum.add(&measurement, &pipeline).or(last);
         }
         last.unwrap().tone.verdict == Verdict::Moving
@@ -259,7 +259,7 @@ fn segments_silence_and_clearing() {
     for sequence in 0..12 {
         let segment = [Segment::Up, Segment::Down][sequence as usize % 2];
         let stamp = Stamp { sequence, segment, gap: sequence == 5, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &[7; 64]);
+        let measurement = pipeline.block(&stamp, &[7; 64]);
         results += i32::from(sum.add(&measurement, &pipeline).is_some_and(|seen| {
             assert_eq!((seen.tone.verdict, seen.blocks), (Verdict::NoSignal, 3));
             true

@@ -58,7 +58,7 @@ fn measure<const N: usize, const TWICE: usize>(
 ) -> Measurement {
     let before = *pairs;
     let measurement =
-        Alternating::<N, TWICE>::new(config.plan().unwrap()).block(Stamp::default(), pairs);
+        Alternating::<N, TWICE>::new(config.plan().unwrap()).block(&Stamp::default(), pairs);
     assert_eq!(*pairs, before, "the codes are not what they were");
     measurement
 }
@@ -164,7 +164,7 @@ fn ideal_channels_leave_no_image() {
         });
         let config = Config { codes: Codes::signed::<16>(), ..sideband(1024, bins > 0, 3.0) };
         let mut pipeline = Alternating::<1024, 2048>::new(config.plan().unwrap());
-        pipeline.block(Stamp::default(), &mut pairs);
+        pipeline.block(&Stamp::default(), &mut pairs);
         let power = |bins: i32| pipeline.spectrum().power(512 + bins) as f64;
         worst = worst.max(10.0 * (power(-bins) / power(bins)).log10());
     }
@@ -177,7 +177,7 @@ fn ideal_channels_leave_no_image() {
     });
     let mut pipeline =
         Pipeline::<Iq, 1024>::new(Config::new(1.0, Codes::signed::<16>()).plan().unwrap());
-    pipeline.block(Stamp::default(), &pairs);
+    pipeline.block(&Stamp::default(), &pairs);
     let power = |bins: i32| pipeline.spectrum().power(bins) as f64;
     let image = 10.0 * (power(-256) / power(256)).log10();
     assert!((image + 7.66).abs() < 0.01, "{image}");
@@ -300,8 +300,8 @@ fn the_sign_reaches_the_solver() {
             let stamp = timing.stamp(number, false);
             let rng = &mut rng(914, number);
             let [mut pairs, both] = echoes::<512>(scene, &target, number as usize, rng);
-            let first = turns.block(stamp, &mut pairs);
-            targets.push([first.result, at_once.block(stamp, &both).result]);
+            let first = turns.block(&stamp, &mut pairs);
+            targets.push([first.result, at_once.block(&stamp, &both).result]);
         }
         let [Outcome::Target(turns), Outcome::Target(at_once)] = targets[1] else {
             panic!("no target")

@@ -50,7 +50,7 @@ fn shares<R: Record>(
             })
             .collect();
         let samples: &[R::Sample; N] = samples.as_slice().try_into().unwrap();
-        let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), samples).tone;
+        let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), samples).tone;
         let usable = matches!(tone.verdict.usable(), Usable::Yes | Usable::WithinSigma);
         let off = (tone.frequency.bins(N) - bins).abs() > 5.0 * f64::from(tone.sigma) * N as f64;
         (usable, usable && off)

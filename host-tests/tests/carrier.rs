@@ -81,7 +81,7 @@ fn followed<R: Record, const N: usize>(
             for (block, record) in records.iter().enumerate() {
                 let stamp = Stamp { sequence: block as u32, ..Stamp::default() };
                 let record = record.as_slice().try_into().unwrap();
-                let measurement = tracker.block(stamp, record);
+                let measurement = tracker.block(&stamp, record);
                 blocks.extend(off(&measurement.tone, cycles));
                 let held = tracker.tracks(Segment::Continuous).iter();
                 let held = held.filter(|track| track.state == State::Held);
@@ -169,7 +169,7 @@ fn summed<const N: usize>(width: Carrier, snr_db: f64) -> [f64; 3] {
             let mut accumulator = Accumulator::<Iq, N>::new(M as u32);
             let sums = records.iter().enumerate().filter_map(|(block, record)| {
                 let stamp = Stamp { sequence: block as u32, ..Stamp::default() };
-                let measurement = pipeline.block(stamp, record.as_slice().try_into().unwrap());
+                let measurement = pipeline.block(&stamp, record.as_slice().try_into().unwrap());
                 accumulator.add(&measurement, &pipeline)
             });
             sums.last().and_then(|sum| off(&sum.tone, cycles))

@@ -110,7 +110,7 @@ fn solved<R: Record, const N: usize>(
         let samples: Vec<_> = record.into_iter().map(R::of_parts).collect();
         let stamp = Stamp { sequence: index as u32, segment, ..Stamp::default() };
         let samples = samples.as_slice().try_into().unwrap();
-        if let Outcome::Target(found) = pipeline.block(stamp, samples).result {
+        if let Outcome::Target(found) = pipeline.block(&stamp, samples).result {
             target = Some(found);
         }
     }

@@ -60,7 +60,7 @@ fn by_frequency(snr_db: f64, swing_bins: f64, period: f64, seed: u64) -> [f64; 2
             let normal = || rng.sample(StandardNormal);
             let record = receiver.record(&wave, targets, (0, clock as f64), N, normal);
             let stamp = Stamp { sequence: block as u32, clock, ..Stamp::default() };
-            let measurement = pipeline.block(stamp, record.as_array().unwrap());
+            let measurement = pipeline.block(&stamp, record.as_array().unwrap());
             for phasor in &pipeline.lines(&measurement, 1) {
                 let now = unwrapper.push(&stamp, phasor);
                 // A displacement counts from a block whose tone can be used.

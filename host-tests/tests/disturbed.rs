@@ -23,7 +23,7 @@ fn measured<R: Kind>(text: &str, snr_db: f64) -> Vec<(Tone, f64)> {
         .map(|trial| {
             let record = impairment.record::<R>(&setup, &mut generator(SEED, trial));
             let samples: [R::Sample; N] = codes::<R>(&record.samples).try_into().unwrap();
-            let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
+            let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone;
             let off = tone.frequency.cycles() - record.bins / N as f64;
             (tone, (off - off.round()) * N as f64)
         })

@@ -87,7 +87,7 @@ fn measured<R: Record, const N: usize>(
     for (sequence, samples) in blocks.iter().enumerate() {
         capture.push::<R>(samples).unwrap();
         let stamp = header.timing().stamp(sequence as u64, false);
-        let measurement = pipeline.block(stamp, samples);
+        let measurement = pipeline.block(&stamp, samples);
         let (method, health) = (plan.options.method, Health::default());
         telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
     }

@@ -84,7 +84,7 @@ fn cell_of<R: Kind, E: Engine, const N: usize>(
     for trial in 0..records() {
         let (bins, record) = record(&mut generator(SEED + 1, trial));
         let samples: [R::Sample; N] = codes::<R>(&record).try_into().unwrap();
-        let tone = pipeline.block(Stamp::default(), &samples).tone;
+        let tone = pipeline.block(&Stamp::default(), &samples).tone;
         if tone.verdict != Verdict::Good {
             continue;
         }

@@ -83,7 +83,7 @@ fn field_by<R: Kind + Record, const N: usize>(
         let record = impairment.record::<R>(&setup, &mut generator(seed, index));
         let samples = codes::<R>(&record.samples);
         let samples: &[R::Sample; N] = samples.as_slice().try_into().unwrap();
-        let tone = pipeline.block(Stamp::default(), samples).tone;
+        let tone = pipeline.block(&Stamp::default(), samples).tone;
         let (n, bins) = (N as f64, tone.frequency.bins(N));
         let around = |x: f64| if R::IQ { (x + n / 2.0).rem_euclid(n) - n / 2.0 } else { x };
         Seen {

@@ -29,7 +29,7 @@ fn measured<R: Kind, E: Engine, const N: usize>(
             let impairment = &impairments[trial as usize % impairments.len()];
             let record = impairment.record::<R>(&setup, &mut generator(SEED, trial));
             let samples: [R::Sample; N] = codes::<R>(&record.samples).try_into().unwrap();
-            let tone = Pipeline::<R, N, E>::new(plan).block(Stamp::default(), &samples).tone;
+            let tone = Pipeline::<R, N, E>::new(plan).block(&Stamp::default(), &samples).tone;
             let off = tone.frequency.cycles() - record.bins / N as f64;
             (tone, (off - off.round()).abs() / f64::from(tone.sigma))
         })

@@ -11,7 +11,7 @@ const N: usize = 1024;
 fn fundamental<R: Kind>(samples: &[R::Sample; N], band_hz: Option<(f64, f64)>) -> Option<Harmonic> {
     let config = Config { band_hz, ..Config::new(N as f64, Codes::signed::<12>()) };
     let mut pipeline = Pipeline::<R, N>::new(config.plan().unwrap());
-    let measurement = pipeline.block(Stamp::default(), samples);
+    let measurement = pipeline.block(&Stamp::default(), samples);
     pipeline.harmonic(&measurement, 5)
 }
 
@@ -118,7 +118,7 @@ fn mains_track(samples: &[i16], track: &str) {
         let (mut sum, mut all) = (0.0, 0.0);
         for (index, block) in frame.windows(M).step_by(HOP).enumerate() {
             let block: &[i16; M] = block.try_into().unwrap();
-            let measurement = pipeline.block(Stamp::default(), block);
+            let measurement = pipeline.block(&Stamp::default(), block);
             let found = pipeline.harmonic(&measurement, 3).unwrap();
             let from_middle = (index * HOP) as f64 + 0.5 * M as f64 - 0.5 * FRAME as f64;
             let weight = weight(SHARPER * from_middle / FRAME as f64);

@@ -18,7 +18,7 @@ fn records(count: u64) -> u64 {
 fn lines<R: Kind>(samples: &[R::Sample; N], most: usize) -> (Measurement, Vec<ToneWithPhase>) {
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<R, N>().unwrap();
     let mut pipeline = Pipeline::<R, N>::new(plan);
-    let measurement = pipeline.block(Stamp::default(), samples);
+    let measurement = pipeline.block(&Stamp::default(), samples);
     let lines = pipeline.lines(&measurement, most);
     (measurement, lines.into_iter().collect())
 }

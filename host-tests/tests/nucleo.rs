@@ -97,7 +97,7 @@ impl<R: Record> Here<R> {
     }
 
     fn record(&mut self, stamp: Stamp, samples: &[R::Sample; N], health: Health) -> Telemetry {
-        let measurement = self.pipeline.block(stamp, samples);
+        let measurement = self.pipeline.block(&stamp, samples);
         let basis = Some(self.plan.basis(tree().source.clock()));
         Telemetry { measurement, method: self.plan.plan.options.method, health, basis }
     }
@@ -292,7 +292,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
         status(&mut board);
         assert!(board.block(&bytes(&samples)).unwrap());
         let stamp = plan.timing.stamp(number, false);
-        let measurement = tracker.block(stamp, &samples);
+        let measurement = tracker.block(&stamp, &samples);
         let basis = Some(plan.basis(tree().source.clock()));
         let expected = Telemetry { measurement, method, health: Health::default(), basis };
         assert_eq!(next_record(&mut board).to_bytes(), expected.to_bytes(), "block {number}");

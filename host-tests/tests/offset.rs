@@ -39,9 +39,9 @@ fn measured<const N: usize, const TWICE: usize>(
     });
     let plan = Config { band_hz: Some((-0.45, 0.45)), ..Config::new(1.0, CODES) }.plan().unwrap();
     match taken {
-        Taken::AtOnce => Pipeline::<Iq, N>::new(plan).block(Stamp::default(), &pairs).tone,
+        Taken::AtOnce => Pipeline::<Iq, N>::new(plan).block(&Stamp::default(), &pairs).tone,
         Taken::ByTurns => {
-            Alternating::<N, TWICE>::new(plan).block(Stamp::default(), &mut pairs).tone
+            Alternating::<N, TWICE>::new(plan).block(&Stamp::default(), &mut pairs).tone
         }
     }
 }
@@ -106,7 +106,7 @@ fn of_unsigned<E: Engine, const N: usize>(name: &str, away: f64) {
                 })
             });
             let mut pipeline = Pipeline::<Iq, N, E>::new(Config::new(1.0, codes).plan().unwrap());
-            let measurement = pipeline.block(Stamp::default(), &samples);
+            let measurement = pipeline.block(&Stamp::default(), &samples);
             let lines = pipeline.lines(&measurement, 4);
             let harmonic = pipeline.harmonic(&measurement, 1);
             let tones = lines.iter().map(|line| line.tone).chain(harmonic.map(|found| found.tone));

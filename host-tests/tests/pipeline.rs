@@ -33,7 +33,7 @@ fn chirp(row: &Row, snr_db: f64, method: Method, seed: u64, trial: u64) -> Measu
     for (number, &segment) in config.scene.segments().iter().enumerate() {
         let rng = &mut generator(seed, 3 * trial + number as u64);
         let samples = row.codes::<Real>(&sensor, number, (350.0, snr_db), rng);
-        last = pipeline.block(stamp(number as u32, segment), samples.as_array().unwrap());
+        last = pipeline.block(&stamp(number as u32, segment), samples.as_array().unwrap());
     }
     last
 }
@@ -83,7 +83,7 @@ fn a_target_never_mixes_two_chirps() {
         let mut pipeline = pipeline(scenario::lidar());
         let last = blocks
             .iter()
-            .map(|&(sequence, segment)| pipeline.block(stamp(sequence, segment), &samples))
+            .map(|&(sequence, segment)| pipeline.block(&stamp(sequence, segment), &samples))
             .last()
             .unwrap();
         assert_eq!(errors(&row, &last).is_some(), complete, "{blocks:?}");
@@ -95,13 +95,13 @@ fn an_offset_changes_nothing() {
     let signal = Signal::tone(40.3, 500.0, 20.0);
     let plain = block(&signal, 2, 0);
     let raised = plain.map(|x| x + 900);
-    let measure = |samples| pipeline(scenario::lidar()).block(Stamp::default(), samples).tone;
+    let measure = |samples| pipeline(scenario::lidar()).block(&Stamp::default(), samples).tone;
     let (plain, raised) = (measure(&plain), measure(&raised));
     assert_eq!(plain.verdict, Verdict::Good);
     assert!((plain.frequency.bins(N) - raised.frequency.bins(N)).abs() < 1e-4);
     let unsigned = Config { codes: Codes::unsigned::<12>(), ..scenario::lidar() };
     let shifted = block(&signal, 2, 0).map(|x| x + 2048);
-    let unsigned = pipeline(unsigned).block(Stamp::default(), &shifted).tone;
+    let unsigned = pipeline(unsigned).block(&Stamp::default(), &shifted).tone;
     assert!((plain.frequency.bins(N) - unsigned.frequency.bins(N)).abs() < 1e-4);
     assert_eq!(unsigned.verdict, Verdict::Good);
 }
@@ -110,7 +110,7 @@ fn an_offset_changes_nothing() {
 fn what_is_not_a_clean_tone_says_so() {
     let verdict = |samples: &[i16; N], gap| {
         let stamp = Stamp { gap, ..Stamp::default() };
-        pipeline(scenario::lidar()).block(stamp, samples).tone.verdict
+        pipeline(scenario::lidar()).block(&stamp, samples).tone.verdict
     };
     let good = block(&Signal::tone(100.3, 1000.0, 10.0), 3, 0);
     assert_eq!(verdict(&good, false), Verdict::Good);

@@ -53,7 +53,7 @@ fn seen(snr_db: f64, chirps: u64, seed: u64) -> Vec<Seen> {
             let samples = std::array::from_fn(|n| record[n][0]);
             let clock = lap * u64::from(PERIOD);
             let stamp = Stamp { clock, sequence: lap as u32, ..Stamp::default() };
-            let measurement = pipeline.block(stamp, &samples);
+            let measurement = pipeline.block(&stamp, &samples);
             let lines = pipeline.lines(&measurement, 1);
             let [phasor] = lines.as_slice() else { panic!("{} lines", lines.len()) };
             targets = sequence.push(&stamp, phasor);

@@ -29,7 +29,7 @@ fn a_line_beyond_an_end_of_the_band_is_not_good() {
         config.band_hz = Some((f64::from(low), f64::from(high)));
         let plan = config.plan::<Real, N>().unwrap();
         let (low, high) = (plan.band.low, plan.band.high);
-        let tone = Pipeline::<Real, N>::new(plan).block(Stamp::default(), &samples).tone;
+        let tone = Pipeline::<Real, N>::new(plan).block(&Stamp::default(), &samples).tone;
         let found = tone.frequency.bins(N);
         let is_inside = found >= f64::from(low) - 0.5 && found <= f64::from(high) + 0.5;
         let good = tone.verdict == picket_dsp::Verdict::Good;
@@ -60,7 +60,7 @@ fn an_answer_without_a_sigma_is_not_good() {
             let line = Line { bins, amplitude: 1000.0, phase };
             let snr_db = rng.random_range(-10.0..60.0);
             let mut pairs = Iq::record::<N>(&mut rng, &[line], sigma(1000.0, snr_db));
-            let tone = pipeline.block(Stamp::default(), &mut pairs).tone;
+            let tone = pipeline.block(&Stamp::default(), &mut pairs).tone;
             let known = tone.sigma < 1.0;
             assert!(
                 known || tone.verdict >= picket_dsp::Verdict::Weak,
@@ -118,7 +118,7 @@ fn usable_and_wrong<R: crate::signal::Kind>(method: Method) -> Option<[(&'static
         let snr_db = rng.random_range(0.0..50.0);
         drawn(rng, snr_db).map(|Drawn { name, lines, truth }| {
             let samples = R::record::<N>(rng, &lines, sigma(amplitude(snr_db), snr_db));
-            let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
+            let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone;
             let usable = tone.verdict.usable() <= Usable::WithinSigma;
             let off = |truth: f64| {
                 (tone.frequency.bins(N) - truth).abs() > 5.0 * f64::from(tone.sigma) * N as f64
@@ -223,7 +223,7 @@ fn symmetric<const N: usize>(arithmetic: Arithmetic, steady: bool, seed: u64) ->
         let turned = std::array::from_fn(|n| if n % 2 == 0 { record[n] } else { -record[n] });
         let mut pipeline = Pipeline::<Real, N>::new(plan);
         let [it, backwards, turned] = [record, backwards, turned].map(|samples| {
-            let verdict = pipeline.block(Stamp::default(), &samples).tone.verdict;
+            let verdict = pipeline.block(&Stamp::default(), &samples).tone.verdict;
             verdict.usable() <= Usable::WithinSigma
         });
         let near = bins.min(nyquist - bins) < DRIFT;
@@ -367,7 +367,7 @@ fn alike<R: crate::signal::Kind, const N: usize>(
         let other = std::array::from_fn(|n| (symmetry.sample)(parts[place(n)], n));
         let mut pipeline = Pipeline::<R, N>::new(plan);
         let [it, other] = [parts, other]
-            .map(|parts| pipeline.block(Stamp::default(), &parts.map(R::of_parts)).tone);
+            .map(|parts| pipeline.block(&Stamp::default(), &parts.map(R::of_parts)).tone);
         let [usable, still] = [it, other].map(|tone| tone.verdict.usable() <= Usable::WithinSigma);
         // Of real records minus the frequency is the frequency.
         let off = |sign: f64| {

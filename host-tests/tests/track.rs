@@ -54,7 +54,7 @@ impl<const N: usize> Feed<N> {
         let samples: [i16; N] = signal.codes::<Real>(N, &mut self.rng).try_into().unwrap();
         let stamp = Stamp { sequence: self.sequence, ..Stamp::default() };
         self.sequence += 1;
-        self.tracker.block(stamp, &samples)
+        self.tracker.block(&stamp, &samples)
     }
 
     fn tracks(&self) -> &[Track] {
@@ -274,7 +274,7 @@ fn a_gap_widens_the_gate_and_keeps_the_track() {
         .codes::<Real>(1024, &mut generator(1, 1))
         .try_into()
         .unwrap();
-    feed.tracker.block(Stamp { sequence: 36, gap: true, ..Stamp::default() }, &samples);
+    feed.tracker.block(&Stamp { sequence: 36, gap: true, ..Stamp::default() }, &samples);
     let track = feed.held().unwrap();
     assert_eq!((track.number, track.tone.verdict), (number, Verdict::Gap));
     assert!((feed.bins(track) - place(36) - 1.0).abs() < 0.2);
@@ -446,7 +446,7 @@ fn a_car_that_brakes_is_followed_by_its_wave() {
             let cars = core::slice::from_ref(&car);
             let record = receiver.record(&wave, cars, (0, start_s), N, normal);
             let stamp = Stamp { sequence: block, ..Stamp::default() };
-            tracker.block(stamp, record.as_array().unwrap());
+            tracker.block(&stamp, record.as_array().unwrap());
             let tracks = tracker.tracks(Segment::Continuous);
             let track = tracks.iter().find(|track| track.state == State::Held);
             let Some(track) = track.filter(|_| block > 8) else { continue };

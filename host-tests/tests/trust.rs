@@ -139,7 +139,7 @@ fn interferers<R: Kind, const N: usize>(count: usize) {
         let mut lines = vec![line(rng, 0.04, 0.11, tone_amplitude)];
         lines.extend((0..count).map(|_| line(rng, 0.3, 0.48, 10f64.sqrt() * tone_amplitude)));
         let record = R::record::<N>(rng, &lines, noise);
-        let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &record).tone;
+        let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &record).tone;
         let sigma = f64::from(tone.sigma) * n;
         (f64::from(tone.snr_db()) - snr_db, error::<R, N>(&tone, lines[0].bins) / sigma)
     });
@@ -255,7 +255,7 @@ fn alarms<R: Kind, const N: usize>() -> f64 {
     let count = 200_000 * 256 / N.max(256) as u64;
     let seen = trials(10, count, |rng| {
         let samples = R::record::<N>(rng, &[], 30.0);
-        Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone.verdict
+        Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone.verdict
     });
     let alarms = seen.iter().filter(|&&v| v < Verdict::Weak).count() as f64;
     let asked = count as f64 / 100.0;
@@ -373,7 +373,7 @@ fn each_verdict(arithmetic: Arithmetic) {
         let samples = Real::record::<1024>(&mut rng, &[line], 2.0);
         let plan = config.plan::<Real, 1024>().unwrap();
         let stamp = Stamp { gap, ..Stamp::default() };
-        Pipeline::<Real, 1024>::new(plan).block(stamp, &samples).tone.verdict
+        Pipeline::<Real, 1024>::new(plan).block(&stamp, &samples).tone.verdict
     };
     assert_eq!(verdict(100.3, 1000.0, false), Verdict::Good);
     assert_eq!(verdict(1.2, 1000.0, false), Verdict::NearEdge);
@@ -403,7 +403,7 @@ fn a_recorded_tone() {
         .as_chunks::<4096>()
         .0
         .iter()
-        .map(|block| pipeline.block(Stamp::default(), block))
+        .map(|block| pipeline.block(&Stamp::default(), block))
         .collect();
     let hertz: Vec<_> = seen.iter().map(|m| m.tone.frequency.hertz(44100.0)).collect();
     let middle = mean(hertz.iter().copied());

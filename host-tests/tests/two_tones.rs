@@ -70,7 +70,7 @@ struct Pair {
 /// The tones of a record, the strongest first.
 fn tones(plan: Plan<Real, 1024>, samples: &[i16; 1024], most: usize) -> Vec<Tone> {
     let mut pipeline = Pipeline::<Real, 1024>::new(plan);
-    let measurement = pipeline.block(Stamp::default(), samples);
+    let measurement = pipeline.block(&Stamp::default(), samples);
     pipeline.lines(&measurement, most).iter().map(|phasor| phasor.tone).collect()
 }
 

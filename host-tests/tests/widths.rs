@@ -44,7 +44,7 @@ struct Errors {
 fn real(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
     let config = config();
     let block: [i16; N] = std::array::from_fn(|n| voltage(TAU * bin * n as f64 / N as f64, 0.0));
-    Pipeline::<Real, N>::new(config.plan().unwrap()).block(Stamp::default(), &block)
+    Pipeline::<Real, N>::new(config.plan().unwrap()).block(&Stamp::default(), &block)
 }
 
 /// The same of I/Q pairs by turns: Q lags by a quarter of a turn, and half a pair.
@@ -57,7 +57,7 @@ fn pairs(voltage: &mut dyn FnMut(f64, f64) -> i16, bin: f64) -> Measurement {
         let turn = |n: f64| TAU * bin * n / N as f64;
         [voltage(turn(n as f64), 0.0), voltage(turn(n as f64 + 0.5), -0.25 * TAU)]
     });
-    Pairs::new(config.plan().unwrap()).block(Stamp::default(), &mut block)
+    Pairs::new(config.plan().unwrap()).block(&Stamp::default(), &mut block)
 }
 
 /// How a tone of so many bins is measured, by its voltage at a phase with a lag.

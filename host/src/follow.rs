@@ -147,7 +147,7 @@ fn blocks<R: Kind, const N: usize>(
         let values: Vec<Complex<f64>> = samples.iter().map(|sample| sample.value).collect();
         let gap = blocks.missing() > 0;
         let stamp = Stamp { sequence: block, clock: start, gap, ..Stamp::default() };
-        tracker.block(stamp, &record::<R, N>(&values));
+        tracker.block(&stamp, &record::<R, N>(&values));
         let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
         for track in tracker.tracks(Segment::Continuous) {
             if track.state == State::Held {

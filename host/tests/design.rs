@@ -29,7 +29,7 @@ fn sigma_is_the_error_of_simulated_records() {
         let record = sensor.record(&[target], (0, 0), || rng.sample(StandardNormal));
         let samples: Vec<i16> = record.into_iter().map(|[re, _]| re).collect();
         let block = samples.as_slice().try_into().unwrap();
-        let tone = pipeline.block(Stamp::default(), block).tone;
+        let tone = pipeline.block(&Stamp::default(), block).tone;
         let velocity = tone.hertz() * number("resolution_mps") / number("bin_hz");
         squares += (velocity - 3.1).powi(2);
     }

@@ -60,7 +60,7 @@ fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
                 impairment.label()
             );
             let mut pipeline = Pipeline::<R, N>::new(plain);
-            let measurement = pipeline.block(Stamp::default(), &samples);
+            let measurement = pipeline.block(&Stamp::default(), &samples);
             let block = measurement.tone;
             seen.blocks += 1;
             // Of several lines each is judged less the others: what those did to it is gone, and nothing else.
@@ -81,7 +81,7 @@ fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
                     "{what}: {block}, {verdict} of {most} lines"
                 );
                 let mut tracker = Tracker::<R, N>::new(following(most as u8, 0));
-                tracker.block(Stamp::default(), &samples);
+                tracker.block(&Stamp::default(), &samples);
                 let tracks = tracker.tracks(Segment::Continuous);
                 let followed = of(&block, tracks.iter().map(|track| &track.tone));
                 if block.verdict.usable() == Usable::No {
@@ -122,9 +122,9 @@ fn every_way<R: Kind>(snr_db: f64, seen: &mut Seen) {
                 let tone = Signal::tone(impaired.nominal_bins, amplitude, snr_db);
                 let mut rng = generator(SEED + 1, 10 * trial + u64::from(sequence));
                 let samples = record::<R>(&tone.record::<R>(N, &mut rng));
-                tracker.block(Stamp { sequence, ..Stamp::default() }, &samples);
+                tracker.block(&Stamp { sequence, ..Stamp::default() }, &samples);
             }
-            let found = tracker.block(Stamp { sequence: 4, ..Stamp::default() }, &samples).tone;
+            let found = tracker.block(&Stamp { sequence: 4, ..Stamp::default() }, &samples).tone;
             let locked = tracker.is_locked(Segment::Continuous);
             assert!(locked || agrees(found.verdict, false), "{what}: {block}, {found} unlocked");
             if impairment.name() == "iq-dead" {

@@ -75,10 +75,10 @@ impl<R: Record, const N: usize> Meter<R, N> for Gatherer<R, N> {
         }
     }
 
-    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         if let Mode::Bursts(_) = self.mode {
-            self.gathered = self.bursts(&stamp, samples);
-            return Measurement { stamp, ..Measurement::default() };
+            self.gathered = self.bursts(stamp, samples);
+            return Measurement { stamp: *stamp, ..Measurement::default() };
         }
         let pipeline = self.processor.pipeline();
         let mut measurement = pipeline.block(stamp, samples);

@@ -50,7 +50,7 @@ pub trait Meter<R: Record, const N: usize> {
     fn set_plan(&mut self, plan: Plan<R, N>);
 
     /// Measures a block, whose codes are the same again afterwards.
-    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement;
+    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement;
 
     /// Adds blocks, or cuts bursts, as the mode says; a sum of noise passes for a tone with the probability given.
     fn choose(&mut self, _: Mode, _: f64) {}
@@ -82,7 +82,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Pipeline<R, N> {
     }
 
     #[inline(never)] // once in an image, not in each place that measures
-    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         Pipeline::block(self, stamp, samples)
     }
 }
@@ -94,7 +94,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
         Tracker::set_plan(self, plan);
     }
 
-    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         Tracker::block(self, stamp, samples)
     }
 
@@ -120,7 +120,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Several<R, N> {
         self.0.set_plan(plan);
     }
 
-    fn block(&mut self, stamp: Stamp, samples: &mut [R::Sample; N]) -> Measurement {
+    fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement {
         self.0.block(stamp, samples)
     }
 
@@ -140,7 +140,7 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
     }
 
     #[inline(never)] // once in an image, not in each place that measures
-    fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
+    fn block(&mut self, stamp: &Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
         Alternating::block(self, stamp, pairs)
     }
 }
@@ -149,8 +149,8 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
 impl<R: Record, const N: usize> Meter<R, N> for () {
     fn set_plan(&mut self, _: Plan<R, N>) {}
 
-    fn block(&mut self, stamp: Stamp, _: &mut [R::Sample; N]) -> Measurement {
-        Measurement { stamp, ..Measurement::default() }
+    fn block(&mut self, stamp: &Stamp, _: &mut [R::Sample; N]) -> Measurement {
+        Measurement { stamp: *stamp, ..Measurement::default() }
     }
 }
 
@@ -199,9 +199,11 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
     {
         match self {
             Measurer::Real(meter) => {
-                meter.block(block.stamp, block.slot.samples_mut::<Real, N>(guard))
+                meter.block(&block.stamp, block.slot.samples_mut::<Real, N>(guard))
             }
-            Measurer::Iq(meter) => meter.block(block.stamp, block.slot.samples_mut::<Iq, N>(guard)),
+            Measurer::Iq(meter) => {
+                meter.block(&block.stamp, block.slot.samples_mut::<Iq, N>(guard))
+            }
         }
     }
 

@@ -33,7 +33,7 @@ impl Work for Blocks<'_> {
                 let next = self.missing.partition_point(|&number| number < stamp.clock);
                 let next = self.missing.get(next).copied().unwrap_or(u64::MAX);
                 let gap = next < stamp.clock.saturating_add(N as u64);
-                let seen = pipeline.block(Stamp { gap, ..stamp }, samples);
+                let seen = pipeline.block(&Stamp { gap, ..stamp }, samples);
                 let lines = if self.phase { pipeline.lines(&seen, 1) } else { Default::default() };
                 rows.push(tables::block(&seen, lines.first()));
             });
@@ -68,7 +68,7 @@ impl Work for Lines<'_> {
         let mut rows = Vec::new();
         let mut pipeline = Box::new(Pipeline::<R, N, E>::new(plan));
         native.records::<R, N>(self.words, N, 0..1, |stamp, samples| {
-            let seen = pipeline.block(stamp, samples);
+            let seen = pipeline.block(&stamp, samples);
             let row = |line: ToneWithPhase| {
                 joined([&tables::tone(&line.tone), &tables::phase(Some(&line))])
             };

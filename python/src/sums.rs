@@ -39,7 +39,7 @@ impl Work for Sums<'_> {
             if sum.added() == 0 {
                 first = stamp.clock;
             }
-            let seen = pipeline.block(stamp, samples);
+            let seen = pipeline.block(&stamp, samples);
             if let Some(seen) = sum.add(&seen, &pipeline) {
                 let head = [first as f64, seen.blocks.into(), seen.ln_chance.into()];
                 rows.push(joined([&head, &tables::tone(&seen.tone)]));

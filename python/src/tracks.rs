@@ -31,7 +31,7 @@ impl ForRecord for Follow<'_> {
         let mut tracker = Box::new(Tracker::<R, N>::new(plan));
         let count = self.native.count(self.words, self.hop);
         self.native.records::<R, N>(self.words, self.hop, 0..count, |stamp, samples| {
-            let seen = tracker.block(stamp, samples);
+            let seen = tracker.block(&stamp, samples);
             followed.blocks.push(tables::block(&seen, None));
             let tracks = tracker.tracks(stamp.segment).iter();
             followed.tracks.extend(tracks.map(|track| tables::track(stamp.clock, track, rate_hz)));

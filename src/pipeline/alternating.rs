@@ -54,7 +54,7 @@ use num_complex::Complex;
 /// let turn = |pairs: f64| (1000.0 * (std::f64::consts::TAU * -0.2 * pairs).cos()) as i16;
 /// // Q is I a quarter of a turn later, and is taken half a pair later.
 /// let mut pairs = std::array::from_fn(|n| [turn(n as f64), turn(n as f64 + 0.5 + 1.25)]);
-/// let tone = pipeline.block(Stamp::default(), &mut pairs).tone;
+/// let tone = pipeline.block(&Stamp::default(), &mut pairs).tone;
 /// assert!((tone.hertz() + 200.0).abs() < 0.01);
 /// ```
 #[derive(Clone, Debug)]
@@ -103,14 +103,14 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
     ///
     /// [`Measurement::clipped`] counts samples, of which a pair has two. Cost: one real transform of twice as
     /// many samples as there are pairs, one search, one fit.
-    pub fn block(&mut self, stamp: Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
+    pub fn block(&mut self, stamp: &Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
         let codes = self.pipeline.plan.codes;
         turn(pairs, codes);
-        let (clipped, tone) = self.tone(&stamp, pairs.as_flattened());
+        let (clipped, tone) = self.tone(stamp, pairs.as_flattened());
         turn(pairs, codes);
         let Terms { solver, .. } = &*self.pipeline.plan;
-        let result = self.pipeline.ramps.solve(solver, &stamp, tone, true);
-        Measurement { stamp, clipped, tone, result }
+        let result = self.pipeline.ramps.solve(solver, stamp, tone, true);
+        Measurement { stamp: *stamp, clipped, tone, result }
     }
 
     /// The tone of the pairs, from the real record that they are.

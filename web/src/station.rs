@@ -142,7 +142,7 @@ impl<R: Record, const N: usize> Added<R, N> {
     }
 
     fn block(&mut self, stamp: Stamp, record: &[R::Sample; N]) -> Option<Measurement> {
-        let measurement = self.pipeline.block(stamp, record);
+        let measurement = self.pipeline.block(&stamp, record);
         let spectrum = self.pipeline.spectrum();
         let unit = libm::ldexp(1.0, 2 * spectrum.exponent());
         for (power, k) in self.powers.iter_mut().zip(0..) {
@@ -166,7 +166,7 @@ impl<R: Record, const N: usize> Station for Bench<R, N> {
             *self.shown = record;
             return added.block(stamp, &record);
         }
-        let measurement = self.tracker.block(stamp, &record);
+        let measurement = self.tracker.block(&stamp, &record);
         // Of a chirp the rising ramp is drawn: three spectra in turn are a flicker.
         if matches!(stamp.segment, Segment::Continuous | Segment::Up) {
             *self.shown = record;
@@ -301,7 +301,7 @@ mod tests {
         for _ in 0..60 {
             let (stamp, samples, truth) = scene.block(&settings);
             let record = std::array::from_fn(|index| samples[index][0]);
-            let measurement = pipeline.block(stamp, &record);
+            let measurement = pipeline.block(&stamp, &record);
             let wanted = accumulator.add(&measurement, &pipeline).map(|sum| sum.tone);
             let told = station.block(stamp, &samples).map(|told| told.tone);
             assert_eq!(told, wanted);

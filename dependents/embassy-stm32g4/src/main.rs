@@ -50,7 +50,7 @@ async fn main(_spawner: Spawner) {
             continue;
         }
         framer.push(&words, |stamp, samples| {
-            let tone = pipeline.block(*stamp, samples).tone;
+            let tone = pipeline.block(stamp, samples).tone;
             lamp.set_level((tone.verdict == Verdict::Good).into());
         });
     }

@@ -65,7 +65,7 @@ impl Answers {
             let config = Config { arithmetic, ..Config::new(48e3, codes) };
             let Ok(plan) = config.plan() else { return };
             let mut pipeline = Pipeline::<R, N>::new(plan);
-            let measurement = pipeline.block(Stamp::default(), samples);
+            let measurement = pipeline.block(&Stamp::default(), samples);
             self.add_tone(name, &measurement.tone);
             self.add_others(&pipeline, &measurement);
         }

@@ -46,7 +46,7 @@ fn main() -> ! {
         playback.read(&mut bytes);
         decode::<Real>(&bytes, &mut samples);
         let (samples, stamp) = (black_box(&samples), header.timing().stamp(sequence.into(), false));
-        let tone = count("whole", || pipeline.block(stamp, samples)).tone;
+        let tone = count("whole", || pipeline.block(&stamp, samples)).tone;
         count("clipped", || Statistics::clipped::<Real>(samples, plan.codes));
         stages(&tone, samples);
         follow(&mut tracker, &plan, stamp, samples);
@@ -130,7 +130,7 @@ fn stages(tone: &Tone, samples: &[i16; N]) {
 }
 
 fn follow(tracker: &mut Tracker<Real, N>, plan: &Plan<Real, N>, stamp: Stamp, samples: &[i16; N]) {
-    let (ticks, measurement) = measured(|| tracker.block(stamp, samples));
+    let (ticks, measurement) = measured(|| tracker.block(&stamp, samples));
     let way = if tracker.is_locked(Segment::Continuous) { "locked" } else { "searched" };
     figure(Uart::ONE, way, ticks.into());
     send(measurement, plan.options.method, Health::default());

@@ -44,7 +44,7 @@ fn main() -> ! {
         playback.read(&mut bytes);
         decode::<Real>(&bytes, &mut samples);
         let stamp = header.timing().stamp(sequence.into(), false);
-        let measurement = count("whole", || pipeline.block(stamp, black_box(&samples)));
+        let measurement = count("whole", || pipeline.block(&stamp, black_box(&samples)));
         count("phase", || pipeline.lines(&measurement, 1));
         let lines = count("lines", || pipeline.lines(&measurement, MOST));
         count("fundamental", || pipeline.harmonic(&measurement, 8));

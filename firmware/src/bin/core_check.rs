@@ -46,7 +46,7 @@ impl ForRecord for Check {
             }
             let stamp = header.timing().stamp(sequence.into(), false);
             let start = Timer::ONE.elapsed();
-            let measurement = pipeline.block(stamp, &samples);
+            let measurement = pipeline.block(&stamp, &samples);
             let end = Timer::ONE.elapsed();
             ticks = ticks.saturating_add(end.wrapping_sub(start).into());
             send(measurement, plan.options.method, Health::default());

@@ -50,7 +50,7 @@ impl ForRecord for Playthrough {
         };
         let (counters, interrupts) =
             acquisition.play::<R, N>(&mut playback, |stamp, counters, samples| {
-                let measurement = pipeline.block(*stamp, samples);
+                let measurement = pipeline.block(stamp, samples);
                 if stamp.gap {
                     info!("a gap before block {}: {}", stamp.sequence, counters);
                 }

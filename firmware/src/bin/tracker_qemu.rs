@@ -34,7 +34,7 @@ fn main() -> ! {
         exit(Exit::Stalled);
     };
     let (counters, _) = acquisition.play::<Real, N>(&mut playback, |stamp, counters, samples| {
-        let measurement = tracker.block(*stamp, samples);
+        let measurement = tracker.block(stamp, samples);
         let health = Health { lost: counters.lost(), faults: counters.faults() };
         send(measurement, method, health);
         Uart::ZERO.send(&Follow::of(&tracker, stamp).to_frame());

@@ -55,7 +55,7 @@ fn each<R: Kind, const N: usize>(
             errors.into_iter().min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(f64::NAN)
         };
         plans.map(|plan| {
-            let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
+            let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone;
             Said {
                 error: apart(tone.frequency.bins(N)),
                 sigma: f64::from(tone.sigma) * N as f64,
@@ -209,7 +209,7 @@ fn noise_alone_is_no_tone_at_full_effort() {
             let part = |parts: [f64; 2]| R::of_parts(parts.map(|x| quantise(x * 5e-4)));
             let samples: [R::Sample; N] = std::array::from_fn(|i| part(taken.samples[i]));
             plans.map(|plan| {
-                let tone = Pipeline::<R, N>::new(plan).block(Stamp::default(), &samples).tone;
+                let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone;
                 USABLE.contains(&tone.verdict)
             })
         });

@@ -62,7 +62,7 @@ fn a_recorded_car_has_the_speed_that_it_has_elsewhere() {
     let mut pipeline = Box::new(Pipeline::<Real, N>::new(config.plan().unwrap()));
     let (mut good, mut worst) = (0, 0.0f64);
     for (block, record) in samples.as_chunks::<N>().0.iter().zip(&records) {
-        let elsewhere = pipeline.block(Stamp::default(), block);
+        let elsewhere = pipeline.block(&Stamp::default(), block);
         let here = &record.measurement;
         let speed = |result: &Outcome| match result {
             Outcome::Velocity(velocity) => velocity.velocity.to_num::<f64>(),

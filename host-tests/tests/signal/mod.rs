@@ -171,7 +171,7 @@ pub fn measure<R: Kind, const N: usize>(samples: &[R::Sample; N]) -> Tone {
 /// The same by any engine.
 pub fn measure_by<R: Kind, const N: usize, E: Engine>(samples: &[R::Sample; N]) -> Tone {
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<R, N>().unwrap();
-    Pipeline::<R, N, E>::new(plan).block(Stamp::default(), samples).tone
+    Pipeline::<R, N, E>::new(plan).block(&Stamp::default(), samples).tone
 }
 
 /// The error of a tone in bins, round the circle for I/Q.

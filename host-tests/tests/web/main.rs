@@ -402,7 +402,7 @@ fn several(said: &Value, folder: &Path) {
     while let Some((_, samples)) = blocks.next_block().unwrap() {
         last = Some(std::array::from_fn(|n| samples[n].code()[0]));
     }
-    let measurement = pipeline.block(Stamp::default(), &last.unwrap());
+    let measurement = pipeline.block(&Stamp::default(), &last.unwrap());
     let lines = pipeline.lines(&measurement, 2);
     let shown = said["file"].as_array().unwrap();
     assert_eq!(shown.len(), lines.len(), "{said}");

@@ -112,7 +112,7 @@ fn blocks<R: Kind, const N: usize>(
         if unfit.is_some() || pieces.missing() > 0 {
             continue;
         }
-        let measurement = pipeline.block(stamp, &record::<R, N>(&values));
+        let measurement = pipeline.block(&stamp, &record::<R, N>(&values));
         let from = *first.get_or_insert(start);
         if let Some(accumulated) = accumulator.add(&measurement, &pipeline) {
             let middle = (from + start) as f64 / 2.0 + N as f64 / 2.0;

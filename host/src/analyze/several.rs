@@ -153,7 +153,7 @@ fn blocks<R: Kind, const N: usize>(
             continue;
         }
         let stamp = Stamp { sequence: block, clock: start, gap, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &record::<R, N>(&values));
+        let measurement = pipeline.block(&stamp, &record::<R, N>(&values));
         let number = block.into();
         let time_s = (start as f64 + N as f64 / 2.0) / rate_hz;
         match sought {

@@ -64,7 +64,7 @@ impl<R: Kind, const N: usize> Target<R, N> {
             }
             let own = self.pipelines.iter_mut().find(|(known, _)| *known == estimator);
             own.map_or(Estimate::NOTHING, |(_, pipeline)| {
-                estimate::<R, N>(&pipeline.block(stamp, samples).tone)
+                estimate::<R, N>(&pipeline.block(&stamp, samples).tone)
             })
         };
         estimators.iter().map(&mut measure).collect()

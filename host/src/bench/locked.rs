@@ -124,7 +124,7 @@ pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
     let (mut telemetry, mut locked) = (Vec::new(), 0);
     for (sequence, block) in blocks().enumerate() {
         let stamp = header().timing().stamp(sequence as u64, false);
-        let measurement: Measurement = tracker.block(stamp, &block);
+        let measurement: Measurement = tracker.block(&stamp, &block);
         let (method, health) = (plan.options.method, Health::default());
         telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
         telemetry.extend(Follow::of(&tracker, &stamp).to_frame());

@@ -102,7 +102,7 @@ pub fn here() -> Result<(Vec<u8>, Vec<usize>), ConfigError> {
     let (mut telemetry, mut found) = (Vec::new(), Vec::new());
     for (sequence, block) in blocks().enumerate() {
         let stamp = header().timing().stamp(sequence as u64, false);
-        let measurement = pipeline.block(stamp, &block);
+        let measurement = pipeline.block(&stamp, &block);
         let lines = pipeline.lines(&measurement, MOST);
         for phasor in &lines {
             let measurement =

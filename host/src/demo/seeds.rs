@@ -107,7 +107,7 @@ pub fn on_host(method: Method, snr_db: f64, seed: u64, seeds: u64) -> Result<Sum
             let segment = [Segment::Up, Segment::Flat, Segment::Down][trial as usize % 3];
             let sequence = index as u32 * per_seed + trial;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
-            samples.as_array().map(|samples| pipeline.block(stamp, samples))
+            samples.as_array().map(|samples| pipeline.block(&stamp, samples))
         });
         measured.flatten().collect::<Vec<_>>()
     };

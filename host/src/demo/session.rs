@@ -96,7 +96,7 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
         let samples = scenario::codes::<Iq>(&sensor, &[target], at, rng);
         let stamp = instrument.timing.stamp(number, false);
         let Some(samples) = samples.as_array() else { return Err("a block is not whole".into()) };
-        let measurement = pipeline.block(stamp, samples);
+        let measurement = pipeline.block(&stamp, samples);
         let method = instrument.plan.options.method;
         let record = Telemetry { measurement, method, health: Health::default(), basis: None };
         bytes.extend(record.to_frame());

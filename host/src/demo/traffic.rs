@@ -155,7 +155,7 @@ pub fn measured(seed: u64, snr_db: f64) -> Result<Vec<Row>, DemoError> {
             let mut samples = [0; N];
             samples.copy_from_slice(&scene::samples(&lidar, &cars, row, index, rng));
             let stamp = Stamp { sequence: (3 * row + index) as u32, segment, ..Stamp::default() };
-            let measurement = pipeline.block(stamp, &samples);
+            let measurement = pipeline.block(&stamp, &samples);
             let paired = pairing.push(&stamp, &pipeline.lines(&measurement, 4));
             targets.extend(paired.iter().flatten().map(Answer::from));
         }

@@ -81,7 +81,7 @@ pub fn measured(options: &Options) -> Result<Vec<Row>, DemoError> {
         let mut samples = [0; N];
         samples.copy_from_slice(&plate::samples(&radar, cycle, rng));
         let stamp = Stamp { sequence: cycle as u32, segment: Segment::Up, ..Stamp::default() };
-        let measurement = pipeline.block(stamp, &samples);
+        let measurement = pipeline.block(&stamp, &samples);
         let phasors = pipeline.lines(&measurement, 1);
         let moved =
             phasors.first().map(|phasor| unwrapper.push(&stamp, phasor)).unwrap_or_default();

@@ -161,7 +161,7 @@ pub fn measured(seed: u64, snr_db: f64, board: Board) -> Result<Vec<Row>, DemoEr
             let mut samples = [[0; 2]; N];
             samples.copy_from_slice(&wind::samples(&lidar, beam, snr_db, rng));
             let stamp = Stamp { sequence, ..Stamp::default() };
-            let measurement = pipeline.block(stamp, &samples);
+            let measurement = pipeline.block(&stamp, &samples);
             alone += u32::from(is_usable(&measurement.tone));
             let off =
                 measurement.tone.frequency.bins(N) - wind::along_mps(beam) / wind::mps_per_bin(N);

@@ -52,7 +52,7 @@ impl Rim {
             let samples = received::<Iq>(sensor, 0, target, SNR_DB, rng);
             let Some(samples) = samples.as_array() else { return Err("no whole record".into()) };
             rim.records += 1;
-            let Outcome::Velocity(velocity) = pipeline.block(Stamp::default(), samples).result
+            let Outcome::Velocity(velocity) = pipeline.block(&Stamp::default(), samples).result
             else {
                 return Err("no velocity".into());
             };

@@ -102,7 +102,7 @@ impl<R: Record> Expected<R> {
         let samples = self.played.get(number as usize).filter(|_| number >= self.follows);
         let samples = samples.ok_or_else(|| format!("block {number} after {}", self.follows))?;
         let stamp = self.header.timing().stamp(number.into(), number > self.follows);
-        let measurement = self.pipeline.block(stamp, samples);
+        let measurement = self.pipeline.block(&stamp, samples);
         let lost = number - self.tally.blocks as u32;
         let method = self.pipeline.plan().options.method;
         let ours =

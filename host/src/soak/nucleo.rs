@@ -170,7 +170,7 @@ impl Life {
         self.expected.blocks += 1;
         self.tally.blocks += 1;
         let stamp = self.plan.timing.stamp(self.number, self.gap);
-        let measurement = self.pipeline.block(stamp, &samples);
+        let measurement = self.pipeline.block(&stamp, &samples);
         let since = self.expected.since(&self.zero);
         let health = Health { lost: since.lost(), faults: since.faults() };
         let (method, basis) =

@@ -120,7 +120,7 @@ impl Ground<'_> {
             let mut shots = Vec::new();
             for (block, window) in blocks {
                 let stamp = Stamp { sequence: block, ..Stamp::default() };
-                tracker.block(stamp, &record(window));
+                tracker.block(&stamp, &record(window));
                 for track in tracker.tracks(Segment::Continuous) {
                     if track.state == State::Held {
                         shots.push(Shot {
@@ -138,7 +138,7 @@ impl Ground<'_> {
         blocks
             .map(|(block, window)| {
                 let stamp = Stamp { sequence: block, ..Stamp::default() };
-                let tone = pipeline.block(stamp, &record(window)).tone;
+                let tone = pipeline.block(&stamp, &record(window)).tone;
                 Shot {
                     middle: middle(block),
                     hz: tone.hertz(),

@@ -90,7 +90,7 @@ impl<E: Engine> ForRecord for Stages<E> {
                     measure(&spectrum, samples, &peak, plan.codes, clipped, &stamp, &plan.options)
                 })
             });
-            let measurement = count("measurement", || pipeline.block(stamp, samples));
+            let measurement = count("measurement", || pipeline.block(&stamp, samples));
             let beats = black_box(beats::<R>(&measurement.tone));
             count("chirp", || {
                 equations.map(|equations| chirp::trapezoid(&beats, R::IQ, &equations))

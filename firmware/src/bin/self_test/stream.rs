@@ -77,7 +77,7 @@ pub fn stream(
         };
         (idle, last) = (0, now);
         let samples = block.slot.samples::<Real, N>(plan.settings.guard);
-        let tone = pipeline.block(block.stamp, samples).tone;
+        let tone = pipeline.block(&block.stamp, samples).tone;
         found.worst = found.worst.max(deviation(&block.stamp, samples));
         found.peak = found.peak.max(board.ticks().wrapping_sub(now));
         blocks.release(block.slot);

@@ -125,7 +125,7 @@ pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
             block.copy_from_slice(&samples(&radar, seed, cycle, number));
             let sequence = (3 * cycle + number) as u32;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
-            tracker.block(stamp, &block);
+            tracker.block(&stamp, &block);
             follows.push(as_sent(&Follow::of(&tracker, &stamp))?);
         }
     }

@@ -241,7 +241,7 @@ mod tests {
                     (400.0 * (TAU * turns).cos() + drift * (time - 0.5) + dither).round() as i16
                 });
                 let [one, other] =
-                    [&mut fixed, &mut float].map(|way| way.block(Stamp::default(), &samples).tone);
+                    [&mut fixed, &mut float].map(|way| way.block(&Stamp::default(), &samples).tone);
                 let apart = one.frequency.cycles() - other.frequency.cycles();
                 let sigma = f64::from(one.sigma.max(other.sigma));
                 both += 1;
