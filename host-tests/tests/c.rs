@@ -260,22 +260,7 @@ fn analysis(n: usize, iq: bool, arithmetic: Arithmetic) -> Analysis {
         iq,
         ..recording::Options::default()
     };
-    Analysis {
-        read,
-        n: Some(n),
-        hop: None,
-        skip: 0,
-        band_hz: None,
-        estimators: None,
-        reach: picket_dsp::Reach::Sixteen,
-        codes: Codes::signed::<12>(),
-        arithmetic,
-        effort: picket_dsp::Effort::default(),
-        width: Default::default(),
-        false_alarm: picket_dsp::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier: None,
-        style: Style::Json,
-    }
+    Analysis { read, n: Some(n), ..Analysis::new(Codes::signed::<12>(), arithmetic) }
 }
 
 /// The compiler's words for a core, and the archive's place.

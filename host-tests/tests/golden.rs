@@ -25,10 +25,9 @@ use picket_dsp::tone::fit::Reach;
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::sigma::bound_bins;
 use picket_dsp::tone::{Tone, Verdict};
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::parse;
-use picket_host::recording;
 use picket_host::reference::Reference;
 use picket_transform::{Transform, num_complex::Complex};
 use std::collections::BTreeMap;
@@ -214,20 +213,8 @@ fn every_estimator_by_the_analyser() {
             .collect();
         let methods: Vec<&str> = names.iter().map(|(_, name)| *name).collect();
         let analysis = Analysis {
-            read: recording::Options::default(),
-            n: None,
-            hop: None,
-            skip: 0,
-            band_hz: None,
             estimators: Some(parse(&methods.join(","), Reach::Sixteen).unwrap()),
-            reach: Reach::Sixteen,
-            codes: Codes::signed::<12>(),
-            arithmetic: Arithmetic::F64,
-            effort: picket_dsp::Effort::default(),
-            width: Default::default(),
-            false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-            carrier: None,
-            style: Style::Json,
+            ..Analysis::new(Codes::signed::<12>(), Arithmetic::F64)
         };
         let mut answers = Vec::new();
         analyze::run(&file, &analysis, |answer| answers.push(answer), |_| ()).unwrap();

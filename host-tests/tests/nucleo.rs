@@ -20,7 +20,7 @@ use picket_firmware::instrument::plan::Plan;
 use picket_firmware::nucleo_f446re::words::Words;
 use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
 use picket_firmware::nucleo_f446re::words::sampling::WORST_CYCLES;
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::bench::worst;
 use picket_host::board::{Beside, Board, image};
@@ -577,22 +577,8 @@ fn captured_blocks_are_the_samples_and_are_measured_alike() {
         rate_hz: Some(500e3),
         ..Default::default()
     };
-    let analysis = Analysis {
-        read,
-        n: Some(N),
-        hop: None,
-        skip: 0,
-        band_hz: None,
-        estimators: None,
-        reach: Default::default(),
-        codes: Codes::unsigned::<12>(),
-        arithmetic: Arithmetic::Target,
-        effort: picket_dsp::Effort::default(),
-        width: Default::default(),
-        false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier: None,
-        style: Style::Json,
-    };
+    let analysis =
+        Analysis { read, n: Some(N), ..Analysis::new(Codes::unsigned::<12>(), Arithmetic::Target) };
     let mut replayed = Vec::new();
     analyze::run(&file, &analysis, |answer| replayed.push(answer.bins.unwrap()), |_| {}).unwrap();
     assert_eq!(replayed, measured);

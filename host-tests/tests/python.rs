@@ -97,18 +97,7 @@ fn case<R: Record>(place: &Path, n: usize, cases: &mut Vec<serde_json::Value>) {
                 ..recording::Options::default()
             },
             n: Some(n),
-            hop: None,
-            skip: 0,
-            band_hz: None,
-            estimators: None,
-            reach: picket_dsp::Reach::Sixteen,
-            codes,
-            arithmetic,
-            effort: picket_dsp::Effort::default(),
-            width: Default::default(),
-            false_alarm: picket_dsp::Config::new(1.0, codes).false_alarm,
-            carrier: None,
-            style: Style::Json,
+            ..Analysis::new(codes, arithmetic)
         };
         let (mut rows, mut blocks) = (Vec::new(), 0);
         let sink = |answer: analyze::Answer| {

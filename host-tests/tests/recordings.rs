@@ -6,7 +6,7 @@ use picket_dsp::config::SPEED_OF_LIGHT;
 use picket_dsp::methods::registry::Method;
 use picket_dsp::tone::fit::Reach;
 use picket_dsp::{Chirp, Config, Iq, Mixing, Outcome, Pipeline, Record, Scene, Shape, Verdict};
-use picket_host::analyze::{self, Analysis, Answer, Style};
+use picket_host::analyze::{self, Analysis, Answer};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::estimator::{Estimator, parse};
 use picket_host::recording::Options;
@@ -20,18 +20,8 @@ fn analysis(rate_hz: Option<f64>, n: usize, methods: &str) -> Analysis {
     Analysis {
         read: Options { rate_hz, ..Options::default() },
         n: Some(n),
-        hop: None,
-        skip: 0,
-        band_hz: None,
         estimators: Some(parse(methods, Reach::Sixteen).unwrap()),
-        reach: Reach::Sixteen,
-        codes: Codes::signed::<16>(),
-        arithmetic: Arithmetic::F64,
-        effort: picket_dsp::Effort::default(),
-        width: Default::default(),
-        false_alarm: picket_dsp::config::Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier: None,
-        style: Style::Json,
+        ..Analysis::new(Codes::signed::<16>(), Arithmetic::F64)
     }
 }
 

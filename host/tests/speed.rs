@@ -1,12 +1,9 @@
 //! How fast a recording is measured. It prints figures; no time fails a test.
 
 use crate::cli::file;
-use picket_dsp::Config;
 use picket_dsp::acquire::codes::Codes;
-use picket_dsp::tone::fit::Reach;
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
-use picket_host::recording::Options;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -49,22 +46,8 @@ fn ten_minutes() {
         writer.write_sample((tone + noise[index as usize % noise.len()]).round() as i16).unwrap();
     }
     writer.finalize().unwrap();
-    let analysis = Analysis {
-        read: Options::default(),
-        n: Some(4096),
-        hop: None,
-        skip: 0,
-        band_hz: None,
-        estimators: None,
-        reach: Reach::Sixteen,
-        codes: Codes::signed::<16>(),
-        arithmetic: Arithmetic::Target,
-        effort: picket_dsp::Effort::default(),
-        width: Default::default(),
-        false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier: None,
-        style: Style::Json,
-    };
+    let analysis =
+        Analysis { n: Some(4096), ..Analysis::new(Codes::signed::<16>(), Arithmetic::Target) };
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut best = 0.0f64;
     for _ in 0..3 {

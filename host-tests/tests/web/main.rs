@@ -39,19 +39,7 @@ fn analysis(file: &Path) -> Analysis {
     let iq = file.to_string_lossy().contains("iq");
     Analysis {
         read: Options { rate_hz: (!wav).then_some(RATE_HZ), iq, ..Options::default() },
-        n: None,
-        hop: None,
-        skip: 0,
-        band_hz: None,
-        estimators: None,
-        reach: Reach::Sixteen,
-        codes: Codes::signed::<16>(),
-        arithmetic: Arithmetic::Target,
-        effort: picket_dsp::Effort::default(),
-        width: Default::default(),
-        false_alarm: Config::new(1.0, Codes::signed::<12>()).false_alarm,
-        carrier: None,
-        style: Style::Json,
+        ..Analysis::new(Codes::signed::<16>(), Arithmetic::Target)
     }
 }
 

@@ -151,7 +151,6 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
             .map(|names| estimator::parse(names, reach))
             .transpose()?,
         carrier: options.carrier(),
-        style,
         arithmetic: options.input.arithmetic(options.method.is_some()),
         ..options.input.analysis()?
     };

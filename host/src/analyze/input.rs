@@ -1,6 +1,6 @@
 //! A recording on the command line: how it is read, cut into blocks and measured.
 
-use super::{Analysis, Style};
+use super::Analysis;
 use crate::arithmetic::Arithmetic;
 use crate::recording::{self, Format};
 use crate::{band, cli, estimator};
@@ -178,7 +178,6 @@ impl Input {
             width: self.width(),
             false_alarm: self.false_alarm,
             carrier: None,
-            style: Style::Text,
         })
     }
 

@@ -70,8 +70,27 @@ pub struct Analysis {
     pub false_alarm: f64,
     /// The carrier of a Doppler radar, for speeds.
     pub carrier: Option<Carrier>,
-    /// How answers are printed.
-    pub style: Style,
+}
+
+impl Analysis {
+    /// Blocks of the usual length, end to end, by the best method of their kind: what the command does unless told otherwise.
+    pub fn new(codes: Codes, arithmetic: Arithmetic) -> Self {
+        Self {
+            read: recording::Options::default(),
+            n: None,
+            hop: None,
+            skip: 0,
+            band_hz: None,
+            estimators: None,
+            reach: Reach::default(),
+            codes,
+            arithmetic,
+            effort: Effort::default(),
+            width: Width::default(),
+            false_alarm: Config::new(1.0, codes).false_alarm,
+            carrier: None,
+        }
+    }
 }
 
 /// The block length of recordings where none is given.
