@@ -2,7 +2,7 @@
 
 pub mod figures;
 
-use picket_host::toolchain::{Firmware, Profile, Target, ToolError, prepare};
+use picket_host::toolchain::{Firmware, Profile, Target, ToolError, lacks_packages, prepare};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, Once, PoisonError};
 
@@ -118,13 +118,4 @@ pub fn had<T>(result: Result<T, ToolError>) -> Option<T> {
         Err(ToolError::Build { output, .. }) => panic!("{output}"),
         Err(error) => panic!("{error}"),
     }
-}
-
-/// Whether a cargo that failed so could not get packages. One that must not ask the registry names `--offline`; but so does one whose
-/// lock file is behind its package, as a cure.
-pub fn lacks_packages(output: &str) -> bool {
-    const OFFLINE: [&str; 4] =
-        ["failed to download", "Could not resolve host", "Couldn't resolve host", "--offline"];
-    let behind = output.contains("because --locked was passed");
-    !behind && OFFLINE.iter().any(|why| output.contains(why))
 }

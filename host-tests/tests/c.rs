@@ -6,7 +6,7 @@ mod projects;
 
 use host_tests::{had, has_core};
 use picket_dsp::acquire::codes::Codes;
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::c::{Core, package};
 use picket_host::emulator::Footprint;

@@ -10,7 +10,7 @@ use host_tests::figures::Document;
 use host_tests::had;
 use picket_dsp::acquire::sample::{Iq, Real, Record};
 use picket_dsp::{Codes, Verdict};
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::recording::{self, Format};
 use picket_host::toolchain::{build_wheel, environment, workspace};

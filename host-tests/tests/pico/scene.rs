@@ -125,12 +125,15 @@ fn block(kind: Option<Hard>, converter: &Converter, rng: &mut impl Rng) -> [i16;
     })
 }
 
+/// What measures a block of codes.
+type Measure<'a> = dyn FnMut(&Stamp, &[i16]) -> Measurement + 'a;
+
 /// The frames that a board sends which measures these blocks, each behind its guard, and loses none. The samples of pairs are I, Q, I, Q.
 pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let (plan, _) = Words::plan(settings).unwrap();
     let method = plan.plan.options.method;
     let correct = |code: i16| if settings.uncorrected { code } else { corrected(code) };
-    let mut block: Box<dyn FnMut(Stamp, &[i16]) -> Measurement> = match plan.plan {
+    let mut block: Box<Measure<'_>> = match plan.plan {
         EitherPlan::Real(plan) => {
             let mut pipeline = Box::new(Pipeline::<Real, N>::new(plan));
             Box::new(move |stamp, samples| {
@@ -150,7 +153,7 @@ pub fn expected(settings: &Settings, samples: &[i16]) -> Vec<Vec<u8>> {
     let guard = usize::from(settings.guard);
     let segments = samples.chunks_exact(each * (N + guard)).zip(0..);
     let frames = segments.map(|(segment, number)| {
-        let mut measurement = block(plan.timing.stamp(number, false), &segment[each * guard..]);
+        let mut measurement = block(&plan.timing.stamp(number, false), &segment[each * guard..]);
         widen(&mut measurement, !settings.uncorrected, settings.iq);
         Telemetry {
             measurement,

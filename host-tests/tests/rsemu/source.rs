@@ -1,7 +1,6 @@
 //! The emulator's program: rsemu as its registry has it, corrected in a few lines, and ours around it (`host-tests/rsemu`).
 
-use host_tests::lacks_packages;
-use picket_host::toolchain::{firmware_dir, workspace};
+use picket_host::toolchain::{firmware_dir, lacks_packages, workspace};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;

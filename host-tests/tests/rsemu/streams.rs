@@ -63,7 +63,7 @@ fn stream(
             let stamp = record.measurement.stamp;
             let from = stamp.clock as usize;
             let samples = std::array::from_fn(|n| codes[(from + n) % codes.len()] as i16);
-            let mut expected = pipeline.block(stamp, &samples);
+            let mut expected = pipeline.block(&stamp, &samples);
             settings.calibration.apply(&mut expected);
             assert_eq!(record.measurement, expected, "block {}", stamp.sequence);
             assert!(line == LINE || u64::from(stamp.sequence) == seen, "a block without a record");

@@ -6,9 +6,8 @@ use host_tests::had;
 use inputs::{inputs, session};
 use picket_dsp::acquire::codes::Codes;
 use picket_dsp::config::SPEED_OF_LIGHT;
-use picket_dsp::tone::fit::Reach;
 use picket_dsp::{Config, Pipeline, Real, Stamp};
-use picket_host::analyze::{self, Analysis, Style};
+use picket_host::analyze::{self, Analysis};
 use picket_host::arithmetic::Arithmetic;
 use picket_host::design::sheet::{self, Design, Question};
 use picket_host::device::{Listener, Said};
@@ -193,7 +192,8 @@ fn bursts(said: &Value) {
         let mut names = figures.iter().map(|figure| word(figure, "name"));
         names.find_map(|name| Some(name.strip_prefix("Burst, ")?.to_owned())).unwrap()
     };
-    let valid = seen.iter().filter(|said| validation(said) == "valid" && word(said, "truth") != "");
+    let valid =
+        seen.iter().filter(|said| validation(said) == "valid" && !word(said, "truth").is_empty());
     let valid = Value::Array(valid.cloned().collect());
     let errors = errors(&valid, "Velocity", "m/s");
     println!("bursts: {} readings, {} of them valid, {errors:.2?}", seen.len(), errors.len());
