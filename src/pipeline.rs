@@ -43,6 +43,22 @@ pub struct Measurement {
 }
 
 /// What a measurement amounts to beyond its tone.
+///
+/// ```
+/// use picket_dsp::{Codes, Config, Mixing, Outcome, Pipeline, Real, Scene};
+///
+/// // A radar at 24.125 GHz: the echo of 1.5 m/s is shifted by 2 v / wavelength, 241.4 Hz.
+/// let (wavelength_m, angle_rad, mixing) = (299_792_458.0 / 24.125e9, 0.0, Mixing::RxConjTx);
+/// let scene = Scene::Doppler { wavelength_m, angle_rad, mixing };
+/// let config = Config { scene, ..Config::new(8000.0, Codes::signed::<12>()) };
+/// let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+/// let turn = 2.0 * 1.5 / wavelength_m / 8000.0 * std::f64::consts::TAU;
+/// let samples: [i16; 1024] = std::array::from_fn(|n| (500.0 * (turn * n as f64).sin()) as i16);
+/// let Outcome::Velocity(answer) = pipeline.record(&samples)?.result else { panic!("not the scene") };
+/// let error = answer.velocity.to_num::<f32>() - 1.5;
+/// assert!(error.abs() < 3.0 * answer.sigma, "{answer:?}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
@@ -71,6 +87,21 @@ impl Outcome {
 
 /// ADC samples in, measurements out. The pipeline owns its work memory: `4 N` bytes for real
 /// records, `8 N` for I/Q. The engine [`Q15`](crate::spectrum::engine::Q15) takes half.
+///
+/// ```
+/// use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp};
+///
+/// let config = Config::new(1e6, Codes::signed::<16>());
+/// let mut pipeline = Pipeline::<Iq, 512>::new(config.plan()?);
+/// // I and Q of a tone at -123,456 Hz.
+/// let pair = |turn: f64| [turn.cos(), turn.sin()].map(|part| (2e4 * part).round() as i16);
+/// let samples = std::array::from_fn(|n| pair(-0.123456 * std::f64::consts::TAU * n as f64));
+/// let measurement = pipeline.block(&Stamp::default(), &samples);
+/// let tone = measurement.tone;
+/// assert!((tone.hertz() + 123_456.0).abs() < 3.0 * tone.sigma_hertz(), "{tone}");
+/// assert_eq!(measurement.clipped, 0);
+/// # Ok::<(), picket_dsp::ConfigError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
     plan: Plan<R, N>,

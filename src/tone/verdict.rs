@@ -5,6 +5,22 @@ use super::evidence::WHOLE_SPECTRUM;
 /// What is known against a number. Every number comes with a verdict, and [`Verdict::usable`] says what the number may
 /// be used for. If several apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A
 /// telemetry record holds a verdict as its number.
+///
+/// ```
+/// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
+///
+/// let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(48_000.0, Codes::signed::<12>()));
+/// // Noise alone, of a linear congruential generator.
+/// let mut state = 1u32;
+/// let samples: [i16; 1024] = std::array::from_fn(|_| {
+///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///     (state >> 22) as i16 - 512
+/// });
+/// let verdict = pipeline.record(&samples)?.tone.verdict;
+/// assert_eq!((verdict, verdict.usable()), (Verdict::Weak, Usable::No));
+/// assert!(verdict > Verdict::Good, "{}", verdict.reason());
+/// # Ok::<(), picket_dsp::LengthError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
