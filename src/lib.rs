@@ -52,6 +52,7 @@
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
 #![no_std]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(
     not(test),
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)

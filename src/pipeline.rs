@@ -291,7 +291,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 }
 
 /// The slice has not as many samples as a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LengthError {
     /// The samples in the slice.
     pub samples: usize,
@@ -372,5 +372,39 @@ impl Ramps {
         }
         let complete = self.segments.complete(stamp.segment, wanted);
         complete.then(|| self.beats.each_ref().map(Beat::tone))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::burst::Trigger;
+    use crate::{Accumulator, Alternating, BurstProcessor, Codes, Format, Framer, FrequencyOnly};
+    use crate::{Iq, Real, Tracker};
+    use std::format;
+
+    /// What holds thousands of samples, bins or sums prints its state, not them.
+    #[test]
+    fn no_debug_output_prints_a_buffer() {
+        let plan = Plan::<Real, 1024>::tone(48e3, Codes::signed::<12>());
+        let pairs = Plan::<Iq, 1024>::tone(48e3, Codes::signed::<12>());
+        let mut bursts = BurstProcessor::new(plan);
+        bursts.set_plan(plan, Trigger { hold_off: 77, ..Trigger::default() });
+        let mut sum = Accumulator::<Real, 1024>::new(3);
+        let mut pipeline = Pipeline::<Real, 1024>::new(plan);
+        let block = pipeline.block(&Stamp::default(), &[5; 1024]);
+        assert_eq!(sum.add(&block, &pipeline), None);
+        for (text, state) in [
+            (format!("{pipeline:?}"), "rate_hz: 48000.0"),
+            (format!("{:?}", Tracker::new(plan)), "rate_hz: 48000.0"),
+            (format!("{bursts:?}"), "hold_off: 77"),
+            (format!("{sum:?}"), "blocks: 1,"),
+            (format!("{:?}", Alternating::<1024, 2048>::new(pairs)), "n: 2048"),
+            (format!("{:?}", FrequencyOnly::<Real, 1024>::new()), "exponent: 0"),
+            (format!("{:?}", Framer::<Real, 1024>::new(Format::signed::<16>())), "filled: 0"),
+        ] {
+            assert!(text.contains(state), "{text}");
+            assert!(text.len() < 3000, "{}: {text}", text.len());
+        }
     }
 }

@@ -21,7 +21,7 @@ use super::evidence::WHOLE_SPECTRUM;
 /// assert!(verdict > Verdict::Good, "{}", verdict.reason());
 /// # Ok::<(), picket_dsp::LengthError>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
@@ -180,7 +180,7 @@ impl core::fmt::Display for Verdict {
 }
 
 /// What a number may be used for, from best to worst, and `<` orders it so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Usable {
     /// For everything: sigma is its error.
@@ -215,7 +215,7 @@ impl core::fmt::Display for Usable {
 }
 
 /// A set of verdicts that apply beside a more severe one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Verdicts(u8);
 
@@ -285,7 +285,7 @@ impl Verdicts {
 
 /// All that applies to a tone: a set of verdicts, of which [`Verdict::Good`] says nothing. Bit k is the verdict of
 /// severity k.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reasons(u16);
 
 impl Reasons {
