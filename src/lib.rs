@@ -28,27 +28,32 @@
 //! # The way of the data
 //!
 //! ```text
-//! words ─ Framer ┐
+//! words ─ Framer ───┐
 //!                   ├▶ record ─▶ bins ─▶ peak, floor ─▶ Tone ─▶ Velocity, Target
 //! slots ─ FrontEnd ─┘   FFT      search      fit          solver
 //!     acquire               spectrum          tone        solve
 //! ```
 //!
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
-//!   after that can fail.
+//!   after that can fail. [`Codes`] are those of the converter, [`Following`] is how tones are followed, [`Carrier`] how wide a tone
+//!   is by itself; [`Reach`], [`Arithmetic`] and [`Effort`] say how least squares works.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
 //! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
 //! - [`Framer`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
-//!   makes them of a DMA controller's slots, without a copy.
+//!   makes them of a DMA controller's slots, without a copy. [`Format`] says where a word holds its code. A record is [`Real`] or
+//!   [`Iq`], and a [`Stamp`] says when it was taken.
 //! - [`BurstProcessor`] finds bursts in a stream, as of particles in a laser-Doppler velocimeter, and measures each.
 //! - [`Accumulator`] adds the spectra of many blocks, for echoes too weak for one.
 //! - [`Pipeline::lines`] finds up to four tones of a block, each a [`ToneWithPhase`] with its phase;
 //!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
-//! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
+//! - A [`Measurement`] is a [`Tone`] and its [`Outcome`]. A tone has a [`Frequency`], its sigma, a signal-to-noise ratio, an amplitude
+//!   and a [`Verdict`]; [`Pipeline::explain`] says which tests led to it.
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
-//!   velocity, with [`Scene::Chirp`] a [`Target`].
+//!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
+//!   [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats of several targets.
 //! - [`Method`] names the estimators: least squares, the default, and nineteen others by the feature `methods`.
+//! - [`I32`], [`Q15`] and `F32` are the engines of the transform: the default, one of half the memory, and one in floats.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
 #![no_std]
@@ -82,6 +87,10 @@ pub mod solve;
 pub mod spectrum;
 pub mod tone;
 pub mod tracker;
+
+/// The crates whose types stand in signatures here: fixed point, vectors of fixed capacity, complex numbers.
+#[doc(no_inline)]
+pub use {fixed, heapless, num_complex};
 
 #[doc(inline)]
 pub use accumulate::{Accumulated, Accumulator};

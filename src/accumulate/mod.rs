@@ -42,7 +42,7 @@
 //! ```
 //!
 //! The sums are kept for j - i = 0 to 3 and all i: each bin has what a fit to the bins around it reads, wherever a line turns
-//! out to be. [`fit`] fits line and frequency by least squares.
+//! out to be. Line and frequency are fitted to them by least squares.
 //!
 //! # Drift
 //!
@@ -51,7 +51,7 @@
 //! [`Accumulator::with_drift`].
 
 mod detection;
-pub mod fit;
+mod fit;
 mod moved;
 mod sums;
 
