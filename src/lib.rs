@@ -56,7 +56,21 @@
 //! - [`I32`], [`Q15`] and `F32` are the engines of the transform: the default, one of half the memory, and one in floats.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
+//!
+//! # Features
+//!
+//! No feature changes an answer: all have every verdict and every sigma.
+//!
+//! - `methods`, on by default, adds the papers' methods and others beside least squares.
+//! - `one-arithmetic` leaves out the arithmetic of other cores: see [`Arithmetic::available`].
+//! - `joint-fit` adds the effort `Effort::Full`: a joint fit of a tone and of what else is there.
+//! - `microfft` adds the engine `F32`: a transform in floats, by the crate of this name.
+//! - `portable-atomic` is for cores that cannot swap a word atomically, as riscv32imc.
+//! - `defmt` adds `defmt::Format` for answers and errors.
+//! - `serde` adds `Serialize` and `Deserialize` for [`Config`] and for answers. What a configuration leaves out has its default;
+//!   a frequency comes back to the bit.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![warn(missing_debug_implementations)]
 #![cfg_attr(
     not(test),
@@ -85,6 +99,8 @@ pub mod pipeline;
 pub mod plan;
 pub mod solve;
 pub mod spectrum;
+#[cfg(feature = "serde")]
+mod stored;
 pub mod tone;
 pub mod tracker;
 
