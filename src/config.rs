@@ -55,6 +55,24 @@ impl Scene {
 }
 
 /// What a user sets. [`Config::plan`] checks it and makes a [`Plan`] of it.
+///
+/// ```
+/// use picket_dsp::{Codes, Config, ConfigError, Mixing, Pipeline, Real, Scene};
+///
+/// // An infrared beam on a moving target: 14 bits at 2 MS/s, and 50 to 800 kHz to search.
+/// let (wavelength_m, angle_rad, mixing) = (1550e-9, 0.0, Mixing::RxConjTx);
+/// let config = Config {
+///     scene: Scene::Doppler { wavelength_m, angle_rad, mixing },
+///     band_hz: Some((50e3, 800e3)),
+///     ..Config::new(2e6, Codes::signed::<14>())
+/// };
+/// let pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+/// assert_eq!(pipeline.plan().rate_hz, 2e6);
+/// // What cannot work is an error: here a band beyond half of the rate.
+/// let wrong = Config { band_hz: Some((50e3, 1.2e6)), ..config };
+/// assert_eq!(wrong.plan::<Real, 1024>(), Err(ConfigError::Band));
+/// # Ok::<(), ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
     /// Sample rate, 1e-6 to 1e12 Hz.
@@ -129,7 +147,7 @@ impl Config {
 }
 
 /// Why a configuration cannot work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {

@@ -28,30 +28,50 @@
 //! # The way of the data
 //!
 //! ```text
-//! words ─ Framer ┐
+//! words ─ Framer ───┐
 //!                   ├▶ record ─▶ bins ─▶ peak, floor ─▶ Tone ─▶ Velocity, Target
 //! slots ─ FrontEnd ─┘   FFT      search      fit          solver
 //!     acquire               spectrum          tone        solve
 //! ```
 //!
 //! - [`Config`] is what a user sets. [`Config::plan`] checks it once and makes a [`Plan`]; nothing
-//!   after that can fail.
+//!   after that can fail. [`Codes`] are those of the converter, [`Following`] is how tones are followed, [`Carrier`] how wide a tone
+//!   is by itself; [`Reach`], [`Arithmetic`] and [`Effort`] say how least squares works.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
 //! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
 //! - [`Framer`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
-//!   makes them of a DMA controller's slots, without a copy.
+//!   makes them of a DMA controller's slots, without a copy. [`Format`] says where a word holds its code. A record is [`Real`] or
+//!   [`Iq`], and a [`Stamp`] says when it was taken.
 //! - [`BurstProcessor`] finds bursts in a stream, as of particles in a laser-Doppler velocimeter, and measures each.
 //! - [`Accumulator`] adds the spectra of many blocks, for echoes too weak for one.
 //! - [`Pipeline::lines`] finds up to four tones of a block, each a [`ToneWithPhase`] with its phase;
 //!   [`Pipeline::harmonic`] finds one fundamental of many harmonics.
-//! - [`Tone`] has a frequency, its sigma, a signal-to-noise ratio, an amplitude and a [`Verdict`].
+//! - A [`Measurement`] is a [`Tone`] and its [`Outcome`]. A tone has a [`Frequency`], its sigma, a signal-to-noise ratio, an amplitude
+//!   and a [`Verdict`]; [`Pipeline::explain`] says which tests led to it.
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
-//!   velocity, with [`Scene::Chirp`] a [`Target`].
+//!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
+//!   [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats of several targets.
 //! - [`Method`] names the estimators: least squares, the default, and nineteen others by the feature `methods`.
+//! - [`I32`], [`Q15`] and `F32` are the engines of the transform: the default, one of half the memory, and one in floats.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
+//!
+//! # Features
+//!
+//! No feature changes an answer: all have every verdict and every sigma.
+//!
+//! - `methods`, on by default, adds the papers' methods and others beside least squares.
+//! - `one-arithmetic` leaves out the arithmetic of other cores: see [`Arithmetic::available`].
+//! - `joint-fit` adds the effort `Effort::Full`: a joint fit of a tone and of what else is there.
+//! - `microfft` adds the engine `F32`: a transform in floats, by the crate of this name.
+//! - `portable-atomic` is for cores that cannot swap a word atomically, as riscv32imc.
+//! - `defmt` adds `defmt::Format` for answers and errors.
+//! - `serde` adds `Serialize` and `Deserialize` for [`Config`] and for answers. What a configuration leaves out has its default;
+//!   a frequency comes back to the bit.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(
     not(test),
     deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
@@ -79,8 +99,14 @@ pub mod pipeline;
 pub mod plan;
 pub mod solve;
 pub mod spectrum;
+#[cfg(feature = "serde")]
+mod stored;
 pub mod tone;
 pub mod tracker;
+
+/// The crates whose types stand in signatures here: fixed point, vectors of fixed capacity, complex numbers.
+#[doc(no_inline)]
+pub use {fixed, heapless, num_complex};
 
 #[doc(inline)]
 pub use accumulate::{Accumulated, Accumulator};

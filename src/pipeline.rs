@@ -43,6 +43,22 @@ pub struct Measurement {
 }
 
 /// What a measurement amounts to beyond its tone.
+///
+/// ```
+/// use picket_dsp::{Codes, Config, Mixing, Outcome, Pipeline, Real, Scene};
+///
+/// // A radar at 24.125 GHz: the echo of 1.5 m/s is shifted by 2 v / wavelength, 241.4 Hz.
+/// let (wavelength_m, angle_rad, mixing) = (299_792_458.0 / 24.125e9, 0.0, Mixing::RxConjTx);
+/// let scene = Scene::Doppler { wavelength_m, angle_rad, mixing };
+/// let config = Config { scene, ..Config::new(8000.0, Codes::signed::<12>()) };
+/// let mut pipeline = Pipeline::<Real, 1024>::new(config.plan()?);
+/// let turn = 2.0 * 1.5 / wavelength_m / 8000.0 * std::f64::consts::TAU;
+/// let samples: [i16; 1024] = std::array::from_fn(|n| (500.0 * (turn * n as f64).sin()) as i16);
+/// let Outcome::Velocity(answer) = pipeline.record(&samples)?.result else { panic!("not the scene") };
+/// let error = answer.velocity.to_num::<f32>() - 1.5;
+/// assert!(error.abs() < 3.0 * answer.sigma, "{answer:?}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
@@ -71,6 +87,21 @@ impl Outcome {
 
 /// ADC samples in, measurements out. The pipeline owns its work memory: `4 N` bytes for real
 /// records, `8 N` for I/Q. The engine [`Q15`](crate::spectrum::engine::Q15) takes half.
+///
+/// ```
+/// use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp};
+///
+/// let config = Config::new(1e6, Codes::signed::<16>());
+/// let mut pipeline = Pipeline::<Iq, 512>::new(config.plan()?);
+/// // I and Q of a tone at -123,456 Hz.
+/// let pair = |turn: f64| [turn.cos(), turn.sin()].map(|part| (2e4 * part).round() as i16);
+/// let samples = std::array::from_fn(|n| pair(-0.123456 * std::f64::consts::TAU * n as f64));
+/// let measurement = pipeline.block(&Stamp::default(), &samples);
+/// let tone = measurement.tone;
+/// assert!((tone.hertz() + 123_456.0).abs() < 3.0 * tone.sigma_hertz(), "{tone}");
+/// assert_eq!(measurement.clipped, 0);
+/// # Ok::<(), picket_dsp::ConfigError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Pipeline<R: Record, const N: usize, E: Engine = I32> {
     plan: Plan<R, N>,
@@ -260,7 +291,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
 }
 
 /// The slice has not as many samples as a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LengthError {
     /// The samples in the slice.
     pub samples: usize,
@@ -341,5 +372,39 @@ impl Ramps {
         }
         let complete = self.segments.complete(stamp.segment, wanted);
         complete.then(|| self.beats.each_ref().map(Beat::tone))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::burst::Trigger;
+    use crate::{Accumulator, Alternating, BurstProcessor, Codes, Format, Framer, FrequencyOnly};
+    use crate::{Iq, Real, Tracker};
+    use std::format;
+
+    /// What holds thousands of samples, bins or sums prints its state, not them.
+    #[test]
+    fn no_debug_output_prints_a_buffer() {
+        let plan = Plan::<Real, 1024>::tone(48e3, Codes::signed::<12>());
+        let pairs = Plan::<Iq, 1024>::tone(48e3, Codes::signed::<12>());
+        let mut bursts = BurstProcessor::new(plan);
+        bursts.set_plan(plan, Trigger { hold_off: 77, ..Trigger::default() });
+        let mut sum = Accumulator::<Real, 1024>::new(3);
+        let mut pipeline = Pipeline::<Real, 1024>::new(plan);
+        let block = pipeline.block(&Stamp::default(), &[5; 1024]);
+        assert_eq!(sum.add(&block, &pipeline), None);
+        for (text, state) in [
+            (format!("{pipeline:?}"), "rate_hz: 48000.0"),
+            (format!("{:?}", Tracker::new(plan)), "rate_hz: 48000.0"),
+            (format!("{bursts:?}"), "hold_off: 77"),
+            (format!("{sum:?}"), "blocks: 1,"),
+            (format!("{:?}", Alternating::<1024, 2048>::new(pairs)), "n: 2048"),
+            (format!("{:?}", FrequencyOnly::<Real, 1024>::new()), "exponent: 0"),
+            (format!("{:?}", Framer::<Real, 1024>::new(Format::signed::<16>())), "filled: 0"),
+        ] {
+            assert!(text.contains(state), "{text}");
+            assert!(text.len() < 3000, "{}: {text}", text.len());
+        }
     }
 }

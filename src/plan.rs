@@ -64,6 +64,17 @@ impl Terms {
 
 /// A plan for records of kind `R` and `N` samples. A plan for other records has another type.
 ///
+/// ```
+/// use picket_dsp::{Codes, Config, Pipeline, Plan, Real};
+///
+/// // By the compiler, for a pipeline in static memory; or by `Config::plan`, which checks it.
+/// const PLAN: Plan<Real, 1024> = Plan::tone(48_000.0, Codes::signed::<12>());
+/// static PIPELINE: Pipeline<Real, 1024> = Pipeline::new(PLAN);
+/// let plan: Plan<Real, 1024> = Config::new(48_000.0, Codes::signed::<12>()).plan()?;
+/// assert_eq!((plan.n, plan.rate_hz, plan.band), (1024, 48_000.0, PIPELINE.plan().band));
+/// # Ok::<(), picket_dsp::ConfigError>(())
+/// ```
+///
 /// A length that the transform does not support is a compile error:
 ///
 /// ```compile_fail

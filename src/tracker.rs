@@ -20,6 +20,25 @@ use heapless::Vec;
 
 /// ADC samples in, tracks out. Its memory is a pipeline and about 2 KB, because each segment of a
 /// chirp has its own tracks.
+///
+/// ```
+/// use picket_dsp::solve::track::State;
+/// use picket_dsp::{Codes, Config, Following, Real, Segment, Stamp, Tracker};
+///
+/// let following = Following { most: 1, ..Following::default() };
+/// let config = Config { following, ..Config::new(8000.0, Codes::signed::<12>()) };
+/// let mut tracker = Tracker::<Real, 256>::new(config.plan()?);
+/// for sequence in 0..20 {
+///     let tone = |n: u32| 500.0 * (0.4 * f64::from(256 * sequence + n)).sin();
+///     let stamp = Stamp { sequence, clock: u64::from(256 * sequence), ..Stamp::default() };
+///     tracker.block(&stamp, &std::array::from_fn(|n| tone(n as u32).round() as i16));
+/// }
+/// let [track] = tracker.tracks(Segment::Continuous) else { panic!("there is one tone") };
+/// assert_eq!((track.state, track.age), (State::Held, 19));
+/// let error = track.tone.hertz() - 0.4 / std::f64::consts::TAU * 8000.0;
+/// assert!(error.abs() < 3.0 * track.tone.sigma_hertz(), "{track:?}");
+/// # Ok::<(), picket_dsp::ConfigError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,

@@ -10,14 +10,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the library may be built with.
-const SETS: [&str; 7] = [
+const SETS: [&str; 8] = [
     "",
     "methods",
     "joint-fit",
     "microfft",
     "portable-atomic",
     "defmt",
-    "methods,joint-fit,microfft,portable-atomic,defmt",
+    "serde",
+    "methods,joint-fit,microfft,portable-atomic,defmt,serde",
 ];
 
 /// The seed of the records.

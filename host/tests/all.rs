@@ -22,6 +22,7 @@ mod readme;
 mod report;
 mod scenes;
 mod security;
+mod serialized;
 mod session;
 mod signals;
 mod sixty;

@@ -68,3 +68,11 @@ fn points_of_the_plot() {
         }
     }
 }
+
+/// The README names the oldest compiler that the packages promise, the job `oldest` of the CI compiles with it.
+#[test]
+fn the_oldest_compiler() {
+    let readme = include_str!("../../README.md");
+    let said = format!("for Rust {} and later", env!("CARGO_PKG_RUST_VERSION"));
+    assert_eq!(readme.matches(&said).count(), 1, "the README does not say: {said}");
+}

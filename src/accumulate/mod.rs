@@ -18,7 +18,7 @@
 //! # let samples: [i16; 1024] = std::array::from_fn(|n| (0.15 * 200.0 * (1.234 * n as f64 + 7.0 * f64::from(block)).cos() + 200.0 * noise()) as i16);
 //! # let stamp = Stamp { sequence: block, ..Stamp::default() };
 //! // for each block:
-//! let measurement = pipeline.block(stamp, &samples);
+//! let measurement = pipeline.block(&stamp, &samples);
 //! if let Some(accumulated) = sum.add(&measurement, &pipeline) {
 //!     println!("{}", accumulated.tone); // after 100 blocks
 //! #     found = Some(accumulated.tone);
@@ -42,7 +42,7 @@
 //! ```
 //!
 //! The sums are kept for j - i = 0 to 3 and all i: each bin has what a fit to the bins around it reads, wherever a line turns
-//! out to be. [`fit`] fits line and frequency by least squares.
+//! out to be. Line and frequency are fitted to them by least squares.
 //!
 //! # Drift
 //!
@@ -51,7 +51,7 @@
 //! [`Accumulator::with_drift`].
 
 mod detection;
-pub mod fit;
+mod fit;
 mod moved;
 mod sums;
 
@@ -96,6 +96,29 @@ const fn held(probability: f64) -> f64 {
 /// which share one exponent.
 ///
 /// A chirp has an accumulator for each segment, see [`Accumulator::for_segment`].
+///
+/// ```
+/// use picket_dsp::{Accumulated, Accumulator, Codes, Pipeline, Plan, Real, Stamp, Verdict};
+///
+/// let mut pipeline = Pipeline::<Real, 256>::new(Plan::tone(1e6, Codes::signed::<12>()));
+/// let mut sum = Accumulator::<Real, 256>::new(100);
+/// let mut state = 1u32;
+/// let mut sample = |n: usize| {
+///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///     (f64::from(state >> 8) / f64::from(1 << 16) - 128.0 + 20.0 * (1.234 * n as f64).sin()) as i16
+/// };
+/// // A tone 14 dB below the noise: no block shows it, a hundred together do.
+/// for sequence in 0..100 {
+///     let stamp = Stamp { sequence, ..Stamp::default() };
+///     let block = pipeline.block(&stamp, &std::array::from_fn(&mut sample));
+///     assert_eq!(block.tone.verdict, Verdict::Weak);
+///     let Some(Accumulated { tone, .. }) = sum.add(&block, &pipeline) else { continue };
+///     assert_eq!((sequence, tone.verdict), (99, Verdict::Good));
+///     let error = tone.hertz() - 1.234 / std::f64::consts::TAU * 1e6;
+///     assert!(error.abs() < 3.0 * tone.sigma_hertz(), "{tone}");
+/// }
+/// # assert_eq!(sum.added(), 0);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Accumulator<R: Record, const N: usize> {
     sums: Sums<R, N>,

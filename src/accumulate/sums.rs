@@ -22,7 +22,7 @@ const PART_BITS: u32 = 14;
 const FULL: u32 = 1 << 30;
 
 /// Sums over blocks, for each bin i: `sum Re(conj(X_i) X_j)` for j - i = 0, 1, 2, 3.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Sums<R: Record, const N: usize> {
     /// Powers, and products with the next bin.
     near: R::Cells<i32, N>,
@@ -34,6 +34,13 @@ pub(super) struct Sums<R: Record, const N: usize> {
     exponent: i32,
     /// Products are shifted down by so many bits before they are added.
     down: u32,
+}
+
+/// Without the sums themselves.
+impl<R: Record, const N: usize> core::fmt::Debug for Sums<R, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Sums").field("blocks", &self.blocks).finish_non_exhaustive()
+    }
 }
 
 impl<R: Record, const N: usize> Sums<R, N> {

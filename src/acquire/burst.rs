@@ -16,7 +16,7 @@ const WINDOW: usize = 8;
 const HISTORY: usize = 2 * CELLS;
 
 /// What the detector counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Samples taken.
@@ -92,7 +92,7 @@ struct Ended {
 /// Finds bursts in a stream and cuts a record around each. Its memory is `6 N` bytes for real samples, `12 N` for I/Q, and 1.2 KB.
 ///
 /// Cost: a copy, two additions and a product a sample, and the comparison once a cell.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct BurstDetector<R: Record, const N: usize> {
     codes: Codes,
     trigger: Trigger,
@@ -116,6 +116,18 @@ pub struct BurstDetector<R: Record, const N: usize> {
     waning: Option<u64>,
     ended: Option<Ended>,
     counters: Counters,
+}
+
+/// Without its samples and energies.
+impl<R: Record, const N: usize> core::fmt::Debug for BurstDetector<R, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("BurstDetector")
+            .field("codes", &self.codes)
+            .field("trigger", &self.trigger)
+            .field("clock", &self.clock)
+            .field("counters", &self.counters)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<R: Record, const N: usize> BurstDetector<R, N> {

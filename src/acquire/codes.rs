@@ -5,7 +5,7 @@
 /// The codes decide how far the integer FFT may shift samples up (growth bound:
 /// [`crate::spectrum::fft::integer`]) and which samples count as clipped. They have no default,
 /// because a record read with the wrong codes is wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Codes {
     low: i16,

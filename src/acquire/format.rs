@@ -40,7 +40,7 @@ words!(u8: u8, i8: u8, u16: u16, i16: u16, u32: u32, i32: u32);
 /// let format = Format::i2s::<8>().left_aligned_in::<32>();
 /// assert_eq!(format.code(0x8000_0000u32), i16::MIN);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Format {
     signed: bool,
     /// Bits of a code.

@@ -28,7 +28,7 @@ use super::sample::{Record, Segment, Stamp};
 ///
 /// A record starts at a multiple of the hop on the sample clock, also after a gap. So the segments
 /// of a chirp keep their order across a loss, if the loss is stated exactly.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Framer<R: Record, const N: usize> {
     format: Format,
     /// The hop, and the segments of a chirp.
@@ -45,6 +45,18 @@ pub struct Framer<R: Record, const N: usize> {
     /// The number of the next record.
     number: u64,
     gap: bool,
+}
+
+/// Without its samples.
+impl<R: Record, const N: usize> core::fmt::Debug for Framer<R, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Framer")
+            .field("format", &self.format)
+            .field("timing", &self.timing)
+            .field("clock", &self.clock)
+            .field("filled", &self.filled)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<R: Record, const N: usize> Framer<R, N> {

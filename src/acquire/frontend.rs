@@ -42,7 +42,7 @@ use super::sample::{Segment, Stamp};
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// What the controller did since the last call.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Status {
     /// Blocks whose last sample was stored: 1 for a punctual interrupt, 0 for a doubled one, more
     /// after lost interrupts.
@@ -85,7 +85,7 @@ pub trait Dma {
 }
 
 /// How blocks follow each other in time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Timing {
     /// Sample periods from a block's first sample to the next block's: the block's length plus the
     /// guard samples, which are dropped.
@@ -113,7 +113,7 @@ impl Timing {
 }
 
 /// What became of the blocks. All counts wrap.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Blocks delivered.
@@ -181,10 +181,16 @@ pub struct Block<S> {
 }
 
 /// The two queues between interrupt and main loop, with room for `M - 1` spare slots each.
-#[derive(Debug)]
 pub struct FrontEnd<S, const M: usize> {
     full: Queue<Block<S>, M>,
     empty: Queue<S, M>,
+}
+
+/// Without the blocks in it.
+impl<S, const M: usize> core::fmt::Debug for FrontEnd<S, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("FrontEnd").finish_non_exhaustive()
+    }
 }
 
 impl<S, const M: usize> Default for FrontEnd<S, M> {
@@ -241,6 +247,17 @@ pub struct Filler<'a, D: Dma> {
     /// Something was lost since the last delivered block.
     gap: bool,
     counters: Counters,
+}
+
+/// Without its slots.
+impl<D: Dma> core::fmt::Debug for Filler<'_, D> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Filler")
+            .field("timing", &self.timing)
+            .field("number", &self.number)
+            .field("counters", &self.counters)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<D: Dma> Filler<'_, D> {
@@ -336,6 +353,13 @@ impl<D: Dma> Filler<'_, D> {
 pub struct Blocks<'a, S> {
     full: Consumer<'a, Block<S>>,
     empty: Producer<'a, S>,
+}
+
+/// Without the blocks that wait.
+impl<S> core::fmt::Debug for Blocks<'_, S> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Blocks").field("waiting", &self.waiting()).finish_non_exhaustive()
+    }
 }
 
 impl<S> Blocks<'_, S> {

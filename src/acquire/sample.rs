@@ -32,11 +32,11 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
 }
 
 /// Real samples, from one converter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Real;
 
 /// Complex samples, from two converters in quadrature.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Iq;
 
 impl Record for Real {
@@ -124,7 +124,7 @@ impl<T: Part, const N: usize> Cells<T> for [[T; 2]; N] {
 }
 
 /// The segment of the waveform in which a block was taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Segment {
@@ -160,7 +160,7 @@ impl Segment {
 
 /// Where and when a block was taken. The stamp travels with the samples from the interrupt to the
 /// telemetry.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
     /// The number of the block, modulo 2^32. Every block that the converter fills counts, also a
@@ -175,7 +175,7 @@ pub struct Stamp {
 }
 
 /// Statistics of the samples before any transform.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Statistics {
     /// Samples with a part that touches a rail.
     pub clipped: u32,

@@ -49,7 +49,7 @@ use crate::plan::Plan;
 use crate::tone::Tone;
 
 /// What is known against a burst.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
@@ -121,6 +121,24 @@ impl Burst {
 }
 
 /// Samples in, bursts out: a detector, and a pipeline that measures what it cuts.
+///
+/// ```
+/// use picket_dsp::{BurstProcessor, Codes, Plan, Real, Validation};
+///
+/// let mut processor = BurstProcessor::<Real, 1024>::new(Plan::tone(1e6, Codes::signed::<12>()));
+/// let mut state = 1u32;
+/// let mut noise = || {
+///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///     60.0 * (f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
+/// };
+/// // One particle: 0.8 radians a sample under an envelope with a standard deviation of 100 samples.
+/// let signal = |t: f64| 500.0 * (-t * t / 2e4).exp() * (0.8 * t).cos();
+/// let stream: Vec<i16> = (-9000..9000).map(|t| (signal(t.into()) + noise()) as i16).collect();
+/// let mut bursts = Vec::new();
+/// processor.push(&stream, |burst| bursts.push(*burst));
+/// assert!(bursts.len() == 1 && bursts[0].validation == Validation::Valid);
+/// assert!((bursts[0].arrival - 9000.0).abs() < 5.0 && (bursts[0].deviation - 100.0).abs() < 5.0);
+/// ```
 #[derive(Clone, Debug)]
 pub struct BurstProcessor<R: Record, const N: usize> {
     detector: BurstDetector<R, N>,

@@ -1,6 +1,6 @@
 //! Floats that give the same bits on every machine, and the few elementary functions that the fits
 //! use.
 
-pub mod products;
+pub(crate) mod products;
 pub mod scalar;
-pub mod series;
+pub(crate) mod series;

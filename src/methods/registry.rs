@@ -12,7 +12,7 @@ use crate::spectrum::engine::Engine;
 use fixed::types::I2F30;
 
 /// No method has this name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct UnknownMethod;
 
 impl core::fmt::Display for UnknownMethod {
@@ -32,7 +32,7 @@ impl core::str::FromStr for Method {
 }
 
 /// Which records a method is right for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Records {
     /// Real samples only.
     Real,
@@ -63,7 +63,7 @@ impl Records {
 }
 
 /// The data that a method reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Needs {
     /// The bins around the peak.
     Bins,
@@ -87,7 +87,7 @@ impl Needs {
 
 /// The window of a method's bins. The pipeline's bins are always rectangular; Hann's are made from
 /// them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Window {
     /// None.
     Rectangular,
@@ -125,7 +125,7 @@ pub struct About {
 }
 
 /// The method cannot work on this kind of record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unfit;
 

@@ -45,7 +45,7 @@ pub(crate) fn metres(steps: i64, scale: I32F32) -> I32F32 {
 }
 
 /// The shape of the frequency ramp.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Shape {
     /// Up, flat, down: range and signed velocity, both unique.
@@ -71,7 +71,7 @@ impl Shape {
 /// Which of the two signals an I/Q receiver conjugates before it multiplies them: the sign of every beat.
 ///
 /// Exchanging I and Q exchanges the two. Real samples are the same for both.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Mixing {

@@ -8,4 +8,4 @@ pub mod pairing;
 pub(crate) mod segments;
 pub mod sequence;
 pub mod track;
-pub mod tracks;
+pub(crate) mod tracks;

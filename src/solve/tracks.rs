@@ -23,6 +23,7 @@ pub struct Tracks {
 }
 
 /// What a block offers to a set of tracks.
+#[derive(Debug)]
 pub struct Sight<'a, F> {
     /// Where and when the block was taken.
     pub stamp: &'a Stamp,

@@ -15,11 +15,11 @@ pub const REACH: usize = 16;
 const WIDTH: usize = 2 * REACH + 1;
 
 /// No window: the bins of the plain transform.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Rectangular;
 
 /// Hann's window (periodic form, `sin^2(pi n / N)`).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Hann;
 
 /// Bins `peak - REACH ..= peak + REACH` of a record of `n` samples, in ADC codes.

@@ -124,7 +124,7 @@ pub(super) const REACH: usize = SKIRT as usize;
 const STEP: usize = 4;
 
 /// The default: `i32`, see [`integer`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct I32;
 
 impl Engine for I32 {
@@ -252,7 +252,7 @@ fn alone_portably(points: &[Point], table: &[Packed], bins: Range<usize>) -> Sca
 }
 
 /// Half the memory: 16-bit block floating point, see [`q15`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Q15;
 
 impl Engine for Q15 {
@@ -374,7 +374,7 @@ fn search_unaligned<R: Record, const N: usize>(
 /// The crate's code contains panics. At opt-level 3 the compiler proves them unreachable; at "z" it
 /// does not. So an image that must be free of panics is built for speed.
 #[cfg(feature = "microfft")]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct F32;
 
 #[cfg(feature = "microfft")]

@@ -36,16 +36,23 @@ pub const STANDS_OUT: u64 = 8;
 /// The spectrum stores the points of the complex transform. For I/Q these are the bins. For real
 /// records they are the transform of N/2 pairs of neighbours, and each bin is split from them when
 /// it is read. The engine decides in which numbers (see [`engine`]).
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Spectrum<R: Record, const N: usize, E: Engine = I32> {
     cells: Aligned<R::Cells<E::Part, N>>,
     exponent: i32,
 }
 
 /// The alignment lets kernels read and write whole words.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 #[repr(align(4))]
 struct Aligned<T>(T);
+
+/// Without its points.
+impl<R: Record, const N: usize, E: Engine> core::fmt::Debug for Spectrum<R, N, E> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Spectrum").field("exponent", &self.exponent).finish_non_exhaustive()
+    }
+}
 
 impl<R: Record, const N: usize, E: Engine> Default for Spectrum<R, N, E> {
     fn default() -> Self {

@@ -19,7 +19,7 @@ pub const SKIRT: i32 = 8;
 const AROUND: usize = 2 * SKIRT as usize + 1;
 
 /// The bins that a search may return, both ends included, but for the bin of a constant offset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Band {
     /// The first bin.
@@ -68,7 +68,7 @@ impl Band {
 }
 
 /// What the search found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Peak {
     /// The strongest bin of the band; of equals the lowest.

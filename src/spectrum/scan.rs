@@ -28,7 +28,7 @@ use super::fft::twiddle::Packed;
 use crate::math::products::{plus_power, power};
 
 /// The result of a scan over bins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Scan {
     /// The strongest bin; of equals the lowest.
     pub bin: i32,
@@ -42,7 +42,7 @@ pub struct Scan {
 
 /// The points that hold a peak's skirt. Each pair of points holds two bins, so the mirror of the
 /// skirt is left out of the noise floor with it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Skirt {
     /// The sum of their powers.
     pub power: u64,

@@ -1,7 +1,7 @@
 //! The arithmetic of the fit and of the noise.
 
 /// The arithmetic of least squares and of the noise estimate, after the integer FFT.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Arithmetic {
     /// `f32` throughout.

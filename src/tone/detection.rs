@@ -15,7 +15,7 @@ pub const HOLD: f64 = 1e-2;
 const FLOOR: u32 = 64 - (2 * SKIRT as u32 + 1) - 1;
 
 /// How far the required evidence is lowered, as a power of two. A test beside others needs less.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Relaxation(u32);
 
 impl Relaxation {

@@ -7,7 +7,7 @@ use fixed::types::{I0F32, I2F30};
 ///
 /// An I/Q frequency of 0.5 wraps to -0.5, as it does on the circle. Times the sample rate it is
 /// in Hz; the step is 0.06 Hz at 250 MS/s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Frequency(pub I0F32);
 
 /// Steps in one turn.

@@ -173,6 +173,7 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
 
 /// What is known of a record and its tone.
 #[derive(Clone, Copy)]
+#[expect(missing_debug_implementations, reason = "two of its fields are functions")]
 pub struct Sight<'a> {
     /// Samples of the record.
     pub n: usize,

@@ -18,7 +18,7 @@ use crate::tone::FrequencyDrift;
 use crate::tone::fit::Fit;
 
 /// What a line is, judged by its residual.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Line {
     /// One tone, as far as the bins show.
     Steady,

@@ -31,6 +31,20 @@ use frequency::Frequency;
 pub use verdict::{Reasons, Usable, Verdict, Verdicts};
 
 /// One measured tone.
+///
+/// ```
+/// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
+///
+/// let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(48_000.0, Codes::signed::<12>()));
+/// let sine = |n: usize| 900.0 * (0.131 * n as f64).sin();
+/// let samples: [i16; 1024] = std::array::from_fn(|n| sine(n).round() as i16);
+/// let tone = pipeline.record(&samples)?.tone;
+/// let hertz = 0.131 / std::f64::consts::TAU * 48_000.0; // 1000.766
+/// assert!((tone.hertz() - hertz).abs() < 3.0 * tone.sigma_hertz(), "{tone}");
+/// assert!((tone.amplitude - 900.0).abs() < 1.0 && tone.snr_db() > 50.0);
+/// assert_eq!((tone.verdict, tone.verdict.usable()), (Verdict::Good, Usable::Yes));
+/// # Ok::<(), picket_dsp::LengthError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tone {

@@ -8,7 +8,7 @@ use crate::model::Answer;
 use crate::tone::fit::Fit;
 
 /// What a test compares. Powers are ratios to the noise of what they are measured in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Statistic {
     /// The line's power over the mean of the band's other bins.
@@ -145,7 +145,7 @@ impl Test {
 }
 
 /// A fit whose line is judged. A measurement goes on to the next where the one before shows no steady tone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
     /// The usual fit.
     Usual,

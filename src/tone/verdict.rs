@@ -5,7 +5,23 @@ use super::evidence::WHOLE_SPECTRUM;
 /// What is known against a number. Every number comes with a verdict, and [`Verdict::usable`] says what the number may
 /// be used for. If several apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A
 /// telemetry record holds a verdict as its number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+///
+/// ```
+/// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
+///
+/// let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(48_000.0, Codes::signed::<12>()));
+/// // Noise alone, of a linear congruential generator.
+/// let mut state = 1u32;
+/// let samples: [i16; 1024] = std::array::from_fn(|_| {
+///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///     (state >> 22) as i16 - 512
+/// });
+/// let verdict = pipeline.record(&samples)?.tone.verdict;
+/// assert_eq!((verdict, verdict.usable()), (Verdict::Weak, Usable::No));
+/// assert!(verdict > Verdict::Good, "{}", verdict.reason());
+/// # Ok::<(), picket_dsp::LengthError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
@@ -164,7 +180,7 @@ impl core::fmt::Display for Verdict {
 }
 
 /// What a number may be used for, from best to worst, and `<` orders it so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Usable {
     /// For everything: sigma is its error.
@@ -199,7 +215,7 @@ impl core::fmt::Display for Usable {
 }
 
 /// A set of verdicts that apply beside a more severe one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Verdicts(u8);
 
@@ -269,7 +285,7 @@ impl Verdicts {
 
 /// All that applies to a tone: a set of verdicts, of which [`Verdict::Good`] says nothing. Bit k is the verdict of
 /// severity k.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reasons(u16);
 
 impl Reasons {

@@ -31,8 +31,8 @@ struct Fields {
     scene: Scenes,
     most: u8,
     harmonics: u8,
-    follow: Follow,
-    carrier: Width,
+    follow: Following,
+    carrier: Carrier,
     drive: Drives,
     mode: Modes,
     guard: u16,
@@ -56,7 +56,7 @@ enum Scenes {
         mixing: String,
     },
     Chirp {
-        shape: Shapes,
+        shape: Shape,
         wavelength_m: f64,
         bandwidth_hz: f64,
         #[serde(default = "usual_before_chirp")]
@@ -82,50 +82,6 @@ fn mixing_of(name: &str) -> Result<Mixing, String> {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct Follow {
-    most: u8,
-    refresh: u8,
-    agility: f32,
-    acceleration_bins: f32,
-    rate_bins: f32,
-}
-
-/// The tone's own width.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct Width {
-    linewidth_hz: f32,
-    envelope_hz: f32,
-}
-
-impl Default for Follow {
-    fn default() -> Self {
-        Self::of(&Following::default())
-    }
-}
-
-impl Follow {
-    fn of(following: &Following) -> Self {
-        let &Following { most, refresh, agility, acceleration_bins, rate_bins } = following;
-        Self { most, refresh, agility, acceleration_bins, rate_bins }
-    }
-
-    fn following(&self) -> Following {
-        let &Self { most, refresh, agility, acceleration_bins, rate_bins } = self;
-        Following { most, refresh, agility, acceleration_bins, rate_bins }
-    }
-}
-
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Shapes {
-    Trapezoid,
-    Triangle,
-    Sawtooth,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 enum Drives {
     Off,
@@ -145,14 +101,7 @@ enum Modes {
         #[serde(default)]
         drift_bins: f32,
     },
-    Bursts {
-        #[serde(default)]
-        ratio: Option<f32>,
-        #[serde(default)]
-        hold_off: u32,
-        #[serde(default)]
-        least: u32,
-    },
+    Bursts(Trigger),
 }
 
 impl Default for Fields {
@@ -182,11 +131,6 @@ impl Fields {
                     let Chirp {
                         shape, wavelength_m, bandwidth_hz, mixing, sweep_curvature, ..
                     } = chirp;
-                    let shape = match shape {
-                        Shape::Trapezoid => Shapes::Trapezoid,
-                        Shape::Triangle => Shapes::Triangle,
-                        Shape::Sawtooth => Shapes::Sawtooth,
-                    };
                     let mixing = mixing.name().into();
                     Scenes::Chirp { shape, wavelength_m, bandwidth_hz, mixing, sweep_curvature }
                 }
@@ -194,11 +138,8 @@ impl Fields {
             },
             most: settings.most,
             harmonics: settings.harmonics,
-            follow: Follow::of(&config.following),
-            carrier: Width {
-                linewidth_hz: config.carrier.linewidth_hz,
-                envelope_hz: config.carrier.envelope_hz,
-            },
+            follow: config.following,
+            carrier: config.carrier,
             drive: match settings.drive {
                 Drive::Off => Drives::Off,
                 Drive::Dac { low, high } => Drives::Dac { low, high },
@@ -210,9 +151,7 @@ impl Fields {
             mode: match settings.mode {
                 Mode::Blocks => Modes::Blocks,
                 Mode::Accumulate { blocks, drift_bins } => Modes::Accumulate { blocks, drift_bins },
-                Mode::Bursts(Trigger { ratio, hold_off, least }) => {
-                    Modes::Bursts { ratio, hold_off, least }
-                }
+                Mode::Bursts(trigger) => Modes::Bursts(trigger),
             },
             guard: settings.guard,
             report_every: settings.report_every,
@@ -256,11 +195,6 @@ impl Fields {
                     ));
                 }
                 let mixing = mixing_of(mixing)?;
-                let shape = match shape {
-                    Shapes::Trapezoid => Shape::Trapezoid,
-                    Shapes::Triangle => Shape::Triangle,
-                    Shapes::Sawtooth => Shape::Sawtooth,
-                };
                 // Duration and guard are the device's own: those of block and guard samples.
                 Scene::Chirp(Chirp {
                     shape,
@@ -294,11 +228,8 @@ impl Fields {
             false_alarm: self.false_alarm,
             scene,
             effort,
-            following: self.follow.following(),
-            carrier: Carrier {
-                linewidth_hz: self.carrier.linewidth_hz,
-                envelope_hz: self.carrier.envelope_hz,
-            },
+            following: self.follow,
+            carrier: self.carrier,
             ..Config::new(1.0, Codes::signed::<12>())
         };
         let calibration = Calibration {
@@ -309,9 +240,7 @@ impl Fields {
         let mode = match self.mode {
             Modes::Blocks => Mode::Blocks,
             Modes::Accumulate { blocks, drift_bins } => Mode::Accumulate { blocks, drift_bins },
-            Modes::Bursts { ratio, hold_off, least } => {
-                Mode::Bursts(Trigger { ratio, hold_off, least })
-            }
+            Modes::Bursts(trigger) => Mode::Bursts(trigger),
         };
         let settings = Settings {
             core_mhz: self.core_mhz,

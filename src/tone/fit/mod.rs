@@ -214,7 +214,7 @@ fn gain<T: Scalar>(iq: bool, n: usize) -> T {
 }
 
 /// The bins that a fit reads on each side of the peak.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Reach {

@@ -1,0 +1,359 @@
+//! How `serde` stores what a user sets, and what a block answers with.
+//!
+//! A structure is stored by its fields' names, a choice by its name in tables and commands: `"near-edge"`, `"least-squares-real"`. A
+//! reach is its number of bins. Frequencies, ranges and velocities are numbers and come back to the bit: a frequency always, the others
+//! below 2^21 m or m/s; beyond, to a part in 2^53. A standard deviation that is not finite is none, in JSON `null`, and is read as
+//! infinite; another such number is read as NaN.
+//!
+//! What a user sets is read strictly: a field that is not known, a name that this program does not have, codes that no converter has
+//! are errors. A field that is missing has its default, but for the rate and the codes of a [`Config`] and for the wavelength and the
+//! angle of a Doppler shift, which have none. Whether all of them together can work is the question of [`Config::plan`].
+
+use crate::acquire::sample::{Segment, Stamp};
+use crate::solve::displacement::Displacement;
+use crate::tone::FrequencyDrift;
+use crate::tone::detection::FALSE_ALARM;
+use crate::tone::harmonic::Harmonic;
+use crate::{
+    Accumulated, Ambiguity, Arithmetic, Burst, Carrier, Chirp, Codes, Config, Effort, Following,
+    Frequency, Measurement, Method, Mixing, Outcome, Reach, Scene, Shape, Target, Tone,
+    ToneWithPhase, Trigger, Unjudged, Validation, Velocity, Verdict, Verdicts,
+};
+use core::fmt;
+use fixed::types::{I0F32, I32F32};
+use serde::de::{Error, SeqAccess, Unexpected, Visitor};
+use serde::ser::SerializeSeq as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A structure, or an enumeration whose variants have fields: its definition once more, which the compiler compares with it.
+macro_rules! stored {
+    ($name:ident, $definition:item) => {
+        const _: () = {
+            type Of = self::$name;
+
+            $definition
+
+            impl Serialize for Of {
+                fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                    $name::serialize(self, serializer)
+                }
+            }
+
+            impl<'de> Deserialize<'de> for Of {
+                fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                    $name::deserialize(deserializer)
+                }
+            }
+        };
+    };
+}
+
+/// Structures, and enumerations whose variants have fields.
+macro_rules! fields {
+    ($($(#[$all:meta])* $kind:ident $name:ident { $($body:tt)* })*) => {$(
+        stored! {
+            $name,
+            #[derive(Serialize, Deserialize)]
+            #[serde(remote = "Of", rename_all = "snake_case")]
+            $(#[$all])*
+            $kind $name { $($body)* }
+        }
+    )*};
+}
+
+/// What a user sets and what has a default as a whole.
+macro_rules! defaults {
+    ($(struct $name:ident { $($body:tt)* })*) => {$(
+        stored! {
+            $name,
+            #[derive(Serialize, Deserialize)]
+            #[serde(remote = "Of", default = "Default::default", deny_unknown_fields)]
+            struct $name { $($body)* }
+        }
+    )*};
+}
+
+defaults! {
+    struct Chirp {
+        shape: Shape, wavelength_m: f64, bandwidth_hz: f64, duration_s: f64, guard_s: f64, mixing: Mixing, sweep_curvature: f64,
+    }
+    struct Following { most: u8, refresh: u8, agility: f32, acceleration_bins: f32, rate_bins: f32 }
+    struct Carrier { linewidth_hz: f32, envelope_hz: f32 }
+    struct Trigger { ratio: Option<f32>, hold_off: u32, least: u32 }
+}
+
+fields! {
+    #[serde(deny_unknown_fields)]
+    struct Config {
+        rate_hz: f64,
+        codes: Codes,
+        #[serde(default)] band_hz: Option<(f64, f64)>,
+        #[serde(default)] method: Method,
+        #[serde(default)] reach: Reach,
+        #[serde(default)] arithmetic: Arithmetic,
+        #[serde(default)] effort: Effort,
+        #[serde(default = "usual_false_alarm")] false_alarm: f64,
+        #[serde(default)] scene: Scene,
+        #[serde(default)] following: Following,
+        #[serde(default)] carrier: Carrier,
+    }
+    #[serde(deny_unknown_fields)]
+    enum Scene {
+        Tone,
+        Doppler { wavelength_m: f64, angle_rad: f64, #[serde(default = "usual_mixing")] mixing: Mixing },
+        Chirp(Chirp),
+    }
+
+    struct Stamp { sequence: u32, clock: u64, segment: Segment, gap: bool }
+    struct Measurement { stamp: Stamp, clipped: u32, tone: Tone, result: Outcome }
+    enum Outcome { None, Velocity(Velocity), Target(Target) }
+    struct Tone {
+        frequency: Frequency,
+        #[serde(with = "sigma")] sigma: f32,
+        #[serde(with = "number")] snr: f32,
+        #[serde(with = "number")] amplitude: f32,
+        verdict: Verdict,
+        also: Verdicts,
+        rate_hz: f64,
+    }
+    struct ToneWithPhase {
+        tone: Tone,
+        #[serde(with = "number")] phase: f32,
+        #[serde(with = "sigma")] sigma_phase: f32,
+    }
+    struct FrequencyDrift { #[serde(with = "number")] cycles: f32, #[serde(with = "sigma")] sigma: f32 }
+    struct Harmonic { tone: Tone, orders: u32 }
+    struct Unjudged { frequency: Frequency, #[serde(with = "sigma")] sigma: f32 }
+    struct Accumulated { tone: Tone, #[serde(with = "number")] ln_chance: f32, blocks: u32 }
+    struct Burst { tone: Tone, arrival: f64, #[serde(with = "number")] deviation: f32, validation: Validation }
+    struct Velocity {
+        #[serde(with = "quantity")] velocity: I32F32,
+        #[serde(with = "sigma")] sigma: f32,
+        verdict: Verdict,
+    }
+    struct Target {
+        #[serde(with = "quantity")] range: I32F32,
+        #[serde(with = "quantity")] velocity: I32F32,
+        #[serde(with = "sigma")] sigma_range: f32,
+        #[serde(with = "sigma")] sigma_velocity: f32,
+        ambiguity: Ambiguity,
+        verdict: Verdict,
+    }
+    enum Ambiguity {
+        None,
+        Exchange { #[serde(with = "quantity")] range: I32F32, #[serde(with = "quantity")] velocity: I32F32 },
+        Coupled,
+    }
+    struct Displacement {
+        #[serde(with = "quantity")] metres: I32F32,
+        #[serde(with = "sigma")] sigma: f32,
+        start: u32,
+        verdict: Verdict,
+    }
+}
+
+/// That of [`Config::new`].
+const fn usual_false_alarm() -> f64 {
+    FALSE_ALARM
+}
+
+/// By which a positive shift approaches, see [`Scene::Doppler`].
+const fn usual_mixing() -> Mixing {
+    Mixing::RxConjTx
+}
+
+/// Choices by their names.
+macro_rules! names {
+    ($($name:ident: $all:expr, $of:expr;)*) => {$(
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let name: fn($name) -> &'static str = $of;
+                serializer.serialize_str(name(*self))
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Named;
+
+                impl Visitor<'_> for Named {
+                    type Value = $name;
+
+                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                        let name: fn($name) -> &'static str = $of;
+                        let mut before = "one of ";
+                        for &one in $all.iter() {
+                            write!(f, "{before}{}", name(one))?;
+                            before = ", ";
+                        }
+                        Ok(())
+                    }
+
+                    fn visit_str<E: Error>(self, text: &str) -> Result<$name, E> {
+                        let name: fn($name) -> &'static str = $of;
+                        let found = $all.iter().copied().find(|&one| name(one) == text);
+                        found.ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
+                    }
+                }
+
+                deserializer.deserialize_str(Named)
+            }
+        }
+    )*};
+}
+
+names! {
+    Verdict: Verdict::ALL, Verdict::name;
+    Validation: Validation::ALL, Validation::name;
+    Method: Method::ALL, Method::name;
+    Effort: Effort::ALL, Effort::name;
+    Mixing: Mixing::ALL, Mixing::name;
+    Arithmetic: [Arithmetic::Float, Arithmetic::Fixed], |arithmetic| match arithmetic {
+        Arithmetic::Float => "float",
+        Arithmetic::Fixed => "fixed",
+    };
+    Shape: [Shape::Trapezoid, Shape::Triangle, Shape::Sawtooth], |shape| match shape {
+        Shape::Trapezoid => "trapezoid",
+        Shape::Triangle => "triangle",
+        Shape::Sawtooth => "sawtooth",
+    };
+    Segment: [Segment::Continuous, Segment::Up, Segment::Flat, Segment::Down], |segment| match segment {
+        Segment::Continuous => "continuous",
+        Segment::Up => "up",
+        Segment::Flat => "flat",
+        Segment::Down => "down",
+    };
+}
+
+impl Serialize for Reach {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u8(self.bins() as u8)
+    }
+}
+
+impl<'de> Deserialize<'de> for Reach {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match u8::deserialize(deserializer)? {
+            4 => Ok(Reach::Four),
+            8 => Ok(Reach::Eight),
+            16 => Ok(Reach::Sixteen),
+            other => {
+                Err(D::Error::invalid_value(Unexpected::Unsigned(other.into()), &"4, 8 or 16"))
+            }
+        }
+    }
+}
+
+/// The rails.
+#[derive(Serialize, Deserialize)]
+#[serde(rename = "Codes", deny_unknown_fields)]
+struct Rails {
+    low: i16,
+    high: i16,
+}
+
+impl Serialize for Codes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (low, high) = self.rails();
+        Rails { low, high }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Codes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Rails { low, high } = Rails::deserialize(deserializer)?;
+        Codes::between(low, high)
+            .ok_or_else(|| D::Error::custom("a converter has 256 codes or more"))
+    }
+}
+
+/// In cycles per sample.
+impl Serialize for Frequency {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_f64(self.cycles())
+    }
+}
+
+impl<'de> Deserialize<'de> for Frequency {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let cycles = f64::deserialize(deserializer)?;
+        I0F32::checked_from_num(cycles).map(Frequency).ok_or_else(|| {
+            let expected = &"at least -0.5 and less than 0.5 cycles per sample";
+            D::Error::invalid_value(Unexpected::Float(cycles), expected)
+        })
+    }
+}
+
+impl Serialize for Verdicts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // The number comes first in formats without an end of a sequence.
+        let mut names = serializer.serialize_seq(Some(self.iter().count()))?;
+        self.iter().try_for_each(|verdict| names.serialize_element(&verdict))?;
+        names.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Verdicts {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Several;
+
+        impl<'de> Visitor<'de> for Several {
+            type Value = Verdicts;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("verdicts that can apply beside another")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Verdicts, A::Error> {
+                let mut verdicts = Verdicts::NONE;
+                while let Some(verdict) = names.next_element::<Verdict>()? {
+                    verdicts = verdicts.with(verdict);
+                    if !verdicts.has(verdict) {
+                        let name = Unexpected::Str(verdict.name());
+                        return Err(A::Error::invalid_value(name, &self));
+                    }
+                }
+                Ok(verdicts)
+            }
+        }
+
+        deserializer.deserialize_seq(Several)
+    }
+}
+
+/// A range or a velocity.
+mod quantity {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(value: &I32F32, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_f64(value.to_num())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<I32F32, D::Error> {
+        let value = f64::deserialize(deserializer)?;
+        I32F32::checked_from_num(value).ok_or_else(|| {
+            let expected = &"at least -2^31 and less than 2^31";
+            D::Error::invalid_value(Unexpected::Float(value), expected)
+        })
+    }
+}
+
+/// A number that may not be finite, and how it is read then.
+macro_rules! or {
+    ($name:ident, $otherwise:expr) => {
+        mod $name {
+            use super::*;
+
+            pub fn serialize<S: Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
+                Some(*value).filter(|value| value.is_finite()).serialize(serializer)
+            }
+
+            pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+                Ok(Option::<f32>::deserialize(from)?.unwrap_or($otherwise))
+            }
+        }
+    };
+}
+
+or!(sigma, f32::INFINITY);
+or!(number, f32::NAN);
