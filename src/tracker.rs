@@ -18,8 +18,7 @@ use crate::tone::lock::Lock;
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
-/// ADC samples in, tracks out. Its memory is a pipeline and about 2 KB, because each segment of a
-/// chirp has its own tracks.
+/// Turns ADC samples into tracks. Its memory is a pipeline and about 2 KB, because each segment of a chirp has its own tracks.
 #[derive(Clone, Debug)]
 pub struct Tracker<R: Record, const N: usize> {
     pipeline: Pipeline<R, N>,
@@ -155,8 +154,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         }
     }
 
-    /// The targets that the held tracks amount to, oldest first. Each comes with the low bits of
-    /// the number of its rising beat's track.
+    /// The targets computed from the held tracks, oldest first. Each comes with the low bits of the number of its rising beat's track.
     ///
     /// Each rising beat takes the falling beat that contradicts it least; in a trapezoid it takes
     /// the flat beat as well. A target at rest has no flat beat, because its line is at DC. If no
@@ -199,8 +197,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     }
 }
 
-/// The pair of flat and falling beat that contradicts a rising one least, taken out of the lists.
-/// `None` if every pair contradicts it by more than five standard deviations.
+/// The pair of a flat and a falling beat that contradicts a rising one least, removed from the lists. `None` if every pair contradicts the
+/// rising beat by more than five standard deviations.
 fn consistent<R: Record>(
     rising: &Tone,
     flats: &mut Vec<Tone, MOST>,
@@ -223,8 +221,8 @@ fn consistent<R: Record>(
     Some([*rising, flat, falling])
 }
 
-/// The falling beat of a target too slow for a flat beat. It must lie less than three bins away,
-/// with no other beat as near: that beat could be its own.
+/// The falling beat of a target too slow for a flat beat. The beat must lie less than three bins away, with no other beat as near, since
+/// the other could be the target's own.
 fn resting<R: Record>(
     rising: &Tone,
     mut ups: impl Iterator<Item = Tone>,
@@ -237,7 +235,7 @@ fn resting<R: Record>(
     if alone { nearest::<R>(rising, downs) } else { None }
 }
 
-/// The beat nearest to a rising one, taken out of the list.
+/// The beat nearest to a rising one, removed from the list.
 fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
     let apart = |tone: &Tone| raised::<R>(tone).beyond(rising.frequency).abs();
     let (index, _) =
@@ -247,7 +245,7 @@ fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone
     falling
 }
 
-/// The beat that a falling one would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
+/// The falling beat as it would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
 fn raised<R: Record>(falling: &Tone) -> Frequency {
     let Frequency(turns) = falling.frequency;
     Frequency(if R::IQ { turns.wrapping_neg() } else { turns })

@@ -8,9 +8,8 @@
 //! x[n - L] - 2 cos(2 pi rest) x[n] + x[n + L]        rest = f L less whole turns
 //! ```
 //!
-//! has nothing of the tone and hardly anything of its harmonics, even of soft limiting. White
-//! noise of power P has the power `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a
-//! rail are left out.
+//! contains nothing of the tone and hardly anything of its harmonics, even with soft limiting. White noise of power P has the power `P (2 +
+//! 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
 
 use super::super::frequency::Frequency;
 use super::super::noise::ROUNDING;
@@ -19,8 +18,7 @@ use crate::acquire::codes::{Between, Codes};
 use crate::tone::fit::fixed::square;
 use heapless::Vec;
 
-/// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn
-/// (Dirichlet).
+/// The longest lag, samples. Among 256 lags at least one has a rest below a 256th of a turn (Dirichlet).
 const LONGEST: usize = 256;
 
 /// Terms come in groups of successive samples. A tone near a simple fraction of the rate has only
@@ -41,9 +39,8 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// The lag that leaves the least rest in a record of `samples` samples. It is the last
-    /// denominator of the frequency's continued fraction that is short enough. Cost: a subtraction
-    /// for each whole number in that fraction, some twenty, at most as many as the longest lag.
+    /// The lag with the least rest in a record of `samples` samples. It is the last denominator of the frequency's continued fraction that
+    /// is short enough. Cost: a subtraction for each whole number in the fraction, some twenty, at most as many as the longest lag.
     pub fn of(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.

@@ -43,7 +43,7 @@ pub(super) fn of(angle: i32) -> Turn {
     }
 }
 
-/// A pair of numbers turned on. It loses the last bit.
+/// A pair of numbers turned on. The product loses the last bit.
 #[inline]
 pub(super) fn turned([a, b]: Turn, [c, d]: [i32; 2]) -> [i32; 2] {
     [times(a, c).wrapping_sub(times(b, d)), times(a, d).wrapping_add(times(b, c))]

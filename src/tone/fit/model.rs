@@ -1,4 +1,4 @@
-//! A fitted tone's value in any bin, so that it can be taken away.
+//! A fitted tone's value in any bin, so that the tone can be subtracted.
 
 use super::{Distance, Fit};
 use crate::acquire::sample::Record;
@@ -57,13 +57,14 @@ impl<T: Scalar> Model<T> {
         self.value
     }
 
-    /// The tone's value in a bin away from it, times the distance in bins.
+    /// The tone's value in a distant bin, times the distance in bins.
     pub(crate) fn leakage(&self) -> Complex<T> {
         self.value * (self.turn.im * T::of_i32(self.n) / T::of(core::f64::consts::PI))
     }
 
-    /// Takes a real tone from an odd number of bins around `peak`. `table` has the constants of each
-    /// distance from it. With `w` and `s` of [`super::real`] for these bins, and `e p` and `e q` the
+    /// Subtracts a real tone from an odd number of bins around `peak`. `table` has the constants of each distance from the peak. With `w`
+    /// and `s` of [`super::real`] for these bins, and `e p` and `e q` the distances of the tone and of its own peak in the same measure, a
+    /// bin is
     /// distances of the tone and of its own peak in the same measure, a bin is
     ///
     /// ```text
@@ -118,8 +119,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Takes a complex tone from the bins from `first` on: [`Model::bin`] of each, with its angle turned on
-    /// from bin to bin.
+    /// Subtracts a complex tone from the bins from `first` on: [`Model::bin`] of each, whose angle is turned on from bin to bin.
     pub(crate) fn take_from(&self, first: i32, bins: &mut [Complex<T>]) {
         let n = self.n;
         let forward = circle::<T>(1, 2 * n);

@@ -10,7 +10,7 @@ use num_complex::Complex;
 
 /// A tone's own share of the second differences.
 pub(super) struct Own {
-    /// `line sin(pi d) / pi` in stored units, and the same of its mirror image.
+    /// `line sin(pi d) / pi` in stored units, for the tone and for its mirror image.
     value: Complex<f32>,
     image: Complex<f32>,
     /// The tone's bin and its offset.
@@ -41,8 +41,8 @@ impl Own {
         Self { value, image, peak, offset: d, mirror }
     }
 
-    /// The power of a stretch, whose first difference is around bin `k`, less what others leave in the
-    /// differences around `k`, `k + 2` and so on.
+    /// The power of a stretch, whose first difference is around bin `k`, less the others' leakage into the differences around `k`, `k + 2`
+    /// and so on.
     #[inline(always)]
     pub(super) fn power(
         &self,
@@ -98,10 +98,10 @@ impl Whole {
         Self { value, image, peak: own.peak, offset, mirror: own.mirror }
     }
 
-    /// As [`Own::power`].
+    /// [`Own::power`] in integers.
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
-        /// A bin, in steps of the offset.
+        /// One bin, in steps of the offset.
         const ONE: i32 = 1 << 25;
         let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(self.offset);
         let mut mirrored = self.mirror.map(|mirror| self.peak + k - mirror);

@@ -1,7 +1,7 @@
 //! The fit beside slow terms, see [`super::super::slow`], for cores without an FPU.
 //!
-//! Every bin has three vectors of length 1 over all bins, orthogonal to one another: a line's, a parabola's, and that of the rest. Line and
-//! rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
+//! Every bin has three vectors of length 1 over all bins, orthogonal to one another: one for a line, one for a parabola, one for the rest.
+//! Line and rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
 
 use super::equations::Place;
 use super::real::{Distance, Peak, Side, cosine, limit, read, sinc, sums};
@@ -36,7 +36,7 @@ struct Slow {
 /// The vectors' products with the model's basis and its derivative.
 type Shares = [[Scaled; 4]; TERMS];
 
-/// As [`super::super::real::fit_beside_slow`], from the bins as [`super::real::fit`] takes them.
+/// The fit of [`super::super::real::fit_beside_slow`], from bins in the form that [`super::real::fit`] takes.
 pub(super) fn fit(
     n: i32,
     peak: i32,
@@ -157,7 +157,7 @@ impl Slow {
         Some(slow)
     }
 
-    /// The inner products at p, without what lies along the vectors, and the vectors' shares of them.
+    /// The inner products at p, without the parts along the vectors, and the vectors' shares of them.
     #[inline(never)]
     fn products(
         &self,
@@ -195,7 +195,7 @@ impl Slow {
         (products, shares)
     }
 
-    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
+    /// Subtracts the slow terms from the bins, given the line and the terms' shares.
     fn take(&self, line: Complex<Scaled>, shares: &Shares, place: &mut Peak, sides: &mut [Side]) {
         let mut heights = [0; TERMS];
         for ((height, data), &[f1, f2, ..]) in heights.iter_mut().zip(self.data).zip(shares) {
@@ -224,7 +224,7 @@ mod tests {
     use crate::{Arithmetic, Codes, Config, Pipeline, Real, Stamp};
     use std::f64::consts::TAU;
 
-    /// Tones at every bin up to Nyquist, beside drifts: the answers are those of the fit in floats, and no number is too large for its
+    /// Tones at every bin up to Nyquist, beside drifts: the answers agree with the fit in floats, and no number is too large for its
     /// format.
     fn compare<const N: usize>() {
         let [mut fixed, mut float] = [Arithmetic::Fixed, Arithmetic::Float].map(|arithmetic| {

@@ -166,7 +166,7 @@ pub(super) fn sinc(z: i32) -> i32 {
 }
 
 impl Peak {
-    /// Of the middle one of these bins; `None` at DC and Nyquist, and without a signal.
+    /// The problem of the middle one of these bins; `None` at DC and Nyquist, and without a signal.
     pub fn new(n: i32, peak: i32, bins: &[Point]) -> Option<Self> {
         let centre = around(bins, 0)?;
         if peak < 1 || peak >= n / 2 || centre == [0; 2] {
@@ -185,7 +185,7 @@ impl Peak {
         (low, high)
     }
 
-    /// What the normal equations need beside their sums.
+    /// The inputs of the normal equations beside their sums.
     pub fn equations(&self, sides: &[Side]) -> Place {
         Place {
             e: Scaled::new(self.e, -30),
@@ -195,7 +195,7 @@ impl Peak {
         }
     }
 
-    /// As [`super::super::real::Problem::fit`].
+    /// The steps of [`super::super::real::Problem::fit`].
     fn fit(
         &self,
         peak: i32,
@@ -288,7 +288,7 @@ impl Peak {
         times(half, ONE - third) << 1
     }
 
-    /// As [`super::super::real::Problem::finish`], `onward` in p from the last sums.
+    /// The result as in [`super::super::real::Problem::finish`], `onward` in p from the last sums.
     pub fn finish(
         &self,
         at: &Offset,
@@ -353,7 +353,7 @@ impl Peak {
     }
 }
 
-/// Powers of bins sum to less than 2^60; the residuals of a fitted model to less than that.
+/// Squared size of a bin. Powers of bins sum to less than 2^60, and so do the residuals of a fitted model.
 fn squares(re: i32, im: i32) -> u64 {
     (square(re) as u64).wrapping_add(square(im) as u64)
 }

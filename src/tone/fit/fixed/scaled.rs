@@ -17,7 +17,7 @@ pub(crate) struct Scaled {
 const WIDTH: u32 = 30;
 
 impl Scaled {
-    /// Below every other number's exponent, so that adding it loses nothing.
+    /// Zero. Its exponent is below every other number's, so that adding zero loses nothing.
     pub const ZERO: Self = Self { mantissa: 0, exponent: -(1 << 20) };
 
     /// `integer * 2^exponent`.
@@ -63,7 +63,7 @@ impl Scaled {
         Self { mantissa, exponent: power - 156 + exponent }
     }
 
-    /// With this many fractional bits, saturated.
+    /// The number with this many fractional bits, saturated.
     pub fn bits(self, fraction: u32) -> i32 {
         let up = self.exponent.wrapping_add(fraction as i32);
         match up {
@@ -75,7 +75,7 @@ impl Scaled {
         }
     }
 
-    /// As a float, times `2^exponent`; 0 if that is too small for a float.
+    /// The number times `2^exponent` as a float; 0 if it is too small for a float.
     pub fn float(self, exponent: i32) -> f32 {
         let bits = (self.mantissa as f32).to_bits();
         let power = (bits >> 23 & 0xff) as i32 + self.exponent + exponent;
