@@ -5,7 +5,6 @@
 //! the most lines, and among candidates that explain the same lines it is the highest. So a fundamental that is weaker than its harmonics,
 //! or missing, is not mistaken for a harmonic as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
 //! frequency of order k and its sigma by the noise alone,
-//! frequency of order k and its sigma by the noise alone,
 //!
 //! ```text
 //! f = (sum k f_k / s_k^2) / (sum k^2 / s_k^2)        sigma^2 = 1 / sum k^2 / s_k^2

@@ -289,7 +289,7 @@ impl Changes {
             1.0 / 5.0 - beyond * sine2,
             1.0 / 7.0 - beyond * cosine2,
         ];
-        // Components are shares of the line. Those of order 1 and 3 are a quarter turn on.
+        // Components are shares of the line. The ones of order 1 and 3 are a quarter turn on.
         let back = fit.line.conj() / size;
         let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
         // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times the

@@ -46,7 +46,7 @@ pub(super) fn sums(
 /// Adds up pairs of samples to `sums`, which must be zeros.
 ///
 /// # Safety
-/// As many samples, samples a lag on and sines as cosines must be readable, an even number above 0.
+/// Samples, samples a lag on and sines must be readable in the number of the cosines, an even number above 0.
 #[unsafe(naked)]
 unsafe extern "C" fn pairs(
     sums: &mut Loop,

@@ -8,6 +8,7 @@
 //! ```text
 //! x[n] - A cos p[n]  ~  m + a cos p + b sin p - pi A d w sin p        p[n] the fitted phase, w = -1..1 over the record
 //! ```
+//!
 //! by least squares for a constant m, for a, b and the distance d in bins. The step assumes nothing about the rails, an offset or the
 //! missing share. A quadrature part is a real record of its own, a quarter turn behind.
 //!
@@ -19,7 +20,6 @@
 //! In a block that leaves no sample out the sums of the tone alone are the table's own sums. Within a block the weight w is constant, which
 //! costs less than a hundredth of the information. Of a long record only the ends are read, because a sample's information about the
 //! frequency is the square of its distance from the middle.
-//! tells as much about the frequency as the square of its distance from the middle.
 
 mod carrier;
 #[cfg(dsp)]

@@ -65,7 +65,6 @@ impl<T: Scalar> Model<T> {
     /// Subtracts a real tone from an odd number of bins around `peak`. `table` has the constants of each distance from the peak. With `w`
     /// and `s` of [`super::real`] for these bins, and `e p` and `e q` the distances of the tone and of its own peak in the same measure, a
     /// bin is
-    /// distances of the tone and of its own peak in the same measure, a bin is
     ///
     /// ```text
     /// e lever (a S' / S - b (w - e q) + j b s) / (e p - w)

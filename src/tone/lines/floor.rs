@@ -204,7 +204,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     pub(super) fn search(&mut self) -> Option<Candidate> {
         let stale = core::mem::take(&mut self.blocks.stale);
         let (count, width) = (self.blocks.all.len(), self.blocks.width);
-        // As many neighbours at once as there is room for.
+        // The most neighbours for which there is room at once.
         let room = (CHUNK as i32 / width.max(1)).max(1) as usize;
         let mut left = stale;
         while let index = left.trailing_zeros() as usize

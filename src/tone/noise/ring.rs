@@ -12,6 +12,7 @@
 //!
 //! The error of this equation is of the order of `(pi x / N)^4`: a tone's bins are cotangents less
 //! a constant, and the difference of a cotangent from `1/x` is nearly a straight line.
+//!
 //! The estimate takes every second difference from 7 bins off, in stretches of four. Other lines are not noise, so the loudest third of
 //! each side's stretches is left out. Censoring lowers white noise by a known factor. The geometric mean of both sides cancels any slope in
 //! decibels.
