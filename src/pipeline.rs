@@ -294,7 +294,7 @@ struct Beat {
 }
 
 impl Beat {
-    const fn of(tone: &Tone) -> Self {
+    const fn from_tone(tone: &Tone) -> Self {
         Self { frequency: tone.frequency, sigma: tone.sigma, verdict: tone.verdict }
     }
 
@@ -306,7 +306,7 @@ impl Beat {
 
 impl Ramps {
     const fn new() -> Self {
-        Self { beats: [Beat::of(&Tone::ZERO); 3], segments: Segments::new() }
+        Self { beats: [Beat::from_tone(&Tone::ZERO); 3], segments: Segments::new() }
     }
 
     /// The velocity or target computed from a tone; `signed` says that its frequency has the right sign.
@@ -335,7 +335,7 @@ impl Ramps {
     fn push(&mut self, stamp: &Stamp, tone: Tone, wanted: u8) -> Option<[Tone; 3]> {
         let index = self.segments.push(stamp)?;
         if let Some(beat) = self.beats.get_mut(index) {
-            *beat = Beat::of(&tone);
+            *beat = Beat::from_tone(&tone);
         }
         let complete = self.segments.complete(stamp.segment, wanted);
         complete.then(|| self.beats.each_ref().map(Beat::tone))

@@ -51,7 +51,7 @@ pub(super) fn used(index: usize) -> bool {
 
 impl Baseband {
     /// The baseband of a tapered record's spectrum, about bin `centre`.
-    pub fn of<R: Record, const N: usize, E: Engine>(
+    pub fn from_spectrum<R: Record, const N: usize, E: Engine>(
         spectrum: &Spectrum<R, N, E>,
         centre: i32,
     ) -> Self {

@@ -63,7 +63,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
         // The points are divided by the taper, so it must be exact.
         weigh::<R, N, 1>(cut.samples, &mut samples, offset, codes, taper);
         spectrum.transform(&samples, codes);
-        let points = Baseband::of(spectrum, peak).points;
+        let points = Baseband::from_spectrum(spectrum, peak).points;
         let found = guess.fitted(&points.map(|z| z.norm_sqr()));
         let near = (found.middle - guess.middle).abs() < 0.3 * guess.deviation;
         let alike = (0.75..1.33).contains(&(found.deviation / guess.deviation));
@@ -217,8 +217,8 @@ fn strongest<R: Record, const N: usize, E: Engine>(
     }
     let ratio = power as f32 * others / left.max(1.0);
     // Of the bins, the share of the record that the weight has is independent: the root of pi times its deviation.
-    let freedom = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
-    let limit = freedom * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / freedom) - 1.0);
+    let dof = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
+    let limit = dof * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / dof) - 1.0);
     Some((peak, ratio, limit))
 }
 
@@ -283,7 +283,7 @@ impl Line {
             z * f32::unit(-offset * time(index)) * (sum.conj() / size)
         });
         let left = residual(&turned, &level, envelope);
-        let judged = Judged::of(&left, envelope);
+        let judged = Judged::from_residual(&left, envelope);
         let (mut weight, mut first, mut second, mut noise) = (0.0, 0.0, 0.0, 0.0);
         for (index, e) in level.iter().enumerate() {
             let (t, e) = (time(index), e * e);
@@ -351,7 +351,7 @@ struct Judged {
 }
 
 impl Judged {
-    fn of(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
+    fn from_residual(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
         let near =
             |index: usize| (place(index) - envelope.middle).abs() < NEAR * envelope.deviation;
         let (mut inside, mut count) = (0.0f32, 0.0f32);

@@ -49,7 +49,7 @@ impl<const K: usize> Further<K> {
                 *own = own.max(0.0) + over;
             }
         }
-        let factor = Factor::of(&gram, K);
+        let factor = Factor::from_rows(&gram, K);
         let (seen, pull) = (factor.forward(&self.along), factor.forward(&self.pull));
         let cost = 0.5 * (factor.log_determinant() + K as f32 * t.log_e());
         let (offset, variance) = (product(&pull, &seen), product(&pull, &pull));

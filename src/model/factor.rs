@@ -25,7 +25,7 @@ impl<const M: usize> Factor<M> {
         Self { lower: [[0.0; M]; M], pivots: [1.0; M], scales: [0.0; M], count: 0 };
 
     /// The factor of the first `count` rows of a matrix. Vectors are used up to this length, too.
-    pub fn of(rows: &Rows<M>, count: usize) -> Self {
+    pub fn from_rows(rows: &Rows<M>, count: usize) -> Self {
         let mut factor = Self::NONE;
         factor.lower = *rows;
         factor.set(count);
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn equations_are_solved() {
         let rows = [[4.0, 0.0, 0.0], [2.0, 9e6, 0.0], [0.0, 3e3, 5.0]];
-        let factor = Factor::of(&rows, 3);
+        let factor = Factor::from_rows(&rows, 3);
         let x = factor.backward(&factor.forward(&[2.006, 33_001.0, 19.0]));
         for (x, exact) in x.into_iter().zip([0.5, 3e-3, 2.0]) {
             assert!((x - exact).abs() < 1e-4 * exact, "{x}");

@@ -24,7 +24,7 @@ pub struct Moments {
 
 impl Moments {
     /// The moments of the residual of a fit with this tone.
-    pub fn of(window: &Window, tone: &Line, left: &Shape) -> Self {
+    pub fn from_residual(window: &Window, tone: &Line, left: &Shape) -> Self {
         /// The number of orders, with order 0.
         const COUNT: usize = ORDERS + 1;
         let Complex { re, im } = f32::unit(0.5 * tone.offset);
@@ -54,7 +54,7 @@ impl Moments {
         // The directions are `j^p` times these functions: the fit's own two are the first, and the real part of the second.
         let ([zeroth, first, ..], [other, ..]) = (&mut real, &mut imaginary);
         (*zeroth, *first, *other) = (0.0, 0.0, 0.0);
-        let factor = Factor::of(&gram, COUNT);
+        let factor = Factor::from_rows(&gram, COUNT);
         // The matrix has ones on its diagonal, nearly.
         let (real, imaginary) = (factor.forward(&real), factor.forward(&imaginary));
         let (mut amplitude, mut phase) = ([0.0; ORDERS], [0.0; ORDERS]);

@@ -109,13 +109,19 @@ fn place_prior(width: f32, distance: f32) -> f32 {
 impl Round {
     /// Weighs every cause that may still join.
     #[inline(never)]
-    pub fn of(window: &Window, joint: &Joint, solution: &Solution, ring: f32, kept: &Kept) -> Self {
+    pub fn from_solution(
+        window: &Window,
+        joint: &Joint,
+        solution: &Solution,
+        ring: f32,
+        kept: &Kept,
+    ) -> Self {
         let leftover = Leftover::new(solution.energy, solution.free, ring);
         let strength = joint.tone.value.norm_sqr();
         let ground = Ground { leftover, variance: solution.variance(), strength };
         let [_, _, step, ..] = solution.values;
         let middle = joint.tone.offset + step;
-        let moments = Moments::of(window, &joint.tone, &solution.left);
+        let moments = Moments::from_residual(window, &joint.tone, &solution.left);
         let count = |cause: Cause| kept.get(cause as usize).copied().unwrap_or(0);
         let inside = window.from_end() >= EDGE;
         let moved = |cause| inside && count(cause) == 0;

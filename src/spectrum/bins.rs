@@ -87,7 +87,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     }
 
     /// Bins from an odd number of values around `peak`, in ascending order. The bins beyond are zero.
-    pub(crate) fn of_middle(n: usize, peak: i32, bins: &[Complex<T>]) -> Self {
+    pub(crate) fn from_middle(n: usize, peak: i32, bins: &[Complex<T>]) -> Self {
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let first = REACH.saturating_sub(bins.len() / 2);
         let places = cells.iter_mut().skip(first);
@@ -96,7 +96,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     }
 
     /// An odd number of bins around `peak`, in units of `2^exponent` codes. The bins beyond are zero.
-    pub(crate) fn of_points(n: usize, peak: i32, points: &[Point], exponent: i32) -> Self {
+    pub(crate) fn from_points(n: usize, peak: i32, points: &[Point], exponent: i32) -> Self {
         let unit = T::two_to(exponent);
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let first = REACH.saturating_sub(points.len() / 2);
@@ -110,7 +110,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
         let points = spectrum.window(peak - REACH as i32, &mut place);
-        Self::of_points(N, peak, points, spectrum.exponent())
+        Self::from_points(N, peak, points, spectrum.exponent())
     }
 
     /// The bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost bin on each side has no outer neighbour and is

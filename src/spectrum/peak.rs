@@ -191,7 +191,7 @@ pub fn find<R: Record, const N: usize>(
     if let Some(skirt) = found.skirt {
         let mut place = MaybeUninit::<[Point; 3]>::uninit();
         let three = spectrum.window(found.bin.wrapping_sub(1), &mut place);
-        return of(&found, band, skirt, three.first_chunk()?);
+        return from_scan(&found, band, skirt, three.first_chunk()?);
     }
     with_skirt(spectrum, band, &found)
 }
@@ -236,7 +236,7 @@ fn with_skirt<R: Record, const N: usize>(
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
     let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, around));
-    of(found, band, skirt, middle(around)?)
+    from_scan(found, band, skirt, middle(around)?)
 }
 
 /// The number of bin `k` in a band, if the band holds the bin: an I/Q record's bins have a number on each turn of the circle.
@@ -274,7 +274,7 @@ pub fn find_portably<R: Record, const N: usize>(
         [x.re, x.im]
     });
     let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, &around));
-    of(&found, band, skirt, middle(&around)?)
+    from_scan(&found, band, skirt, middle(&around)?)
 }
 
 /// The peak and its neighbours among the bins around it.
@@ -284,7 +284,7 @@ fn middle(around: &[Point]) -> Option<&[Point; 3]> {
 
 /// The peak that a scan over a band has found, given its skirt, itself and its neighbours.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
+fn from_scan(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }

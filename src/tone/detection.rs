@@ -27,7 +27,7 @@ impl Relaxation {
 
     /// The factor for the residual of a fit in a record of `samples`, whose floor is a test, too: as if a single bin had been searched, and
     /// a further 2 in a record that is not short, where a wide ring is another test.
-    pub const fn of_residual(samples: usize, short: bool) -> Self {
+    pub const fn for_residual(samples: usize, short: bool) -> Self {
         let bits = samples.trailing_zeros();
         Self(if short { bits.saturating_sub(1) } else { bits })
     }
@@ -126,16 +126,16 @@ impl Threshold {
         self.log
     }
 
-    /// True if a peak with this ratio to the noise near it is a tone. `freedom`: degrees of freedom of the noise estimate. `less` relaxes
+    /// True if a peak with this ratio to the noise near it is a tone. `dof`: degrees of freedom of the noise estimate. `less` relaxes
     /// the threshold.
-    pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Relaxation) -> bool {
-        ratio > self.beside(freedom, less)
+    pub fn detects_beside(&self, ratio: f32, dof: f32, less: Relaxation) -> bool {
+        ratio > self.beside(dof, less)
     }
 
     /// The limit of [`Threshold::detects_beside`].
     #[inline(always)]
-    pub fn beside(&self, freedom: f32, less: Relaxation) -> f32 {
-        let m = freedom * 0.5;
+    pub fn beside(&self, dof: f32, less: Relaxation) -> f32 {
+        let m = dof * 0.5;
         m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }
 

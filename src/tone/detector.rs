@@ -28,7 +28,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
 ) -> Option<f32> {
     let (exponent, threshold) = (near.exponent, options.threshold);
     let arithmetic = options.arithmetic.available();
-    let detector = Detector::of(N, R::IQ, peak, fit, exponent, threshold, observer)?;
+    let detector = Detector::from_peak(N, R::IQ, peak, fit, exponent, threshold, observer)?;
     if let Some(decided) = detector.decided(beside, observer) {
         return decided.then_some(1.0);
     }
@@ -102,7 +102,7 @@ struct Detector {
 
 impl Detector {
     #[inline(always)]
-    fn of(
+    fn from_peak(
         n: usize,
         iq: bool,
         peak: &Peak,
@@ -134,7 +134,7 @@ impl Detector {
             (power, threshold)
         };
         let unit = f32::two_to(2 * exponent);
-        let spread = Spread::of(fit, peak.bin, n, iq);
+        let spread = Spread::from_fit(fit, peak.bin, n, iq);
         Some(Self { n, short: n < HUMPED, threshold, power: power * unit, spread })
     }
 
@@ -152,8 +152,8 @@ impl Detector {
             });
             if middle > HUMP * ring {
                 // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
-                let detects = |statistic, rest: f32, freedom| {
-                    self.detects(statistic, rest, freedom, Relaxation::NOTHING, observer)
+                let detects = |statistic, rest: f32, dof| {
+                    self.detects(statistic, rest, dof, Relaxation::NOTHING, observer)
                 };
                 return Some(
                     detects(Statistic::MiddleResidual, middle, MIDDLE * next)
@@ -170,10 +170,10 @@ impl Detector {
     /// ring and the residual.
     #[inline(never)]
     fn tested(&self, wide: &LocalNoise, floor: Option<f32>) -> bool {
-        let (mean, freedom) = self.spread.mean();
-        let residual = freedom > 0.0 && wide.has_sides();
+        let (mean, dof) = self.spread.mean();
+        let residual = dof > 0.0 && wide.has_sides();
         floor.is_some_and(|floor| {
-            let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
+            let likely = 1.0 + RESIDUAL * (2.0 / dof).root();
             wide.loud * self.n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
         })
     }
@@ -188,9 +188,9 @@ impl Detector {
         observer: impl Observer,
     ) -> bool {
         let Self { n, ref spread, .. } = *self;
-        let (least, (mean, freedom)) = (spread.least, spread.mean());
+        let (least, (mean, dof)) = (spread.least, spread.mean());
         // A short record without a ring has nothing else beside its tone.
-        let residual = beside.has_sides() && freedom > if self.short { 0.0 } else { WHOLE };
+        let residual = beside.has_sides() && dof > if self.short { 0.0 } else { WHOLE };
         // In a short record the wide ring is most of the spectrum, and the floor once more.
         let less = match (tested, self.short) {
             (true, true) => Relaxation::MOST,
@@ -200,14 +200,14 @@ impl Detector {
         let less_residual = if self.short && !tested {
             Relaxation::NOTHING
         } else {
-            Relaxation::of_residual(n, self.short)
+            Relaxation::for_residual(n, self.short)
         };
         let detects = |statistic, beside: &LocalNoise, less| {
             let noise = least.max(beside.loud * n as f32);
             self.detects(statistic, noise, beside.noise.freedom, less, observer)
         };
         let over_mean =
-            || self.detects(Statistic::MeanResidual, mean, freedom, less_residual, observer);
+            || self.detects(Statistic::MeanResidual, mean, dof, less_residual, observer);
         (!residual || over_mean())
             && detects(Statistic::WideRing, wide, less)
             && detects(Statistic::Ring, beside, Relaxation::MOST.in_record(n))
@@ -218,7 +218,7 @@ impl Detector {
     #[inline(never)]
     fn exceeds_half(&self, louder: f32, floor: Option<f32>, observer: impl Observer) -> bool {
         /// Effective degrees of freedom of this mean, as if it were not a maximum.
-        const FREEDOM: f32 = 72.0;
+        const DEGREES_OF_FREEDOM: f32 = 72.0;
         /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.
         const LIKELY: f32 = 2.0;
         floor.is_some_and(|floor| {
@@ -231,7 +231,7 @@ impl Detector {
         }) || self.detects(
             Statistic::OverLouderHalf,
             louder,
-            FREEDOM,
+            DEGREES_OF_FREEDOM,
             Relaxation::NOTHING,
             observer,
         )
@@ -254,11 +254,11 @@ impl Detector {
         &self,
         statistic: Statistic,
         noise: f32,
-        freedom: f32,
+        dof: f32,
         less: Relaxation,
         observer: impl Observer,
     ) -> bool {
-        observer.exceeds(statistic, self.power / noise, self.threshold.beside(freedom, less))
+        observer.exceeds(statistic, self.power / noise, self.threshold.beside(dof, less))
     }
 }
 
@@ -299,7 +299,7 @@ pub(super) struct Spread {
 impl Spread {
     /// The residuals of the fit at a peak of a record of `n` samples.
     #[inline(always)]
-    pub(super) fn of(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
+    pub(super) fn from_fit(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
         let [two, four, eight] = fit.rest.within;
         let last = n as i32 / 2 - 1;
         let inside = iq || (17..last - 16).contains(&peak);

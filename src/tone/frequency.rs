@@ -38,7 +38,7 @@ impl Frequency {
     pub fn of_bins<T: Scalar>(peak: i32, offset: T, n: usize) -> Option<Self> {
         let steps = (offset * T::of(4_294_967_296.0 / n.max(1) as f64)).round();
         let steps = steps.to_i64()?;
-        Some(Self::of_steps(peak, steps, n))
+        Some(Self::from_steps(peak, steps, n))
     }
 
     /// Bin `peak` of an `n`-point record plus an offset in fixed point (Q30, in bins).
@@ -46,11 +46,11 @@ impl Frequency {
         // From 2^-30 bin to 2^-32 cycles: times 4 / n, rounded to nearest.
         let shift = n.max(1).trailing_zeros();
         let steps = ((i64::from(offset.to_bits()) << 3) >> shift).wrapping_add(1) >> 1;
-        Self::of_steps(peak, steps, n)
+        Self::from_steps(peak, steps, n)
     }
 
     #[inline]
-    fn of_steps(peak: i32, offset: i64, n: usize) -> Self {
+    fn from_steps(peak: i32, offset: i64, n: usize) -> Self {
         let step = (1i64 << 32) / n.max(1) as i64;
         let bits = (i64::from(peak) * step).wrapping_add(offset);
         // The upper half of the circle is negative frequency: keep the low 32 bits.

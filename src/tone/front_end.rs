@@ -107,7 +107,7 @@ impl Glance {
     /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
     /// of the bins, `noise` the power per sample.
     #[inline]
-    pub fn of<R: Record, const N: usize>(
+    pub fn from_search<R: Record, const N: usize>(
         spectrum: &Spectrum<R, N, impl Engine>,
         peak: &Peak,
         codes: Codes,

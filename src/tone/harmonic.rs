@@ -76,7 +76,7 @@ pub fn harmonic<R: Record, const N: usize>(
             if !holds::<N>(band, &seed.tone, h) {
                 continue;
             }
-            let series = Series::of(&lines, &seed.tone, h, order, N);
+            let series = Series::from_seed(&lines, &seed.tone, h, order, N);
             rivals += 1;
             if best.as_ref().is_none_or(|best| series.explains_more(best)) {
                 best = Some(series);
@@ -88,7 +88,9 @@ pub fn harmonic<R: Record, const N: usize>(
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
-        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::of(said) });
+        harmonic
+            .tone
+            .conclude(&Evidence { line: Line::Unresolved, ..Evidence::from_reasons(said) });
     }
     Some(harmonic)
 }
@@ -113,7 +115,7 @@ struct Series {
 }
 
 impl Series {
-    fn of(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
+    fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
         let mut series = Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles };
         for line in lines {
@@ -177,7 +179,7 @@ impl Series {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
         let line = if contradicts { Line::Unresolved } else { Line::Steady };
-        harmonic.tone.conclude(&Evidence { line, ..Evidence::of(said) });
+        harmonic.tone.conclude(&Evidence { line, ..Evidence::from_reasons(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);
         if !steps.is_finite() {

@@ -163,7 +163,7 @@ fn judge_closely(
     let free = fit.freedom.max(1) as f32;
     let [free2, free4, free8] = SCALES;
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
-        Changes::of(fit, bends);
+        Changes::from_fit(fit, bends);
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
     let explained = moved + fourth * unit;
@@ -231,7 +231,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: F
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let tail = Tail { deviations: CLEAN, noise: noise.freedom };
     let clean = |power, free| tail.exceeds(power, free);
-    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::from_fit(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
     let moved = rest(a1 + a2 + a3 + p2 + p3);
@@ -266,8 +266,8 @@ struct Changes {
 
 impl FrequencyDrift {
     /// The changes in a fit to a record of `n` samples, in this noise power per sample.
-    pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
-        let Changes { bent, second, .. } = Changes::of(fit, false);
+    pub(super) fn from_fit(fit: &Fit<f32>, n: usize, power: f32) -> Self {
+        let Changes { bent, second, .. } = Changes::from_fit(fit, false);
         // A rise of r bins is a phase of order 2 of pi/6 r.
         let cycles = 6.0 / core::f32::consts::PI / n as f32;
         Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
@@ -278,7 +278,7 @@ impl Changes {
     /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
     /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
     /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
-    fn of(fit: &Fit<f32>, bends: bool) -> Self {
+    fn from_fit(fit: &Fit<f32>, bends: bool) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
         let [narrow, wide] = BEYOND;

@@ -108,7 +108,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
     let few = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
-    let nearest = || Nearest::of(around);
+    let nearest = || Nearest::from_neighbourhood(around);
     let mut leakage = Leakage::default();
     observer.hear(|| beside.edge());
     if beside.has_edge() {
@@ -152,7 +152,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let mut near = noise * variance_inflation;
     let mut free = None;
     if clipped > CLIPPED {
-        free = CensoredFit::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        free = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
             near = near_of(&free, fit, N, clipped, near);
@@ -197,7 +197,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         let unit = around.unit();
         let others = || peak.floor as f32 * (unit * unit);
         observer.hear(|| other_lines(others(), fit));
-        let glance = Glance::of(spectrum, peak, codes, [unit, noise]);
+        let glance = Glance::from_search(spectrum, peak, codes, [unit, noise]);
         !glance.is_clear() && {
             let sight = Sight {
                 n: N,
@@ -253,7 +253,7 @@ pub fn rise<R: Record, const N: usize>(
     let near = Neighbourhood::read(spectrum, peak, &mut places);
     let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, FitStart::Usual)?;
     let beside = ring::beside::<R, N>(&near, &fit, Arithmetic::Float);
-    Some(FrequencyDrift::of(&fit, N, beside.noise.power))
+    Some(FrequencyDrift::from_fit(&fit, N, beside.noise.power))
 }
 
 /// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
@@ -459,11 +459,11 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
 }
 
 /// The ratio of a residual with these degrees of freedom to the noise power, exceeded by chance in one record of 10^6.
-pub fn excess_limit(freedom: u32, noise: Noise) -> f32 {
+pub fn excess_limit(dof: u32, noise: Noise) -> f32 {
     /// A normal distribution exceeds this limit once in 3.5 million times; the cube root, whose tail is a little heavier, once in 10^6.
     const DEVIATIONS: f32 = 5.0;
-    let freedom = freedom.max(1) as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();
+    let dof = dof.max(1) as f32;
+    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.freedom)).root();
     let root = 1.0 + DEVIATIONS * deviation;
     root * root * root
 }

@@ -275,7 +275,7 @@ impl Reasons {
     pub const NONE: Self = Self(1);
 
     /// A verdict, and the other reasons that apply.
-    pub(crate) const fn of(verdict: Verdict, also: Verdicts) -> Self {
+    pub(crate) const fn from_verdict(verdict: Verdict, also: Verdicts) -> Self {
         // Bit k of a set of verdicts has severity k + 1.
         Self(1 | 1 << verdict.severity() | (also.0 as u16) << 1)
     }
@@ -330,7 +330,7 @@ mod tests {
             for bits in 0..0x80 {
                 let also = Verdicts::of_bits(bits);
                 if also.iter().all(|other| other < verdict) {
-                    let reasons = Reasons::of(verdict, also);
+                    let reasons = Reasons::from_verdict(verdict, also);
                     assert_eq!((reasons.verdict(), reasons.also()), (verdict, also));
                     assert_eq!(reasons.with(verdict).without(Verdict::Good), reasons);
                 }

@@ -102,10 +102,10 @@ pub struct Found {
     pub amplitude_squared: f32,
     /// The power of the bins that the tone explains, in squared codes.
     pub explained: f32,
-    /// The residual power; [`Found::freedom`] has its degrees of freedom.
+    /// The residual power; [`Found::degrees_of_freedom`] has its degrees of freedom.
     pub residual: f32,
     /// Degrees of freedom of [`Found::residual`].
-    pub freedom: u32,
+    pub degrees_of_freedom: u32,
 }
 
 /// The bins of the fit, rotated.
@@ -130,7 +130,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(height: f32) -> Self {
+    fn from_height(height: f32) -> Self {
         Self { height, ..Self::default() }
     }
 
@@ -207,7 +207,7 @@ impl Place {
         };
         self.read(zoom, &mut cells)?;
         let all = core::ptr::eq(cells.weights, &ALL);
-        let freedom = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
+        let dof = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
         let mut offset = cells.start();
         let mut image = self.image::<R>(&cells, offset);
         let mut found = None;
@@ -216,7 +216,7 @@ impl Place {
             offset = near(offset + step.forward);
             let moved = step.forward * step.forward;
             let settled = moved <= SETTLED * SETTLED
-                && moved * moved * (freedom as f32 * step.information) <= SHARE * step.residual;
+                && moved * moved * (dof as f32 * step.information) <= SHARE * step.residual;
             found = Some(step);
             if settled {
                 break;
@@ -241,7 +241,7 @@ impl Place {
             amplitude_squared: step.line.norm_sqr() * (scale * scale * power),
             explained: step.explained * power,
             residual: step.residual * power,
-            freedom: freedom as u32,
+            degrees_of_freedom: dof as u32,
         })
     }
 
@@ -329,7 +329,8 @@ impl Cells {
         // Relative to the strongest bin, so that the sums are of small numbers.
         let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
         let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
-        let (mut re, mut im) = (Sums::of(middle.re / (1.0 + q)), Sums::of(middle.im / (1.0 - q)));
+        let (mut re, mut im) =
+            (Sums::from_height(middle.re / (1.0 + q)), Sums::from_height(middle.im / (1.0 - q)));
         let places = OWN.iter().zip(image.parts).zip(self.weights);
         for (z, ((own, &[sin_i, cos_i]), &weight)) in self.z.iter().zip(places) {
             // One over sin x_i.
@@ -385,7 +386,7 @@ fn near(d: f32) -> f32 {
 pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     let parts = if R::IQ { 2.0 } else { 1.0 };
     let floor = ROUNDING as f32 * parts;
-    (2.0 * found.residual / (found.freedom.max(1) as f32 * n as f32)).max(floor)
+    (2.0 * found.residual / (found.degrees_of_freedom.max(1) as f32 * n as f32)).max(floor)
 }
 
 /// The effect of a bin's distance from the strongest on the tone's shape.

@@ -41,7 +41,7 @@ pub struct Lag {
 impl Lag {
     /// The lag with the least rest in a record of `samples` samples. It is the last denominator of the frequency's continued fraction that
     /// is short enough. Cost: a subtraction for each whole number in the fraction, some twenty, at most as many as the longest lag.
-    pub fn of(frequency: Frequency, samples: usize) -> Self {
+    pub fn from_frequency(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.
         let step = frequency.0.to_bits().unsigned_abs();
@@ -69,7 +69,7 @@ impl Lag {
     ///
     /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
-        let inside = Between::of(codes.rails());
+        let inside = Between::from_rails(codes.rails());
         let Terms { sum, power, count } = self.terms(part, inside);
         if count < FEWEST {
             return None;
@@ -130,7 +130,7 @@ mod tests {
                 let denominator = 2 + u64::from(round % 40);
                 let simple = ((u64::from(step) % denominator) << 32) / denominator;
                 for bits in [step as i32, (step >> 20) as i32, simple as u32 as i32, i32::MIN] {
-                    let found = Lag::of(Frequency(I0F32::from_bits(bits)), samples);
+                    let found = Lag::from_frequency(Frequency(I0F32::from_bits(bits)), samples);
                     let rest = |lag: usize| bits.wrapping_mul(lag as i32).unsigned_abs();
                     let least = (1..=(samples / 3).min(LONGEST)).min_by_key(|&lag| rest(lag));
                     assert_eq!(Some(rest(found.samples)), least.map(rest), "{bits} {samples}");

@@ -112,7 +112,7 @@ impl CensoredFit {
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::of_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
+        Self::from_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
     }
 
     /// [`CensoredFit::of`] by its definition in portable code. Tests compare kernels with it.
@@ -122,31 +122,31 @@ impl CensoredFit {
         frequency: Frequency,
         tone: Complex<f32>,
     ) -> Option<Self> {
-        Self::of_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), true)
+        Self::from_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), true)
     }
 
     /// The censored fit after a fit to the bins, compiled once for all kinds and lengths of records.
     #[inline(never)]
-    pub(super) fn of_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
+    pub(super) fn from_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let offset = I2F30::from_bits(quantised(fit.offset, 30));
         let frequency = Frequency::of_fixed(peak, offset, part.length);
         let line = fit.line_of(part.second().is_some(), part.length);
-        Self::of_parts(part, codes, frequency, line, false)
+        Self::from_parts(part, codes, frequency, line, false)
     }
 
     /// The censored fit of a tone that is turned on by an angle.
-    fn of_parts(
+    fn from_parts(
         part: Part,
         codes: Codes,
         frequency: Frequency,
         (tone, angle): (Complex<f32>, i32),
         portably: bool,
     ) -> Option<Self> {
-        let again = Lag::of(frequency, part.length);
+        let again = Lag::from_frequency(frequency, part.length);
         let mut noise = again.noise(part, codes)?;
         let amplitude = tone.norm_sqr().root().max(1.0);
         let scale = turn::ONE as f32 / amplitude;
-        let phase = turned(turn::of(angle), [tone.re, tone.im].map(|x| (x * scale) as i32));
+        let phase = turned(turn::from_angle(angle), [tone.re, tone.im].map(|x| (x * scale) as i32));
         let search = Search {
             rails: rails(codes, noise),
             lag: again.samples,
@@ -211,7 +211,7 @@ impl Search {
     fn part(&self, part: Part, first: Turn) -> Found {
         let length = part.length;
         let (read, block) = read(length);
-        let carrier = Carrier::new(turn::of(self.step), block);
+        let carrier = Carrier::new(turn::from_angle(self.step), block);
         let mut equations = Equations::new(self.amplitude);
         let (mut own, mut apart) = (Vec::<i16, LONGEST>::new(), Vec::<i16, LONGEST>::new());
         let mut start = 0;
@@ -226,7 +226,7 @@ impl Search {
             } else {
                 carrier.sums(samples, others, &self.rails)
             };
-            let phase = turned(turn::of(self.step.wrapping_mul(start as i32)), first);
+            let phase = turned(turn::from_angle(self.step.wrapping_mul(start as i32)), first);
             let middle = (start + end) as i32 - length as i32;
             equations.add(&sums.turned(phase), share(middle, 16, length));
             start = if end == read { length - read } else { end };
@@ -240,5 +240,6 @@ fn rails(codes: Codes, noise: f32) -> [Between; 2] {
     let (low, high) = codes.rails();
     let most = (i32::from(high) - i32::from(low)) >> 3;
     let margin = ((DEVIATIONS * noise.root()) as i32).min(most) as i16;
-    [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))].map(Between::of)
+    [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))]
+        .map(Between::from_rails)
 }

@@ -46,7 +46,7 @@ pub(crate) struct Leaked {
     /// The information about the offset, for a noise power of 1 per sample.
     information: f32,
     /// Degrees of freedom of the residual.
-    freedom: f32,
+    degrees_of_freedom: f32,
 }
 
 impl Leaked {
@@ -56,7 +56,7 @@ impl Leaked {
     }
 
     fn is_clean(&self, noise: f32) -> bool {
-        self.left < (1.0 + SPREAD / self.freedom.root()) * noise
+        self.left < (1.0 + SPREAD / self.degrees_of_freedom.root()) * noise
     }
 }
 
@@ -69,7 +69,7 @@ pub(crate) struct Nearest {
 
 impl Nearest {
     /// Takes the bins around a peak.
-    pub fn of(near: &Neighbourhood) -> Self {
+    pub fn from_neighbourhood(near: &Neighbourhood) -> Self {
         let unit = f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32);
         Self { points: near.within(REACH).first_chunk().copied().unwrap_or_default(), unit }
     }
@@ -129,7 +129,7 @@ impl Leakage {
 
 #[inline(never)]
 fn fit_points(points: &[Point], unit: f32, start: f32, steps: u32) -> Option<Leaked> {
-    let bins = Bins::of(points)?;
+    let bins = Bins::from_points(points)?;
     let mut offset = limit(start, OFFSET_LIMIT);
     let mut step = bins.step(offset);
     for _ in 1..steps {
@@ -137,12 +137,12 @@ fn fit_points(points: &[Point], unit: f32, start: f32, steps: u32) -> Option<Lea
         step = bins.step(offset);
     }
     // Degrees of freedom: the real numbers of the bins less the real unknowns, which are three complex ones and the offset.
-    let freedom = bins.count + bins.count - 7.0;
+    let dof = bins.count + bins.count - 7.0;
     (step.information > 0.0).then(|| Leaked {
         offset: limit(offset + step.forward, OFFSET_LIMIT),
-        left: 2.0 * bins.residual(offset, &step) / freedom * unit,
+        left: 2.0 * bins.residual(offset, &step) / dof * unit,
         information: step.information * unit,
-        freedom,
+        degrees_of_freedom: dof,
     })
 }
 
@@ -178,7 +178,7 @@ fn shapes(d: f32, k: f32) -> [[f32; 2]; 2] {
 }
 
 impl Bins {
-    fn of(points: &[Point]) -> Option<Self> {
+    fn from_points(points: &[Point]) -> Option<Self> {
         let bin = |&[re, im]: &Point| Complex::new(re as f32, im as f32);
         let (below, rest) = points.split_at_checked(points.len() / 2)?;
         let (centre, above) = rest.split_first()?;

@@ -258,7 +258,7 @@ pub fn fit_near<R: Record, const N: usize>(
     match arithmetic {
         Arithmetic::Fixed => fixed::fit_points::<R, N>(bins, peak, exponent, course),
         Arithmetic::Float if R::IQ => {
-            iq::fit(&Bins::<f32, R, _>::of_points(N, peak, bins, exponent), reach.bins(), course)
+            iq::fit(&Bins::<f32, R, _>::from_points(N, peak, bins, exponent), reach.bins(), course)
         }
         Arithmetic::Float => fit_points::<N>(bins, peak, exponent, course),
     }
@@ -399,7 +399,7 @@ pub(crate) fn fit_around<R: Record, const N: usize>(
 ) -> Option<Fit<f32>> {
     let reach = bins.len() / 2;
     if R::IQ {
-        return iq::fit(&Bins::<f32, R, _>::of_middle(N, peak, bins), reach, course);
+        return iq::fit(&Bins::<f32, R, _>::from_middle(N, peak, bins), reach, course);
     }
     let (below, rest) = bins.split_at_checked(reach)?;
     let (&centre, above) = rest.split_first()?;

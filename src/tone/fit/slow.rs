@@ -53,7 +53,7 @@ pub(super) struct Basis<T> {
 
 impl<T: Scalar> Basis<T> {
     /// The basis from the terms' values in all of the bins, three or more.
-    pub fn of<'a>(bins: impl Iterator<Item = &'a Values<T>>) -> Self
+    pub fn from_values<'a>(bins: impl Iterator<Item = &'a Values<T>>) -> Self
     where
         T: 'a,
     {

@@ -48,7 +48,7 @@ pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
 }
 
 impl Leak {
-    pub fn of<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
+    pub fn from_fit<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
         let Fit { offset, line, .. } = found.fit;
         let offset = if offset.abs() < LEAST_OFFSET { LEAST_OFFSET } else { offset };
         // A real line and an I/Q line are turned by different angles.
@@ -200,7 +200,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     pub(super) fn leak(&mut self) {
         self.leaks.clear();
         for (found, mark) in self.rest.found.iter().zip(&self.marks) {
-            let leak = Leak::of::<R, N>(found, mark.reach);
+            let leak = Leak::from_fit::<R, N>(found, mark.reach);
             // There is room for two leaks of each tone.
             let _ = self.leaks.push(leak);
             if let Some(image) = leak.image::<R, N>() {
@@ -232,7 +232,7 @@ mod tests {
         };
         let found = Found { peak: 100, fit, model: Model::new(&fit, 100, 1024) };
         let mut differences = [zero; 9];
-        Leak::of::<Real, 1024>(&found, LEAKS).take::<Real, 1024>(96, &mut differences);
+        Leak::from_fit::<Real, 1024>(&found, LEAKS).take::<Real, 1024>(96, &mut differences);
         for (k, difference) in (96..).zip(differences) {
             let expected = [1000.0, -500.0, 0.0, 0.0, 0.0][usize::abs_diff(k, 100)];
             // The distance loses digits so near a bin.

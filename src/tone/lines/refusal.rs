@@ -101,7 +101,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// Whether a line exceeds the noise of the louder side beside it.
     pub(super) fn stands_out(&self, found: &Found, beside: &LocalNoise) -> bool {
         // A hump of noise is wider than a line.
-        let least = Spread::of(&found.fit, found.peak, N, R::IQ).least;
+        let least = Spread::from_fit(&found.fit, found.peak, N, R::IQ).least;
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
         self.options.threshold.detects_beside(ratio, beside.noise.freedom, Relaxation::NOTHING)

@@ -91,7 +91,7 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    pub(super) fn of(own: &Own) -> Self {
+    pub(super) fn from_own(own: &Own) -> Self {
         let integers = |z: Complex<f32>| [z.re as i32, z.im as i32];
         let (value, image) = (integers(own.value), integers(own.image));
         let offset = quantised(own.offset, 25);

@@ -104,11 +104,11 @@ pub fn beside<R: Record, const N: usize>(
             Arithmetic::Float => whole::power(near, fit),
             Arithmetic::Fixed => whole_fixed::power(near, fit),
         };
-        return of_power(power.max(least(near)), whole::freedom(n, iq) as f32);
+        return from_power(power.max(least(near)), whole::degrees_of_freedom(n, iq) as f32);
     }
     let own = Own::new(iq, near.peak, n, fit, near.exponent);
     let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
-    of_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), least(near))
 }
 
 /// The noise beside one tone of several, in a record that has room for a ring. `less_others(k, stretch)` subtracts the others' leakage from
@@ -121,7 +121,7 @@ pub(crate) fn beside_others(
     let own = Own::new(near.iq, near.peak, near.n, fit, near.exponent);
     let sides = sides(near)
         .map(|(bins, first)| powers(bins, first, |bins, k| own.power(bins, k, &less_others)));
-    of_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), least(near))
 }
 
 /// The bins of the ring below a peak and above it, and the place of the first bin.
@@ -132,8 +132,8 @@ fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
 }
 
 /// The noise beside a tone, from a power per sample with these degrees of freedom.
-pub(crate) fn of_power(power: f32, freedom: f32) -> LocalNoise {
-    let noise = Noise { power, freedom };
+pub(crate) fn from_power(power: f32, dof: f32) -> LocalNoise {
+    let noise = Noise { power, freedom: dof };
     LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
@@ -149,7 +149,7 @@ pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Loca
         }
         side
     };
-    of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
+    from_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
 /// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,
@@ -182,9 +182,9 @@ pub fn loud<R: Record, const N: usize>(
     let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
     // A side that is quieter by more than chance has another noise, and makes the louder side no more accurate.
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
-    let freedom = if apart { louder.1 } else { louder.1 + quieter.1 };
-    (freedom > 0.0).then_some(LocalNoise {
-        noise: Noise { power, freedom },
+    let dof = if apart { louder.1 } else { louder.1 + quieter.1 };
+    (dof > 0.0).then_some(LocalNoise {
+        noise: Noise { power, freedom: dof },
         loud: power,
         range: [power; 2],
         sides: beside.sides,
@@ -192,8 +192,12 @@ pub fn loud<R: Record, const N: usize>(
 }
 
 /// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
-pub(crate) const fn freedom(n: usize, iq: bool) -> f32 {
-    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::freedom(n, iq) as f32 }
+pub(crate) const fn degrees_of_freedom(n: usize, iq: bool) -> f32 {
+    if has_ring(n, iq) {
+        const { 4.0 / KEPT[WANTED].1 }
+    } else {
+        whole::degrees_of_freedom(n, iq) as f32
+    }
 }
 
 /// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves of four
@@ -264,25 +268,25 @@ impl LocalNoise {
     /// At an edge of the noise near the tone the ring cannot decide on which side the tone is. The fit's residual from five bins off can:
     /// this power, with these degrees of freedom, held between the powers of both sides.
     #[inline]
-    pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
+    pub fn on_an_edge(self, power: f32, dof: f32) -> Self {
         let [quiet, loud] = self.range;
         let power = power.max(quiet).min(loud);
-        Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
+        Self { noise: Noise { power, freedom: dof }, loud: self.loud.max(power), ..self }
     }
 
     /// The noise of the quieter side, where the louder side has a line that leaks into the tone's bins.
     #[inline]
-    pub fn quieter(self, freedom: f32) -> Self {
+    pub fn quieter(self, dof: f32) -> Self {
         let [power, _] = self.range;
-        Self { noise: Noise { power, freedom }, loud: power, ..self }
+        Self { noise: Noise { power, freedom: dof }, loud: power, ..self }
     }
 }
 
 /// The noise from both sides.
 #[inline]
-fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
+fn from_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
-        return of_whole_sides(sides, scale, least);
+        return from_whole_sides(sides, scale, least);
     }
     let [left, right] = sides.map(|side| {
         let (share, variance) = side.kept();
@@ -307,7 +311,7 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
 
 /// The noise from both sides, with four stretches on each.
 #[inline]
-fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
+fn from_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     /// The mean of both sides: its share of white noise's power, and half its relative variance.
     const SHARE: f32 = KEPT[WANTED].0;
     const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
@@ -406,7 +410,7 @@ impl Own {
         match arithmetic {
             Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k, |_, _| ())),
             Arithmetic::Fixed => {
-                let own = Whole::of(self);
+                let own = Whole::from_own(self);
                 powers(bins, first, |bins, k| own.power(bins, k))
             }
         }

@@ -92,7 +92,7 @@ type Shape = (Turn, [i32; TERMS]);
 
 /// One over the square root of a positive number.
 fn inverse_root(square: Scaled) -> Scaled {
-    Scaled::one() / Scaled::of_float(square.float(0).root(), 0)
+    Scaled::one() / Scaled::from_float(square.float(0).root(), 0)
 }
 
 impl Slow {
@@ -116,9 +116,9 @@ impl Slow {
             rests += i64::from(times(rest, rest));
         }
         let [lines, parabolas, both, rests] =
-            [lines, parabolas, both, rests].map(|sum| Scaled::of_sum(sum, -30));
+            [lines, parabolas, both, rests].map(|sum| Scaled::from_sum(sum, -30));
         let share = both / lines;
-        let left = Scaled::of_sum(i64::from((rests - share * both).bits(28).max(1)), -28);
+        let left = Scaled::from_sum(i64::from((rests - share * both).bits(28).max(1)), -28);
         let scales = [lines, parabolas, left].map(inverse_root);
         let share = share.bits(30);
         let terms =
@@ -153,7 +153,7 @@ impl Slow {
             // The vector holds as many as there are sides.
             let _ = slow.sides.push(terms);
         }
-        slow.data = data.map(|sum| Scaled::of_sum(sum, -30));
+        slow.data = data.map(|sum| Scaled::from_sum(sum, -30));
         Some(slow)
     }
 
@@ -183,10 +183,10 @@ impl Slow {
         }
         let shares = shares.map(|[f1, f2, g1, g2]| {
             [
-                Scaled::of_sum(f1, -56),
-                Scaled::of_sum(f2, -52),
-                Scaled::of_sum(g1, -52),
-                Scaled::of_sum(g2, -48),
+                Scaled::from_sum(f1, -56),
+                Scaled::from_sum(f2, -52),
+                Scaled::from_sum(g1, -52),
+                Scaled::from_sum(g2, -48),
             ]
         });
         for (&[f1, f2, g1, g2], data) in shares.iter().zip(self.data) {

@@ -200,7 +200,7 @@ fn add(sum: &mut i64, a: i32, b: i32) {
 
 /// The square root of a positive number in Q28.
 fn root(square: i32) -> Scaled {
-    Scaled::of_float((square.max(1) as f32).root(), -14)
+    Scaled::from_float((square.max(1) as f32).root(), -14)
 }
 
 #[cfg(test)]

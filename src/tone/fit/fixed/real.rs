@@ -191,7 +191,7 @@ impl Peak {
             e: Scaled::new(self.e, -30),
             twice_c: Scaled::new(self.c, -29),
             centre: Complex::new(Scaled::new(self.centre[0], 0), Scaled::new(self.centre[1], 0)),
-            total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
+            total: Scaled::from_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
         }
     }
 
@@ -207,8 +207,10 @@ impl Peak {
         let (start, steps, settled) = match course {
             FitStart::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
             FitStart::Usual => (self.start(sides), 2, SETTLED),
-            FitStart::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
-            FitStart::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
+            FitStart::From(start, steps) => (Scaled::from_float(start, 0).bits(30), steps, 0.0),
+            FitStart::Further(start, steps) => {
+                (Scaled::from_float(start, 0).bits(30), steps, ENDED)
+            }
         };
         let (low, high) = Self::limits(peak, last);
         let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));
@@ -244,7 +246,7 @@ impl Peak {
         }
         let mut information = step.information * speed * speed;
         if pace.further {
-            information = information * Scaled::of_float(pace.sharpness(), 0);
+            information = information * Scaled::from_float(pace.sharpness(), 0);
         }
         self.finish(&at, line, information, onward, sides, unit)
     }
@@ -277,9 +279,9 @@ impl Peak {
             let re = (side.x[0] - a).wrapping_add(shifted::<26>(slant, b));
             let im = side.x[1].wrapping_sub(shifted::<26>(side.s, b));
             let across = product(side.x[0], re).wrapping_add(product(side.x[1], im));
-            above = above + Scaled::new(side.u, -23) * Scaled::of_sum(across, 0);
+            above = above + Scaled::new(side.u, -23) * Scaled::from_sum(across, 0);
             let size = square(re).wrapping_add(square(im));
-            below = below + Scaled::of_sum(size, 0);
+            below = below + Scaled::from_sum(size, 0);
         }
         let p = limit((above / below).bits(30), START_LIMIT);
         let half = (Scaled::new(p, -30) / (Scaled::one() + self.root(p))).bits(30);
@@ -349,7 +351,7 @@ impl Peak {
             near.take(side.i, left);
             sum = sum.wrapping_add(squares(left[0], left[1]));
         }
-        (Scaled::of_sum((sum >> 1) as i64, 1), near)
+        (Scaled::from_sum((sum >> 1) as i64, 1), near)
     }
 }
 
@@ -376,14 +378,14 @@ pub(super) fn sums(sides: &mut [Side], p: i32) -> Sums {
         add(&mut q2, slope, side.y);
     }
     Sums {
-        aa: Scaled::of_sum(aa, -52),
-        s1: Scaled::of_sum(s1, -22),
-        bb: Scaled::of_sum(bb, -48),
-        dd: Scaled::of_sum(dd, -44),
-        r1: Scaled::of_sum(r1, -26),
-        r2: Scaled::of_sum(r2, -26),
-        q1: Scaled::of_sum(q1, -22),
-        q2: Scaled::of_sum(q2, -22),
+        aa: Scaled::from_sum(aa, -52),
+        s1: Scaled::from_sum(s1, -22),
+        bb: Scaled::from_sum(bb, -48),
+        dd: Scaled::from_sum(dd, -44),
+        r1: Scaled::from_sum(r1, -26),
+        r2: Scaled::from_sum(r2, -26),
+        q1: Scaled::from_sum(q1, -22),
+        q2: Scaled::from_sum(q2, -22),
     }
 }
 

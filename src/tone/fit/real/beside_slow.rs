@@ -71,7 +71,7 @@ impl<T: Scalar> Problem<T> {
             // The vector holds as many as there are sides.
             let _ = slow.sides.push(slow::values(self.peak + side.i, n));
         }
-        let basis = slow::Basis::of(core::iter::once(&slow.centre).chain(&slow.sides));
+        let basis = slow::Basis::from_values(core::iter::once(&slow.centre).chain(&slow.sides));
         slow.centre = basis.turned(&slow.centre);
         slow.data = slow.centre.map(|q| dot(q, self.centre));
         for (terms, side) in slow.sides.iter_mut().zip(&self.sides) {

@@ -17,7 +17,7 @@ pub unsafe fn pass<const M: usize, const L: usize>(points: *mut Pair, twice: boo
     let blocks = const { M / 4 / L };
     // SAFETY: the caller guarantees it. If there is more than one block, there are at least four.
     let q = unsafe {
-        match (const { Loop::of(M, L) }, twice) {
+        match (const { Loop::from_lengths(M, L) }, twice) {
             (Loop::Only, false) => only::<false>(points, L, table, blocks),
             (Loop::Only, true) => only::<true>(points, L, table, blocks),
             (Loop::Rows, false) => rows::<false>(points, L, table, blocks),
@@ -40,7 +40,7 @@ enum Loop {
 }
 
 impl Loop {
-    const fn of(m: usize, length: usize) -> Self {
+    const fn from_lengths(m: usize, length: usize) -> Self {
         match length {
             _ if 4 * length == m => Loop::Only,
             ..32 => Loop::Columns,
