@@ -71,7 +71,7 @@ pub struct Config {
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// Probability that noise alone passes for a tone, for each block: above 0, at most 0.5.
     pub false_alarm: f64,

@@ -65,7 +65,7 @@ mod tests {
         (crashes.halts(), settled.unwrap_or(crashes.word()))
     }
 
-    /// Which starts are halted, after power-on with this word in memory.
+    /// The starts that are halted, after power-on with this word in memory.
     fn halted(mut word: u32, lives: &[((Causes, u32), u32)]) -> Vec<bool> {
         let mut told = Vec::new();
         for &(end, seconds) in lives {

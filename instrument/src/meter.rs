@@ -24,7 +24,7 @@ use picket_wire::sum::Sum;
 #[repr(u8)]
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 pub enum Gathered {
-    /// Its own measurement.
+    /// The block's own measurement.
     Block,
     /// Nothing to report yet.
     Nothing,

@@ -82,7 +82,7 @@ pub trait Dma {
     fn restart(&mut self) -> u32;
 }
 
-/// How blocks follow each other in time.
+/// The timing of successive blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
     /// Sample periods from a block's first sample to the next block's: the block's length plus the

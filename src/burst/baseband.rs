@@ -1,4 +1,12 @@
 //! A burst's signal about its frequency: 64 bins transformed back to 64 points in time.
+//!
+//! With `X` the spectrum of the tapered record, c the centre bin and `t_k` the bins' taper, the points are
+//!
+//! ```text
+//! z[n] = (1 / N) sum over k of t_k X[c + k] exp(j 2 pi k n / 64)        k = -32 .. 31
+//! ```
+//!
+//! each divided by the record's taper at its place.
 
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;

@@ -1,4 +1,12 @@
 //! The Gaussian envelope of a burst, from the powers of its points.
+//!
+//! The powers of a Gaussian envelope of deviation s are a Gaussian of variance `v = s^2 / 2`. Their moments over the whole record would
+//! hold the noise of all points, so they are taken under a gate about the last middle, a Gaussian of variance `2 v'` with the last `v'`.
+//! The product of two Gaussians is one, whose variance w gives the next v:
+//!
+//! ```text
+//! 1 / v = 1 / w - 1 / (2 v')
+//! ```
 
 use super::baseband::{POINTS, place, used};
 use crate::math::scalar::Scalar as _;

@@ -1,4 +1,14 @@
 //! The frequency of a burst, its sigma, and whether one particle made it.
+//!
+//! The search weighs the record with the envelope that the detector guesses. 64 points of the signal around the found line (`baseband`)
+//! then give a better envelope, and search and points are repeated until the envelope settles. The frequency is the maximum of
+//!
+//! ```text
+//! |sum over n of e(t) z[n] exp(-j 2 pi f t)|^2        t = n / 64 less the envelope's middle, e(t) the envelope
+//! ```
+//!
+//! which is the maximum of the likelihood in white noise; its curvature gives sigma. What the points hold beyond one tone, whose level may
+//! change slowly, is compared with the noise beside the burst: more is a second particle.
 
 use super::baseband::{Baseband, CORRELATION, PASSED, POINTS, place, taper, used};
 use super::envelope::{self, Envelope, median};

@@ -88,7 +88,7 @@ impl Needs {
 /// The window of a method's bins. The pipeline's bins are always rectangular; bins under Hann's window are made from them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
-    /// None.
+    /// No window.
     Rectangular,
     /// Hann's.
     Hann,

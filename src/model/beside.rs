@@ -1,4 +1,9 @@
 //! The causes that show in the bins themselves: slow terms, leakage, and lines farther off.
+//!
+//! A cause is a set of columns, each a shape of bins with one unknown size of normal prior variance t. With G the products of the columns
+//! less the part that the fit can take, and a their products with the residual, the cause explains the energy `a' (G + 1/t)^-1 a`, and its
+//! flexibility costs `ln det(1 + t G) / 2` in the logarithm of its probability. The sizes t are a factor of 16 apart, and all equally
+//! probable.
 
 use super::belief::{Belief, size, sizes};
 use super::causes::{Best, Ground, Place};

@@ -1,4 +1,7 @@
 //! Spherical Bessel functions: Legendre's polynomials as the bins show them.
+//!
+//! Small arguments use the power series, large ones the recurrence `j_(p+1) = (2 p + 1)/x j_p - j_(p-1)` upwards, and those between the
+//! recurrence downwards from a high order (Miller's algorithm; Abramowitz and Stegun 1964, 10.5).
 
 use super::constants::ORDERS;
 

@@ -38,7 +38,7 @@ fn is_detected(
     answer.line.norm_sqr() > here * limit
 }
 
-/// The joint fit's answer for a line that is no steady tone, and its noise power per sample; `None` if the effort has no joint fit, or
+/// The joint fit's answer for a line that is not a steady tone, and its noise power per sample; `None` if the effort has no joint fit, or
 /// nothing can be fitted. The answer is unresolved if the line does not exceed this noise.
 #[inline(never)]
 pub fn joint(

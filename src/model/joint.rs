@@ -1,4 +1,13 @@
 //! The joint fit: the tone with all causes found beside it.
+//!
+//! The model is linear in all strengths and changes, and nearly so in the frequencies. With C its columns, b the window's bins and T the
+//! prior variances, each Gauss-Newton step solves
+//!
+//! ```text
+//! (C' C + 1/T) s = C' b        covariance of s: (C' C + 1/T)^-1
+//! ```
+//!
+//! whose entry for the tone's frequency is the variance of the offset. Columns without a prior have `1/T = 0`.
 
 use super::constants::{LENGTHS, LINES, NEAR, SMOOTH, STEPS};
 use super::factor::{Factor, product};

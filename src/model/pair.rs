@@ -68,7 +68,7 @@ fn places(tone: &Line, moments: &Moments) -> Option<[f32; 2]> {
     (square > 0.0).then_some(places)
 }
 
-/// Lines nearer to each other have no distances of their own; lines farther apart are no pair.
+/// Lines nearer to each other have no distances of their own; lines farther apart are not a pair.
 const APART: core::ops::Range<f32> = 0.05..2.0;
 
 /// The fit of two lines in place of one tone whose fit leaves these moments.

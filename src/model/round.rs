@@ -1,4 +1,8 @@
 //! One round: every cause is weighed on the residual, and the best joins the fit if its odds are high.
+//!
+//! With even odds for `nothing more` and the rest shared equally among the causes, a cause's weight is its prior times its likelihood over
+//! all its sizes. The best cause joins the fit if its odds over `nothing more` exceed [`KEPT_AT`]. The mixture of all hypotheses gives mean
+//! and variance of the offset.
 
 use super::belief::Belief;
 use super::beside::Pair;
@@ -204,7 +208,7 @@ impl Round {
     }
 
     /// The hypotheses that lost against a cause, with the cause's weight as unit. A pair of sidebands includes the line: whichever of the
-    /// two joins, the other is no rival.
+    /// two joins, the other is not a rival.
     pub fn rivals(&self, cause: Cause) -> Belief {
         let unit = self.beliefs.get(cause as usize + 1).map_or(0.0, |belief| belief.log);
         let is_rival = |other: Option<Cause>| match cause {

@@ -33,7 +33,7 @@ const EQUAL: f32 = 1.41;
 /// The limits of a target's motion: its acceleration, and the time between chirps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionModel {
-    /// From one chirp to the next, seconds.
+    /// Time from one chirp to the next, seconds.
     pub period_s: f32,
     /// The most acceleration, m/s^2.
     pub acceleration: f32,

@@ -1,4 +1,7 @@
 //! All the tones that are followed, and the assignment of measurements to tracks.
+//!
+//! Pairs of tracks and tones are made by nearest neighbours: held tracks before tentative ones, and the pair with the smallest distance in
+//! gates first. A tone without a track starts one; a track without a tone goes on by its rate, see [`super::track`].
 
 use super::track::{State, Track, Tracking, tells};
 use crate::acquire::sample::Stamp;

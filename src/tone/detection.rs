@@ -1,4 +1,14 @@
 //! Decides whether a peak is a tone, or the largest of many bins of noise.
+//!
+//! The power of a bin of noise is exponentially distributed. So the largest of M bins exceeds T times the mean of `m` other bins with the
+//! probability `pfa`:
+//!
+//! ```text
+//! pfa = M (1 + T / m)^-m        T = m ((M / pfa)^(1/m) - 1)
+//! ```
+//!
+//! This is the threshold of a detector with a constant false-alarm rate by cell averaging (Finn and Johnson 1968). A noise estimate of F
+//! degrees of freedom counts as `m = F / 2` bins. Where several tests must pass together, each may be relaxed ([`Relaxation`]).
 
 use crate::spectrum::peak::{Peak, SKIRT};
 use core::f32::consts::LN_2;

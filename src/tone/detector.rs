@@ -1,5 +1,10 @@
 //! Decides whether a peak is a tone, by comparing it with the noise next to it. Noise seldom is white: the floor of a band tells little
 //! about the noise at one place in the band.
+//!
+//! So a line must pass several tests at once. Each compares the ratio of the line's power to one noise power with the threshold for the
+//! degrees of freedom of this noise (see [`super::detection`]): the floor of the band, the louder side of the ring, a ring twice as wide,
+//! the fit's mean residual, and in short records the louder half of the residual. Because all must pass, each threshold is relaxed a
+//! little. Most lines are so far above the loudest of these powers that the first comparison ends the tests.
 
 use super::detection::{Relaxation, Threshold};
 use super::measure::Options;

@@ -1,6 +1,6 @@
-//! How closely a line that is no steady tone is looked at.
+//! The effort spent on a line that is not a steady tone.
 
-/// How closely a line that is no steady tone is looked at. The effort sets the most that a block may take, so a real-time system chooses it
+/// The effort spent on a line that is not a steady tone. The effort sets the most that a block may take, so a real-time system chooses it
 /// by the ceilings in `docs/performance.md`.
 ///
 /// A block that shows one steady tone has the same answer at every effort. More effort hardly ever takes an answer's usefulness
@@ -56,7 +56,7 @@ impl Effort {
         Self::ALL.iter().copied().find(|effort| effort.number() == number)
     }
 
-    /// The most steps of a further fit to a line that is no steady tone. Two steps estimate the fit's end by a secant; eight steps reach
+    /// The most steps of a further fit to a line that is not a steady tone. Two steps estimate the fit's end by a secant; eight steps reach
     /// it.
     pub(crate) const fn steps(self) -> u32 {
         match self {
@@ -65,7 +65,7 @@ impl Effort {
         }
     }
 
-    /// Whether a line that is no steady tone is fitted together with a drift or hum.
+    /// Whether a line that is not a steady tone is fitted together with a drift or hum.
     pub(crate) const fn fits_beside_slow(self) -> bool {
         !matches!(self, Self::Look)
     }

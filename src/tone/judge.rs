@@ -30,7 +30,7 @@ pub enum Line {
 /// The result of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitTest {
-    /// What the line is.
+    /// The line's class.
     pub line: Line,
     /// The factor by which the variance exceeds what the noise beside the tone causes.
     pub variance_inflation: f32,
@@ -277,7 +277,7 @@ impl FrequencyDrift {
 impl Changes {
     /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
     /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
-    /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
+    /// is not a change of the tone's level, and one of order 4 of -9/35 b^2.
     fn from_fit(fit: &Fit<f32>, bends: bool) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
@@ -294,7 +294,7 @@ impl Changes {
         let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
         // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times the
         // distance, so the part missing beyond the bins has one shape, and Sherman and Morrison's formula inverts the functions' products.
-        // Where a bend is no evidence it is thousands of times as strong as the evidence, and only this inversion separates the two; the
+        // Where a bend is not evidence it is thousands of times as strong as the evidence, and only this inversion separates the two; the
         // limits of the tests were measured with the functions taken one by one.
         let [w1, w2, w3] = if bends {
             let half = f32::unit(0.5 * fit.offset);

@@ -1,4 +1,9 @@
 //! A tone that is followed without a search: the factors of its frequency, and its noise.
+//!
+//! A followed tone is expected within a bin or two. So a block is mixed and decimated to 32 points about this frequency
+//! ([`zoom`](crate::spectrum::zoom)) and fitted there ([`zoomed`]), at a tenth of the cost of a search. The lock holds as long as the tone
+//! is strong enough for a detection at one known frequency, has not faded, and leaves no more than noise. The noise is an average over the
+//! blocks, with the weight 1/16 for the last one.
 
 use super::detection::HOLD;
 use super::frequency::Frequency;

@@ -1,4 +1,16 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
+//!
+//! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`](super::fit)); a ring of bins beside them
+//! gives the noise ([`ring`]). For a noise power of P per sample and the fit's information I, sigma is
+//!
+//! ```text
+//! sqrt(N P / (2 I)) bins
+//! ```
+//!
+//! The residual over the noise decides whether the line is one steady tone ([`judge`](super::judge)). Where it is not, the fit takes more
+//! steps, then a drift beside the tone, then the joint fit of [`crate::model`], as far as the effort allows. The line must exceed the
+//! noise, and the samples and the rest of the spectrum must look as a good front end makes them. All results are one [`Evidence`], which
+//! decides the verdict.
 
 use super::arithmetic::Arithmetic;
 use super::clipped::part::Part;
@@ -41,7 +53,7 @@ pub struct Options {
     pub arithmetic: Arithmetic,
     /// The detection threshold.
     pub threshold: Threshold,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// The effect of the carrier's own width.
     pub width: Width,
@@ -122,7 +134,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     };
     let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
-    // A line that is no steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
+    // A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
     if judgement.line != Line::Steady
         && clipped <= CLIPPED
         && let Some(more) =
@@ -258,7 +270,7 @@ pub fn rise<R: Record, const N: usize>(
 
 /// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
 ///
-/// For a clipped record, whose harmonics are no movement, only whether the residual is too large.
+/// For a clipped record, whose harmonics are not a movement, only whether the residual is too large.
 fn judged(
     fit: &Fit<f32>,
     n: usize,

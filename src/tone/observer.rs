@@ -15,7 +15,7 @@ pub enum Statistic {
     Floor,
     /// The line's power over the loudest noise near it, where the ratio is so large that no other test is needed.
     FarAbove,
-    /// The noise near the line over that of the ring, in a short record.
+    /// The noise near the line over the noise of the ring, in a short record.
     Hump,
     /// The line's power over the median of three residuals at 3 to 16 bins.
     MiddleResidual,
@@ -129,7 +129,7 @@ impl Statistic {
 /// A statistic beside its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Test {
-    /// What is compared.
+    /// The statistic that is compared.
     pub statistic: Statistic,
     /// The statistic's value.
     pub value: f32,
@@ -174,7 +174,7 @@ pub trait Observer: Copy {
     #[inline(always)]
     fn fitted(self, _peak: i32, _fit: &Fit<f32>, _noise: f32) {}
 
-    /// Receives the joint fit's answer on a line that is no steady tone. The answer is taken unless it is unresolved.
+    /// Receives the joint fit's answer on a line that is not a steady tone. The answer is taken unless it is unresolved.
     #[inline(always)]
     fn joint(self, _answer: &Answer) {}
 

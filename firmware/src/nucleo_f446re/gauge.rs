@@ -89,7 +89,7 @@ pub fn changed(timer_hz: u32) -> bool {
     let ticks = now.wrapping_sub(FROM.load(Relaxed));
     FROM.store(now, Relaxed);
     put!(timer.sr(), !(1 << 12));
-    // A capture that was overwritten is no neighbour of the next.
+    // A capture that was overwritten is not next to the following one.
     if !BEGUN.load(Relaxed) || flags & 1 << 12 != 0 {
         BEGUN.store(true, Relaxed);
         return false;

@@ -1,4 +1,7 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
+//!
+//! The table holds `cos(w k)` and `sin(w k)` for one block, and serves every block: with the phase p at the block's start, the sums follow
+//! from `cos(p + w k) = cos p cos(w k) - sin p sin(w k)`.
 
 use super::turn::{ONE, Turn, turned};
 use crate::acquire::codes::Between;

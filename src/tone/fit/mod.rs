@@ -47,14 +47,14 @@ const EDGE_LIMIT: f64 = 0.3;
 /// squares the error to less than the bound.
 const SETTLED: f64 = 0.02;
 
-/// A fit to a line that is no steady tone nears its end by a share of the remaining way at each step. It has ended when a step moves no
+/// A fit to a line that is not a steady tone nears its end by a share of the remaining way at each step. It has ended when a step moves no
 /// more than this, in bins: less than the bound of a tone of 60 dB.
 const ENDED: f64 = 1e-5;
 
 /// The least curvature of a line over a steady tone's curvature: a tone which is on for a tenth of a record has this ratio.
 const FLATTEST: f64 = 0.01;
 
-/// Where a fit begins, and how many steps it may take.
+/// The start of a fit, and the number of its steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitStart<T> {
     /// From the three middle bins. Two steps, three near DC and Nyquist; another step only if the last moved more than 0.02 bin.
@@ -291,7 +291,7 @@ fn real_points(
     Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
 }
 
-/// The middle one of a fit's bins and those beside it.
+/// The middle one of a fit's bins, and the bins beside it.
 #[inline(always)]
 fn bins<'a>(
     points: &'a [Point],

@@ -13,7 +13,7 @@ use num_complex::Complex;
 pub(super) const TERMS: usize = 3;
 
 /// The bins between which slow terms matter. Above them slow terms are negligible; below them they
-/// cannot be told from a tone.
+/// cannot be separated from a tone.
 pub const HIGHEST: i32 = 48;
 pub const LOWEST: i32 = 3;
 

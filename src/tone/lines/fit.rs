@@ -1,4 +1,7 @@
 //! The joint fit: each tone is fitted to its bins less the models of the others, until none moves.
+//!
+//! This is the idea of RELAX (Li and Stoica 1996), with nine bins a tone in place of the whole record: the fit of one tone is repeated
+//! whenever the fits of its neighbours have moved their leakage by more than the noise allows.
 
 use super::rest::Found;
 use super::{Hunt, Mark, ROOM, apart};
@@ -110,7 +113,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         self.tell(index, Some(&model));
     }
 
-    /// Tells the others that a tone has changed, or that it is new.
+    /// Marks the other tones that a changed or new tone affects.
     pub(super) fn tell(&mut self, index: usize, before: Option<&Model<f32>>) {
         let Some(Found { peak, model, .. }) = self.rest.found.get(index) else { return };
         let zero = Complex::new(0.0, 0.0);

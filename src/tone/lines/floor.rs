@@ -1,4 +1,9 @@
 //! The search for the bin that exceeds its own neighbourhood most.
+//!
+//! The second differences of a band are cut into at most [`BLOCKS`] blocks. The floor of a block is the mean power of the quieter two
+//! thirds of the blocks around it, so that other lines do not raise it. The candidate is the strongest difference of the block that exceeds
+//! its floor by the largest factor, if the factor is beyond the threshold for the floor's degrees of freedom. Between two searches only the
+//! blocks that a new tone has changed are read again.
 
 use super::super::detection::Relaxation;
 use super::super::noise::rounding;

@@ -1,4 +1,7 @@
 //! The leakage of tones into the second differences of bins, which are Hann's window.
+//!
+//! With c a tone's line and d its offset, half the second difference around a bin x bins from the tone is `c sin(pi d) / (pi x (x^2 - 1))`,
+//! which falls by 18 dB an octave (see [`super::super::noise::ring`]). So a tone reaches at most [`LEAKS`] bins, and a weak tone fewer.
 
 use super::super::noise::ring::{EACH, Stretch};
 use super::rest::Found;

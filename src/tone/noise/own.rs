@@ -1,4 +1,8 @@
 //! A tone's own share of the second differences of bins, in floats and in integers.
+//!
+//! With c the tone's line, d its offset and x the distance of a bin from the tone in bins, the share is `c sin(pi d) / (pi x (x^2 - 1))`,
+//! see [`super::ring`]. Near DC the mirror image of a real tone has the conjugate of this share at minus the tone's frequency, near Nyquist
+//! the negative conjugate at the rate less the tone's frequency.
 
 use super::ring::{STEP, Stretch};
 use crate::math::scalar::{Scalar as _, inverses};

@@ -106,7 +106,7 @@ pub struct Elapsed {
 }
 
 impl Elapsed {
-    /// For blocks of this many ticks; `None` if blocks do not follow the clock.
+    /// The ends of blocks of this many ticks; `None` if blocks do not follow the clock.
     pub const fn new(block_ticks: Option<u64>) -> Self {
         match block_ticks {
             // Half of the timer's range, so that a difference is never ambiguous.

@@ -90,14 +90,14 @@ impl Turn {
 /// The turn of a bin, and the sizes of line, parabola and rest there, in Q30.
 type Shape = (Turn, [i32; TERMS]);
 
-/// One over the square root of a positive number.
+/// The reciprocal square root of a positive number.
 fn inverse_root(square: Scaled) -> Scaled {
     Scaled::one() / Scaled::from_float(square.float(0).root(), 0)
 }
 
 impl Slow {
     fn new(n: i32, peak: i32, place: &Peak, sides: &[Side]) -> Option<Self> {
-        // What a drift leaks falls with the sine: over that at the lowest bin nothing is above 1.
+        // A drift's leakage falls with the sine: relative to the lowest bin no value is above 1.
         let lowest = sides.iter().map(|side| side.i).fold(0, i32::min) + peak;
         let from = Scaled::new(Turn::new(lowest, n).shape, 0) * Scaled::new(lowest, 0);
         let mut shapes = Vec::<_, { 2 * REACH + 1 }>::new();
@@ -108,7 +108,7 @@ impl Slow {
             let line = near.bits(30);
             let square = times(line, line);
             let (parabola, rest) = (times(square, turn.cos), times(square, line));
-            // The vector holds the peak and as many as there are sides.
+            // The vector has room for the peak and all sides.
             let _ = shapes.push((turn, [line, parabola, rest]));
             lines += i64::from(times(line, line));
             parabolas += i64::from(times(parabola, parabola));
@@ -150,7 +150,7 @@ impl Slow {
         for (side, shape) in sides.iter().zip(rest) {
             let terms = terms(shape, side.s, shifted::<27>(place.e, side.u));
             seen(&terms, side.x);
-            // The vector holds as many as there are sides.
+            // The vector has room for all sides.
             let _ = slow.sides.push(terms);
         }
         slow.data = data.map(|sum| Scaled::from_sum(sum, -30));

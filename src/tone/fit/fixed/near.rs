@@ -91,7 +91,7 @@ struct Functions {
     cosine: i32,
 }
 
-/// One over each, in Q28.
+/// The reciprocal of each, in Q28.
 const fn inverted([a, b, c]: [f64; 3]) -> [i32; 3] {
     [nearest(1.0 / a, 28), nearest(1.0 / b, 28), nearest(1.0 / c, 28)]
 }

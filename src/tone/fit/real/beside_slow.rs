@@ -12,7 +12,7 @@ use num_complex::Complex;
 struct Slow<T> {
     centre: slow::Values<T>,
     sides: Vec<slow::Values<T>, { 2 * REACH }>,
-    /// Their products with the data.
+    /// The terms' products with the data.
     data: [T; slow::TERMS],
 }
 
@@ -68,7 +68,7 @@ impl<T: Scalar> Problem<T> {
             data: [T::zero(); slow::TERMS],
         };
         for side in &self.sides {
-            // The vector holds as many as there are sides.
+            // The vector has room for all sides.
             let _ = slow.sides.push(slow::values(self.peak + side.i, n));
         }
         let basis = slow::Basis::from_values(core::iter::once(&slow.centre).chain(&slow.sides));

@@ -63,7 +63,7 @@ struct Problem<T> {
 /// The bins below and above the peak, and the constants of their distance.
 pub(super) type Both<T> = ([Complex<T>; 2], Distance<T>);
 
-/// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own and those beside it, the nearest
+/// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own bin and the bins beside it, the nearest
 /// first, at most [`REACH`] on each side.
 #[inline(always)]
 pub(super) fn fit<T: Scalar>(
