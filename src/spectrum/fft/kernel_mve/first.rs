@@ -180,8 +180,8 @@ macro_rules! eight {
 /// the next pass takes.
 ///
 /// # Safety
-/// `from` and `to` must be `m` pairs and `m` points, m = 8 4^d of 32 or more; `shift` 2 to 15; `places` the table [`places`] for `m / 8`
-/// groups.
+/// `from` and `to` must be `m` pairs and `m` points, m = 8 4^d of 32 or more; `shift` 2 to 15; `places` the table [`places`] for an
+/// `m`-point transform.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn eights(
     from: *const Pair,
