@@ -1,7 +1,7 @@
 //! The pipeline with a memory: it follows tones from block to block and makes targets of them.
 //!
 //! Each segment of a chirp has a set of [`Track`]s, updated by the tones of its blocks. While the only tone is held, most blocks are
-//! measured where it is expected ([`Lock`](crate::tone::lock::Lock)), and only one in `refresh` is searched whole. The held tracks of a
+//! measured where it is expected ([`Lock`]), and only one in `refresh` is searched whole. The held tracks of a
 //! chirp's segments are then combined to targets: each rising beat takes the flat and the falling beat that contradict it least.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};

@@ -12,8 +12,8 @@
 //! }
 //! ```
 //!
-//! Offsets are in bins from the peak, positive upwards. Without noise the estimators find any offset within half a period of the phase, `N
-//! / (2 m)` bins for lag `m`.
+//! Offsets are in bins from the peak, positive upwards. Without noise the estimators find any offset within half a period of the phase,
+//! `N / (2 m)` bins for lag `m`.
 
 use super::quinn::quinn2;
 use crate::acquire::sample::Iq;
@@ -124,8 +124,8 @@ pub fn fesa<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     if quinn.abs() >= limit { quinn } else { improved_autocorrelation(bins, samples, snr) }
 }
 
-/// FESA corrected: lag 2N/3, best at every ratio, and the choice by comparing two variance ratios, the autocorrelation's `1.125 (1 + 1/(2
-/// S))` and Quinn's (eq 5) at its own offset.
+/// FESA corrected: lag 2N/3, best at every ratio, and the choice by comparing two variance ratios, the autocorrelation's
+/// `1.125 (1 + 1/(2 S))` and Quinn's (eq 5) at its own offset.
 ///
 /// Cost: 1.3 N multiplications and the ratio's 2 N. 1.05 times the bound at 20 dB, 1.16 at 0 dB, 1.17 below.
 pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
@@ -144,8 +144,8 @@ pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     }
 }
 
-/// Quinn's variance over the bound's at offset `d` (Yang et al. 2011, eq 5, printed there as an RMSE ratio): `pi^4 d^2 (d^2 - 1)^2 (3 d^4 +
-/// 1) / (6 (3 d^4 + 6 d^2 + 1) sin^2(pi d))`.
+/// Quinn's variance over the bound's at offset `d` (Yang et al. 2011, eq 5, printed there as an RMSE ratio):
+/// `pi^4 d^2 (d^2 - 1)^2 (3 d^4 + 1) / (6 (3 d^4 + 6 d^2 + 1) sin^2(pi d))`.
 fn quinn_variance<T: Scalar>(d: T) -> T {
     let d = if d.abs() < T::of(1e-4) { T::of(1e-4) } else { d };
     let (d2, one) = (d * d, T::one());

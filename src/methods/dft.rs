@@ -106,9 +106,9 @@ fn quotient<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
     if power > T::zero() { (a * b.conj()).re / power } else { T::zero() }
 }
 
-/// I-Rife (after Deng and Liu 2007; a reconstruction, because the papers do not print it whole): the direction from `|X(+1/2)| >
-/// |X(-1/2)|`, and where the ratio's offset is below 1/3, the ratio again on a spectrum shifted by 1/3 bin, where the two lines are nearly
-/// equal.
+/// I-Rife (after Deng and Liu 2007; a reconstruction, because the papers do not print it whole): the direction from
+/// `|X(+1/2)| > |X(-1/2)|`, and where the ratio's offset is below 1/3, the ratio again on a spectrum shifted by 1/3 bin, where the two
+/// lines are nearly equal.
 ///
 /// Cost beyond the FFT: 8 N to 16 N multiplications, 2 divisions, 4 roots, the samples kept. 1.01 to 1.06 times
 /// the bound on complex tones.

@@ -32,8 +32,8 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::bins::{Bins, Hann};
 use crate::tone::within;
 
-/// Grandke's estimator (Grandke 1983), from the magnitudes of the peak and its stronger neighbour: `r (2 a - 1) / (a + 1)`, `a = |X_r| /
-/// |X_0|`.
+/// Grandke's estimator (Grandke 1983), from the magnitudes of the peak and its stronger neighbour: `r (2 a - 1) / (a + 1)`,
+/// `a = |X_r| / |X_0|`.
 ///
 /// Valid for a tone, real or complex, at least 3 bins from another line or its own image. Beyond the
 /// bins: 6 multiplications, 2 divisions, 2 roots, and Hann's window on the bins. 1.81 to 1.89 times the

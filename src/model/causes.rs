@@ -1,8 +1,8 @@
 //! The causes that show in a tone's moments: changes of the tone, and lines so near that they look alike.
 //!
 //! A cause is a set of orthogonal directions, each with a normal prior. Of a direction, `along` is the observation along it times its size;
-//! `size` the square of its size; `pull` the effect of one unit on the offset. With a prior variance t the energy that it explains is `sum
-//! along^2 t / (1 + size t)`, and its flexibility makes it `sum ln(1 + size t) / 2` less probable than nothing.
+//! `size` the square of its size; `pull` the effect of one unit on the offset. With a prior variance t the energy that it explains is
+//! `sum along^2 t / (1 + size t)`, and its flexibility makes it `sum ln(1 + size t) / 2` less probable than nothing.
 
 use super::belief::{Belief, size, sizes};
 use super::constants::{CLOSE, DISTANCES, ORDERS, SMOOTH, WALK};

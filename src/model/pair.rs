@@ -1,10 +1,10 @@
 //! Two lines so near each other, and so strong, that they look like one that changes.
 //!
 //! The moments describe a line beside the tone only if it is small. Two equally strong lines leave the fit between them. In the middle of a
-//! record of which x goes from -1 to 1 they are `z = a exp(j k x) + b exp(j l x)`, of which `z'' = j s z' + q z` with `s = k + l` and `q =
-//! k l` (Prony 1795). Multiplied by polynomials w that vanish at both ends, with their slopes, and integrated by parts, the equation has no
-//! derivative of z: `integral z w'' = -j s integral z w' + q integral z w`. The moments give the integrals, three polynomials six real
-//! equations, least squares s and q, and these both offsets.
+//! record of which x goes from -1 to 1 they are `z = a exp(j k x) + b exp(j l x)`, of which `z'' = j s z' + q z` with `s = k + l` and
+//! `q = k l` (Prony 1795). Multiplied by polynomials w that vanish at both ends, with their slopes, and integrated by parts, the equation
+//! has no derivative of z: `integral z w'' = -j s integral z w' + q integral z w`. The moments give the integrals, three polynomials six
+//! real equations, least squares s and q, and these both offsets.
 
 use super::constants::{LENGTHS, LINES, SMOOTH, STEPS};
 use super::joint::{Joint, Other, Solution};

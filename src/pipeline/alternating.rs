@@ -1,8 +1,8 @@
 //! I/Q pairs that one converter takes by turns: I, Q, I, Q, at equal distances.
 //!
-//! In such pairs the Q comes half a pair late. If they are measured as simultaneous, a tone of `f` cycles per pair has an image of `tan(pi
-//! f / 2)` of the tone at minus its frequency. Turning each bin of Q back by its delay is right only for a tone with a whole number of
-//! cycles.
+//! In such pairs the Q comes half a pair late. If they are measured as simultaneous, a tone of `f` cycles per pair has an image of
+//! `tan(pi f / 2)` of the tone at minus its frequency. Turning each bin of Q back by its delay is right only for a tone with a whole number
+//! of cycles.
 //!
 //! Here each sample keeps its own time. With the signs `+ - - +`, which begin again every second pair,
 //! the 2 N samples are

@@ -51,9 +51,9 @@ impl Relaxation {
 
 /// The detection threshold of a band.
 ///
-/// The power of a bin of noise is exponentially distributed. Its ratio to the mean of `m` other bins exceeds T with probability `(1 +
-/// T/m)^-m`; the largest of M bins does so with M times this probability. Hence `T = m ((M / pfa)^(1/m) - 1) = m (exp(L/m) - 1)`, `L = ln(M
-/// / pfa)`; L alone would raise 1.5 to 2.5 times as many false alarms at N = 256.
+/// The power of a bin of noise is exponentially distributed. Its ratio to the mean of `m` other bins exceeds T with probability
+/// `(1 + T/m)^-m`; the largest of M bins does so with M times this probability. Hence `T = m ((M / pfa)^(1/m) - 1) = m (exp(L/m) - 1)`,
+/// `L = ln(M / pfa)`; L alone would raise 1.5 to 2.5 times as many false alarms at N = 256.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     log: f32,

@@ -38,7 +38,8 @@ pub(super) fn mirrored(
     })
 }
 
-/// [`mirrored`] of any bins from which the tone is subtracted: `rest(k)` is the power of bin `k` of a record of `n` samples.
+/// Whether any bins from which the tone is subtracted hold too strong an image, by the limit of `mirrored`: `rest(k)` is the power of bin
+/// `k` of a record of `n` samples.
 pub fn mirrored_in_rest(
     n: usize,
     peak: i32,

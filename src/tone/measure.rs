@@ -1,6 +1,6 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
 //!
-//! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`](super::fit)); a ring of bins beside them
+//! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`]); a ring of bins beside them
 //! gives the noise ([`ring`]). For a noise power of P per sample and the fit's information I, sigma is
 //!
 //! ```text

@@ -4,10 +4,10 @@
 //! # Scale
 //!
 //! Codes without their middle are shifted up by `31 - B - log2 M` bits, for B signed bits and the M points of the spectrum, which is exact.
-//! By Parseval's theorem, the powers of all bins of an I/Q record of M samples then sum to at most `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B
-//! - log2 M))^2 = 2^61`, and the powers of a real record of 2M samples to at most 2^62. Both are below 2^63 for any record, rounding
-//! included. So every part of a bin fits in 32 bits, except for bins 0 and N/2 of a real record: they saturate by one count if the whole
-//! record lies on a rail.
+//! By Parseval's theorem, the powers of all bins of an I/Q record of M samples then sum to at most
+//! `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B - log2 M))^2 = 2^61`, and the powers of a real record of 2M samples to at most 2^62. Both are
+//! below 2^63 for any record, rounding included. So every part of a bin fits in 32 bits, except for bins 0 and N/2 of a real record: they
+//! saturate by one count if the whole record lies on a rail.
 //!
 //! # Points
 //!

@@ -13,11 +13,11 @@
 //! bits are first shifted up by `31 - B - log2 g` bits, so that the largest part times `g` is
 //! `2^30`.
 //!
-//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for each term, so no point exceeds `4/pi 2^30
-//! < 2^31` after any pass. A real record of N samples grows as N/2 points do. After its split, a part of a bin is `sum(x cos)`, at most
-//! `2/pi 2^31`. Bins 0, N/4 and N/2 are exceptions. Bin N/4 is a point's part. Bins 0 and N/2 are sums of two such parts, which reach 2^31
-//! only for a record on the negative rail; they saturate, by one count. Sums inside a butterfly wrap, which is exact if the result fits.
-//! The tests drive every length with the extremes.
+//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for each term, so no point exceeds
+//! `4/pi 2^30 < 2^31` after any pass. A real record of N samples grows as N/2 points do. After its split, a part of a bin is `sum(x cos)`,
+//! at most `2/pi 2^31`. Bins 0, N/4 and N/2 are exceptions. Bin N/4 is a point's part. Bins 0 and N/2 are sums of two such parts, which
+//! reach 2^31 only for a record on the negative rail; they saturate, by one count. Sums inside a butterfly wrap, which is exact if the
+//! result fits. The tests drive every length with the extremes.
 //!
 //! # Precision
 //!

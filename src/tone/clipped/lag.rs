@@ -8,8 +8,8 @@
 //! x[n - L] - 2 cos(2 pi rest) x[n] + x[n + L]        rest = f L less whole turns
 //! ```
 //!
-//! contains nothing of the tone and hardly anything of its harmonics, even with soft limiting. White noise of power P has the power `P (2 +
-//! 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
+//! contains nothing of the tone and hardly anything of its harmonics, even with soft limiting. White noise of power P has the power
+//! `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
 
 use super::super::frequency::Frequency;
 use super::super::noise::ROUNDING;

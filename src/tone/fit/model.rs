@@ -29,9 +29,8 @@ impl<T: Scalar> Model<T> {
         Self { n, peak, value: fit.peak, lever: fit.lever.re, turn, sine }
     }
 
-    /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i)
-    /// exp(j pi i / n)` for I/Q, and for real records
-    /// `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
+    /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i) exp(j pi i / n)` for I/Q, and for real
+    /// records `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
     pub(crate) fn bin<R: Record>(&self, k: i32) -> Complex<T> {
         let (n, i) = (self.n, k.wrapping_sub(self.peak));
         if i.checked_rem(n).unwrap_or(0) == 0 {

@@ -1,9 +1,9 @@
 //! Slow terms, which leak into a tone's bins: a drift, and hum of less than two cycles in the
 //! record.
 //!
-//! With `t = pi k / N`, a straight line over the record has the bins `j exp(j t) / sin t`, and a
-//! parabola `exp(j t) cos t / sin^2 t`. Any other slow term, far from its own bins, has nearly `j
-//! exp(j t) / sin^3 t`. So three real numbers are fitted to the residual of a tone in its bins.
+//! With `t = pi k / N`, a straight line over the record has the bins `j exp(j t) / sin t`, and a parabola `exp(j t) cos t / sin^2 t`. Any
+//! other slow term, far from its own bins, has nearly `j exp(j t) / sin^3 t`. So three real numbers are fitted to the residual of a tone in
+//! its bins.
 
 use crate::math::scalar::Scalar;
 use crate::math::series::circle;

@@ -8,8 +8,8 @@ use crate::tone::fit::real::Products;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// The sums over the bins beside the peak that change with p. They are the sums of the float fit, except `r2 = sum h s Im` and `q2 = sum h'
-/// s Im`.
+/// The sums over the bins beside the peak that change with p. They are the sums of the float fit, except `r2 = sum h s Im` and
+/// `q2 = sum h' s Im`.
 pub(super) struct Sums {
     pub aa: Scaled,
     pub s1: Scaled,

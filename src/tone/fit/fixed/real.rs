@@ -18,8 +18,8 @@ use heapless::Vec;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 -
-/// cos e i)/e^2` in Q22 and `1 - cos e i` in Q26.
+/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 - cos e i)/e^2` in Q22 and `1 - cos e i` in
+/// Q26.
 pub(super) struct Distance {
     near: i32,
     bend: i32,
@@ -324,9 +324,8 @@ impl Peak {
         }
     }
 
-    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e
-    /// p b`, and its imaginary part `b s h`. A last step that has settled changes h as h' says,
-    /// with an error below a hundredth of the residual.
+    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e p b`, and its imaginary part `b s h`. A
+    /// last step that has settled changes h as h' says, with an error below a hundredth of the residual.
     fn residual(
         &self,
         at: &Offset,

@@ -90,10 +90,10 @@ const fn pairs(group: usize, outermost: usize) -> (usize, usize) {
 
 /// The least power of a group of pairs that [`q15_bins::scan`] needs, if some bin has the power `sure`.
 ///
-/// The scan splits a pair of power S if S is at least the strongest bin so far, and by its rounding a bin of the pair has at most `S + S
-/// 2^-15 + 4`. So a pair of less than `worth` that is left out affects only which of the later pairs within its bound are split. Such a
-/// pair again affects only pairs up to its own bound, and so on: over 1024 pairs the bound grows by 3.2 % and 4300. That is still less than
-/// `sure`, so it does not affect the result.
+/// The scan splits a pair of power S if S is at least the strongest bin so far, and by its rounding a bin of the pair has at most
+/// `S + S 2^-15 + 4`. So a pair of less than `worth` that is left out affects only which of the later pairs within its bound are split.
+/// Such a pair again affects only pairs up to its own bound, and so on: over 1024 pairs the bound grows by 3.2 % and 4300. That is still
+/// less than `sure`, so it does not affect the result.
 const fn worth(sure: i32) -> i32 {
     (sure - (sure >> 3)).saturating_sub(1 << 14)
 }
