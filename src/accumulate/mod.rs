@@ -18,7 +18,7 @@
 //! # let samples: [i16; 1024] = std::array::from_fn(|n| (0.15 * 200.0 * (1.234 * n as f64 + 7.0 * f64::from(block)).cos() + 200.0 * noise()) as i16);
 //! # let stamp = Stamp { sequence: block, ..Stamp::default() };
 //! // for each block:
-//! let measurement = pipeline.block(stamp, &samples);
+//! let measurement = pipeline.block(&stamp, &samples);
 //! if let Some(accumulated) = sum.add(&measurement, &pipeline) {
 //!     println!("{}", accumulated.tone); // after 100 blocks
 //! #     found = Some(accumulated.tone);
