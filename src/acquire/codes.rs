@@ -82,7 +82,7 @@ pub(crate) struct Between {
 }
 
 impl Between {
-    pub fn from_rails((low, high): (i16, i16)) -> Self {
+    pub fn new((low, high): (i16, i16)) -> Self {
         let first = i32::from(low) + 1;
         Self { first, count: (i32::from(high) - first).max(0) as u32 }
     }

@@ -219,7 +219,7 @@ impl Statistics {
         if all_inside(R::pairs(samples), low, high) {
             return 0;
         }
-        let inside = Between::from_rails(codes.rails());
+        let inside = Between::new(codes.rails());
         let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
         let mut count = 0u32;
         for &sample in samples {

@@ -123,12 +123,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         let image = self.mirrored(&tone);
         let edge_bins = pairs.frequency.bins(N).abs() as f32;
         let sigma = pairs.sigma;
-        pairs.conclude(&Evidence {
-            image,
-            edge_bins,
-            sigma,
-            ..Evidence::from_reasons(tone.said())
-        });
+        pairs.conclude(&Evidence { image, edge_bins, sigma, ..Evidence::new(tone.said()) });
         (clipped, pairs)
     }
 
@@ -139,7 +134,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         /// Pairs' bins from 0 Hz, and from half the rate, where the two lines leak into each other.
         const NEAREST: i32 = 3;
         /// Minimum degrees of freedom of the noise beside a tone.
-        const DEGREES_OF_FREEDOM: f32 = 32.0;
+        const DOF: f32 = 32.0;
         let n = N as i32;
         let from_dc = peak(tone.frequency, TWICE).wrapping_sub(n / 2);
         let far = from_dc.abs();
@@ -158,11 +153,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         // Three bins of noise exceed this in a block of a million.
         let chance = const { Threshold::new(3, 1e-6) };
         ratio > share * share
-            && chance.detects_beside(
-                ratio * tone.snr * N as f32,
-                DEGREES_OF_FREEDOM,
-                Relaxation::NOTHING,
-            )
+            && chance.detects_beside(ratio * tone.snr * N as f32, DOF, Relaxation::NOTHING)
     }
 }
 

@@ -223,7 +223,7 @@ impl Detector {
     #[inline(never)]
     fn exceeds_half(&self, louder: f32, floor: Option<f32>, observer: impl Observer) -> bool {
         /// Effective degrees of freedom of this mean, as if it were not a maximum.
-        const DEGREES_OF_FREEDOM: f32 = 72.0;
+        const DOF: f32 = 72.0;
         /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.
         const LIKELY: f32 = 2.0;
         floor.is_some_and(|floor| {
@@ -233,13 +233,7 @@ impl Detector {
                 limit: LIKELY,
             });
             louder <= LIKELY * floor
-        }) || self.detects(
-            Statistic::OverLouderHalf,
-            louder,
-            DEGREES_OF_FREEDOM,
-            Relaxation::NOTHING,
-            observer,
-        )
+        }) || self.detects(Statistic::OverLouderHalf, louder, DOF, Relaxation::NOTHING, observer)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.

@@ -53,13 +53,13 @@ pub struct Evidence {
 
 impl Evidence {
     /// Nothing against a tone.
-    pub const NONE: Self = Self::from_reasons(Reasons::NONE);
+    pub const NONE: Self = Self::new(Reasons::NONE);
 
     /// No tone at all.
     pub const NOTHING: Self = Self { found: false, ..Self::NONE };
 
     /// Evidence from the reasons that a tone already has.
-    pub const fn from_reasons(said: Reasons) -> Self {
+    pub const fn new(said: Reasons) -> Self {
         Self {
             said,
             found: true,
@@ -127,7 +127,7 @@ impl Tone {
     pub(crate) fn keep_to_codes_of(&mut self, tone: &Self) {
         let beyond = u32::from(tone.verdict == Verdict::WrongCodes);
         let front_end = tone.verdict == Verdict::FrontEnd;
-        self.conclude(&Evidence { beyond, front_end, ..Evidence::from_reasons(self.said()) });
+        self.conclude(&Evidence { beyond, front_end, ..Evidence::new(self.said()) });
     }
 
     /// Sets the tone's verdict and its other reasons from the evidence.
@@ -177,11 +177,7 @@ mod tests {
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
         assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
-        tone.conclude(&Evidence {
-            beyond: 3,
-            line: Line::Moving,
-            ..Evidence::from_reasons(tone.said())
-        });
+        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::new(tone.said()) });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
     }

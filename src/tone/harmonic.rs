@@ -88,9 +88,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
-        harmonic
-            .tone
-            .conclude(&Evidence { line: Line::Unresolved, ..Evidence::from_reasons(said) });
+        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::new(said) });
     }
     Some(harmonic)
 }
@@ -179,7 +177,7 @@ impl Series {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
         let line = if contradicts { Line::Unresolved } else { Line::Steady };
-        harmonic.tone.conclude(&Evidence { line, ..Evidence::from_reasons(said) });
+        harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);
         if !steps.is_finite() {

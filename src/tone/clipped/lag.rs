@@ -69,7 +69,7 @@ impl Lag {
     ///
     /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
-        let inside = Between::from_rails(codes.rails());
+        let inside = Between::new(codes.rails());
         let Terms { sum, power, count } = self.terms(part, inside);
         if count < FEWEST {
             return None;

@@ -240,6 +240,5 @@ fn rails(codes: Codes, noise: f32) -> [Between; 2] {
     let (low, high) = codes.rails();
     let most = (i32::from(high) - i32::from(low)) >> 3;
     let margin = ((DEVIATIONS * noise.root()) as i32).min(most) as i16;
-    [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))]
-        .map(Between::from_rails)
+    [(low, high), (low.saturating_add(margin), high.saturating_sub(margin))].map(Between::new)
 }

@@ -221,9 +221,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             left &= u64::MAX.checked_shl((index + run) as u32).unwrap_or(0);
         }
         // Degrees of freedom of the floor, which is a mean over six blocks of eight or more bins.
-        const DEGREES_OF_FREEDOM: f32 = 80.0;
-        self.blocks
-            .compare(stale, self.options.threshold.beside(DEGREES_OF_FREEDOM, Relaxation::SOME));
+        const DOF: f32 = 80.0;
+        self.blocks.compare(stale, self.options.threshold.beside(DOF, Relaxation::SOME));
         let &Block { bin, floor, .. } = self.blocks.highest()?;
         Some(Candidate { bin: self.summit(bin), floor })
     }

@@ -130,7 +130,7 @@ pub fn lines<R: Record, const N: usize>(
     as_measured::<N>(&mut phasors, tone);
     for ToneWithPhase { tone, .. } in &mut phasors {
         let outside = tone.is_outside::<N>(band);
-        tone.conclude(&Evidence { outside, ..Evidence::from_reasons(tone.said()) });
+        tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
     phasors
@@ -152,7 +152,7 @@ fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
         if only || OF_LINE.contains(&said) && tone.verdict < said {
             phasor.tone = *tone;
         }
-        phasor.tone.conclude(&Evidence::from_reasons(phasor.tone.said().and(others)));
+        phasor.tone.conclude(&Evidence::new(phasor.tone.said().and(others)));
     }
 }
 
