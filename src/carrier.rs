@@ -1,7 +1,7 @@
-//! How wide a tone is by itself: a laser's linewidth, and the bandwidth of speckle.
+//! The width of a tone itself: a laser's linewidth, and the bandwidth of speckle.
 //!
-//! Both bend the phase within a block, and one block cannot tell such a bend from another frequency. So the width is stated, as a data
-//! sheet or a measurement has it, and sigma covers it.
+//! Both bend the phase within a block, and one block cannot distinguish such a bend from another frequency. So the user states the width,
+//! from a data sheet or a measurement, and sigma covers it.
 //!
 //! **Linewidth.** The phase of a laser of linewidth `w` (Lorentzian, full width at half maximum) walks: its variance grows by `2 pi w`
 //! each second. Least squares takes the slope of the phase over a block of `T` seconds. The slope of a line fitted to a walk of
@@ -23,9 +23,9 @@
 //! ```
 //!
 //! where `g` is the ratio of both variances, within 7 % of the integrals of the autocorrelation `exp(-2 pi^2 (b t / 2.355)^2)` over the block.
-//! So a block in a fade is off the most. One block does not know `P`: its `P / A^2` is one over an exponential number, and
-//! the error over `sqrt(g / 2)` has Student's distribution with two degrees of freedom, which has no variance. A block's sigma is `sqrt(2 g)`:
-//! one block of a hundred is then off by more than five.
+//! So a block in a fade is off the most. One block does not know `P`: its `P / A^2` is one over an exponential number, and the error over
+//! `sqrt(g / 2)` has Student's distribution with two degrees of freedom, which has no variance. A block's sigma is `sqrt(2 g)`: one block
+//! of a hundred is then off by more than five sigma.
 //!
 //! A spot of diameter `d` (where the intensity is down by `exp(-2)`) on a surface of speed `u` has an envelope with the autocorrelation
 //! `exp(-(2 u t / d)^2)`: `b = 4 sqrt(ln 2) / pi` times `u / d`, or `1.06 u / d`.
@@ -35,7 +35,7 @@ use core::f32::consts::{FRAC_1_PI, PI};
 /// The standard deviation of a Gaussian over its full width at half maximum: `1 / sqrt(8 ln 2)`.
 const DEVIATION: f32 = 0.424_660_9;
 
-/// The tone's own width. The default is a tone without one.
+/// The tone's own width. The default is a tone without any width.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Carrier {
     /// The source's linewidth, Hz: Lorentzian, full width at half maximum. At most half the sample rate.
@@ -45,19 +45,20 @@ pub struct Carrier {
     pub envelope_hz: f32,
 }
 
-/// What a tone's own width does to the frequency of one block.
+/// The effect of a tone's own width on the frequency of one block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Width {
     /// The variance by the walk of the phase, squared bins.
     pub walk: f32,
-    /// `g` of the envelope, squared bins.
+    /// The number `g` of the envelope, squared bins.
     pub envelope: f32,
-    /// How many blocks' errors hang together: the sum of their correlation with all others, `1 / (2 sqrt(pi) B)`, at least 1.
+    /// The number of blocks whose errors are correlated: the sum of a block's correlations with all blocks, `1 / (2 sqrt(pi) B)`, at least
+    /// 1.
     pub together: f32,
 }
 
 impl Carrier {
-    /// What it does to blocks of `n` samples; `None` if a width is negative, no number, or more than half the rate.
+    /// The effect on blocks of `n` samples; `None` if a width is negative, NaN, or more than half the rate.
     pub fn width(&self, n: usize, rate_hz: f64) -> Option<Width> {
         let bins_per_hz = (n as f64 / rate_hz) as f32;
         let [walk, envelope] = [self.linewidth_hz, self.envelope_hz].map(|hz| hz * bins_per_hz);
@@ -81,24 +82,25 @@ impl Carrier {
 const HALF_ROOT: f32 = 0.282_094_8;
 
 impl Width {
-    /// None, all zeros.
+    /// No width: all zeros.
     pub const NONE: Self = Self { walk: 0.0, envelope: 0.0, together: 0.0 };
 
-    /// The variance of a block of which nothing else is known, squared bins.
+    /// The variance of a single block, squared bins.
     pub const fn of_block(&self) -> f32 {
         self.walk + 2.0 * self.envelope
     }
 
-    /// The variance of a block of the mean power by the envelope, with what it adds by hanging together with others in a filter that forgets a share
-    /// `gain` with each block, squared bins. The filter alone has `(2 - gain) / gain` blocks; within a fifth the shorter of the two memories counts, by their inverses.
+    /// The variance that the envelope adds to a block of the mean power in a filter that forgets a share `gain` with each block, squared
+    /// bins. It includes the correlation between blocks: the filter alone averages `(2 - gain) / gain` blocks; within a fifth the shorter
+    /// of the two memories counts, by their inverses.
     pub const fn followed(&self, gain: f32) -> f32 {
         // One over zero is infinite where there is no envelope.
         let blocks = 1.0 / (gain / (2.0 - gain) + 1.0 / self.together);
         0.5 * self.envelope * blocks.max(1.0)
     }
 
-    /// The variance of a sum of so many blocks by their powers, which weighs each block with its own power, squared bins. Of a sum that is longer
-    /// than what hangs together, `c` blocks, the ends have less: `c - c^2 / (pi M)`.
+    /// The variance of a sum of `blocks` blocks by their powers, which weighs each block with its own power, squared bins. In a sum that is
+    /// longer than the correlation, `c` blocks, the blocks at the ends have less of it: `c - c^2 / (pi M)`.
     pub const fn of_sum(&self, blocks: u32) -> f32 {
         let (all, some) = (blocks as f32, self.together);
         let together = if some < all { some - some * some * FRAC_1_PI / all } else { all };
@@ -110,8 +112,8 @@ impl Width {
 mod tests {
     use super::*;
 
-    /// The variance of the slope of a least-squares line through a walk, and that of the envelope's slope over that of its mean, by sums over
-    /// their correlations.
+    /// The variance of the slope of a least-squares line through a walk, and the variance of the envelope's slope over the variance of its
+    /// mean, by sums over their correlations.
     #[test]
     fn variances_are_those_of_the_slopes() {
         const M: usize = 200;
@@ -120,7 +122,7 @@ mod tests {
             let pairs = (0..M).flat_map(|i| (0..M).map(move |j| (place(i), place(j))));
             pairs.map(|(a, b)| of(a, b)).sum::<f64>() / (M * M) as f64
         };
-        // Of a walk of variance 2 pi w t; 12 mean(u phase) is the slope.
+        // A walk of variance 2 pi w t; 12 mean(u phase) is the slope.
         let walk = mean(&|a, b| 144.0 * a * b * (a.min(b) + 0.5)) / core::f64::consts::TAU;
         let of = |linewidth_hz, envelope_hz| {
             Carrier { linewidth_hz, envelope_hz }.width(1000, 1000.0).unwrap()

@@ -1,4 +1,4 @@
-//! What a user sets. One check turns it into a plan, and nothing after that check can fail.
+//! The user's settings. One check turns them into a plan, and nothing after that check can fail.
 
 use crate::acquire::codes::Codes;
 use crate::acquire::sample::{Record, Segment};
@@ -23,7 +23,7 @@ use core::ops::RangeInclusive;
 /// The speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-/// What the samples were taken of.
+/// The source of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Scene {
@@ -36,8 +36,8 @@ pub enum Scene {
         wavelength_m: f64,
         /// Angle between beam and motion, radians; below a right angle.
         angle_rad: f64,
-        /// Which of the two signals the receiver conjugates. It counts for I/Q records alone; a program that does not know
-        /// takes [`Mixing::RxConjTx`], by which a positive shift approaches.
+        /// The signal that the receiver conjugates. It matters for I/Q records alone; the default is [`Mixing::RxConjTx`], by which a
+        /// positive shift approaches.
         mixing: Mixing,
     },
     /// A frequency-modulated continuous wave: the answer is a range and a velocity.
@@ -54,7 +54,7 @@ impl Scene {
     }
 }
 
-/// What a user sets. [`Config::plan`] checks it and makes a [`Plan`] of it.
+/// The user's settings. [`Config::plan`] checks them and turns them into a [`Plan`].
 ///
 /// ```
 /// use picket_dsp::{Codes, Config, ConfigError, Mixing, Pipeline, Real, Scene};
@@ -85,31 +85,30 @@ pub struct Config {
     /// The method of estimation. Least squares has two forms, one for each kind of record; either
     /// name selects the form that fits the record.
     pub method: Method,
-    /// How many bins least squares reads.
+    /// The number of bins on each side that least squares reads.
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
     /// Probability that noise alone passes for a tone, for each block: above 0, at most 0.5.
     pub false_alarm: f64,
-    /// What the samples were taken of.
+    /// The source of the samples.
     pub scene: Scene,
-    /// How a [`crate::tracker::Tracker`] follows tones.
+    /// The way in which a [`crate::tracker::Tracker`] follows tones.
     pub following: Following,
-    /// How wide the tone is by itself.
+    /// The width of the tone itself.
     pub carrier: Carrier,
 }
 
-/// How tones are followed from block to block.
+/// The parameters of following tones from block to block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
     /// Sigma of a target's acceleration over sigma of a measurement, per block squared: 1e-6 to
     /// 1e3. Usual values are 0.03 for steady targets, 0.1 for agile ones.
     pub agility: f32,
-    /// The least sigma of the acceleration, bins per block squared, 0 to 4096. It holds however
-    /// well a target is measured. A strong target has a small sigma, and without this floor its
-    /// gate is so narrow that the track loses it first.
+    /// The least sigma of the acceleration, bins per block squared, 0 to 4096. It holds however well a target is measured. A strong target
+    /// has a small sigma, and without this floor its gate is so narrow that the track loses such a target first.
     pub acceleration_bins: f32,
     /// Sigma of a new target's rate, bins per block, 1e-6 to 4096.
     pub rate_bins: f32,
@@ -146,7 +145,7 @@ impl Config {
     }
 }
 
-/// Why a configuration cannot work.
+/// The reason why a configuration cannot work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -178,7 +177,7 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// One line that says what to do.
+    /// The cure, in one line.
     pub const fn message(self) -> &'static str {
         match self {
             ConfigError::Rate => "the sample rate must lie between 1e-6 and 1e12 Hz",
@@ -223,11 +222,11 @@ impl Config {
         Plan::of_terms(self.terms::<R>(N)?)
     }
 
-    /// The same for a length that is known only at run time: at most 2^22 samples. Lengths other than
-    /// 64, 128, ... 4096 need a transform of the caller's own.
+    /// The terms of a plan whose length is known only at run time: at most 2^22 samples. Lengths other than 64, 128, ... 4096 need a
+    /// transform of the caller's own.
     ///
     /// # Errors
-    /// As [`Config::plan`], and if the length is out of this range.
+    /// The errors of [`Config::plan`], and a length out of this range.
     pub fn terms<R: Record>(&self, n: usize) -> Result<Terms, ConfigError> {
         if !(1..=1 << 22).contains(&n) {
             return Err(ConfigError::Length);
@@ -242,7 +241,7 @@ impl Config {
         self.terms_of(n, R::IQ, method)
     }
 
-    /// The terms of either kind of record. A program that measures both holds this once.
+    /// The terms of either kind of record. A program that measures both holds this function once.
     #[inline(never)]
     fn terms_of(&self, n: usize, iq: bool, method: Method) -> Result<Terms, ConfigError> {
         if !(self.false_alarm > 0.0 && self.false_alarm <= 0.5) {
@@ -273,7 +272,7 @@ impl Config {
 
     fn tracking(&self, n: usize, width: &Width) -> Result<Tracking, ConfigError> {
         let Following { agility, acceleration_bins, rate_bins, most, refresh } = self.following;
-        // Their squares are variances, which must neither overflow nor vanish.
+        // The squares of these values are variances, which must neither overflow nor vanish.
         let right = (1e-6..=1e3).contains(&agility)
             && (1e-6..=4096.0).contains(&rate_bins)
             && (0.0..=4096.0).contains(&acceleration_bins)
@@ -318,7 +317,8 @@ impl Config {
         match self.scene {
             Scene::Tone => Ok(Solver::None),
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
-                // Of a right angle at most, by half of it: a library's cosine of any angle takes 3 KB on a core without a double FPU.
+                // The cosine of at most a right angle, by half the angle: a library's cosine of any angle takes 3 KB on a core without a
+                // double FPU.
                 let acute = angle_rad.abs() <= core::f64::consts::FRAC_PI_2;
                 let half = cosine(0.25 * angle_rad * angle_rad);
                 let cos = 2.0 * half * half - 1.0;
@@ -335,7 +335,7 @@ impl Config {
     }
 }
 
-/// Rates that no scale of frequencies, ranges or velocities overflows for.
+/// Rates for which no scale of frequencies, ranges or velocities overflows.
 const RATES_HZ: RangeInclusive<f64> = 1e-6..=1e12;
 
 fn positive(x: f64) -> bool {
@@ -367,7 +367,7 @@ mod tests {
         assert_eq!(slow.terms::<Iq>(1024), Err(ConfigError::Rate));
     }
 
-    /// A velocity without a step once had a sigma that was no number.
+    /// A velocity without a step once had a sigma of NaN.
     #[test]
     fn a_scale_below_the_least_step_is_refused() {
         let of = |wavelength_m| {

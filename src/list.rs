@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-/// Takes out the item at `index`, if there is one. The list's own `remove` panics otherwise.
+/// Removes the item at `index`, if there is one. The list's own `remove` panics otherwise.
 pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usize) {
     let mut at = 0;
     items.retain(|_| {
@@ -11,7 +11,7 @@ pub(crate) fn remove<T, const ROOM: usize>(items: &mut Vec<T, ROOM>, index: usiz
     });
 }
 
-/// Collects as many items as there is room for. `collect` panics at one more.
+/// Collects the first `ROOM` items. `collect` panics at one more.
 pub(crate) fn first<T, const ROOM: usize>(items: impl Iterator<Item = T>) -> Vec<T, ROOM> {
     let mut vec = Vec::new();
     for item in items {

@@ -28,7 +28,7 @@ use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{FrequencyDrift, Tone, Verdict};
 use heapless::Vec;
 
-/// What one block showed, and the target if the block completed a chirp.
+/// The result of one block, with the target if the block completed a chirp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measurement {
@@ -38,11 +38,11 @@ pub struct Measurement {
     pub clipped: u32,
     /// The strongest tone.
     pub tone: Tone,
-    /// What the tone, or the chirp's tones, amount to.
+    /// The velocity or target computed from the tone(s).
     pub result: Outcome,
 }
 
-/// What a measurement amounts to beyond its tone.
+/// The result of a measurement beyond its tone.
 ///
 /// ```
 /// use picket_dsp::{Codes, Config, Mixing, Outcome, Pipeline, Real, Scene};
@@ -72,7 +72,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Whether what is of use has finite sigmas, as [`Tone::is_consistent`]; but a range that is coupled to its velocity has none.
+    /// Whether a usable result has finite sigmas, like [`Tone::is_consistent`]; a range that is coupled to its velocity has none.
     pub const fn is_consistent(&self) -> bool {
         match self {
             Outcome::None => true,
@@ -85,8 +85,8 @@ impl Outcome {
     }
 }
 
-/// ADC samples in, measurements out. The pipeline owns its work memory: `4 N` bytes for real
-/// records, `8 N` for I/Q. The engine [`Q15`](crate::spectrum::engine::Q15) takes half.
+/// Turns ADC samples into measurements. The pipeline owns its work memory: `4 N` bytes for real records, `8 N` for I/Q. The engine
+/// [`Q15`](crate::spectrum::engine::Q15) takes half of that.
 ///
 /// ```
 /// use picket_dsp::{Codes, Config, Iq, Pipeline, Stamp};
@@ -127,15 +127,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         Measurement { stamp: *stamp, clipped, tone, result: self.solve(stamp, tone) }
     }
 
-    /// Measures the tone of one block and counts the samples that touch a rail. It runs no solver,
-    /// so a program whose scene is a tone needs nothing else.
+    /// Measures the tone of one block and counts the samples that touch a rail. The method runs no solver, so a program whose scene is a
+    /// tone needs nothing else.
     #[inline]
     pub fn tone(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> (u32, Tone) {
         self.tone_with(stamp, samples, |_, _| {})
     }
 
-    /// Measures the tone of one block as [`Pipeline::tone`] does, and tells `observer` every test behind the verdict, which follows
-    /// from the evidence.
+    /// Measures the tone of one block like [`Pipeline::tone`], and reports every test behind the verdict to `observer`.
     pub fn explain(
         &mut self,
         stamp: &Stamp,
@@ -147,7 +146,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         (clipped, tone, evidence)
     }
 
-    /// The tone of a spectrum that is mended where its peak is known.
+    /// The tone of a spectrum, with a hook that may edit the spectrum once the peak is found.
     #[inline(always)]
     fn tone_with(
         &mut self,
@@ -160,7 +159,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         (clipped, tone)
     }
 
-    /// The same tone without its verdict, and the evidence.
+    /// The tone without its verdict, and the evidence.
     #[inline(always)]
     fn weigh(
         &mut self,
@@ -187,7 +186,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         (clipped, tone, evidence)
     }
 
-    /// Measures one record, which must be the first of a chirp or of no chirp.
+    /// Measures one record, which must be the first of a chirp or outside of any chirp.
     ///
     /// # Errors
     /// The slice does not hold exactly `N` samples. An
@@ -209,8 +208,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         &self.spectrum
     }
 
-    /// By how much the frequency of the last block's tone rises within the record, of a tone that is
-    /// [`Verdict::Moving`]; `None` for any other. `measurement` is the last block's.
+    /// The rise of the frequency of the last block's tone within the record, for a tone that is [`Verdict::Moving`]; `None` for any other.
+    /// `measurement` is the last block's.
     ///
     /// Cost: the fit and the noise once more.
     pub fn rise(&self, measurement: &Measurement) -> Option<FrequencyDrift> {
@@ -243,8 +242,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
     /// The tones of the last block with their phases, at most `most` and
     /// [`MOST`]: the strongest first. `measurement` is the last block's; its own tone is among them.
     ///
-    /// A line that the front end or the transform makes of a stronger one is none of them, see
-    /// [`crate::tone::lines`]. With `most = 1` this is the phase of the block's tone.
+    /// Lines that the front end or the transform makes of a stronger one are left out, see [`crate::tone::lines`]. With `most = 1` the
+    /// result is the phase of the block's tone.
     pub fn lines(&self, measurement: &Measurement, most: usize) -> Vec<ToneWithPhase, MOST> {
         let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
         let Terms { band, ref options, rate_hz, .. } = *self.plan;
@@ -256,9 +255,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         phasors
     }
 
-    /// The fundamental of the last block from its harmonics up to `order`, at most
-    /// [`HIGHEST`](crate::tone::harmonic::HIGHEST). `measurement` is the last block's. The plan's
-    /// band is that of the fundamental; harmonics are sought everywhere.
+    /// The fundamental of the last block from its harmonics up to `order`, at most [`HIGHEST`](crate::tone::harmonic::HIGHEST).
+    /// `measurement` is the last block's. The plan's band limits the fundamental; harmonics are sought everywhere.
     pub fn harmonic(&self, measurement: &Measurement, order: u32) -> Option<Harmonic> {
         let Measurement { ref stamp, clipped, ref tone, .. } = *measurement;
         let Terms { band, ref options, rate_hz, .. } = *self.plan;
@@ -268,14 +266,14 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         Some(harmonic)
     }
 
-    /// Measures the burst in the record that a [`BurstDetector`](crate::acquire::burst::BurstDetector) cut around it: its frequency
-    /// with its envelope as the weight, to the bound of that envelope, and whether it is one particle's. Cost: two to
-    /// six transforms, and some hundred operations of 32-bit floats for each of 64 points, in software on a core without an FPU.
+    /// Measures the burst in the record that a [`BurstDetector`](crate::acquire::burst::BurstDetector) cut around it: its frequency with
+    /// its envelope as the weight, to the bound for this envelope, and whether one particle made it. Cost: two to six transforms, and some
+    /// hundred operations of 32-bit floats for each of 64 points, in software on a core without an FPU.
     pub fn burst(&mut self, cut: &Cut<R, N>) -> Burst {
         burst::measure::measure(&mut self.spectrum, &self.plan, cut)
     }
 
-    /// What a tone of another source than the blocks themselves (a burst, a sum) amounts to: a velocity where the scene is a Doppler
+    /// The outcome of a tone from another source than the blocks themselves (a burst, a sum): a velocity where the scene is a Doppler
     /// shift, else nothing more.
     pub fn outcome(&self, tone: &Tone) -> Outcome {
         match self.plan.solver {
@@ -284,13 +282,13 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         }
     }
 
-    /// The velocity or target that a tone leads to.
+    /// The velocity or target computed from a tone.
     pub(crate) fn solve(&mut self, stamp: &Stamp, tone: Tone) -> Outcome {
         self.ramps.solve(&self.plan.solver, stamp, tone, R::IQ)
     }
 }
 
-/// The slice has not as many samples as a record.
+/// The slice's length differs from the record's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LengthError {
     /// The samples in the slice.
@@ -318,7 +316,7 @@ struct Ramps {
     segments: Segments,
 }
 
-/// What a solver reads of a tone.
+/// The part of a tone that a solver reads.
 #[derive(Clone, Copy, Debug)]
 struct Beat {
     frequency: Frequency,
@@ -327,7 +325,7 @@ struct Beat {
 }
 
 impl Beat {
-    const fn of(tone: &Tone) -> Self {
+    const fn from_tone(tone: &Tone) -> Self {
         Self { frequency: tone.frequency, sigma: tone.sigma, verdict: tone.verdict }
     }
 
@@ -339,10 +337,10 @@ impl Beat {
 
 impl Ramps {
     const fn new() -> Self {
-        Self { beats: [Beat::of(&Tone::ZERO); 3], segments: Segments::new() }
+        Self { beats: [Beat::from_tone(&Tone::ZERO); 3], segments: Segments::new() }
     }
 
-    /// The velocity or target that a tone leads to; `signed` says that its frequency has the right sign.
+    /// The velocity or target computed from a tone; `signed` says that its frequency has the right sign.
     #[inline(always)]
     fn solve(&mut self, solver: &Solver, stamp: &Stamp, tone: Tone, signed: bool) -> Outcome {
         match *solver {
@@ -364,11 +362,11 @@ impl Ramps {
         }
     }
 
-    /// Takes a tone; gives the chirp's [up, flat, down] when its falling ramp completes it.
+    /// Takes a tone; returns the chirp's [up, flat, down] when its falling ramp completes it.
     fn push(&mut self, stamp: &Stamp, tone: Tone, wanted: u8) -> Option<[Tone; 3]> {
         let index = self.segments.push(stamp)?;
         if let Some(beat) = self.beats.get_mut(index) {
-            *beat = Beat::of(&tone);
+            *beat = Beat::from_tone(&tone);
         }
         let complete = self.segments.complete(stamp.segment, wanted);
         complete.then(|| self.beats.each_ref().map(Beat::tone))

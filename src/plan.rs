@@ -19,15 +19,15 @@ use crate::tone::measure::Options;
 use core::marker::PhantomData;
 use core::ops::Deref;
 
-/// How tones become targets.
+/// The way from tones to targets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(u8)]
 pub enum Solver {
     /// Tones stay tones.
     None,
-    /// By a Doppler shift; the scale is the velocity of one cycle per sample, with its sign.
+    /// A Doppler shift gives a velocity; the scale is the velocity of one cycle per sample, with its sign.
     Doppler(Scale),
-    /// By the beats of a chirp.
+    /// The beats of a chirp give range and velocity.
     Chirp(Equations),
 }
 
@@ -44,11 +44,11 @@ pub struct Terms {
     pub codes: Codes,
     /// The bins to search.
     pub band: Band,
-    /// How a tone is measured.
+    /// The options of a tone's measurement.
     pub options: Options,
-    /// How tones become targets.
+    /// The way from tones to targets.
     pub solver: Solver,
-    /// How tones are followed.
+    /// The options of following tones.
     pub tracking: Tracking,
 }
 
@@ -82,7 +82,7 @@ impl Terms {
 /// let plan = Plan::<Real, 1000>::tone(48_000.0, Codes::signed::<12>());
 /// ```
 ///
-/// A plan for records of another length or kind is one too:
+/// A plan for records of another length or kind is a compile error, too:
 ///
 /// ```compile_fail
 /// use picket_dsp::{Codes, Config, Pipeline, Plan, Real};
@@ -140,7 +140,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
         }
     }
 
-    /// The same plan with another way to measure a tone.
+    /// The plan with another way to measure a tone.
     pub const fn with_options(mut self, options: Options) -> Self {
         self.terms.options = options;
         self
@@ -178,7 +178,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
         kind: PhantomData,
     };
 
-    /// Takes another plan, one field after the other: where the compiler knows them, a small program stores them at once and needs no
+    /// Takes another plan, one field after the other: where the compiler knows the fields, a small program stores them at once and needs no
     /// routine that copies memory.
     #[inline(always)]
     pub(crate) fn take(&mut self, plan: Self) {
@@ -186,7 +186,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
         let terms = &mut self.terms;
         (terms.n, terms.iq, terms.rate_hz, terms.codes) = (n, iq, rate_hz, codes);
         (terms.band, terms.options, terms.tracking) = (band, options, tracking);
-        // Without a solver its scales need not be copied.
+        // Without a solver the solver's scales need not be copied.
         match solver {
             Solver::None => terms.solver = Solver::None,
             solver => terms.solver = solver,

@@ -1,4 +1,8 @@
 //! The pipeline with a memory: it follows tones from block to block and makes targets of them.
+//!
+//! Each segment of a chirp has a set of [`Track`]s, updated by the tones of its blocks. While the only tone is held, most blocks are
+//! measured where it is expected ([`Lock`]), and only one in `refresh` is searched whole. The held tracks of a
+//! chirp's segments are then combined to targets: each rising beat takes the flat and the falling beat that contradict it least.
 
 use crate::acquire::sample::{Record, Segment, Stamp, Statistics};
 use crate::list::{first, remove};
@@ -18,8 +22,7 @@ use crate::tone::lock::Lock;
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
-/// ADC samples in, tracks out. Its memory is a pipeline and about 2 KB, because each segment of a
-/// chirp has its own tracks.
+/// Turns ADC samples into tracks. Its memory is a pipeline and about 2 KB, because each segment of a chirp has its own tracks.
 ///
 /// ```
 /// use picket_dsp::solve::track::State;
@@ -174,8 +177,7 @@ impl<R: Record, const N: usize> Tracker<R, N> {
         }
     }
 
-    /// The targets that the held tracks amount to, oldest first. Each comes with the low bits of
-    /// the number of its rising beat's track.
+    /// The targets computed from the held tracks, oldest first. Each comes with the low bits of the number of its rising beat's track.
     ///
     /// Each rising beat takes the falling beat that contradicts it least; in a trapezoid it takes
     /// the flat beat as well. A target at rest has no flat beat, because its line is at DC. If no
@@ -218,8 +220,8 @@ impl<R: Record, const N: usize> Tracker<R, N> {
     }
 }
 
-/// The pair of flat and falling beat that contradicts a rising one least, taken out of the lists.
-/// `None` if every pair contradicts it by more than five standard deviations.
+/// The pair of a flat and a falling beat that contradicts a rising one least, removed from the lists. `None` if every pair contradicts the
+/// rising beat by more than five standard deviations.
 fn consistent<R: Record>(
     rising: &Tone,
     flats: &mut Vec<Tone, MOST>,
@@ -242,8 +244,8 @@ fn consistent<R: Record>(
     Some([*rising, flat, falling])
 }
 
-/// The falling beat of a target too slow for a flat beat. It must lie less than three bins away,
-/// with no other beat as near: that beat could be its own.
+/// The falling beat of a target too slow for a flat beat. The beat must lie less than three bins away, with no other beat as near, since
+/// the other could be the target's own.
 fn resting<R: Record>(
     rising: &Tone,
     mut ups: impl Iterator<Item = Tone>,
@@ -256,7 +258,7 @@ fn resting<R: Record>(
     if alone { nearest::<R>(rising, downs) } else { None }
 }
 
-/// The beat nearest to a rising one, taken out of the list.
+/// The beat nearest to a rising one, removed from the list.
 fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone> {
     let apart = |tone: &Tone| raised::<R>(tone).beyond(rising.frequency).abs();
     let (index, _) =
@@ -266,7 +268,7 @@ fn nearest<R: Record>(rising: &Tone, downs: &mut Vec<Tone, MOST>) -> Option<Tone
     falling
 }
 
-/// The beat that a falling one would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
+/// The falling beat as it would be on a rising ramp: its sign, which I/Q records show, turns with the slope.
 fn raised<R: Record>(falling: &Tone) -> Frequency {
     let Frequency(turns) = falling.frequency;
     Frequency(if R::IQ { turns.wrapping_neg() } else { turns })

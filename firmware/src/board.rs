@@ -1,5 +1,4 @@
-//! What the instrument needs from a board. `docs/porting.md` shows a board with only a timer and a
-//! serial port.
+//! The requirements of the instrument on a board. `docs/porting.md` shows a board with only a timer and a serial port.
 
 use crate::instrument::plan::Plan;
 use crate::instrument::storage::Storage;
@@ -11,22 +10,21 @@ use picket_wire::boot::{Causes, Clock};
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
 
-/// A board whose blocks have `N` samples, in slots of `WORDS` words: `N` words, and a guard's if it
-/// has chirps.
+/// A board whose blocks have `N` samples, in slots of `WORDS` words: `N` words, and a guard's words if the board has chirps.
 ///
 /// Settings take effect by a restart, so there is only one way into operation. Every method returns
 /// within bounded time.
 pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// The name in the boot record: up to 16 letters of ASCII.
     const NAME: &'static str;
-    /// The converter's codes, as they stand in a slot after [`Board::correct`].
+    /// The converter's codes, as found in a slot after [`Board::correct`].
     const CODES: Codes;
-    /// The words that settings become in the board's registers.
+    /// The register words for checked settings.
     type Words;
     /// Flash, or whatever keeps settings over a restart; its default value is the access to it.
     type Storage: Storage + Default;
 
-    /// Why the chip was reset. The instrument asks once, before [`Board::start`].
+    /// The causes of the chip's reset. The instrument reads them once, before [`Board::start`].
     fn causes() -> Causes {
         Causes::default()
     }
@@ -35,15 +33,14 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// `None` at the second call.
     fn start(settings: &Settings) -> Option<Self>;
 
-    /// The plan and the register words for these settings, with the clock that a restart with them
-    /// would give. Their codes are [`Board::CODES`].
+    /// The plan and the register words for these settings, with the clock that a restart with them would give. The plan's codes are
+    /// [`Board::CODES`].
     ///
     /// # Errors
     /// The settings cannot work on this board.
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Self::Words), SettingsError>;
 
-    /// Starts the converter, once. Returns the main loop's end of the blocks; `None` at the second
-    /// call.
+    /// Starts the converter, once. Returns the main loop's end of the blocks; `None` at the second call.
     fn sample(
         &mut self,
         plan: &Plan<N>,
@@ -53,7 +50,7 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// Corrects the samples of a block in place, before it is measured, where the converter needs it.
     fn correct(&self, _: &mut Slot<WORDS>) {}
 
-    /// Widens a measurement's sigma by what converter and clock add to its error.
+    /// Widens a measurement's sigma by the part of converter and clock in its error.
     fn widen(&self, _: &mut Measurement) {}
 
     /// The front end's counters so far.
@@ -88,26 +85,24 @@ pub trait Board<const N: usize, const WORDS: usize>: Sized {
     /// core for longer than the blocks can wait.
     fn pause(&mut self) {}
 
-    /// Starts the samples after [`Board::pause`], at the start of a chirp. What passed meanwhile is
-    /// counted as lost.
+    /// Starts the samples after [`Board::pause`], at the start of a chirp. Samples that passed meanwhile are counted as lost.
     fn resume(&mut self) {}
 
-    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate they
-    /// always are.
+    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate blocks always are due.
     fn gate_opened(&mut self) -> bool {
         true
     }
 
-    /// Whether bytes wait on the line and none has left since the last call. A board that cannot tell says no.
+    /// Whether bytes wait on the line and none has left since the last call. A board that cannot know returns false.
     fn stalled(&mut self) -> bool {
         false
     }
 
-    /// Sleeps until an interrupt, some tenths of a second at most: the loop feeds the watchdog. It
-    /// returns at once if a block or a byte is waiting.
+    /// Sleeps until an interrupt, at most some tenths of a second: the loop feeds the watchdog. Returns at once if a block or a byte is
+    /// waiting.
     fn sleep(&mut self, blocks: Option<&Blocks<'static, Slot<WORDS>>>);
 
-    /// Feeds the watchdog, which bites four seconds after the last time.
+    /// Feeds the watchdog, which bites four seconds after the last feed.
     fn feed(&mut self) {}
 
     /// The CRC-32 of the program in flash; 0 if unknown.

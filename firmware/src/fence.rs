@@ -1,14 +1,15 @@
-//! A fence at the end of the stack: memory that nobody may touch. A stack that outgrows its room ends there by a fault, which the next
-//! boot record reports, and changes no variable below.
+//! A fence at the end of the stack: memory without access. A stack that outgrows its room ends there by a fault, which the next boot record
+//! reports, and changes no variable below.
 
 use cortex_m::asm::{dsb, isb};
 use cortex_m::peripheral::MPU;
 
-/// Its size, bytes, a power of two: the smallest region of Armv6-M. `memory.x` leaves the room, just below the stack's end.
+/// The fence's size, bytes, a power of two: the smallest region of Armv6-M. `memory.x` leaves the room, just below the stack's end.
 const SIZE: u32 = 256;
 /// MPU_RASR (Armv7-M ARM, B3.5.9): ENABLE 0, SIZE 5:1, of 2^(SIZE + 1) bytes, AP 26:24 = 0 no access, XN 28.
 const CLOSED: u32 = 1 | (SIZE.ilog2() - 1) << 1 | 1 << 28;
-/// MPU_CTRL: ENABLE 0, PRIVDEFENA 2: what is in no region stays as it was. HFNMIENA 1 is 0: the handler of the fault is free of it.
+/// MPU_CTRL: ENABLE 0, PRIVDEFENA 2: memory outside of the regions keeps its default access. HFNMIENA 1 is 0: the fence does not apply to
+/// the handler of the fault.
 const ON: u32 = 1 | 1 << 2;
 
 /// The end of the stack.

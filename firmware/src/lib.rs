@@ -1,5 +1,4 @@
-//! Picket's firmware: the instrument (`picket-instrument`) in a loop that is the same on every board, the boards, and one image a
-//! file.
+//! Picket's firmware: the instrument (`picket-instrument`) in a loop that all boards share, the boards, and one image a file.
 //!
 //! ```text
 //! bin/            one image a file
@@ -14,9 +13,8 @@
 //! mps2/           emulated boards that play a capture, for images of their own
 //! ```
 //!
-//! A new board is a type that implements [`board::Board`], of at most 150 lines: `docs/porting.md`
-//! shows one. The feature `instrument` gives its crate the loop, without the boards of this one.
-//! An image links only if no panic is reachable.
+//! A new board is a type that implements [`board::Board`], of at most 150 lines: `docs/porting.md` shows one. The feature `instrument`
+//! gives its crate the loop, without the boards of this crate. An image links only if no panic is reachable.
 #![no_std]
 #![cfg_attr(
     not(test),

@@ -1,4 +1,4 @@
-//! How many blocks have passed, by the segments of a chirp.
+//! The number of blocks that have passed, by the segments of a chirp.
 
 /// The count of blocks from the start on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,7 +8,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Before the first block of chirps with so many segments; none is one.
+    /// The count before the first block of chirps with this number of segments; none is one.
     pub const fn new(segments: usize) -> Self {
         Self { passed: 0, segments: if segments == 0 { 1 } else { segments as u64 } }
     }

@@ -88,7 +88,7 @@ impl<const N: usize> Dma for Filling<N> {
     type Slot = Slot<N>;
 
     fn status(&mut self) -> Status {
-        // It is asked at the end of each block, and nowhere else.
+        // The status is read at the end of each block only.
         Status { completed: 1, ..Status::default() }
     }
 

@@ -18,7 +18,7 @@ pub fn holds_a_bin(
     let Some((low, high)) = band_hz else { return Ok(()) };
     let bin_hz = rate_hz / n as f64;
     let lowest = if iq { -rate_hz / 2.0 } else { 0.0 };
-    // What lies outside is told elsewhere.
+    // A band outside of the spectrum is reported elsewhere.
     if high < lowest || low > rate_hz / 2.0 || (low / bin_hz).ceil() <= (high / bin_hz).floor() {
         return Ok(());
     }

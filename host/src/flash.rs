@@ -99,7 +99,7 @@ pub fn run(options: &Options) -> Result<ExitCode, FlashError> {
         return listen(port, options.quick, image.program);
     }
     outln!("{image}");
-    // The other images take longer for a block, or hold what they are told.
+    // The other images take longer for a block, or run at the rates of their list.
     if matches!(kind, Kind::Usual | Kind::BrownOut) {
         rates::nucleo().iter().for_each(|rates| outln!("{rates}"));
     }

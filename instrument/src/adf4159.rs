@@ -1,17 +1,16 @@
 //! The ramp synthesiser ADF4159 by Analog Devices, as 24 GHz radar heads carry it: a phase-locked
 //! loop that steps its own fraction.
 //!
-//! Equations and bits are from its data sheet, revision E: RF = f_PFD (INT + FRAC / 2^25) (eq. 1,
-//! 2), f_PFD = REF (1 + D) / (R (1 + T)) (eq. 3), step f_DEV = f_PFD / 2^25 * DEV * 2^OFFSET (eq.
-//! 5), time of a step CLK1 * CLK2 / f_PFD (eq. 6). The words are written from R7 to R0; those with
-//! two selections are written twice.
+//! Equations and bits are from its data sheet, revision E: RF = f_PFD (INT + FRAC / 2^25) (eq. 1, 2), f_PFD = REF (1 + D) / (R (1 + T))
+//! (eq. 3), step f_DEV = f_PFD / 2^25 * DEV * 2^OFFSET (eq. 5), time of a step CLK1 * CLK2 / f_PFD (eq. 6). The words are written from R7
+//! to R0; words with two selections are written twice.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use picket_dsp::solve::chirp::Shape;
 use picket_wire::settings_error::RampError;
 
-/// The ramps to make. Frequencies are those at the RF input, behind the radar head's own divider.
+/// The ramps to make. Frequencies are at the RF input, behind the radar head's own divider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramps {
     /// The crystal at REF_IN, Hz: 10 to 110 MHz. The chip takes up to 260 MHz, but needs a divider
@@ -21,7 +20,7 @@ pub struct Ramps {
     pub start_hz: f64,
     /// Rise of a ramp, Hz.
     pub bandwidth_hz: f64,
-    /// Duration of a ramp, s. The flat top of a trapezoid lasts as long.
+    /// Duration of a ramp, s. The flat top of a trapezoid has the same duration.
     pub duration_s: f64,
     /// The ramps.
     pub shape: Shape,
@@ -32,8 +31,7 @@ pub struct Ramps {
 
 /// The modulus of the fraction.
 const MODULUS: f64 = (1u64 << 25) as f64;
-/// The shortest step, in cycles of f_PFD: CLK1 * CLK2 with CLK2 = 1. The loop cannot follow shorter
-/// ones.
+/// The shortest step, in cycles of f_PFD: CLK1 * CLK2 with CLK2 = 1. The loop cannot follow shorter steps.
 const CLK1: u32 = 50;
 
 /// The eleven words, in the order of writing.
@@ -100,7 +98,7 @@ impl Ramps {
         // The word for the number of steps has 20 bits.
         let clk2 = (1..4096).find(|&clk2| steps(clk2) < 1_048_575.5).ok_or(RampError::Ramp)?;
         let count = libm::round(steps(clk2));
-        // NaN fails this test too.
+        // NaN fails this test, too.
         if !(2.0..=1_048_575.0).contains(&count) {
             return Err(RampError::Ramp);
         }
@@ -121,10 +119,10 @@ impl Ramps {
         if (1.0..4096.0).contains(&delay) { Ok(delay as u32) } else { Err(RampError::Ramp) }
     }
 
-    /// The bandwidth in Hz and the duration in s that the words make.
+    /// The true bandwidth in Hz and the true duration in s of the words.
     ///
     /// # Errors
-    /// As [`Ramps::words`].
+    /// The errors of [`Ramps::words`].
     pub fn actual(&self) -> Result<(f64, f64), RampError> {
         let Step { count, clk2, deviation, offset } = self.step()?;
         let step_hz =
@@ -149,7 +147,7 @@ pub struct Adf4159<S, P> {
     enable: P,
 }
 
-/// Why a word did not reach the chip.
+/// The reason why a word did not reach the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError<S, P> {
     /// The bus failed.
@@ -259,7 +257,7 @@ mod tests {
         fails(Ramps { shape: Shape::Trapezoid, duration_s: 3e-3, ..RAMPS }, RampError::Ramp);
     }
 
-    /// A bus that keeps what is written and fails when told to.
+    /// A bus that keeps the words written, and fails if `fails` is set.
     #[derive(Default)]
     struct Bus {
         words: Vec<u32>,

@@ -1,17 +1,18 @@
-//! What the loop bounds: answers to noise, saves, waits for what is due, and counters that a host has set to 0.
+//! The bounds of the loop: on answers to noise, on saves, on waits for blocks and bytes that are due, and on counters that a host has set
+//! to 0.
 
 use picket_dsp::acquire::frontend::Counters;
 use picket_wire::telemetry::Health;
 
-/// Bytes of the host that are heard in a turn of the loop. A line of 921,600 baud brings no more while a block is
-/// measured, but where several tones are sought.
+/// Bytes of the host that are read in a turn of the loop. A line of 921,600 baud brings no more while a block is measured, except where
+/// several tones are sought.
 pub const HEARD: usize = 256;
 
 /// Damaged frames that are answered in a second; the others are only counted.
 const A_SECOND: u32 = 16;
 
-/// How many damaged frames were answered within the last second. Noise of two bytes a frame would have
-/// more answers than the line takes, and the loop time for nothing else.
+/// The number of damaged frames answered within the last second. Noise of two bytes a frame would get more answers than the line carries,
+/// and leave the loop no time for anything else.
 #[derive(Clone, Copy, Debug)]
 pub struct Refusals {
     since: u32,
@@ -19,7 +20,7 @@ pub struct Refusals {
 }
 
 impl Refusals {
-    /// None before these ticks.
+    /// No answers before these ticks.
     pub const fn new(ticks: u32) -> Self {
         Self { since: ticks, told: 0 }
     }
@@ -35,13 +36,13 @@ impl Refusals {
     }
 }
 
-/// Saves at once, by this program and those that it restarts.
+/// Saves in one go, by this program and the programs that it restarts.
 const SAVES: u32 = 16;
-/// Seconds until one more is permitted. A page of flash stands 10,000 erasures: two pages by turns then last 139 days of a host that
-/// saves as often as it may, and longer than anybody's instrument of one that saves as it is set up.
+/// Seconds until one more save is permitted. A page of flash endures 10,000 erasures: with a host that saves as often as permitted two
+/// pages by turns then last 139 days, and longer than any instrument with a host that saves only at its setup.
 const SECONDS_A_SAVE: u32 = 600;
 
-/// The saves that were made of late. Each wears a page of flash.
+/// The recent saves. Each wears a page of flash.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Saves {
     used: u32,
@@ -49,12 +50,12 @@ pub struct Saves {
 }
 
 impl Saves {
-    /// So many were made before this start.
+    /// Recent saves, of which `used` were made before this start.
     pub const fn new(used: u32) -> Self {
         Self { used, seconds: 0 }
     }
 
-    /// How many were made of late.
+    /// The number of recent saves.
     pub const fn used(&self) -> u32 {
         self.used
     }
@@ -78,23 +79,23 @@ impl Saves {
 /// Seconds from a watchdog's last feed to its bite, on every board.
 const WATCHDOG_S: u64 = 4;
 
-/// The time that something due stays away: blocks while the gate is open, bytes of a queue on their way out. The watchdog is
-/// fed only within it, so its bite comes 5 s or two blocks after the last one, whichever is more.
+/// The longest absence of blocks while the gate is open, or of bytes on their way out of a queue. The watchdog is fed only within it, so
+/// the watchdog bites 5 s or two blocks after the last one, whichever is more.
 #[derive(Clone, Copy, Debug)]
 pub struct Deadline {
-    /// The longest, ticks.
+    /// The longest absence, ticks.
     limit: u64,
     /// The ticks at the last look, and whether something was due then.
     seen: u32,
     due: bool,
-    /// The ticks that something has been due.
+    /// The ticks that a block or byte has been due.
     waited: u64,
-    /// How often the gate has closed, and nothing came.
+    /// The number of times that the gate has closed and nothing came.
     vain: u8,
 }
 
 impl Deadline {
-    /// For what takes `block` ticks, of `hz`, from these ticks on.
+    /// The deadline for blocks of `block` ticks, of `hz`, from these ticks on.
     pub const fn new(block: u64, ticks: u32, hz: u32) -> Self {
         let hz = hz as u64;
         let longest = block.saturating_mul(2).saturating_sub(hz.saturating_mul(WATCHDOG_S));
@@ -102,7 +103,7 @@ impl Deadline {
         Self { limit, seen: ticks, due: false, waited: 0, vain: 0 }
     }
 
-    /// Whether it holds at these ticks; `due` says whether something was due since the last look, `came` whether it came.
+    /// Whether the deadline holds at these ticks; `due` says whether something was due since the last look, `came` whether it came.
     pub fn holds(&mut self, ticks: u32, due: bool, came: bool) -> bool {
         let passed = ticks.wrapping_sub(self.seen);
         self.vain = self.vain.saturating_add(u8::from(self.due && !due));
@@ -117,8 +118,8 @@ impl Deadline {
     }
 }
 
-/// What was lost up to a block since a host has set the counters to 0, when they stood at `zero`. By a block that was
-/// filled before, and waited, nothing.
+/// The losses up to a block since a host has set the counters to 0, when they stood at `zero`. A block that was filled before and waited
+/// has none.
 pub fn health(counters: &Counters, zero: &Counters) -> Health {
     let newer = counters.filled().wrapping_sub(zero.filled());
     if *zero != Counters::default() && newer.wrapping_sub(1) > u32::MAX / 2 {
@@ -141,7 +142,7 @@ mod tests {
         let at = |frame: u32| start.wrapping_add(frame * (hz / 46_080));
         let answered = (0..frames).filter(|&frame| refusals.answers(at(frame), hz)).count();
         assert!((17..=48).contains(&answered), "{answered}");
-        // What comes once in a while is always answered.
+        // A frame that comes once in a while is always answered.
         let once = |n: u32| start.wrapping_add(n.wrapping_mul(hz));
         assert!((3..100).all(|n| refusals.answers(once(n), hz)));
     }
@@ -165,7 +166,8 @@ mod tests {
         assert_eq!(made, 16 + 86_400 / 600);
     }
 
-    /// The last feed in seconds after the start, where nothing comes and `due` tells whether it should. A look is a tenth of a second.
+    /// The last feed in seconds after the start, where nothing comes and `due` says whether something should. A look is a tenth of a
+    /// second.
     fn last_feed(block_s: f64, hz: u32, due: impl Fn(u32) -> bool) -> Option<f64> {
         let (start, look) = (u32::MAX - hz, hz / 10);
         let mut deadline = Deadline::new((block_s * f64::from(hz)) as u64, start, hz);
@@ -174,7 +176,7 @@ mod tests {
         (1..100_000).find(ends).map(|n| f64::from(n - 1) / 10.0)
     }
 
-    /// Of a watchdog that takes 4 s, at rates of 1024 S/s to 0.5 S/s and both boards' ticks.
+    /// A watchdog that takes 4 s, at rates of 1024 S/s to 0.5 S/s and both boards' ticks.
     #[test]
     fn the_bite_comes_five_seconds_or_two_blocks_after_the_last_block() {
         for hz in [1_000_000, 72_000_000, 90_000_000] {

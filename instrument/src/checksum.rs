@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn the_checksum_is_the_same_however_the_bytes_come() {
-        // Of "123456789", as the catalogue of CRCs has it.
+        // The catalogue of CRCs gives this value for "123456789".
         assert_eq!(of_bytes(b"123456789"), 0xCBF4_3926);
         let bytes: std::vec::Vec<u8> = (0..=255).cycle().step_by(7).take(640).collect();
         for length in [0, 4, 60, 64, 68, 128, 132, 640] {

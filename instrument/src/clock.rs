@@ -1,4 +1,4 @@
-//! What a clock adds to the error of a measurement.
+//! The clock's part in the error of a measurement.
 
 use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_wire::boot::Clock;
@@ -7,8 +7,8 @@ use picket_wire::boot::Clock;
 /// spread, which is 1 % over the root of three.
 pub const INTERNAL: f32 = 0.005_773_503;
 
-/// Widens sigma of frequency and velocity by what the clock adds to their errors. A crystal adds some ten ppm, which the calibration
-/// takes out; an internal oscillator more than most measurements.
+/// Widens sigma of frequency and velocity by the clock's part in their errors. A crystal adds some ten ppm, which the calibration corrects;
+/// an internal oscillator adds more than most measurements.
 pub fn widen(clock: Clock, measurement: &mut Measurement) {
     if clock == Clock::External {
         return;
@@ -73,7 +73,7 @@ mod tests {
             let Outcome::Target(found) = wide.result else { panic!("a target") };
             assert!((found.sigma_velocity / (3.0 * INTERNAL) - 1.0).abs() < 1e-6, "{found:?}");
             assert_eq!(found.sigma_range, 0.01);
-            // What is no signal has no sigma, and gets none.
+            // A measurement without a signal has no sigma, and gets none.
             let mut none = measured(Outcome::None);
             none.tone.sigma = f32::INFINITY;
             widen(clock, &mut none);

@@ -4,11 +4,11 @@ use picket_wire::boot::{Causes, LastEnd};
 
 /// Abnormal ends in a row after which the board starts stopped.
 pub const MOST: u32 = 3;
-/// An end later than this is none of a row.
+/// An end later than this is not part of a row.
 pub const SECONDS: u32 = 60;
 
 const MAGIC: u32 = 0x4352_5300;
-/// In place of the count: the program has run for long enough.
+/// Stands in place of the count once the program has run for long enough.
 const SETTLED: u32 = 0xFF;
 
 /// Abnormal ends in a row; none by default.
@@ -16,8 +16,8 @@ const SETTLED: u32 = 0xFF;
 pub struct Crashes(u32);
 
 impl Crashes {
-    /// The count at a start, from the word that memory has kept and from how the last program ended. A start by an order, by the
-    /// button or by power begins anew.
+    /// The count at a start, from the word in kept memory and the end of the last program. A start by an order, by the button or by power
+    /// begins anew.
     pub const fn at_start(word: u32, causes: Causes, last: &LastEnd) -> Self {
         // A fault, an unexpected interrupt, a panic; or the watchdog.
         let crashed = matches!(last.kind, 1 | 2 | 4 | 5) || causes.0 & 8 != 0;
@@ -26,7 +26,7 @@ impl Crashes {
             SETTLED => 0,
             before if before < MOST => before + 1,
             MOST => MOST,
-            // Memory held something else.
+            // Memory held another value.
             _ => 1,
         };
         Crashes(count)
@@ -42,7 +42,7 @@ impl Crashes {
         MAGIC ^ self.0
     }
 
-    /// The word after so many seconds, if it is another one from there on. A board that was halted stays so until an order starts it.
+    /// The word after `seconds`, if it changes from there on. A board that was halted stays so until an order starts it.
     pub fn settles(self, seconds: u32) -> Option<u32> {
         (seconds == SECONDS && !self.halts()).then_some(MAGIC ^ SETTLED)
     }
@@ -58,14 +58,14 @@ mod tests {
     const INTERRUPT: (Causes, u32) = (Causes(4), 2);
     const PANIC: (Causes, u32) = (Causes(4), 4);
 
-    /// A start after this end, and a run of so many seconds: whether it was halted, and the word then.
+    /// A start after this end, and a run of `seconds`: returns whether it was halted, and the word then.
     fn lived(word: u32, (causes, kind): (Causes, u32), seconds: u32) -> (bool, u32) {
         let crashes = Crashes::at_start(word, causes, &LastEnd { kind, ..LastEnd::default() });
         let settled = (1..=seconds).filter_map(|second| crashes.settles(second)).next_back();
         (crashes.halts(), settled.unwrap_or(crashes.word()))
     }
 
-    /// Which starts are halted, after power-on with this word in memory.
+    /// The starts that are halted, after power-on with this word in memory.
     fn halted(mut word: u32, lives: &[((Causes, u32), u32)]) -> Vec<bool> {
         let mut told = Vec::new();
         for &(end, seconds) in lives {
@@ -83,14 +83,14 @@ mod tests {
             let row =
                 [(POWER, 5), (WATCHDOG, 5), (FAULT, 59), (INTERRUPT, 5), (PANIC, 500), (FAULT, 5)];
             assert_eq!(halted(garbage, &row), [false, false, false, true, true, true]);
-            // Without a start that is known, too.
+            // Without a known start, too.
             assert_eq!(halted(garbage, &row[1..4]), [false, false, true]);
         }
     }
 
     #[test]
     fn a_minute_an_order_the_button_and_power_begin_anew() {
-        // An order, the button, power; and the external clock's failure, by which the board goes on.
+        // An order, the button, power; and the failure of the external clock, after which the board goes on.
         for (causes, kind) in [(4, 0), (2, 0), (1, 0), (4, 3)] {
             let other = (Causes(causes), kind);
             let row = [(FAULT, 5), (FAULT, 5), (other, 5), (FAULT, 5), (FAULT, 5), (FAULT, 5)];

@@ -15,7 +15,7 @@ use picket_wire::sum::Sum;
 /// Measures blocks, sums of them, or bursts.
 pub struct Gatherer<R: Record, const N: usize> {
     mode: Mode,
-    /// Its pipeline measures blocks, too.
+    /// The processor; its pipeline measures blocks, too.
     processor: BurstProcessor<R, N>,
     sum: Accumulator<R, N>,
     gathered: Gathered,
@@ -24,7 +24,7 @@ pub struct Gatherer<R: Record, const N: usize> {
 }
 
 impl<R: Record, const N: usize> Gatherer<R, N> {
-    /// A gatherer that waits for its plan, which is not this one, in memory of zeros.
+    /// A gatherer that waits for its plan, in memory of zeros; the argument is not used.
     pub const fn new(_: Plan<R, N>) -> Self {
         Self {
             mode: Mode::Blocks,
@@ -40,7 +40,7 @@ impl<R: Record, const N: usize> Gatherer<R, N> {
         let mut bursts = Vec::<Burst, BURSTS>::new();
         let number = &mut self.number;
         self.processor.block(stamp, samples, |&burst| {
-            // What finds no room is missing among the numbers.
+            // A burst without room leaves a hole in the numbers.
             let _ = bursts.push(Burst { number: *number, burst, ..Burst::default() });
             *number = number.wrapping_add(1);
         });

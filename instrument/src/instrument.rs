@@ -1,7 +1,7 @@
 //! The machine: blocks to telemetry, commands to answers.
 //!
-//! Settings take effect by a new start, so there is only one way into operation. A command checks the settings and ends the
-//! instrument; whoever runs it starts another one with them. Start and stop are settings like the others.
+//! Settings take effect by a new start, so there is only one way into operation. A command checks the settings and ends the instrument; the
+//! caller starts another instrument with them. Start and stop are settings like the others.
 
 use crate::bounds::{Deadline, Refusals, Saves, health};
 use crate::meter::{Gathered, Measurer, Meter, Meters};
@@ -27,20 +27,19 @@ use picket_wire::stored;
 use picket_wire::sum::Sum;
 use picket_wire::telemetry::{Basis, Health, Telemetry};
 
-/// The line's room with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
+/// The room on the line with which a record is sent. A piece of a capture takes less, and leaves room for an answer.
 const RECORD: usize = 3 * WIRE;
 
-/// How an instrument ends. Its last answer may still wait for the line; every block's memory is the port's again.
+/// The end of an instrument. Its last answer may still wait for the line; the memory of every block is back with the port.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
-    /// Another one shall start, with these settings.
+    /// Another instrument shall start, with these settings.
     Restart(Settings),
-    /// Another one shall start, as from power-on.
+    /// Another instrument shall start, as from power-on.
     Reboot,
 }
 
-/// The instrument on a port `P`, whose blocks have `N` samples in slots of `SLOT` words. `M` measures real records, and `Q` I/Q
-/// ones.
+/// The instrument on a port `P`, whose blocks have `N` samples in slots of `SLOT` words. `M` measures real records, `Q` I/Q records.
 pub struct Instrument<
     'a,
     P: Port<N, SLOT>,
@@ -58,8 +57,7 @@ pub struct Instrument<
     /// Frames dropped because the line had no room.
     dropped: u32,
     measurer: Measurer<'a, M, Q>,
-    /// Raw blocks still to send, and the block being sent with the number of its bytes that are
-    /// out.
+    /// Raw blocks still to send; and the block being sent, with the number of its bytes already sent.
     captures: u16,
     raw: Option<(Block<Slot<SLOT>>, usize)>,
     until_report: u16,
@@ -75,13 +73,13 @@ pub struct Instrument<
     block: u64,
     /// Whether a block came since the last look.
     measured: bool,
-    /// When a block must come, and when a byte must leave the line.
+    /// The deadlines of the next block, and of the next byte on the line.
     next_block: Deadline,
     next_byte: Deadline,
     port: core::marker::PhantomData<fn() -> P>,
 }
 
-/// Settings that this instrument can follow, and what they become on the board, whose codes they are given.
+/// Checks settings that this instrument can follow; returns their words on the board, whose codes they are given.
 // Not inlined: it is called at two places.
 #[inline(never)]
 fn planned<P, const N: usize, const SLOT: usize, M, Q>(
@@ -119,9 +117,9 @@ where
     M: Meter<Real, N>,
     Q: Meter<Iq, N>,
 {
-    /// An instrument before its first block, and what its settings become on the board. Where the wanted ones cannot work on the
-    /// board as it is, they are the default ones, stopped, and the boot record says so: if the clock is slower than wanted, the board waits
-    /// for others. `None` if not even these work.
+    /// An instrument before its first block, and its settings' words on the board. Where the wanted settings cannot work on the board in
+    /// its present state, the default ones are taken, stopped, and the boot record says so: if the clock is slower than wanted, the board
+    /// waits for other settings. `None` if not even the default ones work.
     pub fn new(port: &P, mut start: Start, meters: Meters<'a, M, Q>) -> Option<(Self, P::Words)> {
         let (planned, unfit) = match planned::<P, N, SLOT, M, Q>(port, &mut start.settings) {
             Ok(planned) => (planned, false),
@@ -178,34 +176,34 @@ where
     /// Sends the boot record. `measuring` says whether the samples have been started; blocks may come from now on.
     pub fn begin(&mut self, port: &mut P, measuring: bool) {
         self.boot.measuring = measuring;
-        // A zero ends what a program left on the line that could not wait for it.
+        // A zero ends a frame that the last program may have left on the line.
         let _ = port.send(&[0]);
         let frame = self.boot.to_frame();
         self.send(port, &frame);
     }
 
-    /// The settings in use, and what follows from them. Samples shall be taken if its settings say `start`.
+    /// The settings in use, and the values that follow from them. Samples shall be taken if the settings say `start`.
     pub const fn plan(&self) -> &Plan<N> {
         &self.plan
     }
 
-    /// The saves of late, for the [`Start`] of the next instrument.
+    /// The recent saves, for the [`Start`] of the next instrument.
     pub const fn saves(&self) -> u32 {
         self.saves.used()
     }
 
-    /// The core has slept for so many ticks: they are none of its load.
+    /// Counts `ticks` of sleep of the core, which are not part of its load.
     pub const fn slept(&mut self, ticks: u32) {
         self.asleep = self.asleep.wrapping_add(ticks);
     }
 
-    /// Hears bytes of the host, and answers its commands. After an end, which they may bring, the rest is not heard. More than
-    /// [`HEARD`](crate::bounds::HEARD) at a time may keep a block waiting.
+    /// Takes bytes of the host, and answers its commands. After an end, which a command may bring, the remaining bytes are dropped. More
+    /// than [`HEARD`](crate::bounds::HEARD) at a time may keep a block waiting.
     pub fn on_bytes(&mut self, port: &mut P, bytes: &[u8]) -> Option<End> {
         bytes.iter().find_map(|&byte| self.on_byte(port, byte))
     }
 
-    /// Hears one byte of the host, as [`Instrument::on_bytes`].
+    /// Takes one byte of the host, see [`Instrument::on_bytes`].
     // Not inlined, so that a command's settings take no stack beside a measurement.
     #[inline(never)]
     pub fn on_byte(&mut self, port: &mut P, byte: u8) -> Option<End> {
@@ -236,7 +234,7 @@ where
         None
     }
 
-    /// Measures a block, and sends its record if it is due. Its memory comes back by [`Port::release`], now or once it is
+    /// Measures a block, and sends its record if one is due. The block's memory comes back by [`Port::release`], now or once the block is
     /// captured.
     pub fn on_block(&mut self, port: &mut P, mut block: Block<Slot<SLOT>>) {
         self.measured = true;
@@ -250,7 +248,7 @@ where
         self.longest = self.longest.max(port.ticks().wrapping_sub(before));
         self.plan.settings.calibration.apply(&mut measurement);
         let health = health(&block.counters, &self.zero);
-        // A capture waits for room, too: behind one that is just out its record would take an answer's.
+        // A capture waits for room, too: sent right behind another, its record would take the room of an answer.
         let captured = self.captures > 0 && self.raw.is_none() && port.has_room(RECORD);
         if captured {
             self.captures -= 1;
@@ -275,9 +273,8 @@ where
         }
     }
 
-    /// Does what is due: sends pieces of a captured block while the line has room, feeds the watchdog while blocks and bytes make
-    /// progress, and sends the status once a second. It is called after each block, and some ten times a second at
-    /// least.
+    /// Does all work that is due: sends pieces of a captured block while the line has room, feeds the watchdog while blocks and bytes make
+    /// progress, and sends the status once a second. Call it after each block, and at least some ten times a second.
     pub fn poll(&mut self, port: &mut P) {
         self.send_raw(port);
         if self.progress(port) {
@@ -323,7 +320,7 @@ where
         }
     }
 
-    /// Reports a block whose measurement began at a tick: what was measured, and what is told of it.
+    /// Reports a block whose measurement began at a tick: the measurement, and the values derived from it.
     fn report(
         &mut self,
         port: &mut P,
@@ -363,7 +360,7 @@ where
         }
     }
 
-    /// Sends as much of the captured block as the line takes.
+    /// Sends pieces of the captured block as long as the line has room.
     fn send_raw(&mut self, port: &mut P) {
         // The line must keep room for a status.
         while port.has_room(2 * WIRE)
@@ -454,8 +451,7 @@ where
         Ok(None)
     }
 
-    /// Saves settings. Flash that is erased holds the core for a second or two: the samples stop
-    /// before, and start again after it.
+    /// Saves settings. Erasing flash holds the core for a second or two: the samples stop before, and start again afterwards.
     // Not inlined, so that the payloads take no stack below a command that saves nothing.
     #[inline(never)]
     fn save(&mut self, port: &mut P, settings: &Settings) -> Result<(), Refusal> {
@@ -499,7 +495,7 @@ where
     }
 }
 
-/// Appends bytes of the samples from byte `from` on, little-endian, as many as a piece holds.
+/// Appends bytes of the samples from byte `from` on, little-endian, up to the size of a piece.
 fn piece(samples: &[i16], from: usize, bytes: &mut Vec<u8, { Raw::PIECE }>) {
     for sample in samples.iter().skip(from / 2).take(Raw::PIECE / 2) {
         // A piece has room for this many.

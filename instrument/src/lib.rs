@@ -1,4 +1,4 @@
-//! A Picket instrument as a state machine without I/O: it turns blocks into telemetry and commands into answers, the same on every
+//! A Picket instrument as a state machine without I/O: it turns blocks into telemetry and commands into answers, identically on every
 //! board, by every executor, and on a host without a board.
 //!
 //! ```text
@@ -7,10 +7,11 @@
 //! time              -> Instrument::poll     --+
 //! ```
 //!
-//! - [`instrument`] is the machine, [`port`] what it needs around it, [`start`] what is known before.
-//! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] sums and bursts.
-//! - [`storage`] keeps settings in two pages of flash (`nor`: of any driver by `embedded-storage`, with the feature of this name), [`words`] turns them into words, [`checksum`] is that of both.
-//! - [`bounds`] bounds answers, saves and waits; [`crashes`] counts abnormal ends; [`clock`] says what a clock adds to sigma.
+//! - [`instrument`] is the machine, [`port`] its connection to the board, [`start`] the inputs of its start.
+//! - [`plan`] checks settings, [`meter`] measures a block, [`gatherer`] makes sums and bursts.
+//! - [`storage`] keeps settings in two pages of flash (`nor`: of any driver by `embedded-storage`, with the feature of this name),
+//!   [`words`] turns settings into words, [`checksum`] checks pages and memory.
+//! - [`bounds`] bounds answers, saves and waits; [`crashes`] counts abnormal ends; [`clock`] adds the clock's part to sigma.
 //! - [`slot`] is the memory of a block, [`adf4159`] the words of a ramp synthesiser.
 //!
 //! The crate has no panic handler and touches no register. It does not reset the chip, sleep or wait: [`instrument::End`] says when a

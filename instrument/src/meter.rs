@@ -18,44 +18,44 @@ use picket_wire::lines::Lines;
 use picket_wire::settings::{Mode, Settings};
 use picket_wire::sum::Sum;
 
-/// What a block gave.
-// The first case is zeros, so that a meter in static memory is.
+/// The result of a block.
+// The first variant is zeros, so that a meter in static memory is zeros, too.
 #[derive(Clone, Debug)]
 #[repr(u8)]
 #[expect(clippy::large_enum_variant, reason = "nothing is allocated here, and there is one of it")]
 pub enum Gathered {
-    /// Its own measurement.
+    /// The block's own measurement.
     Block,
     /// Nothing to report yet.
     Nothing,
-    /// It completed a sum, whose measurement its own is.
+    /// A completed sum, whose measurement is the block's.
     Sum(Sum),
-    /// It completed bursts.
+    /// Completed bursts.
     Bursts(Vec<Burst, BURSTS>),
 }
 
-/// The most bursts that a block completes: their records do not overlap by more than half.
+/// The most bursts that a block completes: their records overlap by at most half.
 pub const BURSTS: usize = 4;
 
-/// Measures blocks of `N` samples. Settings that ask for more than its constants say are refused.
+/// Measures blocks of `N` samples. Settings beyond the meter's constants are refused.
 pub trait Meter<R: Record, const N: usize> {
-    /// Whether it follows tones from block to block.
+    /// Whether the meter follows tones from block to block.
     const FOLLOWS: bool = false;
-    /// Whether it finds more than one tone of a block, and a fundamental.
+    /// Whether the meter finds more than one tone of a block, and a fundamental.
     const LINES: bool = false;
-    /// Whether it adds blocks, and cuts bursts out of the stream.
+    /// Whether the meter adds blocks, and cuts bursts out of the stream.
     const SIGNALS: bool = false;
 
     /// Follows another plan from the next block on.
     fn set_plan(&mut self, plan: Plan<R, N>);
 
-    /// Measures a block, whose codes are the same again afterwards.
+    /// Measures a block, whose codes are unchanged afterwards.
     fn block(&mut self, stamp: &Stamp, samples: &mut [R::Sample; N]) -> Measurement;
 
-    /// Adds blocks, or cuts bursts, as the mode says; a sum of noise passes for a tone with the probability given.
+    /// Adds blocks, or cuts bursts, by the mode; a sum of noise passes for a tone with the given probability.
     fn choose(&mut self, _: Mode, _: f64) {}
 
-    /// What the last block gave.
+    /// The result of the last block beyond its measurement.
     fn gathered(&mut self) -> Gathered {
         Gathered::Block
     }
@@ -65,12 +65,12 @@ pub trait Meter<R: Record, const N: usize> {
         None
     }
 
-    /// Up to so many tones of the last block, whose measurement this is.
+    /// The tones of the last block, at most the given number. The measurement belongs to the last block.
     fn lines(&self, _: &Measurement, _: usize) -> Vec<ToneWithPhase, MOST> {
         Vec::new()
     }
 
-    /// The fundamental of the last block's harmonics up to an order. The block is that of this measurement.
+    /// The fundamental of the last block's harmonics up to an order. The measurement belongs to the last block.
     fn harmonic(&self, _: &Measurement, _: u32) -> Option<Harmonic> {
         None
     }
@@ -107,7 +107,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
 pub struct Several<R: Record, const N: usize>(Pipeline<R, N>);
 
 impl<R: Record, const N: usize> Several<R, N> {
-    /// Its pipeline with this plan.
+    /// A meter with this plan.
     pub const fn new(plan: Plan<R, N>) -> Self {
         Self(Pipeline::new(plan))
     }
@@ -145,7 +145,7 @@ impl<const N: usize, const TWICE: usize> Meter<Iq, N> for Alternating<N, TWICE> 
     }
 }
 
-/// No meter, for a board without such records, whose plan refuses them: it takes no memory.
+/// No meter, for a board without such records, whose plan refuses them: the type takes no memory.
 impl<R: Record, const N: usize> Meter<R, N> for () {
     fn set_plan(&mut self, _: Plan<R, N>) {}
 
@@ -207,7 +207,7 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         }
     }
 
-    /// What the last block gave.
+    /// The result of the last block beyond its measurement.
     pub fn gathered<const N: usize>(&mut self) -> Gathered
     where
         M: Meter<Real, N>,
@@ -231,8 +231,7 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         }
     }
 
-    /// All tones of the last block, if the settings ask for some beyond the first. The block is that of this
-    /// measurement.
+    /// All tones of the last block, if the settings ask for more than the first. The measurement belongs to the last block.
     pub fn lines<const N: usize>(&self, measurement: &Measurement, further: u8) -> Option<Lines>
     where
         M: Meter<Real, N>,
@@ -249,8 +248,7 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
         Some(Lines::of(&measurement.stamp, tones))
     }
 
-    /// The fundamental of the last block's harmonics up to an order above 0. The block is that of this
-    /// measurement.
+    /// The fundamental of the last block's harmonics up to an order above 0. The measurement belongs to the last block.
     pub fn fundamental<const N: usize>(
         &self,
         measurement: &Measurement,

@@ -4,8 +4,8 @@ use crate::storage::{PAGE, Page, Storage};
 use core::cell::RefCell;
 use embedded_storage::nor_flash::NorFlash;
 
-/// Two pages of a flash. A word takes what the flash writes at once, 4 bytes or more, so a page takes 99 times that and is erased as
-/// a whole.
+/// Two pages of a flash. A word takes the smallest unit that the flash writes, 4 bytes or more, so a page takes 99 units and is erased as a
+/// whole.
 #[derive(Debug)]
 pub struct Pages<F> {
     flash: RefCell<F>,
@@ -18,7 +18,7 @@ impl<F: NorFlash> Pages<F> {
     /// Bytes of a page, which the flash can erase.
     pub const BYTES: usize = (PAGE * Self::STRIDE).next_multiple_of(F::ERASE_SIZE);
 
-    /// The pages at these two offsets, multiples of what the flash erases at once.
+    /// The pages at these two offsets, multiples of the unit that the flash erases.
     pub const fn new(flash: F, at: [u32; 2]) -> Self {
         const { assert!(F::WRITE_SIZE <= 32 && Self::STRIDE.is_multiple_of(F::WRITE_SIZE)) };
         Self { flash: RefCell::new(flash), at }
@@ -38,7 +38,7 @@ impl<F: NorFlash> Storage for Pages<F> {
 
     fn read(&self, page: Page, index: usize) -> u32 {
         let (mut bytes, at) = ([0xFF; 4], self.of(page) + (index * Self::STRIDE) as u32);
-        // What cannot be read is no word of a page that is whole: its checksum says so.
+        // A word that cannot be read does not belong to a whole page: the page's checksum fails.
         let read = self.flash.try_borrow_mut().map(|mut flash| flash.read(at, &mut bytes));
         if matches!(read, Ok(Ok(()))) { u32::from_le_bytes(bytes) } else { u32::MAX }
     }
@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// Saves by turns, and finds the newest after each. What lies around the pages stays.
+    /// Saves by turns, and finds the newest page after each save. Memory around the pages does not change.
     fn turns<const UNIT: usize>() {
         let mut pages = Pages::new(Chip::<UNIT>(std::vec![0xA5; 16384]), [4096, 8192]);
         assert_eq!(load(&pages), None);

@@ -1,4 +1,4 @@
-//! The checks of settings that are the same on every board.
+//! The checks of settings that all boards share.
 
 use crate::checksum;
 use picket_dsp::accumulate::MOST_BLOCKS;
@@ -12,7 +12,7 @@ use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
 use picket_wire::settings_error::SettingsError;
 use picket_wire::telemetry::Basis;
 
-/// Checked settings, and what follows from them.
+/// Checked settings, and the values that follow from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan<const N: usize> {
     /// The settings with clock, rate and duration as the board makes them.
@@ -21,13 +21,13 @@ pub struct Plan<const N: usize> {
     pub plan: EitherPlan<N>,
     /// Samples in a segment: block and guard.
     pub length: u32,
-    /// How blocks follow each other.
+    /// The timing of the blocks.
     pub timing: Timing,
 }
 
 impl<const N: usize> Plan<N> {
-    /// Checks settings for blocks of `N` samples. `rate_hz` is the board's rate nearest to the
-    /// wanted one. The codes are those of the settings, which the instrument sets to its board's.
+    /// Checks settings for blocks of `N` samples. `rate_hz` is the board's rate nearest to the wanted one. The codes are taken from the
+    /// settings, which the instrument sets to its board's.
     ///
     /// # Errors
     /// The settings contradict each other, or cannot be measured.
@@ -61,16 +61,16 @@ impl<const N: usize> Plan<N> {
         Ok(Plan { settings, plan, length, timing })
     }
 
-    /// By what its blocks are measured, as records tell it.
+    /// The basis of the measurements, for their records.
     pub fn basis(&self, clock: Clock) -> Basis {
         let settings = checksum::of_bytes(&self.settings.to_bytes(N));
         Basis { settings, clock, effort: self.plan.options.effort.number() }
     }
 
-    /// The same for a board that cannot make a chirp, nor follow one.
+    /// Checks settings for a board that can neither make a chirp nor follow one.
     ///
     /// # Errors
-    /// As [`Plan::new`], or the settings have a drive.
+    /// The errors of [`Plan::new`], and settings with a drive.
     pub fn undriven(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         match settings.drive {
             Drive::Off => Self::new(settings, rate_hz),
@@ -79,7 +79,7 @@ impl<const N: usize> Plan<N> {
     }
 }
 
-/// Whether the mode goes with the other settings: sums and bursts are of one tone, and have no tracks.
+/// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks.
 fn is_possible(settings: &Settings, chirp: bool) -> bool {
     let numbers = match settings.mode {
         Mode::Blocks => return true,

@@ -1,4 +1,4 @@
-//! What the instrument needs around it.
+//! The instrument's connection to its board.
 
 use crate::plan::Plan;
 use crate::slot::Slot;
@@ -10,20 +10,20 @@ use picket_wire::boot::Clock;
 use picket_wire::settings::Settings;
 use picket_wire::settings_error::SettingsError;
 
-/// The board as the instrument sees it, where blocks have `N` samples in slots of `SLOT` words: `N` words, and a guard's if it has
-/// chirps. Every method returns within bounded time.
+/// The board as the instrument sees it, where blocks have `N` samples in slots of `SLOT` words: `N` words, and a guard's words if the board
+/// has chirps. Every method returns within bounded time.
 pub trait Port<const N: usize, const SLOT: usize> {
     /// The name in the boot record: up to 16 letters of ASCII.
     const NAME: &'static str;
-    /// The converter's codes, as they stand in a slot after [`Port::correct`].
+    /// The converter's codes, as found in a slot after [`Port::correct`].
     const CODES: Codes;
-    /// What settings become on the board; `()` if it is nothing.
+    /// The board's form of checked settings; `()` if there is none.
     type Words;
     /// Flash, or whatever keeps settings over a restart.
     type Storage: Storage;
 
-    /// The plan for these settings, and what they become on the board, with the clock that a restart with them would give. Their codes
-    /// are [`Port::CODES`].
+    /// The plan for these settings and their words on the board, with the clock that a restart with them would give. The plan's codes are
+    /// [`Port::CODES`].
     ///
     /// # Errors
     /// The settings cannot work on this board.
@@ -32,7 +32,7 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// Corrects the samples of a block in place, before it is measured, where the converter needs it.
     fn correct(&self, _: &mut Slot<SLOT>) {}
 
-    /// Widens a measurement's sigma by what converter and clock add to its error.
+    /// Widens a measurement's sigma by the part of converter and clock in its error.
     fn widen(&self, _: &mut Measurement) {}
 
     /// Takes a block's memory back.
@@ -59,31 +59,30 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// Takes a frame whole to be sent and returns true, or drops it and returns false. It never waits.
     fn send(&mut self, frame: &[u8]) -> bool;
 
-    /// Where settings are saved.
+    /// The storage in which settings are saved.
     fn storage(&mut self) -> &mut Self::Storage;
 
-    /// Stops the samples until [`Port::resume`], where writing to the storage would hold the core for longer than the blocks
-    /// can wait.
+    /// Stops the samples until [`Port::resume`], on boards where writing to the storage would hold the core for longer than the blocks can
+    /// wait.
     fn pause(&mut self) {}
 
-    /// Starts the samples after [`Port::pause`], at the start of a chirp. What passed meanwhile is counted as lost.
+    /// Starts the samples after [`Port::pause`], at the start of a chirp. Samples that passed meanwhile are counted as lost.
     fn resume(&mut self) {}
 
-    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate they
-    /// always are.
+    /// Whether the converter's gate was open at any time since the last call, so that blocks are due. Without a gate blocks always are due.
     fn gate_opened(&mut self) -> bool {
         true
     }
 
-    /// Whether bytes wait on the line and none has left since the last call. A board that cannot tell says no.
+    /// Whether bytes wait on the line and none has left since the last call. A board that cannot know returns false.
     fn stalled(&mut self) -> bool {
         false
     }
 
-    /// Feeds the watchdog, which bites four seconds after the last time.
+    /// Feeds the watchdog, which bites four seconds after the last feed.
     fn feed(&mut self) {}
 
-    /// The instrument runs since so many seconds. Called once a second.
+    /// Reports that the instrument has run for this many seconds. Called once a second.
     fn lives(&mut self, _: u32) {}
 
     /// The largest stack so far, bytes; 0 if unknown.

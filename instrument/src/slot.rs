@@ -14,8 +14,8 @@ impl<const WORDS: usize> Slot<WORDS> {
         Self(memory)
     }
 
-    /// The block's samples after `guard` guard samples, of which there are at most [`GUARD`], and 0
-    /// in a slot without room for a guard.
+    /// The block's samples after `guard` guard samples. There are at most [`GUARD`] guard samples, and 0 in a slot without room for a
+    /// guard.
     pub fn samples<R: Record, const N: usize>(&self, guard: u16) -> &[R::Sample; N] {
         let before = Self::before::<R, N>(guard);
         // SAFETY: guard and block fit in the memory, and the memory is aligned, see `before`. A sample
@@ -24,14 +24,14 @@ impl<const WORDS: usize> Slot<WORDS> {
         unsafe { &*self.0.as_ptr().cast::<R::Sample>().add(before).cast() }
     }
 
-    /// The same, for writing.
+    /// The block's samples after `guard` guard samples, for writing.
     pub fn samples_mut<R: Record, const N: usize>(&mut self, guard: u16) -> &mut [R::Sample; N] {
         let before = Self::before::<R, N>(guard);
         // SAFETY: as for `samples`; the slot is borrowed for writing as long as the samples.
         unsafe { &mut *self.0.as_mut_ptr().cast::<R::Sample>().add(before).cast() }
     }
 
-    /// Samples before those of a block that fits in the memory behind them.
+    /// The number of samples in front of a block that fits in the memory behind them.
     fn before<R: Record, const N: usize>(guard: u16) -> usize {
         const {
             assert!(size_of::<[R::Sample; N]>() <= size_of::<[u32; WORDS]>());

@@ -1,4 +1,4 @@
-//! What is known before the instrument starts: its settings, and how the last program ended.
+//! The inputs of the instrument's start: its settings, and the end of the last program.
 
 use crate::crashes::Crashes;
 use crate::storage::{self, Kept, Storage};
@@ -7,29 +7,29 @@ use picket_wire::boot::{Causes, LastEnd, Origin};
 use picket_wire::settings::Settings;
 use picket_wire::stored;
 
-/// What is known before the instrument starts.
+/// The inputs of the instrument's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Start {
-    /// The settings to start with. A board that needs them for its clocks takes them from here.
+    /// The settings to start with. A board whose clocks depend on them takes them from here.
     pub settings: Settings,
-    /// Where they come from.
+    /// The source of the settings.
     pub origin: Origin,
     /// Whether the board starts stopped, after crashes in a row.
     pub halted: bool,
-    /// Why the chip was reset.
+    /// The causes of the chip's reset.
     pub causes: Causes,
-    /// How the last program ended.
+    /// The end of the last program.
     pub last: LastEnd,
-    /// Saves of late, as [`Instrument::saves`](crate::Instrument::saves) said at the last end.
+    /// Recent saves, as [`Instrument::saves`](crate::Instrument::saves) counted them at the last end.
     pub saves: u32,
     /// The CRC-32 of the program; 0 if unknown.
     pub program: u32,
 }
 
 impl Start {
-    /// The settings that the last program left for this one, else the newest stored ones that can be read, else the default ones. Where
-    /// something is stored that cannot be read, or the board crashed too often, the instrument starts stopped: to measure by
-    /// other settings than the saved ones would be silently wrong.
+    /// Takes the settings that the last program left for this one, else the newest stored ones that can be read, else the default ones.
+    /// Where something is stored that cannot be read, or the board crashed too often, the instrument starts stopped: measuring by other
+    /// settings than the saved ones would be silently wrong.
     pub fn new<const N: usize>(
         left: Option<[u32; WORDS]>,
         storage: &impl Storage,
@@ -51,7 +51,7 @@ impl Start {
 }
 
 /// The settings in these bytes, if they are for blocks of `N` samples.
-// Compiled once for what the last program left and for the flash.
+// Compiled once for the last program's settings and for the flash.
 #[inline(never)]
 fn stored<const N: usize>(bytes: &[u8]) -> Option<Settings> {
     let (settings, n) = stored::decode(bytes).ok()?;

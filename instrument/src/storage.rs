@@ -4,10 +4,10 @@
 //! page:  magic and length | sequence | payload, word by word | CRC-32 of all before
 //! ```
 //!
-//! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC
-//! a page is invalid, and the other one counts. With it, the page with the higher sequence counts.
+//! A save erases the page that is *not* the newest and writes there, the CRC last. Without its CRC a page is invalid, and the other one
+//! counts. With a CRC on both, the page with the higher sequence counts.
 //!
-//! What the payload says is [`picket_wire::stored`]'s.
+//! The payload's format is [`picket_wire::stored`].
 
 use crate::checksum::of_words;
 use heapless::Vec;
@@ -24,7 +24,7 @@ pub type Payload = Vec<u8, { stored::ROOM }>;
 
 /// A piece of flash with two erasable pages of at least [`PAGE`] words. Erased words are all ones.
 pub trait Storage {
-    /// Why the flash refused.
+    /// The reason why the flash refused.
     type Error;
     /// The word at `index` of a page.
     fn read(&self, page: Page, index: usize) -> u32;
@@ -60,7 +60,7 @@ impl Page {
     }
 }
 
-/// Storage for boards that have none: nothing survives a restart, and a save is refused.
+/// Storage for boards without any: nothing survives a restart, and a save is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoStorage;
 
@@ -80,12 +80,12 @@ impl Storage for NoStorage {
     }
 }
 
-/// Why settings were not saved.
+/// The reason why settings were not saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveError<E> {
     /// The flash refused.
     Flash(E),
-    /// What was written reads back differently.
+    /// The flash reads back differently.
     Verify,
 }
 
@@ -95,7 +95,7 @@ const MAGIC: u32 = 0x5049_0000;
 fn whole(storage: &impl Storage) -> [Option<(Page, u32)>; 2] {
     let [a, b] = [Page::A, Page::B].map(|page| Some((page, read(storage, page)?.0)));
     match (a, b) {
-        // The sequence may wrap: the shorter way round tells which is newer.
+        // The sequence may wrap: the shorter way round decides which is newer.
         (Some((_, older)), Some((_, newer))) if newer.wrapping_sub(older) >= 1 << 31 => [a, b],
         (Some(_), None) => [a, b],
         _ => [b, a],
@@ -116,34 +116,34 @@ pub fn before(storage: &impl Storage) -> Option<Payload> {
     before.and_then(|(page, _)| read(storage, page)).map(|(_, payload)| payload)
 }
 
-/// What the pages hold for a program.
+/// The contents of the pages, as a program reads them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept<T> {
     /// Neither page was ever written.
     Nothing,
-    /// What the program has read in the newest payload that it can read.
+    /// The newest payload that the program can read, as read.
     Found(T),
     /// A page was written, and the program can read neither: another program's settings, or damaged ones.
     Unreadable,
 }
 
-/// What the pages hold that a program can read: the newest payload, or the one before.
+/// The newest payload that a program can read: the newest of all, or the one before.
 pub fn latest<T>(storage: &impl Storage, reads: impl Fn(&[u8]) -> Option<T>) -> Kept<T> {
     for (page, _) in whole(storage).into_iter().flatten() {
         if let Some(found) = read(storage, page).and_then(|(_, payload)| reads(&payload)) {
             return Kept::Found(found);
         }
     }
-    // The head's length is that of whoever wrote it.
+    // The length in the head depends on the program that wrote it.
     let written = |page| storage.read(page, 0) & 0xFFFF_0000 == MAGIC;
     if written(Page::A) || written(Page::B) { Kept::Unreadable } else { Kept::Nothing }
 }
 
-/// Saves a payload. If the power fails during it, [`load`] gives either the old payload or this
-/// one. A save of the newest payload writes nothing.
+/// Saves a payload. If the power fails during the save, [`load`] returns either the old payload or this one. A save of the newest payload
+/// writes nothing.
 ///
 /// # Errors
-/// The flash refused, or what was written reads back differently.
+/// The flash refused, or reads back differently.
 pub fn save<S: Storage>(storage: &mut S, payload: &Payload) -> Result<(), SaveError<S::Error>> {
     let (page, sequence) = match load(storage) {
         Some((_, _, newest)) if newest == *payload => return Ok(()),
@@ -197,7 +197,7 @@ mod tests {
         pages: [[u32; SIZE]; 2],
         /// Operations until the power fails.
         left: u32,
-        /// How an interrupted operation ends: the bits that were done.
+        /// The bits that an interrupted operation has done.
         done: u32,
         operations: u32,
     }
@@ -208,7 +208,7 @@ mod tests {
 
     impl Mock {
         fn new() -> Self {
-            // A new chip, and one that held something else.
+            // A new chip, and one that held other data.
             let pages = [[u32::MAX; SIZE], [0x1234_5678; SIZE]];
             Self { pages, left: u32::MAX, done: 0, operations: 0 }
         }
@@ -329,7 +329,7 @@ mod tests {
         assert_eq!(load(&mock), Some((Page::A, 1, payload(7))));
     }
 
-    /// A payload that its reader does not understand once became default settings that were called stored ones.
+    /// A payload that its reader does not understand once became default settings, reported as stored ones.
     #[test]
     fn the_newest_payload_that_can_be_read_counts() {
         let small = |bytes: &[u8]| Some(bytes[0]).filter(|first| *first < 100);

@@ -1,11 +1,11 @@
-//! Settings as words, as the memory between two programs keeps them.
+//! Settings as words, in the form that the memory between two programs keeps.
 
 use picket_wire::settings::Settings;
 
 /// Length of the settings, words.
 pub const WORDS: usize = Settings::BYTES / 4;
 
-/// Settings for blocks of `n` samples as words. Those beyond shorter settings are 0.
+/// Settings for blocks of `n` samples as words. Words beyond shorter settings are 0.
 pub fn words(settings: &Settings, n: usize) -> [u32; WORDS] {
     let bytes = settings.to_bytes(n);
     let mut words = [0; WORDS];

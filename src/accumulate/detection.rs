@@ -1,9 +1,9 @@
-//! Where the strongest line of a sum is, and how probable noise alone is to look like it.
+//! The place of the strongest line in a sum, and the probability that noise alone looks like it.
 //!
-//! The power of the line that fits best at a frequency is, in noise of power P, a sum of M exponential numbers of mean P. Of nine
-//! bins and the products within three of each other it takes all of a line in the middle of its bin, and 97 % half a bin off;
-//! a bin alone would leave 41 % there. Over all frequencies the power over P is a chi-squared process, and its crossings of a
-//! level x are as frequent as Rice's formula says (Lindgren 2012, *Stationary Stochastic Processes*, chapter 8): for each bin
+//! The power of the line that fits best at a frequency is, in noise of power P, a sum of M exponential numbers of mean P. From nine bins
+//! and the products within three of each other it collects all of a line in the middle of its bin, and 97 % half a bin off; a bin alone
+//! would have 41 % there. Over all frequencies the power over P is a chi-squared process, and its crossings of a level x are as frequent as
+//! Rice's formula says (Lindgren 2012, *Stationary Stochastic Processes*, chapter 8): for each bin
 //!
 //! ```text
 //! sqrt(pi / 3) x^(M - 1/2) exp(-x) / (M - 1)!
@@ -23,10 +23,10 @@ use heapless::Vec;
 const GROUP: i32 = 8;
 /// The most groups on each side, beside one group on each side that may hold the line's skirt.
 const SIDE: i32 = 16;
-/// Of four groups the loudest is left out: another line, or its skirt.
+/// Of four groups the loudest is left out: it may hold another line, or its skirt.
 const CELLS: usize = 2 * SIDE as usize;
-/// The groups on each side for so many blocks. An error of the noise raises the threshold: with 8 groups of 8 bins and 4 blocks by
-/// .3 dB. Where many blocks are added fewer bins are as good, and nearer to the line.
+/// The number of groups on each side for this many blocks. An error of the noise raises the threshold: with 8 groups of 8 bins and 4 blocks
+/// by .3 dB. Where many blocks are added fewer bins are accurate enough, and nearer to the line.
 const fn side(blocks: u32) -> i32 {
     match blocks {
         0..8 => SIDE,
@@ -43,18 +43,18 @@ const CANDIDATES: usize = 4;
 pub(super) struct Place {
     /// The nearest bin.
     pub bin: i32,
-    /// How far the line is beyond it, roughly, -0.5 to 0.5.
+    /// The line's approximate distance beyond the bin, -0.5 to 0.5.
     pub offset: f32,
     /// The mean power of a bin of noise, summed over the blocks.
     pub noise: f32,
-    /// The independent bins that the noise is as accurate as.
+    /// The number of independent bins with the noise's accuracy.
     cells: f32,
     /// The line's power and the noise over the noise, summed over the blocks.
     evidence: f32,
 }
 
 impl Place {
-    /// The place of most evidence in the band; `None` where all sums are 0 or no bin is free to tell the noise.
+    /// The place of most evidence in the band; `None` where all sums are 0 or no bin is free for the noise.
     pub fn strongest<R: Record, const N: usize>(sums: &Sums<R, N>, band: Band) -> Option<Self> {
         let group = if N >= 256 { GROUP } else { GROUP / 2 };
         let bins = Sums::<R, N>::bins();
@@ -65,7 +65,7 @@ impl Place {
                 continue;
             };
             let first = bins.low + index * group;
-            // The last group has the rest.
+            // The last group includes the remaining bins.
             let last = if index + 1 == count { bins.high } else { first + group - 1 };
             for k in first..=last {
                 // An I/Q band may count from below 0.
@@ -106,7 +106,7 @@ impl Place {
         best
     }
 
-    /// The natural logarithm of the probability that noise has so much somewhere in `width` bins; 0 where that is not improbable.
+    /// The natural logarithm of the probability that noise reaches this evidence somewhere in `width` bins; 0 where that is not improbable.
     pub fn ln_chance(&self, blocks: u32, width: u32) -> f32 {
         let (m, x) = (f64::from(blocks), f64::from(self.evidence));
         if x <= m {
@@ -148,7 +148,7 @@ fn keep(best: &mut Vec<(f32, Place), CANDIDATES>, ratio: f32, place: Place) {
     let _ = best.push((ratio, place));
 }
 
-/// The mean of the sums of bins of noise beside group `index`, and the number of independent bins that it is as accurate as.
+/// The mean of the sums of bins of noise beside group `index`, and the number of independent bins with this accuracy.
 fn noise<R: Record, const N: usize>(
     sums: &Sums<R, N>,
     index: i32,
@@ -184,6 +184,6 @@ fn noise<R: Record, const N: usize>(
     let left_out = if all == kept { 0.0 } else { 0.42 - 0.33 / all as f32 };
     let bins = group as f32;
     let low = left_out / libm::sqrtf(bins * sums.blocks.max(1) as f32);
-    // That mean scatters as that of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).
+    // The censored mean scatters like the mean of .82 of all bins (simulated: .77 to .9 from 1 to 400 blocks).
     Some((mean / (1.0 - low), 0.82 * bins * all as f32))
 }

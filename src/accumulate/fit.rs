@@ -11,11 +11,11 @@ const SIDE: i32 = 4;
 const BINS: usize = 2 * SIDE as usize + 1;
 /// Steps of the fit; it ends when a step is small against sigma.
 const STEPS: usize = 8;
-/// The mean square of the residuals over what noise leaves, above which the line is not one steady line. A steady line
-/// has more in fewer than one of a hundred sums (host-tests, `accumulate`).
+/// The mean square of the residuals over its expectation in noise, above which the line is not one steady line. A steady line exceeds it in
+/// fewer than one of a hundred sums (host-tests, `accumulate`).
 const WIDE: f32 = 3.0;
 
-/// What the fit found.
+/// The result of the fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
     /// Bins beyond the place's bin.
@@ -28,7 +28,7 @@ pub(super) struct Fit {
     pub wide: bool,
 }
 
-/// `D(u) = sin(pi u) / (n sin(pi u / n))` for |u| below 6: what a line u bins off leaves in a bin.
+/// `D(u) = sin(pi u) / (n sin(pi u / n))` for |u| below 6: the value of a line in a bin u bins off.
 fn kernel(u: f32, n: usize) -> f32 {
     if u.abs() < 1e-3 {
         return 1.0;
@@ -38,11 +38,11 @@ fn kernel(u: f32, n: usize) -> f32 {
     f32::unit(0.5 * u).im / (x * sinc(narrow * narrow))
 }
 
-/// What a sum of the products of bins k and `k + lag` is divided by to have the record's middle as the origin of time, where a line's
-/// is positive or negative as the kernel is.
+/// The divisor of a sum of the products of bins k and `k + lag` that moves the origin of time to the record's middle, where the sign of a
+/// line's products is the kernel's.
 ///
-/// The turn of bins by `exp(j pi k (N - 1) / N)` makes of a product `(-1)^lag exp(-j pi lag / N)` times it. The real part of a line's
-/// is by the cosine of that angle too small.
+/// The turn of bins by `exp(j pi k (N - 1) / N)` multiplies a product by `(-1)^lag exp(-j pi lag / N)`. The real part of a line's product
+/// is too small by the cosine of this angle.
 fn turn(lag: usize, n: usize) -> f32 {
     let cosine = f32::unit(0.5 * lag as f32 / n.max(1) as f32).re;
     if lag & 1 == 0 { cosine } else { -cosine }
@@ -88,13 +88,13 @@ pub(super) fn data<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) 
     })
 }
 
-/// What a line `at` bins beyond the middle of the entries leaves in each bin.
+/// The values of a line `at` bins beyond the middle of the entries, in each bin.
 fn shape(at: f32, n: usize) -> [f32; BINS] {
     core::array::from_fn(|i| kernel(at + (SIDE - i as i32) as f32, n))
 }
 
-/// The number of blocks and the power of the best line at an offset from a place, in units whose variance in noise is one for each
-/// block, as that of the power of a bin.
+/// The number of blocks plus the power of the best line at an offset from a place, in units whose variance in noise is one for each block,
+/// like the power of a bin.
 pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f32 {
     let g = shape(offset, n);
     let at = |i: usize| g.get(i).copied().unwrap_or(0.0);
@@ -112,8 +112,8 @@ pub(super) fn evidence(data: &Entries, blocks: u32, n: usize, offset: f32) -> f3
 /// var f = (M tr(H^2) + 2 M S |H g|^2) / (M S tr(H dG/df))^2
 /// ```
 ///
-/// which is 1.00 to 1.10 times the bound for lines of random phases. The mean of the residuals' squares over what they are
-/// expected to be widens it where it exceeds 1: a line that is broad, or moves, or has a neighbour.
+/// which is 1.00 to 1.10 times the bound for lines of random phases. The mean of the residuals' squares over their expectation widens the
+/// variance where it exceeds 1: for a line that is broad, or moves, or has a neighbour.
 pub(super) fn fit<R: Record, const N: usize>(sums: &Sums<R, N>, place: &Place) -> Option<Fit> {
     let blocks = sums.blocks.max(1) as f32;
     let data = data(sums, place);

@@ -1,8 +1,8 @@
 //! Weak echoes: the spectra of M blocks added without their phases (non-coherent integration).
 //!
-//! A line below the noise of one block stands out of the sum of many, because the noise scatters less around its mean: the
-//! threshold falls by 5 dB for each ten times as many blocks, somewhat more for few. That is how a coherent wind lidar
-//! works, and any sensor whose echo is weak and whose phase is new in each block.
+//! A line below the noise of one block stands out of the sum of many, because the noise scatters less around its mean: the threshold falls
+//! by 5 dB for ten times as many blocks, somewhat more for few. This is the way a coherent wind lidar works, and any sensor whose echo is
+//! weak and has a new phase in each block.
 //!
 //! ```
 //! use picket_dsp::{Accumulator, Codes, Config, Pipeline, Real, Verdict};
@@ -32,23 +32,22 @@
 //!
 //! # What is added
 //!
-//! Powers alone say where a line is, but a line near the middle of its bin leaves little in the others: their frequency errs by
-//! 4 to 16 times the bound. The products of neighbouring bins hold what is missing. With the record's middle as the origin of
-//! time, a line of amplitude `a` at `f` bins makes bins `W_k = a D(f - k)` with the real kernel
-//! `D(u) = sin(pi u) / (N sin(pi u / N))`, so over M blocks of any phases
+//! Powers alone show the place of a line, but a line near the middle of its bin leaves little in the others: its frequency errs by 4 to 16
+//! times the bound. The products of neighbouring bins hold the missing information. With the record's middle as the origin of time, a line
+//! of amplitude `a` at `f` bins makes bins `W_k = a D(f - k)` with the real kernel `D(u) = sin(pi u) / (N sin(pi u / N))`, so over M blocks
+//! of any phases
 //!
 //! ```text
 //! E sum Re(conj(W_i) W_j) = M |a|^2 D(f - i) D(f - j) + M P [i = j]
 //! ```
 //!
-//! The sums are kept for j - i = 0 to 3 and all i: each bin has what a fit to the bins around it reads, wherever a line turns
-//! out to be. Line and frequency are fitted to them by least squares.
+//! The sums are kept for j - i = 0 to 3 and all i: each bin has the sums for a fit to the bins around it, wherever a line turns out to be.
+//! Line and frequency are fitted to them by least squares.
 //!
 //! # Drift
 //!
-//! A line that moves between blocks smears. Where the rate is known (a chirp's own drift, a platform's acceleration), each
-//! block's bins are moved back by it before they are added, by the interpolation that the kernel gives:
-//! [`Accumulator::with_drift`].
+//! A line that moves between blocks smears. Where the rate is known (a chirp's own drift, a platform's acceleration), each block's bins are
+//! moved back by this drift before they are added, by the interpolation that the kernel gives: [`Accumulator::with_drift`].
 
 mod detection;
 mod fit;
@@ -72,12 +71,12 @@ use sums::Sums;
 /// The most blocks of a sum.
 pub const MOST_BLOCKS: u32 = 1 << 16;
 
-/// What a sum of blocks shows.
+/// The result of a sum of blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Accumulated {
-    /// The strongest line. Its amplitude is the root of the mean square over the blocks, its signal-to-noise ratio that of one
-    /// sample. With a drift its frequency is that of the middle between the first and the last block.
+    /// The strongest line. Its amplitude is the root of the mean square over the blocks, its signal-to-noise ratio is per sample. With a
+    /// drift its frequency belongs to the middle between the first and the last block.
     pub tone: Tone,
     /// The natural logarithm of the probability that noise alone has such a line anywhere in the band.
     pub ln_chance: f32,
@@ -85,7 +84,7 @@ pub struct Accumulated {
     pub blocks: u32,
 }
 
-/// A probability of a false alarm in its range: 1e-30 where it is no number.
+/// A probability of a false alarm, held to its range: 1e-30 where it is NaN.
 const fn held(probability: f64) -> f64 {
     probability.max(1e-30).min(0.5)
 }
@@ -124,10 +123,10 @@ pub struct Accumulator<R: Record, const N: usize> {
     sums: Sums<R, N>,
     /// The blocks of a sum.
     blocks: u32,
-    /// The segment whose blocks are added, if it is not that of all.
+    /// The segment whose blocks are added, if blocks of other segments are passed over.
     segment: Segment,
     of_segment: bool,
-    /// Bins from block to block.
+    /// The line's move in bins from block to block.
     drift: f32,
     false_alarm: f64,
     /// The number of the sum's first block.
@@ -149,7 +148,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         clipped: 0,
     };
 
-    /// Sums of so many blocks, held to 1..=[`MOST_BLOCKS`].
+    /// An accumulator for sums of `blocks` blocks, held to 1..=[`MOST_BLOCKS`].
     pub const fn new(blocks: u32) -> Self {
         let blocks = if blocks == 0 { 1 } else { blocks };
         let blocks = if blocks > MOST_BLOCKS { MOST_BLOCKS } else { blocks };
@@ -165,23 +164,23 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         self
     }
 
-    /// The line moves by so many bins from one block to the next, by their numbers. Each block of a sum is moved back.
-    /// A number that is not finite is 0. Cost: 52 products of 64 bits a bin.
+    /// Sets the line's move in bins from one block to the next, by the blocks' numbers. Each block of a sum is moved back. A drift that is
+    /// not finite is 0. Cost: 52 products of 64 bits a bin.
     #[must_use]
     pub fn with_drift(mut self, bins_per_block: f32) -> Self {
         self.drift = if bins_per_block.is_finite() { bins_per_block } else { 0.0 };
         self
     }
 
-    /// The probability for each sum that noise alone passes for a tone, held to 1e-30..=0.5; 1e-6 unless told.
+    /// Sets the probability for each sum that noise alone passes for a tone, held to 1e-30..=0.5; the default is 1e-6.
     #[must_use]
     pub const fn with_false_alarm(mut self, probability: f64) -> Self {
         self.false_alarm = held(probability);
         self
     }
 
-    /// Begins anew, with sums of so many blocks, a line that moves by so many bins from one to the next, and this probability of a
-    /// false alarm: each held to its range.
+    /// Begins anew with these blocks in a sum, this move of the line in bins from block to block, and this probability of a false alarm:
+    /// each held to its range.
     pub fn set_plan(&mut self, blocks: u32, drift_bins: f32, false_alarm: f64) {
         self.blocks = blocks.clamp(1, MOST_BLOCKS);
         self.drift = if drift_bins.is_finite() { drift_bins } else { 0.0 };
@@ -194,7 +193,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         self.blocks
     }
 
-    /// The blocks that the sum in progress has.
+    /// The number of blocks in the sum in progress.
     pub const fn added(&self) -> u32 {
         self.sums.blocks
     }
@@ -240,7 +239,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         self.sums.add(spectrum, Moved::new(moved, N).as_ref());
     }
 
-    /// What the blocks added so far show. `terms` are those of the pipeline's plan.
+    /// The result of the blocks added so far. `terms` belong to the pipeline's plan.
     pub fn result(&self, terms: &Terms) -> Accumulated {
         let Self { sums, false_alarm, .. } = self;
         let blocks = sums.blocks;
@@ -272,7 +271,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
         if self.clipped > 0 {
             reasons = reasons.with(Verdict::Clipped);
         }
-        // The engine's rounding moves a line by as much in each block, and the carrier's width by something else.
+        // The engine's rounding moves a line equally in each block, the carrier's width differently.
         let engine = crate::spectrum::engine::I32::error(N, R::IQ);
         let width = terms.options.width.of_sum(blocks.max(1));
         let variance = f64::from(fit.variance + engine * engine + width);

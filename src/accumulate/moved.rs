@@ -7,24 +7,24 @@ use crate::spectrum::engine::Engine;
 use crate::spectrum::fft::integer::Point;
 use core::mem::MaybeUninit;
 
-/// Bins on each side that the interpolation reads. Those beyond hold 3 % of a line's power at worst, half a bin off.
+/// Bins on each side that the interpolation reads. The bins beyond hold at most 3 % of a line's power, half a bin off.
 const SIDE: i32 = 6;
 const TAPS: usize = 2 * SIDE as usize + 1;
 
 /// `X(k + whole + part)` from the bins around.
 ///
-/// With the record's middle as the origin of time, `W(k + d) = sum over j of D(d - j) W_(k + j)`, and
-/// `W_k = X_k exp(j pi k (N - 1) / N)`. The factor of k is the caller's, that of j is in the taps.
+/// With the record's middle as the origin of time, `W(k + d) = sum over j of D(d - j) W_(k + j)`, and `W_k = X_k exp(j pi k (N - 1) / N)`.
+/// The factor of k is left to the caller, the factor of j is in the taps.
 pub(super) struct Moved {
     whole: i32,
-    /// In Q15.
+    /// The taps in Q15.
     taps: [[i32; 2]; TAPS],
 }
 
 impl Moved {
-    /// The move by so many bins; `None` if it is too small to matter.
+    /// The move by `bins`; `None` if it is too small to matter.
     pub fn new(bins: f32, n: usize) -> Option<Self> {
-        /// Of a line's width, by which the sum is wider.
+        /// The share of a line's width by which the sum becomes wider.
         const LEAST: f32 = 1.0 / 64.0;
         if bins.abs() < LEAST {
             return None;
@@ -41,8 +41,8 @@ impl Moved {
             let turn = f32::unit(-0.5 * j as f32 / length);
             *tap = [size * turn.re, size * turn.im].map(|x| libm::rintf(32768.0 * x) as i32);
         }
-        // A record has at most N bins: the remainder keeps the index small. The cast saturates, and unlike the remainder of floats
-        // that of integers cannot panic.
+        // A record has at most N bins: the remainder keeps the index small. The cast saturates, and the remainder of integers, unlike the
+        // one of floats, cannot panic.
         let whole = (nearest as i64).checked_rem(n.max(1) as i64).unwrap_or(0) as i32;
         Some(Self { whole, taps })
     }
@@ -54,7 +54,7 @@ impl Moved {
         k: i32,
     ) -> Point {
         let centre = k.wrapping_add(self.whole);
-        // Of a real record there is nothing beyond the ends.
+        // A real record has no bins beyond the ends.
         if !R::IQ && !(0..=N as i32 / 2).contains(&centre) {
             return [0; 2];
         }
@@ -62,7 +62,7 @@ impl Moved {
         let bins = spectrum.fill(centre.wrapping_sub(SIDE), &mut places);
         let mut sums = [0i64; 2];
         for ((&[re, im], &[cos, sin]), at) in bins.iter().zip(&self.taps).zip(centre - SIDE..) {
-            // A constant offset stays where it is, and is left out.
+            // A constant offset does not move, and is left out.
             if at.checked_rem_euclid(N as i32) == Some(0) {
                 continue;
             }

@@ -11,7 +11,7 @@ use core::mem::MaybeUninit;
 /// The largest distance of two bins whose products are added.
 pub(super) const LAGS: usize = 3;
 
-/// Bins read at a time, and those above them that their products need.
+/// Bins read at a time, and the bins above them for their products.
 const CHUNK: usize = 16;
 const WINDOW: usize = CHUNK + LAGS;
 
@@ -32,7 +32,7 @@ pub(super) struct Sums<R: Record, const N: usize> {
     pub blocks: u32,
     /// A part of a bin times `2^exponent` is in codes.
     exponent: i32,
-    /// Products are shifted down by so many bits before they are added.
+    /// The number of bits by which products are shifted down before they are added.
     down: u32,
 }
 
@@ -56,25 +56,25 @@ impl<R: Record, const N: usize> Sums<R, N> {
         (self.blocks, self.exponent, self.down) = (0, 0, 0);
     }
 
-    /// The bins that hold sums: all but that of a constant offset, and Nyquist of a real record.
+    /// The bins that hold sums: all but the bin of a constant offset, and Nyquist of a real record.
     pub const fn bins() -> Band {
         if R::IQ { Band::new(1, N as i32 - 1) } else { Band::real(N) }
     }
 
-    /// The index of bin k, for any k of an I/Q record; `None` beside the sums.
+    /// The index of bin k, for any k of an I/Q record; `None` for bins without sums.
     fn index(k: i32) -> Option<usize> {
         let k = if R::IQ { k.rem_euclid(N as i32) } else { k };
         let Band { low, high, .. } = Self::bins();
         (low <= k && k <= high).then_some(k as usize)
     }
 
-    /// The sum of the powers of bin k; 0 beside the sums.
+    /// The sum of the powers of bin k; 0 for bins without sums.
     pub fn power(&self, k: i32) -> u32 {
         let point = Self::index(k).and_then(|k| self.near.points().get(k));
         point.map_or(0, |near| near[0].unsigned_abs())
     }
 
-    /// The sum of the products of bins k and `k + lag`, a lag of 0 to 3; 0 beside the sums.
+    /// The sum of the products of bins k and `k + lag`, a lag of 0 to 3; 0 for bins without sums.
     pub fn product(&self, k: i32, lag: usize) -> i32 {
         let (Some(k), Some(_)) = (Self::index(k), Self::index(k.wrapping_add(lag as i32))) else {
             return 0;
@@ -90,7 +90,7 @@ impl<R: Record, const N: usize> Sums<R, N> {
         libm::sqrtf(libm::ldexpf(1.0, self.down as i32) / blocks) * libm::ldexpf(1.0, self.exponent)
     }
 
-    /// Adds the products of a spectrum's bins, moved as `moved` says.
+    /// Adds the products of a spectrum's bins, moved by `moved`.
     pub fn add<E: Engine>(&mut self, spectrum: &Spectrum<R, N, E>, moved: Option<&Moved>) {
         let bins = Self::bins();
         self.fit_in(spectrum.search(bins).power, spectrum.exponent());
@@ -118,7 +118,7 @@ impl<R: Record, const N: usize> Sums<R, N> {
                     }
                 }
             }
-            // What is beside the sums must not saturate them: an offset, and the mirror of a real spectrum.
+            // Bins without sums must not saturate the sums: an offset, and the mirror of a real spectrum.
             for (place, at) in window.iter_mut().zip(k..) {
                 if Self::index(at).is_none() {
                     *place = [0; 2];
@@ -148,17 +148,17 @@ impl<R: Record, const N: usize> Sums<R, N> {
         }
     }
 
-    /// Chooses the exponent by the first block, and raises it for a block whose strongest bin has too much power.
+    /// Sets the exponent by the first block, and raises it for a block whose strongest bin has too much power.
     fn fit_in(&mut self, power: u64, exponent: i32) {
         // Neither part exceeds the root of the power.
         let bits = 64u32.wrapping_sub(power.leading_zeros()).div_ceil(2);
         let needed = exponent.wrapping_add(bits.saturating_sub(PART_BITS) as i32);
         if self.blocks == 0 {
-            // The next blocks may be louder: a bit of room.
+            // The next blocks may be louder: one spare bit.
             self.exponent = needed.wrapping_add(1);
         } else if needed > self.exponent {
             let more = needed.wrapping_sub(self.exponent).clamp(1, 31) as u32;
-            // A sum is of squares.
+            // The sums are sums of squares.
             self.halve(more.saturating_mul(2));
             self.exponent = needed;
         }

@@ -1,8 +1,8 @@
-//! Bursts in a stream: where the signal rises above its noise for a while, a record around it.
+//! Bursts in a stream: cuts a record around each interval in which the signal rises above its noise.
 //!
-//! The detector sums the energy of cells of N/64 samples, the offset taken off, and compares that of the last eight cells with
-//! the noise. The noise is a quantile of these energies, followed in steps, so that bursts hardly raise it as long as they take less
-//! than half of the time. All is in integers.
+//! The detector sums the energy of cells of N/64 samples, the offset subtracted, and compares the energy of the last eight cells with the
+//! noise. The noise is a quantile of these energies, followed in steps, so that bursts hardly raise it as long as they take less than half
+//! of the time. All arithmetic is in integers.
 
 use super::codes::Codes;
 use super::sample::Record;
@@ -12,30 +12,30 @@ use crate::math::scalar::Scalar as _;
 const CELLS: usize = 64;
 /// Cells whose energy is compared with the noise.
 const WINDOW: usize = 8;
-/// Cells whose energies are kept: those of two records.
+/// Cells whose energies are kept: two records of them.
 const HISTORY: usize = 2 * CELLS;
 
-/// What the detector counted.
+/// The detector's counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Samples taken.
     pub samples: u64,
-    /// Bursts that a record was cut around.
+    /// Bursts around which a record was cut.
     pub bursts: u32,
     /// Bursts that ended while the record of another was not complete, or within the hold-off.
     pub lost: u32,
-    /// Signals longer than a record and a half: no burst, or a threshold that is too low.
+    /// Signals longer than a record and a half: not a burst, or a threshold that is too low.
     pub long: u32,
-    /// Samples between the end of a burst and its record's, and of hold-offs: the dead time.
+    /// Samples from the end of a burst to the end of its record, and of hold-offs: the dead time.
     pub dead: u64,
 }
 
-/// When a burst begins and ends.
+/// The conditions under which a burst begins and ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trigger {
-    /// The energy of an eighth of a record over the quartile of that of noise, at which a burst begins; it ends at half of the excess. `None` is
-    /// what noise exceeds in one of 3,000 cells: 1.6 for real records of 1,024 samples.
+    /// The energy of an eighth of a record over the quartile of the noise's energy, at which a burst begins; it ends at half of the excess.
+    /// `None` is the ratio that noise exceeds in one of 3,000 cells: 1.6 for real records of 1,024 samples.
     pub ratio: Option<f32>,
     /// Samples after a record in which no burst begins.
     pub hold_off: u32,
@@ -44,7 +44,7 @@ pub struct Trigger {
 }
 
 impl Trigger {
-    /// The least ratio: a lower one is held to it.
+    /// The least ratio: a lower ratio is raised to it.
     pub const LEAST_RATIO: f32 = 1.05;
 }
 
@@ -53,7 +53,7 @@ impl Trigger {
 pub struct Cut<'a, R: Record, const N: usize> {
     /// The number of the record's first sample, counted from the stream's first.
     pub clock: u64,
-    /// The samples. The burst's middle is near theirs.
+    /// The samples. The burst's middle is near the middle of them.
     pub samples: &'a [R::Sample; N],
     /// The middle of the burst's energy, samples from the first.
     pub middle: f32,
@@ -72,18 +72,18 @@ struct Cell {
 /// A burst in progress.
 #[derive(Clone, Copy, Debug)]
 struct Begun {
-    /// The cell at which it began, counted as `cells`.
+    /// The cell at which the burst began, counted as in `cells`.
     cell: u32,
     /// The largest energy of a window so far.
     most: u64,
-    /// The cell at which the energy last was four times what it had been, and that energy.
+    /// The cell at which the energy last rose to four times its value, and the energy there.
     rose: (u32, u64),
 }
 
 /// A burst that ended, whose record is not yet complete.
 #[derive(Clone, Copy, Debug)]
 struct Ended {
-    /// The number of its record's first sample.
+    /// The number of the first sample of the burst's record.
     first: u64,
     middle: f32,
     deviation: f32,
@@ -96,7 +96,7 @@ struct Ended {
 pub struct BurstDetector<R: Record, const N: usize> {
     codes: Codes,
     trigger: Trigger,
-    /// Of energy over noise, in 1/256.
+    /// The ratio of energy to noise, in 1/256.
     ratio: u32,
     ring: [[R::Sample; N]; 2],
     record: [R::Sample; N],
@@ -112,7 +112,7 @@ pub struct BurstDetector<R: Record, const N: usize> {
     free: u64,
     /// The burst in progress.
     began: Option<Begun>,
-    /// The least energy since a burst ended that has not yet sunk into the noise.
+    /// The least energy since a burst ended whose energy has not yet sunk into the noise.
     waning: Option<u64>,
     ended: Option<Ended>,
     counters: Counters,
@@ -131,7 +131,7 @@ impl<R: Record, const N: usize> core::fmt::Debug for BurstDetector<R, N> {
 }
 
 impl<R: Record, const N: usize> BurstDetector<R, N> {
-    /// Samples in a cell: short records have fewer cells, because a sum of few squares tells little.
+    /// Samples in a cell: short records have fewer cells, because a sum of few squares says little.
     const LENGTH: usize = if N / CELLS < 4 { 4 } else { N / CELLS };
 
     /// A placeholder of zeros that waits for [`BurstDetector::set_plan`]: for static memory.
@@ -164,10 +164,10 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         detector
     }
 
-    /// Takes samples of these codes from the next on, and other bounds of a burst. What it has learnt of the noise stays.
+    /// Takes samples of these codes from the next on, and another trigger. The noise estimate stays.
     pub fn set_plan(&mut self, codes: Codes, trigger: Trigger) {
         let degrees = (WINDOW * Self::LENGTH * if R::IQ { 2 } else { 1 }) as f32;
-        // Wilson and Hilferty's cube root of a mean of squares, at so many standard deviations.
+        // Wilson and Hilferty's cube root of a mean of squares, at this number of standard deviations.
         let quantile = |deviations: f32| {
             let spread = 2.0 / (9.0 * degrees);
             let root = 1.0 - spread + deviations * spread.root();
@@ -188,7 +188,7 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         self.clock
     }
 
-    /// What was counted so far.
+    /// The counts so far.
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
@@ -229,7 +229,7 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         }
     }
 
-    /// Says that so many samples are missing here. A burst in progress is dropped.
+    /// Reports that `samples` samples are missing here. A burst in progress is dropped.
     pub fn lost(&mut self, samples: u64) {
         self.clock = self.clock.wrapping_add(samples);
         if self.began.is_some() || self.ended.is_some() {
@@ -253,12 +253,12 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         }
     }
 
-    /// The energy of cell `index`, counted as `cells`.
+    /// The energy of cell `index`, counted as in `cells`.
     fn energy(&self, index: u32) -> u64 {
         self.history.get(index as usize & (HISTORY - 1)).copied().unwrap_or(0)
     }
 
-    /// A cell is complete.
+    /// Completes a cell.
     fn step(&mut self, each: &mut impl FnMut(&Cut<R, N>)) {
         let length = Self::LENGTH as i64;
         let Cell { sum, squares, .. } = core::mem::take(&mut self.cell);
@@ -288,12 +288,12 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
             self.noise = window;
         }
         let least = u64::from(self.trigger.least) * (WINDOW * Self::LENGTH) as u64;
-        // It ends at half of the excess at which it began, so that noise does not part it.
+        // A burst ends at half of the excess at which it began, so that noise does not split it.
         let ratio = if self.began.is_some() { 128 + self.ratio / 2 } else { self.ratio };
         let loud =
             window.saturating_mul(256) > self.noise.saturating_mul(ratio.into()) && window > least;
         if !loud {
-            // A 256th of the difference each cell: four records. A burst's pedestal is no offset.
+            // A 256th of the difference each cell: four records. A burst's pedestal is not an offset.
             for (offset, mean) in self.offset.iter_mut().zip(means) {
                 *offset = offset.wrapping_add(mean.wrapping_sub(*offset) >> 8);
             }
@@ -310,8 +310,8 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
 
     /// Begins or ends a burst by the energy of the last eight cells.
     ///
-    /// A strong burst ends where its energy is a sixteenth of its most, 1.7 deviations behind its middle, not where noise hides it; the
-    /// next one begins once the noise has hidden it, or at four times the least in between.
+    /// A strong burst ends where its energy is a sixteenth of its maximum, 1.7 deviations behind its middle, instead of where noise hides
+    /// it; the next burst begins once the noise has hidden this one, or at four times the least energy in between.
     fn follow(&mut self, window: u64, loud: bool, means: [i32; 2]) {
         let Some(begun) = &mut self.began else {
             let rises = match &mut self.waning {
@@ -344,19 +344,19 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
         } else if self.cells.wrapping_sub(rose.0) as usize > 3 * CELLS / 2 {
             self.counters.long = self.counters.long.wrapping_add(1);
             self.began = None;
-            // Noise and offset are what they are now.
+            // Noise and offset are set to their present values.
             self.noise = window;
             self.offset = means;
         }
     }
 
-    /// The burst ended: where is its middle, and how long is it?
+    /// Finds the middle and the length of the burst that ended.
     fn end(&mut self, began: u32) {
         if self.ended.is_some() {
             self.counters.lost = self.counters.lost.wrapping_add(1);
             return;
         }
-        // The window was loud from `began` on: the burst began in it, and it is over for as long.
+        // The window was loud from `began` on: the burst began within the window, and has been over for one window.
         let span = self.cells.wrapping_sub(began).saturating_add(WINDOW as u32 + 2);
         let first = self.cells.saturating_sub(span.min(HISTORY as u32 - 1));
         let noise = self.noise as f32 / (0.95 * WINDOW as f32);
@@ -373,10 +373,10 @@ impl<R: Record, const N: usize> BurstDetector<R, N> {
             let middle = place / sum;
             (middle, spread / sum - middle * middle)
         };
-        // A cell of noise scatters by the root of two over its samples: what is above two of these is the burst's.
+        // A cell of noise scatters by the root of two over its samples: the energy above two of these deviations is the burst's.
         let (middle, variance) = moments(noise * (8.0 / Self::LENGTH as f32).root());
         let length = Self::LENGTH as f32;
-        // The energy's spread is the envelope's over the root of two.
+        // The energy's spread is the envelope's deviation over the root of two.
         let deviation = (2.0 * variance.max(0.0)).root() * length;
         let deviation = deviation.clamp(0.03 * N as f32, 0.4 * N as f32);
         if !middle.is_finite() || deviation.is_nan() {

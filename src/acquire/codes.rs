@@ -2,9 +2,8 @@
 
 /// The codes a converter can make. A sample at a rail has touched it; no sample lies beyond.
 ///
-/// The codes decide how far the integer FFT may shift samples up (growth bound:
-/// [`crate::spectrum::fft::integer`]) and which samples count as clipped. They have no default,
-/// because a record read with the wrong codes is wrong.
+/// The codes decide by how many bits the integer FFT may shift samples up (growth bound: [`crate::spectrum::fft::integer`]) and which
+/// samples count as clipped. They have no default, because a record read with the wrong codes is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Codes {
@@ -19,23 +18,21 @@ impl Codes {
         Self { low: (-1i32 << (BITS - 1)) as i16, high: ((1i32 << (BITS - 1)) - 1) as i16 }
     }
 
-    /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter gives them. With 12
-    /// bits they are 0..=4095. Unsigned codes of 16 bits do not fit a sample; an
-    /// [`Framer`](crate::acquire::framer::Framer) makes signed ones of them. The constant
-    /// offset falls into bin 0, which no estimator reads.
+    /// Unsigned codes of `BITS` bits, 8 to 15, as a microcontroller's converter makes them. With 12 bits they are 0..=4095. Unsigned codes
+    /// of 16 bits do not fit a sample; a [`Framer`](crate::acquire::framer::Framer) turns them into signed ones. The constant offset falls
+    /// into bin 0, which no estimator reads.
     pub const fn unsigned<const BITS: u32>() -> Self {
         const { assert!(8 <= BITS && BITS <= 15, "unsigned codes have 8 to 15 bits") };
         Self { low: 0, high: ((1i32 << BITS) - 1) as i16 }
     }
 
-    /// Codes from `low` to `high`, for example of a converter that adds several conversions up.
-    /// `None` for fewer than 256 codes.
+    /// Codes from `low` to `high`, for example of a converter that sums several conversions. `None` for fewer than 256 codes.
     pub const fn between(low: i16, high: i16) -> Option<Self> {
         if high as i32 - (low as i32) < 255 { None } else { Some(Self { low, high }) }
     }
 
-    /// [`Codes::signed`] or [`Codes::unsigned`] with `bits` bits, for a width known only at run
-    /// time. `None` for a width that those refuse.
+    /// [`Codes::signed`] or [`Codes::unsigned`] with `bits` bits, for a width known only at run time. `None` for a width that these
+    /// functions refuse.
     pub const fn of_bits(signed: bool, bits: u32) -> Option<Self> {
         match bits {
             8..=16 if signed => {
@@ -85,12 +82,12 @@ pub(crate) struct Between {
 }
 
 impl Between {
-    pub fn of((low, high): (i16, i16)) -> Self {
+    pub fn new((low, high): (i16, i16)) -> Self {
         let first = i32::from(low) + 1;
         Self { first, count: (i32::from(high) - first).max(0) as u32 }
     }
 
-    /// The first and the last of them.
+    /// The first and the last of these codes.
     #[cfg(dsp)]
     pub const fn ends(self) -> [i16; 2] {
         let last = self.first.wrapping_add(self.count as i32).wrapping_sub(1);

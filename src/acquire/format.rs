@@ -1,4 +1,4 @@
-//! How a word of the converter holds a code.
+//! The place of a code in a word of the converter.
 
 use super::codes::Codes;
 
@@ -27,7 +27,7 @@ macro_rules! words {
 
 words!(u8: u8, i8: u8, u16: u16, i16: u16, u32: u32, i32: u32);
 
-/// Where a word holds its code, and how the code becomes a sample of 16 bits.
+/// The place of the code in a word, and the conversion of the code to a sample of 16 bits.
 ///
 /// ```
 /// use picket_dsp::{Codes, Format};
@@ -65,15 +65,14 @@ impl Format {
         Self { signed: false, bits: BITS, below: 0, drop: 0 }
     }
 
-    /// Signed codes of 24 bits, as I2S microphones and audio converters give them, without their
-    /// lowest `SHIFT` bits, 0 to 16. A shift of 8 keeps the whole range. A smaller shift makes a
-    /// weak signal larger and clips a strong one.
+    /// Signed codes of 24 bits, as I2S microphones and audio converters make them, without their lowest `SHIFT` bits, 0 to 16. A shift of 8
+    /// keeps the whole range. A smaller shift makes a weak signal larger and clips a strong one.
     pub const fn i2s<const SHIFT: u32>() -> Self {
         const { assert!(SHIFT <= 16, "a shift is 0 to 16 bits") };
         Self { signed: true, bits: 24, below: 0, drop: SHIFT }
     }
 
-    /// The same code at the high end of a word of `WORD` bits, 16 or 32.
+    /// The format with its code at the high end of a word of `WORD` bits, 16 or 32.
     #[must_use]
     pub const fn left_aligned_in<const WORD: u32>(mut self) -> Self {
         const { assert!(WORD == 16 || WORD == 32, "a word has 16 or 32 bits") };
@@ -100,7 +99,7 @@ impl Format {
     /// clamp.
     #[inline]
     pub fn code(self, word: impl Word) -> i16 {
-        // The bits of code, below it and dropped are 32 at most.
+        // The bits of the code, below it and dropped are 32 at most.
         let up = 32u32.saturating_sub(self.bits + self.below);
         let upper = word.bits() << (up & 31);
         let down = 32u32.saturating_sub(self.bits) & 31;

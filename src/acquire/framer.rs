@@ -1,15 +1,13 @@
-//! Records of a stream: chunks of any length in, records of `N` samples out, each with a stamp. No
-//! record crosses a gap.
+//! Records from a stream: chunks of any length in, records of `N` samples out, each with a stamp. No record crosses a gap.
 //!
-//! An ADC driver gives chunks of its own length; a file gives what one read returned. If the DMA
-//! controller itself can fill one record after the other, [`crate::acquire::frontend`] needs no
-//! copy.
+//! An ADC driver delivers chunks of its own length; a file delivers the result of one read. If the DMA controller itself can fill one
+//! record after the other, [`crate::acquire::frontend`] needs no copy.
 
 use super::format::{Format, Word};
 use super::frontend::Timing;
 use super::sample::{Record, Segment, Stamp};
 
-/// Chunks in, records out. Its memory is a record of `N` samples.
+/// Turns chunks into records. Its memory is a record of `N` samples.
 ///
 /// ```
 /// use picket_dsp::{Framer, Format, Real};
@@ -26,8 +24,8 @@ use super::sample::{Record, Segment, Stamp};
 /// assert_eq!(records, 1000 / 64);
 /// ```
 ///
-/// A record starts at a multiple of the hop on the sample clock, also after a gap. So the segments
-/// of a chirp keep their order across a loss, if the loss is stated exactly.
+/// A record starts at a multiple of the hop on the sample clock, also after a gap. So the segments of a chirp keep their order across a
+/// loss, if the length of the loss is stated exactly.
 #[derive(Clone)]
 pub struct Framer<R: Record, const N: usize> {
     format: Format,
@@ -60,7 +58,7 @@ impl<R: Record, const N: usize> core::fmt::Debug for Framer<R, N> {
 }
 
 impl<R: Record, const N: usize> Framer<R, N> {
-    /// An framer of records that follow each other without a pause, of words in this format.
+    /// A framer of records that follow each other without a pause, of words in this format.
     pub fn new(format: Format) -> Self {
         Self {
             format,
@@ -111,9 +109,8 @@ impl<R: Record, const N: usize> Framer<R, N> {
         }
     }
 
-    /// As [`Framer::push`], for a chunk whose first sample has the number `clock`, counted by a
-    /// timer or a driver. Missing samples before it count as [`Framer::lost`]. Samples that were
-    /// already taken are skipped.
+    /// Takes a chunk like [`Framer::push`], whose first sample has the number `clock`, counted by a timer or a driver. Missing samples
+    /// before it count as [`Framer::lost`]. Samples that were already taken are skipped.
     pub fn push_at<W: Word>(
         &mut self,
         clock: u64,
@@ -121,7 +118,7 @@ impl<R: Record, const N: usize> Framer<R, N> {
         each: impl FnMut(&Stamp, &[R::Sample; N]),
     ) {
         let mut words = words;
-        // The chunk begins with a whole sample: what is half there comes again, or is missing.
+        // The chunk begins with a whole sample: half a sample from before comes again, or is missing.
         self.half = None;
         if clock > self.clock {
             self.lost(clock - self.clock);
@@ -133,9 +130,8 @@ impl<R: Record, const N: usize> Framer<R, N> {
         self.push(words, each);
     }
 
-    /// Says that `samples` samples are missing before the next chunk. The record in progress is
-    /// dropped, and the next one is marked as following a gap. If the number is unknown, say 1: the
-    /// sample clock and the segments of a chirp are then wrong from there on.
+    /// Reports that `samples` samples are missing before the next chunk. The record in progress is dropped, and the next one is marked as
+    /// following a gap. If the number is unknown, pass 1: the sample clock and the segments of a chirp are then wrong from there on.
     pub fn lost(&mut self, samples: u64) {
         let hop = u64::from(self.timing.period).max(1);
         self.clock = self.clock.saturating_add(samples.max(1));
@@ -226,7 +222,7 @@ mod tests {
                 let mut seen = records(&mut told, &all[..before], 7);
                 told.lost(missing as u64);
                 seen.extend(records(&mut told, &all[before + missing..], 7));
-                // The same gap, found by the count; some samples come twice.
+                // The gap, found by the count; some samples come twice.
                 let mut found = new();
                 let mut again = Vec::new();
                 let mut note = |stamp: &Stamp, samples: &[i16; N]| again.push((*stamp, samples[0]));
@@ -272,7 +268,7 @@ mod tests {
         assert_eq!(first, Some((64, [128, 129])));
     }
 
-    /// A driver that counts samples lost the second word of a pair, and gives the pair again.
+    /// A driver that counts samples lost the second word of a pair, and delivers the pair again.
     #[test]
     fn half_a_pair_does_not_exchange_the_parts_of_those_after_it() {
         let words: Vec<i16> = (0..4 * N as i16).collect();

@@ -18,14 +18,13 @@
 //! the DMA controller, in one of the two queues, or with the main loop. So nobody reads a buffer
 //! that is being written, and this file needs no `unsafe`.
 //!
-//! **Which interrupt.** The one at the end of a block. If software starts every block, it is
-//! terminal count (PL081: a timer's interrupt starts the block). If the controller alternates
-//! between two slots by itself, it is transfer complete (STM32, double-buffer mode). The interrupt
-//! only exchanges slots and counts, so its cost does not depend on the block's length.
+//! **Which interrupt.** The interrupt at the end of a block. If software starts every block, it is terminal count (PL081: a timer's
+//! interrupt starts the block). If the controller alternates between two slots by itself, it is transfer complete (STM32, double-buffer
+//! mode). The interrupt only exchanges slots and counts, so its cost does not depend on the block's length.
 //!
-//! **What each fault does.** Every block that the converter fills advances the sequence and the
-//! sample clock, even if the block is lost. The segments of a chirp follow that count, so a loss
-//! does not shift them. After any loss, the next delivered block is marked as following a gap.
+//! **What each fault does.** Every block that the converter fills advances the sequence and the sample clock, even if the block is lost.
+//! The segments of a chirp follow the sequence, so a loss does not shift them. After any loss, the next delivered block is marked as
+//! following a gap.
 //!
 //! | fault | seen by | consequence |
 //! |---|---|---|
@@ -41,7 +40,7 @@ use super::queue::{put, take};
 use super::sample::{Segment, Stamp};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// What the controller did since the last call.
+/// The controller's work since the last call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Status {
     /// Blocks whose last sample was stored: 1 for a punctual interrupt, 0 for a doubled one, more
@@ -66,7 +65,7 @@ pub trait Dma {
     /// do.
     type Slot: Send;
 
-    /// What happened since the last call. Clears the flags it reads.
+    /// The events since the last call. Clears the flags that it reads.
     fn status(&mut self) -> Status;
 
     /// Returns the slot of the last completed block and takes `empty` to be filled in its place.
@@ -78,13 +77,12 @@ pub trait Dma {
 
     /// Clears the faults and starts again at a block's first sample, with the slots it holds.
     ///
-    /// Returns the number of block periods between the end of the last block counted in `completed`
-    /// and the first new sample, rounded up to whole blocks and at least 1. The sample clock
-    /// advances by it.
+    /// Returns the number of block periods between the end of the last block counted in `completed` and the first new sample, rounded up to
+    /// whole blocks and at least 1. The sample clock advances by this number.
     fn restart(&mut self) -> u32;
 }
 
-/// How blocks follow each other in time.
+/// The timing of successive blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Timing {
     /// Sample periods from a block's first sample to the next block's: the block's length plus the
@@ -112,7 +110,7 @@ impl Timing {
     }
 }
 
-/// What became of the blocks. All counts wrap.
+/// The fates of the blocks. All counts wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
@@ -130,7 +128,7 @@ pub struct Counters {
     pub spurious: u32,
     /// Transfers that failed.
     pub dma_errors: u32,
-    /// Times the converter overran.
+    /// The number of times that the converter overran.
     pub adc_overruns: u32,
 }
 
@@ -159,7 +157,7 @@ impl Counters {
         }
     }
 
-    /// Blocks the converter filled: the delivered and the lost ones.
+    /// Blocks that the converter filled: the delivered and the lost ones.
     pub fn filled(&self) -> u32 {
         self.blocks.wrapping_add(self.lost())
     }
@@ -169,7 +167,7 @@ fn count(counter: &mut u32, more: u32) {
     *counter = counter.wrapping_add(more);
 }
 
-/// A block of samples. Whoever holds it owns it.
+/// A block of samples. The holder owns it.
 #[derive(Debug)]
 pub struct Block<S> {
     /// Where and when the block was taken.
@@ -285,7 +283,7 @@ impl<D: Dma> Filler<'_, D> {
         self.restart_after(0);
     }
 
-    /// The controller, for what else a board does with it, such as starting the next block.
+    /// The controller, for the board's other uses, such as starting the next block.
     pub fn dma(&mut self) -> &mut D {
         &mut self.dma
     }
@@ -295,14 +293,14 @@ impl<D: Dma> Filler<'_, D> {
         &self.counters
     }
 
-    /// Whether a block completed before the fault is whole is unknown, so all of them are dropped.
+    /// It is unknown whether a block that completed before the fault is whole, so all of them are dropped.
     fn recover(&mut self, status: Status) {
         count(&mut self.counters.dma_errors, status.dma_error.into());
         count(&mut self.counters.adc_overruns, status.adc_overrun.into());
         self.restart_after(status.completed);
     }
 
-    /// Starts the chain anew. The `completed` blocks and those that passed count as broken.
+    /// Starts the chain anew. The `completed` blocks and the blocks that passed count as broken.
     fn restart_after(&mut self, completed: u32) {
         let broken = completed.saturating_add(self.dma.restart());
         count(&mut self.counters.broken, broken);

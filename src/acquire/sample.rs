@@ -1,4 +1,4 @@
-//! What the converter delivers: records and the blocks that carry them.
+//! The converter's output: records and the blocks that carry them.
 
 use super::codes::{Between, Codes};
 use num_complex::Complex;
@@ -16,7 +16,7 @@ mod sealed {
 pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'static {
     /// One sample: `i16`, or an `[i, q]` pair.
     type Sample: Copy + Default + core::fmt::Debug + Send + Sync + 'static;
-    /// Work memory to transform `N` samples: as many numbers as the record has.
+    /// Work memory to transform `N` samples: one number for each number of the record.
     type Cells<T: Part, const N: usize>: Cells<T>;
     /// True for I/Q records.
     const IQ: bool;
@@ -140,8 +140,8 @@ pub enum Segment {
 }
 
 impl Segment {
-    /// Whether a target's motion bends the phase of its beat: on a ramp, where the beat follows the range. The bend is
-    /// the same to both sides of the record's middle and leaves the frequency there as it is.
+    /// Whether a target's motion bends the phase of its beat: on a ramp, where the beat follows the range. The bend is symmetric about the
+    /// record's middle and does not change the frequency there.
     pub const fn bends(self) -> bool {
         matches!(self, Segment::Up | Segment::Down)
     }
@@ -202,9 +202,8 @@ impl Statistics {
         seen
     }
 
-    /// [`Statistics::clipped`] alone. Cost: one pass. On a core with the DSP extension it takes two
-    /// samples at a time, some two instructions each, and a second pass if real samples touch a
-    /// rail.
+    /// [`Statistics::clipped`] alone. Cost: one pass. A core with the DSP extension takes two samples at a time, some two instructions
+    /// each, and a second pass if real samples touch a rail.
     pub fn clipped<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
         #[cfg(any(dsp, short_products))]
         let (low, high) = codes.rails();
@@ -220,7 +219,7 @@ impl Statistics {
         if all_inside(R::pairs(samples), low, high) {
             return 0;
         }
-        let inside = Between::of(codes.rails());
+        let inside = Between::new(codes.rails());
         let touches = |[i, q]: [i16; 2]| !inside.holds(i) || (R::IQ && !inside.holds(q));
         let mut count = 0u32;
         for &sample in samples {
@@ -229,8 +228,8 @@ impl Statistics {
         count
     }
 
-    /// Samples with a part beyond the rails: codes that the converter cannot make. The caller asks
-    /// only if some sample touches a rail. Cost: as [`Statistics::clipped`].
+    /// Samples with a part beyond the rails: codes that the converter cannot make. The caller counts them only if some sample touches a
+    /// rail. Cost: that of [`Statistics::clipped`].
     pub fn beyond<R: Record>(samples: &[R::Sample], codes: Codes) -> u32 {
         #[cfg(all(target_arch = "arm", not(dsp)))]
         if none_beyond(R::pairs(samples), codes.rails()) {
@@ -256,11 +255,11 @@ fn all_inside(pairs: &[[i16; 2]], low: i16, high: i16) -> bool {
     low == 0 && high > 0 && none_has(pairs, !high, around)
 }
 
-/// Whether no part lies beyond the rails. If the lower one is 0, no part then has a bit beyond the upper one; if
-/// it is minus the upper one less 1, the bits from there on are all the same. False where [`all_inside`] is.
+/// Whether no part lies beyond the rails. If the lower rail is 0, no part then has a bit beyond the upper one; if it is minus the upper
+/// rail less 1, the bits from there on are all equal. False where [`all_inside`] is false.
 #[cfg(any(all(target_arch = "arm", not(dsp)), test))]
 fn none_beyond(pairs: &[[i16; 2]], (low, high): (i16, i16)) -> bool {
-    // Codes from 0 on are compared with nothing.
+    // Codes from 0 on need no comparison.
     let (known, bits, signed) =
         if low == 0 { (high > 0, !high, 0) } else { (low == !high, low << 1, u32::MAX) };
     known && none_has(pairs, bits, |word| word ^ (word << 1 & signed))
@@ -280,7 +279,8 @@ fn none_has(pairs: &[[i16; 2]], bits: i16, of: impl Fn(u32) -> u32) -> bool {
     if !whole || !bits.unsigned_abs().is_power_of_two() {
         return false;
     }
-    // Eight at a time, since a loop costs as much as a word: a record has no rest, and another is seen elsewhere.
+    // Eight at a time, since a turn of the loop costs as much as a word: a record is a multiple of eight, and other slices take the loop
+    // below.
     let (eights, rest) = words.as_chunks::<8>();
     let seen =
         eights.iter().fold(0, |seen, eight| eight.iter().fold(seen, |seen, &word| seen | of(word)));
@@ -318,11 +318,11 @@ mod tests {
         ];
         for place in 0..20 {
             for [a, b] in parts.iter().flat_map(|&a| parts.map(|b| [a, b])) {
-                // Aligned as the record of a meter is.
+                // Aligned as a meter's record is.
                 let mut words = [0x0800_0800u32; 24];
                 words[place] = u32::from(a as u16) | u32::from(b as u16) << 16;
                 let parts: [[i16; 2]; 24] = words.map(|word| [word as i16, (word >> 16) as i16]);
-                // SAFETY: a word is two parts, which lie as they are read here.
+                // SAFETY: a word is two parts, which lie in memory in the order in which they are read here.
                 let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 24]>() };
                 assert_eq!(*pairs, parts);
                 let clipped = Statistics::of::<Real>(pairs.as_flattened(), codes).clipped;

@@ -1,4 +1,12 @@
 //! A burst's signal about its frequency: 64 bins transformed back to 64 points in time.
+//!
+//! With `X` the spectrum of the tapered record, c the centre bin and `t_k` the bins' taper, the points are
+//!
+//! ```text
+//! z[n] = (1 / N) sum over k of t_k X[c + k] exp(j 2 pi k n / 64)        k = -32 .. 31
+//! ```
+//!
+//! each divided by the record's taper at its place.
 
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar as _;
@@ -12,17 +20,18 @@ use num_complex::Complex;
 pub(super) const POINTS: usize = 64;
 /// Points at each end of the record over which it is tapered, so that its ends do not ring in the others.
 const TAPERED: f32 = 6.0;
-/// Points whose taper is a fifth or less are not used: those at the very ends.
+/// Points whose taper is a fifth or less are not used: the points at the very ends.
 const USED: RangeInclusive<usize> = 2..=POINTS - 2;
 /// Bins on each side that pass whole; from there to 32 the bins are tapered, too.
 const WHOLE: f32 = 16.0;
 
-/// The mean of the squares of the bins' taper: by this the noise of a point is below that of the bins that pass whole.
+/// The mean of the squares of the bins' taper: the ratio of a point's noise to the noise of bins that pass whole.
 pub(super) const PASSED: f32 = 0.6875;
-/// The correlation of the noise of neighbouring points: the sum of the taper's squares times `cos(2 pi k / 64)` over that of its squares.
+/// The correlation of the noise of neighbouring points: the sum of the taper's squares times `cos(2 pi k / 64)`, over the sum of its
+/// squares.
 pub(super) const CORRELATION: f32 = 0.370_397_7;
 
-/// The factor of the record's taper at a place, in records from its begin.
+/// The factor of the record's taper at a place, in records from its beginning.
 pub(super) fn taper(place: f32) -> f32 {
     let end = place.min(1.0 - place) * POINTS as f32 / TAPERED;
     if end >= 1.0 {
@@ -34,7 +43,7 @@ pub(super) fn taper(place: f32) -> f32 {
 
 /// The signal within 32 bins of a bin, moved to frequency 0.
 pub(super) struct Baseband {
-    /// In codes: half a real tone's amplitude, all of an I/Q tone's. 0 where the taper is small.
+    /// Points in codes: half a real tone's amplitude, the whole of an I/Q tone's. 0 where the taper is small.
     pub points: [Complex<f32>; POINTS],
 }
 
@@ -49,8 +58,8 @@ pub(super) fn used(index: usize) -> bool {
 }
 
 impl Baseband {
-    /// Of the spectrum of a tapered record, about bin `centre`.
-    pub fn of<R: Record, const N: usize, E: Engine>(
+    /// The baseband of a tapered record's spectrum, about bin `centre`.
+    pub fn from_spectrum<R: Record, const N: usize, E: Engine>(
         spectrum: &Spectrum<R, N, E>,
         centre: i32,
     ) -> Self {
@@ -62,7 +71,7 @@ impl Baseband {
         let mut bins = [zero; POINTS];
         for (&[re, im], k) in read.iter().zip(-half..) {
             let at = centre.saturating_add(k);
-            // Beside the spectrum of a real record is its image.
+            // Beyond the spectrum of a real record lies its image.
             if !R::IQ && !(1..N as i32 / 2).contains(&at) {
                 continue;
             }

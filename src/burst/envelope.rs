@@ -1,4 +1,12 @@
 //! The Gaussian envelope of a burst, from the powers of its points.
+//!
+//! The powers of a Gaussian envelope of deviation s are a Gaussian of variance `v = s^2 / 2`. Their moments over the whole record would
+//! hold the noise of all points, so they are taken under a gate about the last middle, a Gaussian of variance `2 v'` with the last `v'`.
+//! The product of two Gaussians is one, whose variance w gives the next v:
+//!
+//! ```text
+//! 1 / v = 1 / w - 1 / (2 v')
+//! ```
 
 use super::baseband::{POINTS, place, used};
 use crate::math::scalar::Scalar as _;
@@ -10,18 +18,18 @@ pub(super) struct Envelope {
     pub deviation: f32,
 }
 
-/// The least and the greatest deviation that 64 points tell, in records.
+/// The least and the greatest deviation that 64 points can show, in records.
 pub(super) const LEAST: f32 = 0.03;
 pub(super) const MOST: f32 = 0.42;
 
-/// Steps of the iteration: the gate follows the envelope, which it halves the variance of.
+/// Steps of the iteration: the gate follows the envelope, whose variance it halves.
 const STEPS: usize = 10;
 
 /// The median of at most 64 numbers; 0 of none.
 pub(super) fn median(values: &heapless::Vec<f32, POINTS>) -> f32 {
     let middle = values.len() / 2;
     let rank = |value: f32| values.iter().filter(|&&other| other < value).count();
-    // Of equal numbers none has that rank itself: the largest of rank at most the middle.
+    // Several equal numbers share a rank: the result is the largest number of a rank up to the middle.
     let below = values.iter().copied().filter(|&value| rank(value) <= middle);
     below.fold(0.0, f32::max)
 }
@@ -33,8 +41,8 @@ impl Envelope {
         if u.abs() > 9.0 { 0.0 } else { libm::expf(-0.5 * u * u) }
     }
 
-    /// The envelope of these powers, from a guess: their moments under a gate of the envelope's own shape, which is twice as long. The noise
-    /// is the median of the points beside.
+    /// The envelope of these powers, from a guess: their moments under a gate of the envelope's own shape, which is twice as long. The
+    /// noise is the median of the points beside the gate.
     pub fn fitted(self, powers: &[f32; POINTS]) -> Self {
         let mut beside = heapless::Vec::<f32, POINTS>::new();
         for (index, &power) in powers.iter().enumerate() {

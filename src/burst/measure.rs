@@ -1,4 +1,14 @@
-//! The frequency of a burst, its sigma, and whether it is one particle's.
+//! The frequency of a burst, its sigma, and whether one particle made it.
+//!
+//! The search weighs the record with the envelope that the detector guesses. 64 points of the signal around the found line (`baseband`)
+//! then give a better envelope, and search and points are repeated until the envelope settles. The frequency is the maximum of
+//!
+//! ```text
+//! |sum over n of e(t) z[n] exp(-j 2 pi f t)|^2        t = n / 64 less the envelope's middle, e(t) the envelope
+//! ```
+//!
+//! which is the maximum of the likelihood in white noise; its curvature gives sigma. What the points hold beyond one tone, whose level may
+//! change slowly, is compared with the noise beside the burst: more is a second particle.
 
 use super::baseband::{Baseband, CORRELATION, PASSED, POINTS, place, taper, used};
 use super::envelope::{self, Envelope, median};
@@ -17,7 +27,7 @@ use crate::tone::{Reasons, Tone, Verdict};
 use core::f32::consts::PI;
 use num_complex::Complex;
 
-/// Looks at the envelope: each moves the weight of the search to the envelope that the last one found.
+/// Looks at the envelope: each moves the weight of the search to the envelope found by the last one.
 const ROUNDS: usize = 3;
 /// The probability that the noise of a record passes for a burst's line. A detector cuts few records out of noise.
 const FALSE_ALARM: f32 = 1e-5;
@@ -25,12 +35,12 @@ const FALSE_ALARM: f32 = 1e-5;
 const CYCLES: f32 = 4.0;
 /// Standard deviations on each side of the middle within which a burst is tested for a second particle.
 const NEAR: f32 = 2.5;
-/// Normal deviations that a single particle's residual exceeds in one of a hundred bursts: of its power over the noise beside the burst, and (seen
-/// in simulation, in one of a thousand) of the correlation of its neighbouring points.
+/// The limit in normal deviations that a single particle's residual exceeds in one of a hundred bursts by its power over the noise beside
+/// the burst, and (in simulation, in one of a thousand) by the correlation of its neighbouring points.
 const POWER_LIMIT: f32 = 2.33;
 const CORRELATION_LIMIT: f32 = 3.2;
-/// Orders of change of the envelope's own that are no second particle: its level to the fourth order of time, which is in phase with the
-/// tone and does not move it.
+/// Orders of a change of the envelope that do not count as a second particle: its level up to the fourth order of time, which is in phase
+/// with the tone and does not move it.
 const ORDERS: usize = 5;
 
 /// Measures a burst in the record cut around it.
@@ -63,7 +73,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
         // The points are divided by the taper, so it must be exact.
         weigh::<R, N, 1>(cut.samples, &mut samples, offset, codes, taper);
         spectrum.transform(&samples, codes);
-        let points = Baseband::of(spectrum, peak).points;
+        let points = Baseband::from_spectrum(spectrum, peak).points;
         let found = guess.fitted(&points.map(|z| z.norm_sqr()));
         let near = (found.middle - guess.middle).abs() < 0.3 * guess.deviation;
         let alike = (0.75..1.33).contains(&(found.deviation / guess.deviation));
@@ -125,7 +135,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
     burst
 }
 
-/// Codes as far around 0 as any is from the middle of others, and twice as far: the offset may lie anywhere between.
+/// Codes centred on 0 that reach as far as the whole range of the given codes: the offset may lie anywhere in this range.
 fn around(codes: Codes) -> Codes {
     let (low, high) = codes.rails();
     let most = (i32::from(high) - i32::from(low)).min(i16::MAX.into()) as i16;
@@ -161,14 +171,15 @@ fn weigh<R: Record, const N: usize, const STEP: usize>(
     }
 }
 
-/// The highest bin that the pedestal of a burst reaches: the light of the particle without its fringes, four standard deviations of the spectrum of the weighted
-/// envelope.
+/// The highest bin that the pedestal of a burst reaches: the light of the particle without its fringes, four standard deviations of the
+/// spectrum of the weighted envelope.
 fn pedestal(envelope: &Envelope) -> i32 {
     let bins = 4.0 / (2.0 * PI * envelope.deviation * core::f32::consts::SQRT_2);
     (bins as i32).max(3)
 }
 
-/// The strongest bin of a weighted record outside of the pedestal; its power over the mean of the others, and the least that is no noise's.
+/// The strongest bin of a weighted record outside of the pedestal, its power over the mean of the others, and the least such ratio that is
+/// not noise.
 fn strongest<R: Record, const N: usize, E: Engine>(
     spectrum: &Spectrum<R, N, E>,
     band: Band,
@@ -208,35 +219,35 @@ fn strongest<R: Record, const N: usize, E: Engine>(
             count += 1;
         }
     }
-    // A scan may sum points for bins: at least nothing is left.
+    // A scan may sum points for bins: the remainder is at least zero.
     let left = total.saturating_sub(skirt) as f32;
     let others = bins.saturating_sub(count) as f32;
     if power == 0 || others < 8.0 {
         return None;
     }
     let ratio = power as f32 * others / left.max(1.0);
-    // As many of the bins are independent as the weight has of the record: the root of pi times its deviation.
-    let freedom = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
-    let limit = freedom * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / freedom) - 1.0);
+    // Of the bins, the share of the record that the weight has is independent: the root of pi times its deviation.
+    let dof = (others * (1.772 * envelope.deviation).min(1.0)).max(4.0);
+    let limit = dof * (libm::expf((bins as f32 / FALSE_ALARM).log_e() / dof) - 1.0);
     Some((peak, ratio, limit))
 }
 
 /// A tone with a Gaussian envelope in the points.
 struct Line {
-    /// Bins beyond the points' centre.
+    /// The offset beyond the points' centre, bins.
     offset: f32,
-    /// Squared bins.
+    /// The variance of the offset, squared bins.
     variance: f32,
     /// The amplitude at the envelope's top.
     level: f32,
     /// The noise power of a point in the bins that pass whole.
     noise: f32,
-    /// Whether more is in the points than this tone and noise.
+    /// Whether the points hold more than this tone and noise.
     mixed: bool,
 }
 
 impl Line {
-    /// The frequency at which the points, weighted with the envelope, add up to most: maximum likelihood in white noise.
+    /// The frequency at which the sum of the points, weighted with the envelope, is largest: maximum likelihood in white noise.
     fn fitted(points: &[Complex<f32>; POINTS], envelope: &Envelope) -> Option<Self> {
         const STEPS: usize = 8;
         let zero = Complex::new(0.0f32, 0.0);
@@ -282,7 +293,7 @@ impl Line {
             z * f32::unit(-offset * time(index)) * (sum.conj() / size)
         });
         let left = residual(&turned, &level, envelope);
-        let judged = Judged::of(&left, envelope);
+        let judged = Judged::from_residual(&left, envelope);
         let (mut weight, mut first, mut second, mut noise) = (0.0, 0.0, 0.0, 0.0);
         for (index, e) in level.iter().enumerate() {
             let (t, e) = (time(index), e * e);
@@ -301,8 +312,8 @@ impl Line {
     }
 }
 
-/// What is left of the points without what one tone with its own level over time explains: in phase the envelope times a polynomial of
-/// fourth order, across (the frequency and the phase) one of first order.
+/// The residual of the points beyond one tone with its own level over time: in phase the envelope times a polynomial of fourth order,
+/// across (the frequency and the phase) one of first order.
 fn residual(
     turned: &[Complex<f32>; POINTS],
     level: &[f32; POINTS],
@@ -322,7 +333,7 @@ fn residual(
             let u = (place(index) - envelope.middle) / envelope.deviation;
             *value = (0..order).fold(e, |value, _| value * u);
         }
-        // Twice, so that rounding leaves nothing of the others.
+        // Twice, so that rounding leaves nothing of the other functions.
         for other in known.iter().chain(known.iter()) {
             let along: f32 = other.iter().zip(&*new).map(|(a, b)| a * b).sum();
             new.iter_mut().zip(other).for_each(|(value, other)| *value -= along * other);
@@ -343,14 +354,14 @@ fn residual(
     left
 }
 
-/// The noise of the points, and whether they hold something else.
+/// The noise of the points, and whether they hold another signal.
 struct Judged {
     noise: f32,
     mixed: bool,
 }
 
 impl Judged {
-    fn of(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
+    fn from_residual(left: &[Complex<f32>; POINTS], envelope: &Envelope) -> Self {
         let near =
             |index: usize| (place(index) - envelope.middle).abs() < NEAR * envelope.deviation;
         let (mut inside, mut count) = (0.0f32, 0.0f32);
@@ -359,7 +370,7 @@ impl Judged {
         let mut before: Option<Complex<f32>> = None;
         for (index, &z) in left.iter().enumerate() {
             let power = z.norm_sqr();
-            // What leaks in at the record's ends is largest under the taper.
+            // Leakage at the record's ends is largest under the taper.
             if !used(index) || taper(place(index)) < 0.9 {
                 before = None;
             } else if near(index) {
@@ -375,7 +386,7 @@ impl Judged {
                 before = None;
             }
         }
-        // Seven real numbers were taken off, all in the bins that pass whole.
+        // Seven real parameters were fitted, all in the bins that pass whole.
         let taken = 0.5 * (ORDERS + 2) as f32 / PASSED;
         let free = (count - taken).max(1.0);
         let own = inside / free;
@@ -388,7 +399,7 @@ impl Judged {
         let correlation = product / inside.max(f32::MIN_POSITIVE) - CORRELATION;
         let alike = correlation.norm_sqr().root() * count.root() > CORRELATION_LIMIT;
         let noise = if told { (inside + quiet * others) / (free + others) } else { own };
-        // What is louder than the noise beside it is the noise of this burst.
+        // A residual that is louder than the noise beside it is the noise of this burst.
         let noise = if loud { own.max(noise) } else { noise };
         Self { noise: noise / PASSED, mixed: loud || alike }
     }

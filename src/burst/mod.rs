@@ -1,10 +1,9 @@
 //! Bursts: the signal of one particle that crosses a beam, or of any source that is on for less than a record.
 //!
-//! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins anywhere
-//! holds a part of it, and a fit of a steady tone errs by 2 to 26 times what the burst tells. So a burst is a measurement of its own,
-//! as in the processors of such instruments: a detector on the stream cuts a record around it
-//! ([`BurstDetector`]), and [`Pipeline::burst`](crate::Pipeline::burst) measures its
-//! frequency with its envelope as the weight.
+//! A laser-Doppler velocimeter sees each particle as a burst with the Gaussian envelope of its beam. A record that begins anywhere holds a
+//! part of the burst, and a fit of a steady tone errs by 2 to 26 times the burst's bound. So a burst is a measurement of its own, as in the
+//! processors of such instruments: a detector on the stream cuts a record around it ([`BurstDetector`]), and
+//! [`Pipeline::burst`](crate::Pipeline::burst) measures its frequency with its envelope as the weight.
 //!
 //! ```
 //! use picket_dsp::{BurstProcessor, Codes, Config, Real};
@@ -35,8 +34,8 @@
 //! var f = v / (2 pi^2 A^2 sum of (t - c)^2 exp(-(t - c)^2 / s^2)) = v / (pi^2.5 A^2 s^3)      cycles per sample, squared
 //! ```
 //!
-//! and twice that for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] beside it: whoever reads
-//! tones reads it as any other, and whoever validates bursts reads [`Validation`].
+//! and twice this variance for I/Q with v the power of both parts. A burst whose tone is good has the verdict good and a [`Burst`] beside
+//! it: a program that reads tones reads it as any other, and a program that validates bursts reads [`Validation`].
 
 mod baseband;
 mod envelope;
@@ -48,7 +47,7 @@ use crate::pipeline::Pipeline;
 use crate::plan::Plan;
 use crate::tone::Tone;
 
-/// What is known against a burst.
+/// The reason against a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -57,14 +56,14 @@ pub enum Validation {
     /// One particle.
     #[default]
     Valid = 0,
-    /// More than one tone with one Gaussian envelope explains: two particles at once. The tone is unresolved.
+    /// The points hold more than one tone with one Gaussian envelope: two particles at once. The tone is unresolved.
     TwoParticles = 1,
-    /// Fewer than four cycles within the envelope's two standard deviations and a half each side of its middle, or a frequency beside that of the
-    /// pedestal. The tone is near an edge.
+    /// Fewer than four cycles within the envelope's two and a half standard deviations on each side of its middle, or a frequency next to
+    /// the pedestal's. The tone is near an edge.
     FewCycles = 2,
     /// The envelope is shorter than a thirtieth of a record: use shorter records, or a higher sample rate.
     Short = 3,
-    /// The envelope is longer than two fifths of a record: use longer records, or measure it as a steady tone.
+    /// The envelope is longer than two fifths of a record: use longer records, or measure the signal as a steady tone.
     Long = 4,
     /// No line stands out: noise, or a particle outside of the fringes.
     Weak = 5,
@@ -102,14 +101,14 @@ impl Validation {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Burst {
-    /// The tone within it. Its amplitude and its signal-to-noise ratio are those at the envelope's top.
+    /// The tone of the burst. Its amplitude and its signal-to-noise ratio are taken at the envelope's top.
     pub tone: Tone,
     /// The middle of the envelope, samples since the stream's first.
     pub arrival: f64,
-    /// The standard deviation of the Gaussian envelope of the amplitude, samples. Between the points at which the power is down by
-    /// `exp(-2)` lie `2 sqrt(2)` of it: the transit time.
+    /// The standard deviation of the Gaussian envelope of the amplitude, samples. The transit time, between the points at which the power
+    /// is down by `exp(-2)`, is `2 sqrt(2)` times this.
     pub deviation: f32,
-    /// Whether it is one particle's.
+    /// Whether one particle made the burst.
     pub validation: Validation,
 }
 
@@ -120,7 +119,7 @@ impl Burst {
     }
 }
 
-/// Samples in, bursts out: a detector, and a pipeline that measures what it cuts.
+/// Turns samples into bursts: a detector, and a pipeline that measures each record it cuts.
 ///
 /// ```
 /// use picket_dsp::{BurstProcessor, Codes, Plan, Real, Validation};
@@ -152,7 +151,7 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
     pub const IDLE: Self =
         Self { detector: BurstDetector::IDLE, pipeline: Pipeline::new(Plan::IDLE), last: None };
 
-    /// Follows another plan from the next sample on, and other bounds of a burst.
+    /// Follows another plan and another trigger from the next sample on.
     pub fn set_plan(&mut self, plan: Plan<R, N>, trigger: Trigger) {
         self.detector.set_plan(plan.codes, trigger);
         self.pipeline.set_plan(plan);
@@ -163,7 +162,7 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         Self::with_trigger(plan, Trigger::default())
     }
 
-    /// A processor whose bursts begin and end as `trigger` says.
+    /// A processor whose bursts begin and end by `trigger`.
     pub fn with_trigger(plan: Plan<R, N>, trigger: Trigger) -> Self {
         Self {
             detector: BurstDetector::new(plan.codes, trigger),
@@ -172,12 +171,13 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         }
     }
 
-    /// Takes samples, as codes: a [`Format`](crate::Format) makes codes of a driver's words. Calls `each` with every burst that is complete.
+    /// Takes samples, as codes: a [`Format`](crate::Format) turns a driver's words into codes. Calls `each` with every burst that is
+    /// complete.
     pub fn push(&mut self, samples: &[R::Sample], mut each: impl FnMut(&Burst)) {
         let Self { detector, pipeline, last } = self;
         detector.push(samples, |cut| {
             let burst = pipeline.burst(cut);
-            // The flank of a burst whose record holds all of it may trigger once more.
+            // The flank of a burst that lies wholly in its record may trigger once more.
             let apart = 0.5 * f64::from(burst.deviation);
             if last.is_none_or(|last| burst.arrival - last > apart) {
                 each(&burst);
@@ -186,7 +186,7 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         });
     }
 
-    /// Takes the samples of a block. Those that are missing between it and the block before are told by its stamp.
+    /// Takes the samples of a block. Its stamp shows how many samples are missing between this block and the one before.
     pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N], each: impl FnMut(&Burst)) {
         let missing = stamp.clock.saturating_sub(self.detector.clock());
         if missing > 0 {
@@ -195,17 +195,17 @@ impl<R: Record, const N: usize> BurstProcessor<R, N> {
         self.push(samples, each);
     }
 
-    /// What measures the bursts. It may measure whole blocks between them.
+    /// The pipeline that measures the bursts. It may measure whole blocks between them.
     pub const fn pipeline(&mut self) -> &mut Pipeline<R, N> {
         &mut self.pipeline
     }
 
-    /// Says that so many samples are missing before the next. A burst in progress is dropped and counted as lost.
+    /// Reports that `samples` samples are missing before the next. A burst in progress is dropped and counted as lost.
     pub fn lost(&mut self, samples: u64) {
         self.detector.lost(samples);
     }
 
-    /// What was counted so far.
+    /// The counts so far.
     pub const fn counters(&self) -> &Counters {
         self.detector.counters()
     }

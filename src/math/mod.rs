@@ -1,5 +1,4 @@
-//! Floats that give the same bits on every machine, and the few elementary functions that the fits
-//! use.
+//! Floats that give equal bits on every machine, and the few elementary functions that the fits use.
 
 pub(crate) mod products;
 pub mod scalar;

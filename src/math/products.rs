@@ -17,7 +17,7 @@ pub const fn power(x: [i32; 2]) -> u64 {
     (re * re) as u64 + (im * im) as u64
 }
 
-/// A sum and the squared magnitude. One after the other the squares go into the sum without an instruction of their own.
+/// A sum plus the squared magnitude. One after the other the squares go into the sum without an instruction of their own.
 #[inline(always)]
 pub const fn plus_power(sum: u64, x: [i32; 2]) -> u64 {
     if cfg!(short_products) {

@@ -3,7 +3,7 @@
 use num_complex::Complex;
 use num_traits::Float;
 
-/// A float whose elementary functions give the same bits on every machine.
+/// A float whose elementary functions give equal bits on every machine.
 ///
 /// With `std`, `num_traits::Float` takes `sin`, `ln` and the like from the platform, and platforms
 /// differ in the last digit. The functions here always come from the pure-Rust `libm` crate or from
@@ -87,9 +87,8 @@ fn unit_f64(turns: f64) -> Complex<f64> {
     Complex::new(libm::cos(radians), libm::sin(radians))
 }
 
-/// By the series for an eighth of a turn. `libm` works in `f64` inside, which a core without a
-/// double FPU emulates. Whole turns and quarters are taken off exactly, so the error is below
-/// 1.5e-7 for any angle.
+/// `exp(j 2 pi turns)` by the series for an eighth of a turn. `libm` works in `f64` inside, which a core without a double FPU emulates.
+/// Whole turns and quarters are subtracted exactly, so the error is below 1.5e-7 for any angle.
 fn unit_f32(turns: f32) -> Complex<f32> {
     let rest = turns - libm::roundf(turns);
     let quarter = libm::roundf(4.0 * rest);
@@ -150,7 +149,7 @@ pub fn sinc<T: Scalar>(z: T) -> T {
     )
 }
 
-/// One over each of four numbers, by one division: it takes as long as fourteen products.
+/// The reciprocals of four numbers, by one division, which takes as long as fourteen products.
 #[inline(always)]
 pub(crate) fn inverses<T: Scalar>([a, b, c, d]: [T; 4]) -> [T; 4] {
     let (ab, cd) = (a * b, c * d);
@@ -177,11 +176,10 @@ fn root_by_bits(x: f32) -> f32 {
     let bits = x.to_bits();
     let power = bits >> 23;
     if !(1..255).contains(&power) {
-        // Zero, negative, infinite, not a number, or subnormal.
+        // Zero, negative, infinite, NaN, or subnormal.
         return libm::sqrtf(x);
     }
-    // The rest of x, 1..4 with 24 bits after the point, and 25 bits of the root: one more than it
-    // keeps.
+    // The remainder of x, 1..4 with 24 bits after the point, and 25 bits of the root: one more than the result keeps.
     let mut rest = (bits & (LEADING - 1) | LEADING) << (2 - (power & 1));
     let (mut root, mut bit) = (0, 2 * LEADING);
     while bit > 0 {
@@ -203,7 +201,7 @@ fn root_by_bits(x: f32) -> f32 {
 fn root_f32(x: f32) -> f32 {
     #[unsafe(naked)]
     extern "C" fn root(x: f32) -> f32 {
-        // This tells the assembler of the FPU, which every core with this calling convention has.
+        // The directive tells the assembler of the FPU, which every core with this calling convention has.
         core::arch::naked_asm!(".fpu fpv4-sp-d16", "vsqrt.f32 s0, s0", "bx lr")
     }
     root(x)

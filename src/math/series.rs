@@ -1,5 +1,5 @@
-//! Angles and line shapes of the fits, from `+` and `*` alone: the same bits on every machine, and
-//! far cheaper on the target than a library's.
+//! Angles and line shapes of the fits, from `+` and `*` alone: equal bits on every machine, and far cheaper on the target than a library's
+//! functions.
 
 use super::scalar::Scalar;
 pub use super::scalar::{cosine, sinc};
@@ -14,7 +14,7 @@ pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
     // Eight times k fits in 32 bits for every length in use; 64-bit numbers are slow on the target.
     let (quadrant, rest) = if n <= 1 << 27 {
         let quadrant = ((8 * k).checked_div(n).unwrap_or(0) + 1) / 2;
-        // 4 k - quadrant n is four times the rest, within -n/2..=n/2.
+        // 4 k - quadrant n is four times the remaining angle, within -n/2..=n/2.
         (quadrant, 4 * k - quadrant * n)
     } else {
         let eighths = i64::from(k) * 8 / i64::from(n);

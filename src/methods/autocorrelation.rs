@@ -12,8 +12,8 @@
 //! }
 //! ```
 //!
-//! Offsets are in bins from the peak, positive upwards. Without noise they find any offset within
-//! half a period of the phase, `N / (2 m)` bins for lag `m`.
+//! Offsets are in bins from the peak, positive upwards. Without noise the estimators find any offset within half a period of the phase,
+//! `N / (2 m)` bins for lag `m`.
 
 use super::quinn::quinn2;
 use crate::acquire::sample::Iq;
@@ -35,11 +35,11 @@ pub fn autocorrelation<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     phase(bins, samples, n / 3 + usize::from(n % 3 == 2))
 }
 
-/// The same at the lag that is best for the signal-to-noise ratio (Yang et al. 2011, eqs 6 and 9, see
-/// [`best_lag`]); the ratio from [`parseval`](crate::methods::snr::parseval).
+/// The autocorrelation's phase at the lag that is best for the signal-to-noise ratio (Yang et al. 2011, eqs 6 and 9, see [`best_lag`]); the
+/// ratio comes from [`parseval`](crate::methods::snr::parseval).
 ///
-/// Cost: as [`autocorrelation`], 2 N to 2.7 N multiplications, plus the ratio's 2 N. 1.06 times the bound from 20 dB on,
-/// 1.4 at 0 dB, 3.1 at -10 dB.
+/// Cost: like [`autocorrelation`], 2 N to 2.7 N multiplications, plus the ratio's 2 N. 1.06 times the bound from 20 dB on, 1.4 at 0 dB, 3.1
+/// at -10 dB.
 pub fn improved_autocorrelation<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     bins: &Bins<T, Iq, Rectangular>,
     samples: &S,
@@ -51,8 +51,8 @@ pub fn improved_autocorrelation<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// The lag of least variance by Yang et al. 2011, eq 9: `N (2 S - 5 + sqrt(4 S^2 + 28 S + 1)) / (6 (2 S - 1))`,
 /// `N/2` at `S = 0.5`, at most `N/2`, rounded.
 ///
-/// Kept as printed. It follows from eq 7, which holds for lags up to N/2 only; over all lags 2N/3
-/// is best at every ratio (see [`fesa_corrected`]).
+/// Kept as printed. The formula follows from eq 7, which holds for lags up to N/2 only; over all lags 2N/3 is best at every ratio (see
+/// [`fesa_corrected`]).
 pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
     let two = T::of(2.0);
     let root = (T::of(4.0) * snr * snr + T::of(28.0) * snr + T::one()).root();
@@ -66,9 +66,8 @@ pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
     lag.round().to_usize().unwrap_or(1).max(1).min(n.saturating_sub(1).max(1))
 }
 
-/// The offset from the phase of `r(m) = sum x[n] conj(x[n - m])`. The peak's own phase, `2 pi peak
-/// m / N`, is subtracted in exact integers. That is the paper's coarse demodulation, without a
-/// pass over the samples.
+/// The offset from the phase of `r(m) = sum x[n] conj(x[n - m])`. The peak's own phase, `2 pi peak m / N`, is subtracted in exact integers.
+/// The subtraction is the paper's coarse demodulation, without a pass over the samples.
 fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     bins: &Bins<T, Iq, Rectangular>,
     samples: &S,
@@ -96,9 +95,8 @@ fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// estimator; up to 16.9 dB Quinn's where its offset is at least 0.2, above that where it is at
 /// least 0.4; else [`improved_autocorrelation`].
 ///
-/// Cost: that of both, at most 4.7 N multiplications with the ratio's 2 N. 1.06 times the bound at 20 dB, 1.23 at 0 dB,
-/// 1.17 below. The paper compares a variance ratio with an RMSE ratio (eqs 5 and 10), hence the bump at 0 dB; see
-/// [`fesa_corrected`].
+/// Cost: both estimators together, at most 4.7 N multiplications with the ratio's 2 N. 1.06 times the bound at 20 dB, 1.23 at 0 dB, 1.17
+/// below. The paper compares a variance ratio with an RMSE ratio (eqs 5 and 10), hence the bump at 0 dB; see [`fesa_corrected`].
 ///
 /// ```compile_fail,E0308
 /// use picket_dsp::acquire::sample::{Real, Iq};
@@ -126,8 +124,8 @@ pub fn fesa<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     if quinn.abs() >= limit { quinn } else { improved_autocorrelation(bins, samples, snr) }
 }
 
-/// FESA put right: lag 2N/3, best at every ratio, and the choice by comparing two variance
-/// ratios, the autocorrelation's `1.125 (1 + 1/(2 S))` and Quinn's (eq 5) at its own offset.
+/// FESA corrected: lag 2N/3, best at every ratio, and the choice by comparing two variance ratios, the autocorrelation's
+/// `1.125 (1 + 1/(2 S))` and Quinn's (eq 5) at its own offset.
 ///
 /// Cost: 1.3 N multiplications and the ratio's 2 N. 1.05 times the bound at 20 dB, 1.16 at 0 dB, 1.17 below.
 pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
@@ -146,8 +144,8 @@ pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     }
 }
 
-/// Quinn's variance over the bound's at offset `d` (Yang et al. 2011, eq 5, where it stands as an RMSE
-/// ratio): `pi^4 d^2 (d^2 - 1)^2 (3 d^4 + 1) / (6 (3 d^4 + 6 d^2 + 1) sin^2(pi d))`.
+/// Quinn's variance over the bound's at offset `d` (Yang et al. 2011, eq 5, printed there as an RMSE ratio):
+/// `pi^4 d^2 (d^2 - 1)^2 (3 d^4 + 1) / (6 (3 d^4 + 6 d^2 + 1) sin^2(pi d))`.
 fn quinn_variance<T: Scalar>(d: T) -> T {
     let d = if d.abs() < T::of(1e-4) { T::of(1e-4) } else { d };
     let (d2, one) = (d * d, T::one());

@@ -15,9 +15,8 @@ const STRIDE: usize = 16;
 
 /// The transform of a record at bin `peak + offset`, `sum x[n] exp(-j 2 pi (peak + offset) n / N)`.
 ///
-/// Horner's rule within 16 samples, then a phasor from the sine and cosine. The peak's
-/// share of the phase is reduced in integers, so it is as exact at bin 4000 as at bin 1. Cost: 4 N
-/// multiplications and N/16 sines and cosines.
+/// Horner's rule within 16 samples, then a phasor from the sine and cosine. The peak's share of the phase is reduced in integers, so the
+/// transform is as exact at bin 4000 as at bin 1. Cost: 4 N multiplications and N/16 sines and cosines.
 pub fn at<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     bins: &Bins<T, R, Rectangular>,
     samples: &S,
@@ -39,7 +38,7 @@ pub fn at<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     sum
 }
 
-/// The turns a tone at `peak + offset` makes in `samples` samples, whole ones left out.
+/// The turns of a tone at `peak + offset` in `samples` samples, whole ones left out.
 fn turns<T: Scalar, R: Record, W>(bins: &Bins<T, R, W>, samples: usize, offset: T) -> T {
     let n = bins.n() as i64;
     let whole = i64::from(bins.peak()).wrapping_mul(samples as i64).checked_rem_euclid(n);
@@ -76,7 +75,7 @@ fn half_step<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
 /// `q = N^(-1/3)`, `d += Re{(X(+q) - X(-q)) / (X(+q) + X(-q))} / c`,
 /// `c = (1 - pi q cot(pi q)) / (q cos^2(pi q))`.
 ///
-/// Cost as [`aboutanios_mulgrew`]. On the bound (0.98 to 1.02) for complex tones.
+/// Cost: that of [`aboutanios_mulgrew`]. On the bound (0.98 to 1.02) for complex tones.
 pub fn haqse<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     bins: &Bins<T, R, Rectangular>,
     samples: &S,
@@ -101,15 +100,15 @@ fn inverse_cube_root<T: Scalar>(n: usize) -> T {
     q
 }
 
-/// `Re{a / b}`; 0 where it has no value.
+/// `Re{a / b}`; 0 where the quotient has no value.
 fn quotient<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
     let power = b.norm_sqr();
     if power > T::zero() { (a * b.conj()).re / power } else { T::zero() }
 }
 
-/// I-Rife (after Deng and Liu 2007; a reconstruction, the papers do not print it whole): the direction from
-/// `|X(+1/2)| > |X(-1/2)|`, and where the ratio's offset is below 1/3, the ratio again on a
-/// spectrum shifted by 1/3 bin, where the two lines are nearly equal.
+/// I-Rife (after Deng and Liu 2007; a reconstruction, because the papers do not print it whole): the direction from
+/// `|X(+1/2)| > |X(-1/2)|`, and where the ratio's offset is below 1/3, the ratio again on a spectrum shifted by 1/3 bin, where the two
+/// lines are nearly equal.
 ///
 /// Cost beyond the FFT: 8 N to 16 N multiplications, 2 divisions, 4 roots, the samples kept. 1.01 to 1.06 times
 /// the bound on complex tones.
@@ -123,9 +122,8 @@ pub fn i_rife<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     if offset.abs() >= third() { offset } else { shifted(bins, samples, up) }
 }
 
-/// Dual-threshold Rife (a reconstruction: thresholds 0.15 and 1/3): [`rife`](super::rife::rife)
-/// where its offset is at least 1/3; below that the shifted ratio of [`i_rife`], and below 0.15 the
-/// direction too from the half bins.
+/// Dual-threshold Rife (a reconstruction: thresholds 0.15 and 1/3): [`rife`](super::rife::rife) where its offset is at least 1/3; below
+/// that the shifted ratio of [`i_rife`], and below 0.15 the direction from the half bins, too.
 ///
 /// Cost beyond the FFT: none to 16 N multiplications, the samples kept. 1.01 to 1.11 times the bound on
 /// complex tones.

@@ -7,7 +7,7 @@
 //! On real samples the mirror image is nearly gone: its floor at N = 1024 is 3e-4 ([`grandke`]) and 7e-5 bin
 //! ([`candan_hann`]) at bin 5, 2e-11 at bin 256, where Z-Rife has 1.3e-2 and 4e-4.
 //!
-//! A window is part of a bin's type. Estimators for the one do not take the other:
+//! The window is part of the bins' type. Estimators for one window do not take the other:
 //!
 //! ```compile_fail,E0308
 //! use picket_dsp::acquire::sample::Iq;
@@ -32,8 +32,8 @@ use crate::math::scalar::Scalar;
 use crate::spectrum::bins::{Bins, Hann};
 use crate::tone::within;
 
-/// Grandke's estimator (Grandke 1983): the magnitudes of the peak and its stronger neighbour,
-/// `r (2 a - 1) / (a + 1)`, `a = |X_r| / |X_0|`.
+/// Grandke's estimator (Grandke 1983), from the magnitudes of the peak and its stronger neighbour: `r (2 a - 1) / (a + 1)`,
+/// `a = |X_r| / |X_0|`.
 ///
 /// Valid for a tone, real or complex, at least 3 bins from another line or its own image. Beyond the
 /// bins: 6 multiplications, 2 divisions, 2 roots, and Hann's window on the bins. 1.81 to 1.89 times the
@@ -46,12 +46,11 @@ pub fn grandke<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
     within(if up { offset } else { -offset }, T::one())
 }
 
-/// Three complex bins: `2 Re{(X- - X+) / (2 X0 - X- - X+)}`.
+/// Candan's estimator for three complex bins: `2 Re{(X- - X+) / (2 X0 - X- - X+)}`.
 ///
-/// Jacobsen's form for this window. Candan 2015 gives the factor by which its quotient must be
-/// multiplied as a derivative computed from the window; for Hann's it is 2 exactly for large N, because
-/// `X±/X0 = -(1 ± d) / (2 -+ d)`. Beyond the bins: 4 multiplications, 1 division, no root, and Hann's
-/// window on the bins. Validity as [`grandke`]. 2.10 to 2.18 times the (rectangular window's) bound.
+/// Jacobsen's form for this window. Candan 2015 gives the factor of its quotient as a derivative computed from the window; for Hann's
+/// window the factor is exactly 2 for large N, because `X±/X0 = -(1 ± d) / (2 -+ d)`. Beyond the bins: 4 multiplications, 1 division, no
+/// root, and Hann's window on the bins. Valid where [`grandke`] is. 2.10 to 2.18 times the (rectangular window's) bound.
 pub fn candan_hann<T: Scalar, R: Record>(bins: &Bins<T, R, Hann>) -> T {
     let [left, centre, right] = bins.three();
     let below = centre + centre - left - right;

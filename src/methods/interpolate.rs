@@ -17,8 +17,7 @@ pub fn jacobsen<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     within(ratio(bins), T::one())
 }
 
-/// Candan's estimator (Candan 2013): Jacobsen's without its bias,
-/// `(N/pi) atan(tan(pi/N) j)`.
+/// Candan's estimator (Candan 2013), which is Jacobsen's without its bias: `(N/pi) atan(tan(pi/N) j)`.
 ///
 /// Beyond the FFT: 6 multiplications, 4 divisions, 1 arc tangent, and the sine and cosine of `pi/N`.
 /// 1.5 times the bound on complex tones; on real samples the nearest of the three-bin forms to the image-free
@@ -39,8 +38,8 @@ fn ratio<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// Macleod's estimator (Macleod 1998, three samples): with `R± = Re{X± conj(X0)}` and
 /// `g = (R- - R+) / (2 |X0|^2 + R- + R+)`, `(sqrt(1 + 8 g^2) - 1) / (4 g)`.
 ///
-/// Computed as `2 g / (sqrt(1 + 8 g^2) + 1)`, which is the same and does not cancel. Beyond the FFT: 8
-/// multiplications, 2 divisions, 1 root. 1.14 to 1.19 times the bound on complex tones.
+/// Computed as `2 g / (sqrt(1 + 8 g^2) + 1)`, which is equal and does not cancel. Beyond the FFT: 8 multiplications, 2 divisions, 1 root.
+/// 1.14 to 1.19 times the bound on complex tones.
 pub fn macleod<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let [left, centre, right] = bins.three();
     let lower = (left * centre.conj()).re;
@@ -53,9 +52,8 @@ pub fn macleod<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 
 /// The vertex of a parabola through three log magnitudes, `(a - c) / (2 (a - 2 b + c))`.
 ///
-/// Widespread (the "QIFFT" of audio work) and meant for windowed data; on a rectangular window its bias
-/// of up to 0.17 bin grows from 4 times the bound at -10 dB to 10000 times at 60 dB. Here for comparison.
-/// Beyond the FFT: 7 multiplications, 1 division, 3 logarithms.
+/// Widespread (the "QIFFT" of audio work) and meant for windowed data; on a rectangular window its bias of up to 0.17 bin grows from 4
+/// times the bound at -10 dB to 10000 times at 60 dB. Included for comparison. Beyond the FFT: 7 multiplications, 1 division, 3 logarithms.
 pub fn parabolic<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     // The factor by which log power exceeds log magnitude cancels.
     let [a, b, c] = bins.three().map(|x| x.norm_sqr().max(T::min_positive_value()).log_e());

@@ -1,7 +1,7 @@
 //! The estimators of the papers and of others, one family a file, and the registry of all methods.
 //!
-//! An estimator answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record), positive
-//! towards higher frequency, usually in -0.5..=0.5.
+//! An estimator returns an *offset*: the distance of the tone from the peak bin, in bins (cycles per record), positive towards higher
+//! frequency, usually in -0.5..=0.5.
 
 pub mod autocorrelation;
 pub mod dft;

@@ -1,9 +1,8 @@
 //! Quinn's two estimators.
 //!
-//! Both take two offsets from the peak and its neighbours, `d+ = -a+ / (1 - a+)` and
-//! `d- = a- / (1 - a-)` with `a± = Re{X± conj(X0)} / |X0|^2`, and differ in how they join them. Valid for
-//! a single tone seen through a rectangular window, complex, or real and far from DC and Nyquist;
-//! the offset is in bins from the peak, positive upwards, -1..=1; 0 where there is no signal.
+//! Both take two offsets from the peak and its neighbours, `d+ = -a+ / (1 - a+)` and `d- = a- / (1 - a-)` with
+//! `a± = Re{X± conj(X0)} / |X0|^2`, and differ in the way of joining them. Valid for a single tone seen through a rectangular window,
+//! complex, or real and far from DC and Nyquist; the offset is in bins from the peak, positive upwards, -1..=1; 0 where there is no signal.
 
 use crate::acquire::sample::Record;
 use crate::math::scalar::Scalar;
@@ -29,7 +28,7 @@ pub fn quinn2<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     within(middle + kappa(upper * upper) - kappa(lower * lower), T::one())
 }
 
-/// `[d-, d+]`.
+/// The two offsets `[d-, d+]`.
 fn both<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> [T; 2] {
     let [left, centre, right] = bins.three();
     let power = centre.norm_sqr();

@@ -31,7 +31,7 @@ impl core::str::FromStr for Method {
     }
 }
 
-/// Which records a method is right for.
+/// The records that a method is right for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Records {
     /// Real samples only.
@@ -43,7 +43,7 @@ pub enum Records {
 }
 
 impl Records {
-    /// Whether records of kind `R` are among them.
+    /// Whether the method is right for records of kind `R`.
     pub const fn include<R: Record>(self) -> bool {
         match self {
             Records::Real => !R::IQ,
@@ -85,11 +85,10 @@ impl Needs {
     }
 }
 
-/// The window of a method's bins. The pipeline's bins are always rectangular; Hann's are made from
-/// them.
+/// The window of a method's bins. The pipeline's bins are always rectangular; bins under Hann's window are made from them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Window {
-    /// None.
+    /// No window.
     Rectangular,
     /// Hann's.
     Hann,
@@ -108,19 +107,19 @@ impl Window {
 /// The entry of a method in the registry. The host lists its own references with the same type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct About {
-    /// What the user types.
+    /// The name that a user types.
     pub name: &'static str,
-    /// The file, and family, it belongs to.
+    /// The method's file and family.
     pub family: &'static str,
-    /// Which records it is right for.
+    /// The records that the method is right for.
     pub records: Records,
-    /// What it reads.
+    /// The data that the method reads.
     pub needs: Needs,
     /// The window of its bins.
     pub window: Window,
-    /// Its RMSE over the Cramer-Rao bound, see [`Method::efficiency`].
+    /// The method's RMSE over the Cramer-Rao bound, see [`Method::efficiency`].
     pub efficiency: f32,
-    /// One line.
+    /// A description in one line.
     pub doc: &'static str,
 }
 
@@ -140,8 +139,7 @@ impl core::error::Error for Unfit {}
 macro_rules! methods {
     ($($id:literal $variant:ident $name:literal $family:literal $records:ident $needs:ident $window:ident
         $efficiency:literal $estimator:expr, $doc:literal;)*) => {
-        /// A method by which the offset from the peak bin is found. The numbers are those of telemetry
-        /// and captures and never change.
+        /// A method that finds the offset from the peak bin. The numbers are used in telemetry and captures, and never change.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u8)]
@@ -162,24 +160,24 @@ macro_rules! methods {
                 }
             }
 
-            /// The name a user types.
+            /// The name that a user types.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Method::$variant => $name,)*
                 }
             }
 
-            /// Which records it is right for.
+            /// The records that the method is right for.
             pub const fn records(self) -> Records {
                 match self {
                     $(Method::$variant => Records::$records,)*
                 }
             }
 
-            /// Its RMSE over the Cramer-Rao bound at 20 dB, N = 1024, offset uniform, as the Monte Carlo of
-            /// the numerics shows it; from about 0 dB upwards it holds within a tenth, except where said.
-            /// For Rife's it grows with the root of the root of the signal-to-noise ratio, for the parabola with
-            /// the root; on real samples every method but least squares has an image floor besides.
+            /// The method's RMSE over the Cramer-Rao bound at 20 dB, N = 1024, offset uniform, by the Monte Carlo of the numerics; from
+            /// about 0 dB upwards it holds within a tenth, except where stated. For Rife's method the ratio grows with the fourth root of
+            /// the signal-to-noise ratio, for the parabola with the square root; on real samples every method but least squares also has an
+            /// image floor.
             pub const fn efficiency(self) -> f32 {
                 match self {
                     $(Method::$variant => $efficiency,)*
@@ -203,8 +201,8 @@ macro_rules! methods {
 
             /// The offset of the tone from the peak bin, in bins.
             ///
-            /// `bins` as the plain transform gives them, around the peak; `samples` the same record;
-            /// `power(k)` is `|X[k]|^2` for `k` in `0..N`, in any unit. Methods use what they need.
+            /// `bins` are the plain transform around the peak; `samples` belong to the same record; `power(k)` is `|X[k]|^2` for `k` in
+            /// `0..N`, in any unit. Methods use the data that they need.
             #[inline(never)]
             pub fn offset<T, R, S, P>(
                 self,
@@ -310,7 +308,7 @@ methods! {
 }
 
 impl Default for Method {
-    /// Least squares, in the form for the kind of record (see [`Method::of_kind`]).
+    /// The default is least squares, in the form for the kind of record (see [`Method::of_kind`]).
     fn default() -> Self {
         Method::LeastSquares
     }
@@ -327,7 +325,7 @@ impl Method {
         Self::ALL.iter().copied().find(|method| method.name() == name)
     }
 
-    /// The same method in the form for records of kind `R`: least squares has one for each kind.
+    /// The method in the form for records of kind `R`: least squares has one for each kind.
     pub const fn of_kind<R: Record>(self) -> Self {
         match self {
             Method::LeastSquares | Method::LeastSquaresReal if R::IQ => Method::LeastSquares,
@@ -336,19 +334,19 @@ impl Method {
         }
     }
 
-    /// Whether it is right for records of kind `R`, and in the program. Without the feature
-    /// `methods` a program has least squares alone, and no plan with another method.
+    /// Whether the method is right for records of kind `R`, and part of the program. Without the feature `methods` a program has least
+    /// squares alone, and no plan with another method.
     pub const fn fits<R: Record>(self) -> bool {
         self.records().include::<R>() && (cfg!(feature = "methods") || self.is_least_squares())
     }
 
-    /// Whether it is least squares, in either form.
+    /// Whether the method is least squares, in either form.
     pub const fn is_least_squares(self) -> bool {
         matches!(self, Method::LeastSquares | Method::LeastSquaresReal)
     }
 
-    /// The offset as the target computes it: Rife's and Z-Rife's in integers throughout, the others' in `f32`
-    /// on the bins of the integer FFT.
+    /// The offset as the target computes it: Rife's and Z-Rife's in integers throughout, the others' in `f32` on the bins of the integer
+    /// FFT.
     ///
     /// # Errors
     /// The method does not work on this kind of record, or the program is without the feature `methods`.
@@ -367,7 +365,7 @@ impl Method {
             Method::ZRife => Ok(rife::z_rife_integer(three)),
             _ => {
                 let bins = Bins::<f32, R, Rectangular>::of(spectrum, peak);
-                // Not by the length's own type: one copy of the methods serves every length.
+                // Independent of the length's own type: one copy of the methods serves every length.
                 let power: &dyn Fn(i32) -> f32 = &|k| spectrum.power(k) as f32;
                 let offset = self.offset(&bins, &Raw::<R>(samples), power)?;
                 // A cast saturates and turns NaN into 0.

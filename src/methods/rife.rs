@@ -12,7 +12,7 @@ use crate::spectrum::power;
 use fixed::types::I2F30;
 use num_complex::Complex;
 
-/// Rife's estimator (Rife and Vincent 1970): the direction is that of the stronger neighbour.
+/// Rife's estimator (Rife and Vincent 1970): the direction points to the stronger neighbour.
 ///
 /// Offset in bins, -0.5..=0.5; 0 where there is no signal. Beyond the FFT: 1 division, 2 roots, 6
 /// multiplications. Near offset 0 noise often picks the wrong neighbour: 3.5 to 20 times the
@@ -23,13 +23,11 @@ pub fn rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     ratio(left, centre, right, up)
 }
 
-/// Phase-criterion Rife (Ye et al. 2022, eqs 15 and 16): the direction is that of the neighbour
-/// whose phase opposes the peak's.
+/// Phase-criterion Rife (Ye et al. 2022, eqs 15 and 16): the direction points to the neighbour whose phase opposes the peak's.
 ///
-/// The two angles of the paper fold into the sign of one real part,
-/// `Re{(X_- - X_+) conj X_0} > 0` for +1: no arc tangent, no unwrapping (the paper's eq 10 compares
-/// phase differences and is right only if they are wrapped). Offset and cost as [`rife`]. 1.25 to 1.36 times the bound on complex tones; on real samples it stops at an image
-/// floor (1.4e-2 bin at bin 5, 4e-4 at bin 256 of 1024).
+/// The two angles of the paper fold into the sign of one real part, `Re{(X_- - X_+) conj X_0} > 0` for +1: no arc tangent, no unwrapping
+/// (the paper's eq 10 compares phase differences and is right only if they are wrapped). Offset and cost like [`rife`]. 1.25 to 1.36 times
+/// the bound on complex tones; on real samples the error stops at an image floor (1.4e-2 bin at bin 5, 4e-4 at bin 256 of 1024).
 pub fn z_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let [left, centre, right] = bins.three();
     let up = ((left - right) * centre.conj()).re > T::zero();
@@ -41,8 +39,8 @@ pub fn z_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// phase criterion (eq 10 with wrapped differences): the neighbour whose phase is further
 /// from the peak's.
 ///
-/// The wrapped angles are compared by their cosines, so no arc tangent is needed. Offset as [`rife`]. Beyond
-/// the FFT: 12 multiplications, 2 divisions, 4 roots. 1.25 to 1.40 times the bound on complex tones.
+/// The wrapped angles are compared by their cosines, so no arc tangent is needed. Offset like [`rife`]. Beyond the FFT: 12 multiplications,
+/// 2 divisions, 4 roots. 1.25 to 1.40 times the bound on complex tones.
 pub fn a_p_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let offset = rife(bins);
     if offset.abs() >= T::of(1.0 / 3.0) {
@@ -54,7 +52,7 @@ pub fn a_p_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     ratio(left, centre, right, upper < lower)
 }
 
-/// The offset from two magnitudes, in the direction given.
+/// The offset from two magnitudes, in the given direction.
 pub(crate) fn ratio<T: Scalar>(
     left: Complex<T>,
     centre: Complex<T>,
@@ -76,8 +74,8 @@ pub fn rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
     ratio_integer(left, centre, right, power(right) > power(left))
 }
 
-/// [`z_rife`] in integers throughout, as the target runs it. The two real parts of eqs 15 and 16 are compared
-/// as they stand: the folded form's difference has 33 bits, four products of 64 are exact.
+/// [`z_rife`] in integers throughout, as the target runs it. The two real parts of eqs 15 and 16 are compared in the form of the paper: the
+/// folded form's difference has 33 bits, four products of 64 are exact.
 pub fn z_rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
     let [left, centre, right] = three;
     let part = |x: Complex<i32>| {
@@ -87,8 +85,8 @@ pub fn z_rife_integer(three: [Complex<i32>; 3]) -> I2F30 {
     ratio_integer(left, centre, right, part(left) > part(right))
 }
 
-/// Two integer square roots and one division. Weak bins are scaled up first, so that their roots
-/// are not rounded to whole counts.
+/// The ratio by two integer square roots and one division. Weak bins are scaled up first, so that their roots are not rounded to whole
+/// counts.
 fn ratio_integer(left: Complex<i32>, centre: Complex<i32>, right: Complex<i32>, up: bool) -> I2F30 {
     let (near, far) = (power(centre), power(if up { right } else { left }));
     if near | far == 0 {
@@ -116,8 +114,8 @@ mod tests {
         *state
     }
 
-    /// Ye et al. 2022, eqs 15 and 16 as a textbook would compute them: the two real parts
-    /// `Re{X_- conj X_0}` and `Re{X_+ conj X_0}` apart, the larger one's opposite side is the direction.
+    /// Ye et al. 2022, eqs 15 and 16 as a textbook would compute them: the two real parts `Re{X_- conj X_0}` and `Re{X_+ conj X_0}` apart;
+    /// the direction is opposite to the larger one.
     fn textbook([left, centre, right]: [Complex<i32>; 3]) -> bool {
         let part = |x: Complex<i32>| {
             i128::from(x.re) * i128::from(centre.re) + i128::from(x.im) * i128::from(centre.im)
@@ -142,7 +140,7 @@ mod tests {
     fn the_folded_direction_is_that_of_eqs_15_and_16() {
         let mut state = 0x5EED_0003;
         for _ in 0..200_000 {
-            // 24 bits: all products and sums are exact in f64 too.
+            // 24 bits: all products and sums are exact in f64, too.
             let mut part = || (noise(&mut state) as i32) >> 8;
             both_forms_agree(std::array::from_fn(|_| Complex::new(part(), part())));
         }

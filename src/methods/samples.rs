@@ -8,8 +8,7 @@ use num_complex::Complex;
 /// The samples of one record of kind `R`, read as complex floats in ADC codes (a real sample has
 /// the imaginary part 0).
 ///
-/// Implemented by [`Raw`] for the converter's codes, and by slices of floats: `[T]` is a real
-/// record, `[Complex<T>]` an I/Q one.
+/// Implemented by [`Raw`] for the converter's codes, and by slices of floats: `[T]` is a real record, `[Complex<T>]` an I/Q record.
 pub trait Samples<T: Scalar, R: Record> {
     /// The samples from number `start` on; none if the record is shorter.
     fn from(&self, start: usize) -> impl Iterator<Item = Complex<T>>;
@@ -52,7 +51,7 @@ impl<T: Scalar, R: Record, K: Record, S: Samples<T, R> + ?Sized> Samples<T, K> f
     }
 }
 
-/// `samples` as those of a record of kind `K`; `None` where `R` is another kind.
+/// `samples` as samples of a record of kind `K`; `None` where `R` is another kind.
 pub(crate) fn as_kind<R: Record, K: Record, S: ?Sized>(samples: &S) -> Option<As<'_, S, R, K>> {
     (R::IQ == K::IQ).then_some(As { samples, kind: PhantomData })
 }

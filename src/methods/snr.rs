@@ -1,14 +1,13 @@
-//! The signal-to-noise ratio from the whole power spectrum, as FESA wants it.
+//! The signal-to-noise ratio from the whole power spectrum, as FESA needs it.
 
 use crate::math::scalar::Scalar;
 
 /// The signal-to-noise ratio of a record by Parseval's theorem (Yang et al. 2011, eqs 11 to 13), as a power
 /// ratio per sample, 1e-6..=1e12.
 ///
-/// `power(k)` is `|X[k]|^2` for `k` in `0..n`, in any unit. The paper does not say which bins are
-/// noise. Here they are those farther than a quarter of the record from the peak, round the
-/// circle: `|k - peak| > n/4`. The tone's leakage into them bounds the answer: the error is -26 dB
-/// at 60 dB for a tone between bins. That is good enough to choose a lag, but not for a sigma.
+/// `power(k)` is `|X[k]|^2` for `k` in `0..n`, in any unit. The paper does not say which bins are noise. Here the bins farther than a
+/// quarter of the record from the peak are, round the circle: `|k - peak| > n/4`. The tone's leakage into them bounds the answer: the error
+/// is -26 dB at 60 dB for a tone between bins. This accuracy is enough to choose a lag, but not for a sigma.
 ///
 /// Cost: N powers (2 N multiplications), N additions, 2 divisions.
 pub fn parseval<T: Scalar>(n: usize, peak: i32, power: impl Fn(i32) -> T) -> T {

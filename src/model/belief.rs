@@ -1,4 +1,4 @@
-//! How probable hypotheses are together, and where they have the frequency.
+//! The joint probability of hypotheses, and the frequency that they give.
 
 use super::leftover::exponential;
 use crate::math::scalar::Scalar as _;
@@ -6,7 +6,7 @@ use crate::math::scalar::Scalar as _;
 /// The weight of hypotheses, as a logarithm, with mean and variance of the offset in bins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Belief {
-    /// Of the weight.
+    /// The logarithm of the weight.
     pub log: f32,
     /// The mean, bins.
     pub offset: f32,
@@ -15,21 +15,21 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// What is impossible.
+    /// The belief in an impossible hypothesis.
     pub const NEVER: Self = Self { log: f32::NEG_INFINITY, offset: 0.0, variance: 0.0 };
 
-    /// With another prior.
+    /// The belief with another prior.
     pub fn times(self, log: f32) -> Self {
         Self { log: self.log + log, ..self }
     }
 
-    /// Either of two.
+    /// The belief in either of two hypotheses.
     pub fn or(self, other: Self) -> Self {
         /// A share below 1e-9 changes nothing.
         const NOTHING: f32 = -20.0;
         let (more, less) = if self.log >= other.log { (self, other) } else { (other, self) };
         let behind = less.log - more.log;
-        // What is impossible, or no number, is the other.
+        // If one is impossible, or NaN, the result is the other.
         if behind.is_nan() || behind <= NOTHING {
             return more;
         }
@@ -46,15 +46,15 @@ impl Belief {
     }
 }
 
-/// How many sizes of a cause there are, each 16 times the variance of the one below, from that of the noise to `most`; and the
-/// logarithm of that number.
+/// The number of sizes of a cause, each 16 times the variance of the one below, from the noise's variance to `most`; and the logarithm of
+/// this number.
 pub fn sizes(most: f32) -> (i32, f32) {
     let power = (most.clamp(1.0, 1e12).to_bits() >> 23) as i32 - 127;
     let count = 1 + power / 4;
     (count, (count as f32).log_e())
 }
 
-/// The variance of the size of this number: `16^number`.
+/// The variance of the size with this number: `16^number`.
 pub fn size(number: i32) -> f32 {
     f32::two_to(4 * number)
 }

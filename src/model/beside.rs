@@ -1,4 +1,9 @@
-//! The causes that are seen in the bins themselves: slow terms, leakage, and lines farther off.
+//! The causes that show in the bins themselves: slow terms, leakage, and lines farther off.
+//!
+//! A cause is a set of columns, each a shape of bins with one unknown size of normal prior variance t. With G the products of the columns
+//! less the part that the fit can take, and a their products with the residual, the cause explains the energy `a' (G + 1/t)^-1 a`, and its
+//! flexibility costs `ln det(1 + t G) / 2` in the logarithm of its probability. The sizes t are a factor of 16 apart, and all equally
+//! probable.
 
 use super::belief::{Belief, size, sizes};
 use super::causes::{Best, Ground, Place};
@@ -13,7 +18,7 @@ use super::{leak, slow};
 use crate::math::scalar::Scalar as _;
 use num_complex::Complex;
 
-/// Further columns, less what the fit takes of them.
+/// Further columns, less the part that the fit takes of them.
 struct Further<const K: usize> {
     gram: Rows<K>,
     along: [f32; K],
@@ -49,7 +54,7 @@ impl<const K: usize> Further<K> {
                 *own = own.max(0.0) + over;
             }
         }
-        let factor = Factor::of(&gram, K);
+        let factor = Factor::from_rows(&gram, K);
         let (seen, pull) = (factor.forward(&self.along), factor.forward(&self.pull));
         let cost = 0.5 * (factor.log_determinant() + K as f32 * t.log_e());
         let (offset, variance) = (product(&pull, &seen), product(&pull, &pull));
@@ -73,38 +78,38 @@ impl<const K: usize> Further<K> {
     }
 }
 
-/// How probable slow terms are, of any size up to ten times the tone.
+/// The belief in slow terms, of any size up to ten times the tone.
 #[inline(never)]
 pub fn slow(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
     let beside = Further::new(solution, &slow::columns(window));
     beside.weigh(ground, 100.0 * ground.strength).0
 }
 
-/// How probable leakage is, of lines as strong as the tone or weaker.
+/// The belief in leakage, of lines as strong as the tone or weaker.
 #[inline(never)]
 pub fn leak(ground: &Ground, window: &Window, solution: &Solution) -> Belief {
     let beside = Further::new(solution, &leak::columns(window));
     beside.weigh(ground, ground.strength).0
 }
 
-/// Two lines as far below the tone as above it.
+/// Two lines at equal distances below and above the tone.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
-    /// Their distance from the tone, bins.
+    /// Distance of the lines from the tone, bins.
     pub distance: f32,
-    /// How probable they are.
+    /// The belief in the pair.
     pub belief: Belief,
-    /// Real and imaginary part of the lower and of the upper one, at the most probable size.
+    /// Real and imaginary part of the lower and of the upper line, at the most probable size.
     pub values: [f32; 4],
 }
 
 impl Pair {
-    /// None.
+    /// No pair.
     pub const NONE: Self =
         Self { distance: f32::INFINITY, belief: Belief::NEVER, values: [0.0; 4] };
 }
 
-/// How probable a pair of lines at a distance is, of which `prior` is the logarithm of that of the distance.
+/// The belief in a pair of lines at a distance; `prior` is the logarithm of the distance's prior.
 #[inline(never)]
 pub fn sidebands(
     ground: &Ground,
@@ -125,7 +130,7 @@ pub fn sidebands(
     Pair { distance, belief: belief.times(prior), values }
 }
 
-/// Lines beyond those that are close, a quarter of a bin on each side of the strongest peaks of what is left.
+/// Lines beyond the close ones, a quarter of a bin on each side of the strongest peaks of the residual.
 #[inline(never)]
 pub fn lines(
     ground: &Ground,

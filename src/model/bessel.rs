@@ -1,8 +1,11 @@
 //! Spherical Bessel functions: Legendre's polynomials as the bins show them.
+//!
+//! Small arguments use the power series, large ones the recurrence `j_(p+1) = (2 p + 1)/x j_p - j_(p-1)` upwards, and those between the
+//! recurrence downwards from a high order (Miller's algorithm; Abramowitz and Stegun 1964, 10.5).
 
 use super::constants::ORDERS;
 
-/// Below this the power series is used, up to the next the recurrence from high orders down, which forgets where it began.
+/// Below the first limit the power series is used, up to the next limit the recurrence from high orders down, which forgets its start.
 const SERIES: f32 = 1.0;
 const DOWN: f32 = 9.0;
 
@@ -43,9 +46,9 @@ fn up(x: f32, sine: f32, cosine: f32) -> [f32; ORDERS + 1] {
     })
 }
 
-/// The same downwards (Miller), scaled by the larger of orders 0 and 1.
+/// The recurrence downwards (Miller), scaled by the larger of orders 0 and 1.
 fn down(x: f32, sine: f32, cosine: f32) -> [f32; ORDERS + 1] {
-    /// Orders above 9 that make what the recurrence began with negligible.
+    /// Orders above 9 that make the recurrence's start negligible.
     const BEGIN: i32 = 20;
     let over = 1.0 / x;
     let (mut above, mut this) = (0.0, 1e-20);
@@ -70,7 +73,7 @@ fn down(x: f32, sine: f32, cosine: f32) -> [f32; ORDERS + 1] {
 mod tests {
     use super::*;
 
-    /// Upwards in double precision, from the definition's closed forms, and by ten terms of the series where that loses digits.
+    /// Compared with the definition's closed forms upwards in double precision, and with ten terms of the series where these lose digits.
     #[test]
     fn every_order_everywhere() {
         for i in -2000..=2000 {

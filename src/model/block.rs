@@ -20,11 +20,11 @@ fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise 
     let unseen = ring::unseen_rounding(near, beside);
     let engine = TRANSFORM * fit.line.norm_sqr() / super::constants::WIDTH as f32;
     let power = (beside.noise.power + unseen) * near.n as f32 + engine;
-    Noise { power, freedom: beside.noise.freedom }
+    Noise { power, degrees_of_freedom: beside.noise.freedom }
 }
 
-/// Whether a line exceeds the noise after the last kept cause, that of the louder half of what is left beside it, and that of the louder
-/// side of the ring: one test.
+/// Whether a line exceeds the largest of three noises: after the last kept cause, in the louder half of the residual beside the line, and
+/// on the louder side of the ring. One test.
 fn is_detected(
     near: &Neighbourhood,
     beside: &LocalNoise,
@@ -34,12 +34,12 @@ fn is_detected(
 ) -> bool {
     let left = noise.power * answer.scale.max(answer.louder);
     let here = left.max(beside.loud * near.n as f32);
-    let limit = threshold.between().beside(answer.freedom, Relaxation::NOTHING);
+    let limit = threshold.between().beside(answer.degrees_of_freedom, Relaxation::NOTHING);
     answer.line.norm_sqr() > here * limit
 }
 
-/// What the joint fit says of a line that is no steady tone, and the noise power per sample that it tells; `None` if the effort has no
-/// joint fit, or nothing can be fitted. The answer is unresolved if the line does not exceed that noise.
+/// The joint fit's answer for a line that is not a steady tone, and its noise power per sample; `None` if the effort has no joint fit, or
+/// nothing can be fitted. The answer is unresolved if the line does not exceed this noise.
 #[inline(never)]
 pub fn joint(
     near: &Neighbourhood,
@@ -52,7 +52,7 @@ pub fn joint(
     let most = effort.causes()?;
     let noise = noise_of(near, fit, beside);
     let mut answer = measure(&window_of(near), &noise, fit.offset, most, bends);
-    // A variance that is no number is none, and an offset beyond the bins beside the peak is another line's.
+    // A variance that is NaN is invalid, and an offset beyond the bins beside the peak belongs to another line.
     let found = answer.variance > 0.0
         && answer.offset.abs() < FARTHEST
         && is_detected(near, beside, &noise, &answer, threshold);
@@ -60,5 +60,5 @@ pub fn joint(
     Some((answer, noise.power * answer.scale / near.n as f32))
 }
 
-/// Bins from the peak: the joint fit goes no farther.
+/// Bins from the peak: the joint fit accepts no larger offset.
 const FARTHEST: f32 = 1.5;

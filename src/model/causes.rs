@@ -1,8 +1,8 @@
-//! The causes that are seen through a tone's moments: changes of the tone, and lines so near that they look alike.
+//! The causes that show in a tone's moments: changes of the tone, and lines so near that they look alike.
 //!
-//! A cause is a set of orthogonal directions, each with a normal prior. Of a direction `along` is what is seen, times its size; `size`
-//! the square of its size; `pull` what a unit of it does to the offset. With a prior variance t the energy that it explains is
-//! `sum along^2 t / (1 + size t)`, and it is `sum ln(1 + size t) / 2` less probable than nothing for being able to.
+//! A cause is a set of orthogonal directions, each with a normal prior. Of a direction, `along` is the observation along it times its size;
+//! `size` the square of its size; `pull` the effect of one unit on the offset. With a prior variance t the energy that it explains is
+//! `sum along^2 t / (1 + size t)`, and its flexibility makes it `sum ln(1 + size t) / 2` less probable than nothing.
 
 use super::belief::{Belief, size, sizes};
 use super::constants::{CLOSE, DISTANCES, ORDERS, SMOOTH, WALK};
@@ -13,47 +13,47 @@ use crate::math::scalar::Scalar as _;
 /// One direction of a cause.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Direction {
-    /// What is seen along it, in deviations of the noise, times the root of `size`.
+    /// The observation along the direction, in deviations of the noise, times the root of `size`.
     pub along: f32,
-    /// The square of its length.
+    /// The square of the direction's length.
     pub size: f32,
-    /// What a unit of it does to the offset, bins.
+    /// The effect of one unit on the offset, bins.
     pub pull: f32,
 }
 
 /// A cause at its most probable size.
 #[derive(Clone, Copy, Debug)]
 pub struct Best {
-    /// The logarithm of its weight at that size.
+    /// The logarithm of the cause's weight at this size.
     pub log: f32,
-    /// The prior variance there.
+    /// The prior variance at this size.
     pub variance: f32,
 }
 
 impl Best {
-    /// Nothing.
+    /// No cause.
     pub const NONE: Self = Self { log: f32::NEG_INFINITY, variance: 1.0 };
 }
 
-/// What a round knows that all causes need.
+/// The quantities of a round that all causes need.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground {
-    /// The evidence of what is left.
+    /// The evidence of the residual.
     pub leftover: Leftover,
-    /// The variance of the offset in noise as loud as the ring's, bins squared.
+    /// The variance of the offset in noise as loud as the ring, bins squared.
     pub variance: f32,
     /// The square of the tone's strength.
     pub strength: f32,
 }
 
 impl Ground {
-    /// The belief in a cause that explains so much energy, is less probable by a logarithm, and moves the offset.
+    /// The belief in a cause that explains this energy, is less probable by the logarithm `cost`, and moves the offset.
     pub fn belief(&self, explained: f32, cost: f32, offset: f32, variance: f32) -> Belief {
         let (log, scale) = self.leftover.less(explained);
         Belief { log: log - cost, offset, variance: (self.variance + variance) * scale }
     }
 
-    /// That of directions of which a unit has a prior variance of 16^0, 16^1 and so on, up to `most`.
+    /// The belief in these directions, of which a unit has a prior variance of 16^0, 16^1 and so on, up to `most`.
     pub fn weigh(&self, directions: &[Direction], most: f32) -> (Belief, Best) {
         let (count, log) = sizes(most);
         let (mut all, mut best) = (Belief::NEVER, Best::NONE);
@@ -69,7 +69,7 @@ impl Ground {
     }
 
     fn sized(&self, directions: &[Direction], t: f32) -> Belief {
-        /// Products beyond might have no number.
+        /// Products beyond might become NaN.
         const LARGE: f32 = 1e20;
         let [mut explained, mut logs, mut offset, mut variance] = [0.0; 4];
         let mut product = 1.0;
@@ -89,7 +89,7 @@ impl Ground {
     }
 }
 
-/// A change of the level: a random walk's, or a smoother one's. Each of the three smoothnesses with its best size.
+/// A change of the level: a random walk, or a smoother change. Each of the three smoothnesses has its best size.
 pub fn level(ground: &Ground, moments: &Moments) -> (Belief, [(Best, [f32; SMOOTH]); 3]) {
     let mut all = Belief::NEVER;
     let mut walk: [f32; SMOOTH] = [1.0; SMOOTH];
@@ -104,7 +104,7 @@ pub fn level(ground: &Ground, moments: &Moments) -> (Belief, [(Best, [f32; SMOOT
         for ((direction, size), seen) in directions.iter_mut().zip(sizes).zip(moments.amplitude) {
             *direction = Direction { along: seen * size.root(), size, pull: 0.0 };
         }
-        /// The logarithm of a third: the smoothnesses are as probable as each other.
+        /// The logarithm of a third: the smoothnesses are equally probable.
         const THIRD: f32 = -1.098_612_3;
         let (belief, best) = ground.weigh(&directions, 2.0 * ground.strength);
         all = all.or(belief.times(THIRD));
@@ -113,7 +113,7 @@ pub fn level(ground: &Ground, moments: &Moments) -> (Belief, [(Best, [f32; SMOOT
     (all, best)
 }
 
-/// Radians: a phase changes by so much at most, as a variance over that of a level.
+/// The limit of a phase's change in radians, as a variance over the variance of a level.
 const PHASES: f32 = 4.0;
 
 /// A phase that bends, as in a sweep.
@@ -123,7 +123,7 @@ pub fn bend(ground: &Ground, moments: &Moments) -> (Belief, Best) {
     ground.weigh(&[direction], 2.0 * PHASES * ground.strength)
 }
 
-/// A phase that wanders, or jumps: a random walk's, of which order 1 is the frequency and unseen.
+/// A phase that wanders, or jumps: a random walk, of which order 1 is the frequency and does not show.
 pub fn wander(ground: &Ground, moments: &Moments) -> (Belief, Best) {
     let deviation = ground.variance.root();
     let mut directions = [Direction::default(); ORDERS];
@@ -138,28 +138,28 @@ pub fn wander(ground: &Ground, moments: &Moments) -> (Belief, Best) {
 /// A line near the tone.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Its distance from the tone, bins.
+    /// The line's distance from the tone, bins.
     pub distance: f32,
-    /// How probable it is.
+    /// The belief in the line.
     pub belief: Belief,
-    /// Its most probable size.
+    /// The line's most probable size.
     pub best: Best,
-    /// What it has along the tone's phase and a quarter turn on, at that size.
+    /// The line's value along the tone's phase and a quarter turn on, at this size.
     pub value: [f32; 2],
 }
 
 impl Place {
-    /// None.
+    /// No line.
     pub const NONE: Self =
         Self { distance: f32::INFINITY, belief: Belief::NEVER, best: Best::NONE, value: [0.0; 2] };
 }
 
-/// Lines up to 1.5 bins away on both sides. `prior` is the logarithm of that of a distance.
+/// Lines up to 1.5 bins away on both sides. `prior` returns the logarithm of a distance's prior.
 pub fn close(ground: &Ground, moments: &Moments, prior: impl Fn(f32) -> f32) -> [[Place; 2]; 6] {
     let deviation = ground.variance.root();
     let mut places = [[Place::NONE; 2]; 6];
     for ((pair, shape), distance) in places.iter_mut().zip(&CLOSE).zip(DISTANCES) {
-        // Along the tone's phase, and a quarter turn on: what is even and odd in the distance.
+        // Along the tone's phase, and a quarter turn on: the parts that are even and odd in the distance.
         let [[mut even, mut odd], [mut even_on, mut odd_on]] = [[0.0; 2]; 2];
         let (mut total, mut first) = (0.0, 0.0);
         let seen = moments.amplitude.iter().zip(&moments.phase);

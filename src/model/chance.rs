@@ -1,9 +1,9 @@
-//! What noise alone does how often.
+//! The frequency of chance events in noise alone.
 
 use crate::math::scalar::Scalar as _;
 
-/// The ratio of two mean squares, of so many real numbers each, that noise exceeds as often as a normal number exceeds so many
-/// deviations. It follows Fisher's distribution, whose cube root is nearly normal (Wilson and Hilferty 1931).
+/// The ratio of two mean squares, with these degrees of freedom, that noise exceeds as often as a normal number exceeds `deviations`. The
+/// ratio follows Fisher's distribution, whose cube root is nearly normal (Wilson and Hilferty 1931).
 pub fn ratio(deviations: f32, free: f32, noise: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * noise));
     let (mean, other, square) = (1.0 - a, 1.0 - b, deviations * deviations);

@@ -1,14 +1,14 @@
-//! Every constant of the model, with the probability, the prior, the limit of effort or the formula that it is.
+//! Every constant of the model, with its origin: a probability, a prior, a limit of effort or a formula.
 //!
 //! | constant | what it is | used by |
 //! |---|---|---|
 //! | [`NOTHING_MORE`] | the prior probability that nothing beside the tone is there | `round` |
 //! | [`LOUDER`], [`LOUDER_RANGE`] | the prior that the noise at the tone is louder than the ring's | `leftover` |
 //! | [`KEPT_AT`] | the odds at which a cause joins the fit | `round` |
-//! | [`CHANCE`] | how often noise alone may do what is called impossible | `round` |
-//! | [`PEAK`] | how often noise has a peak that is tried as a line | `beside` |
-//! | [`NEAR`] | the distance from which another line is no change of the tone | `round` |
-//! | [`ORDERS`], [`SMOOTH`] | how fast a change may be | `moments`, `joint` |
+//! | [`CHANCE`] | the probability from which noise alone is called impossible | `round` |
+//! | [`PEAK`] | the probability of a noise peak that is tried as a line | `beside` |
+//! | [`NEAR`] | the distance from which another line is no longer a change of the tone | `round` |
+//! | [`ORDERS`], [`SMOOTH`] | the fastest change | `moments`, `joint` |
 //! | [`ROUNDS`], [`LINES`], [`PEAKS`], [`STEPS`] | limits of effort | `round`, `joint` |
 
 /// Bins on each side of the peak.
@@ -19,22 +19,22 @@ pub const WIDTH: usize = 2 * REACH + 1;
 /// The prior probability that nothing more than the tone is there: even odds. The causes share the rest equally.
 pub const NOTHING_MORE: f32 = 0.5;
 
-/// The prior probability that the noise at the tone is louder than the ring's, by up to so many e-folds of its power, each as
-/// probable as the next.
+/// The prior probability that the noise at the tone is louder than the ring's noise, by a factor of up to [`LOUDER_RANGE`] e-folds of its
+/// power, all equally probable.
 pub const LOUDER: f32 = 0.1;
-/// See [`LOUDER`]: up to 8,000 times.
+/// The largest factor of [`LOUDER`] in e-folds: up to 8,000 times.
 pub const LOUDER_RANGE: f32 = 9.0;
 
 /// The odds over nothing at which a cause joins the fit. Noise alone reaches them in less than one block of a hundred (Markov's
 /// inequality).
 pub const KEPT_AT: f32 = 100.0;
 
-/// How often noise alone may leave more beside the tone than away from it before that is called another thing than noise. In
-/// standard deviations of a normal distribution: 1e-6.
+/// The probability with which noise alone may leave more beside the tone than away from it before the excess is called something other than
+/// noise. In standard deviations of a normal distribution: 1e-6.
 pub const CHANCE: f32 = 4.753_424;
 
-/// Bins: a line nearer than this counts as a change of the tone. Half a bin inside the first zero of the fifth moment's
-/// function it is what the moments can see.
+/// Bins: a line nearer than this counts as a change of the tone. Half a bin inside the first zero of the fifth moment's function, it is the
+/// limit of the moments' sight.
 pub const NEAR: f32 = 1.5;
 
 /// The orders of the moments beside order 0.
@@ -44,10 +44,10 @@ pub const SMOOTH: usize = 6;
 
 /// The most causes that join the fit.
 pub const ROUNDS: usize = 3;
-/// How many lines may join: a pair of sidebands each time.
+/// The most lines that may join: a pair of sidebands each time.
 pub const LINES: usize = 2 * ROUNDS;
-/// A peak of the residual is tried as a line if noise as loud as the ring's has one as high in a quarter of all windows at most: the
-/// normal deviation that is exceeded in a 33rd of that.
+/// A peak of the residual is tried as a line if noise as loud as the ring has such a peak in at most a quarter of all windows: the normal
+/// deviation with a 33rd of this probability.
 pub const PEAK: f32 = 2.427;
 /// The peaks of the residual that are tried as lines.
 pub const PEAKS: usize = 2;
@@ -57,7 +57,7 @@ pub const STEPS: usize = 4;
 /// The number of causes.
 pub const CAUSES: usize = 7;
 
-/// Within so many bins of an end of a real spectrum the mirror image is as strong as the moments.
+/// Within this many bins of an end of a real spectrum the mirror image is as strong as the moments.
 pub const EDGE: i32 = 4;
 /// Slow terms matter to real tones up to this bin.
 pub const SLOW_TO: i32 = 48;
@@ -156,8 +156,8 @@ pub const CLOSE: [[f32; ORDERS]; 6] = [
     ],
 ];
 
-/// Leakage of a line 17 to 120 bins off has bins `(-1)^i / (d - i)`: its four principal components over the window, each with its
-/// size over the first. From the middle on: they are even, odd, even and odd.
+/// Leakage of a line 17 to 120 bins off has bins `(-1)^i / (d - i)`: its four principal components over the window, each with its size over
+/// the first. From the middle on: they are even, odd, even and odd.
 pub const LEAKS: [[f32; REACH + 1]; 4] = [
     [
         0.131416, -0.131623, 0.132251, -0.133317, 0.134852, -0.136904, 0.139540, -0.142856,

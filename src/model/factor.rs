@@ -1,4 +1,4 @@
-//! Linear equations with a symmetric, positive matrix, by Cholesky's factor of it.
+//! Linear equations with a symmetric, positive matrix, by the matrix's Cholesky factor.
 
 use crate::math::scalar::Scalar as _;
 
@@ -9,23 +9,23 @@ pub type Rows<const M: usize> = [[f32; M]; M];
 #[derive(Clone, Debug)]
 pub struct Factor<const M: usize> {
     lower: Rows<M>,
-    /// One over the diagonal of L, and one over that of S.
+    /// The reciprocals of the diagonal of L, and of the diagonal of S.
     pivots: [f32; M],
     scales: [f32; M],
     /// The rows that count.
     count: usize,
 }
 
-/// A share of each diagonal element that is added, since single precision has no more digits.
+/// The share of each diagonal element that is added, since single precision has no more digits.
 const RIDGE: f32 = 1e-6;
 
 impl<const M: usize> Factor<M> {
-    /// Of nothing.
+    /// The factor of an empty matrix.
     pub const NONE: Self =
         Self { lower: [[0.0; M]; M], pivots: [1.0; M], scales: [0.0; M], count: 0 };
 
-    /// Of the first `count` rows of a matrix. A vector is taken as if it ended there, too.
-    pub fn of(rows: &Rows<M>, count: usize) -> Self {
+    /// The factor of the first `count` rows of a matrix. Vectors are used up to this length, too.
+    pub fn from_rows(rows: &Rows<M>, count: usize) -> Self {
         let mut factor = Self::NONE;
         factor.lower = *rows;
         factor.set(count);
@@ -37,7 +37,7 @@ impl<const M: usize> Factor<M> {
         &mut self.lower
     }
 
-    /// Of the first `count` of its rows.
+    /// Factors the first `count` of its rows.
     pub fn set(&mut self, count: usize) {
         self.count = M.min(count);
         let Self { lower, pivots, scales, count } = self;
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn equations_are_solved() {
         let rows = [[4.0, 0.0, 0.0], [2.0, 9e6, 0.0], [0.0, 3e3, 5.0]];
-        let factor = Factor::of(&rows, 3);
+        let factor = Factor::from_rows(&rows, 3);
         let x = factor.backward(&factor.forward(&[2.006, 33_001.0, 19.0]));
         for (x, exact) in x.into_iter().zip([0.5, 3e-3, 2.0]) {
             assert!((x - exact).abs() < 1e-4 * exact, "{x}");

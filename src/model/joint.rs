@@ -1,4 +1,13 @@
-//! The joint fit: the tone with all that was found beside it.
+//! The joint fit: the tone with all causes found beside it.
+//!
+//! The model is linear in all strengths and changes, and nearly so in the frequencies. With C its columns, b the window's bins and T the
+//! prior variances, each Gauss-Newton step solves
+//!
+//! ```text
+//! (C' C + 1/T) s = C' b        covariance of s: (C' C + 1/T)^-1
+//! ```
+//!
+//! whose entry for the tone's frequency is the variance of the offset. Columns without a prior have `1/T = 0`.
 
 use super::constants::{LENGTHS, LINES, NEAR, SMOOTH, STEPS};
 use super::factor::{Factor, product};
@@ -9,65 +18,65 @@ use super::{leak, slow};
 use crate::math::scalar::Scalar as _;
 use num_complex::Complex;
 
-/// The most columns: the tone's three with those of all lines, or with a level and a phase that both change, or with leakage. A cause
+/// The most columns: the tone's three with the columns of all lines, or of a level and a phase that both change, or of leakage. A cause
 /// joins the fit only where there is room.
 pub const COLUMNS: usize = 3 + 3 * LINES;
 
-/// Another line, with the priors of its strength and of its place.
+/// Another line, with the priors of its strength and of its offset.
 #[derive(Clone, Copy, Debug)]
 pub struct Other {
     /// The line.
     pub line: Line,
-    /// One over the prior variances: of the strength's parts, and of a step of the offset.
+    /// The reciprocals of the prior variances: of the strength's parts, and of a step of the offset.
     pub precision: [f32; 2],
 }
 
-/// The tone and what is kept beside it.
+/// The tone and the causes kept beside it.
 #[derive(Clone, Debug)]
 pub struct Joint {
     /// The tone.
     pub tone: Line,
     /// Other lines, the first `count` of them.
     pub others: [Other; LINES],
-    /// How many there are.
+    /// The number of other lines.
     pub count: usize,
-    /// One over the prior variance of each order of the amplitude that changes.
+    /// The reciprocal of the prior variance of each order of the amplitude that changes.
     pub level: [Option<f32>; SMOOTH],
-    /// The same of the phase.
+    /// The reciprocal of the prior variance of each order of the phase that changes.
     pub phase: [Option<f32>; SMOOTH],
-    /// By how much amplitude and phase change, in parts of the tone and in radians.
+    /// The changes of amplitude and phase, in parts of the tone and in radians.
     pub changes: [[f32; SMOOTH]; 2],
-    /// The prior variance of a frequency that a wandering phase has within the record and that nothing shows, bins squared.
+    /// The prior variance of the frequency that a wandering phase has within the record and that nothing shows, bins squared.
     pub hidden: f32,
-    /// Whether slow terms are kept, and leakage.
+    /// Whether slow terms are kept.
     pub slow: bool,
-    /// See [`Joint::slow`].
+    /// Whether leakage is kept.
     pub leak: bool,
 }
 
-/// A fit's columns, and the posterior of their sizes, all linear. It is the memory that a fit works in.
+/// A fit's columns, and the posterior of their sizes, all linear. The struct is the memory in which a fit works.
 #[derive(Debug)]
 pub struct Solution {
     shapes: [Shape; COLUMNS],
-    /// One over the prior variance of each column.
+    /// The reciprocal of the prior variance of each column.
     precision: [f32; COLUMNS],
     count: usize,
     factor: Factor<COLUMNS>,
-    /// The mean.
+    /// The posterior mean of the sizes.
     pub values: [f32; COLUMNS],
-    /// What is left.
+    /// The residual.
     pub left: Shape,
-    /// Its energy with the priors taken into account.
+    /// The residual's energy with the priors taken into account.
     pub energy: f32,
-    /// The real numbers that are free.
+    /// The residual's degrees of freedom.
     pub free: f32,
-    /// The tone's frequency in the factor: its square is the variance.
+    /// The tone's frequency in the factor: the square of this vector is the variance.
     frequency: [f32; COLUMNS],
     hidden: f32,
 }
 
 impl Solution {
-    /// Before any fit.
+    /// A solution before any fit.
     pub const fn new() -> Self {
         Self {
             shapes: [NOTHING; COLUMNS],
@@ -105,33 +114,33 @@ impl Solution {
         along
     }
 
-    /// The variance of the offset in noise as loud as the ring's.
+    /// The variance of the offset in noise as loud as the ring.
     pub fn variance(&self) -> f32 {
         product(&self.frequency, &self.frequency) + self.hidden
     }
 
-    /// What of a further column the fit cannot take: as a vector whose products are to be taken off those of the columns, and what
-    /// one unit of the column does to the offset.
+    /// The part of a further column that the fit cannot take: a vector whose products are to be subtracted from the products of the
+    /// columns, and the effect of one unit of the column on the offset.
     pub fn taken(&self, column: &Shape) -> ([f32; COLUMNS], f32) {
         let taken = self.factor.forward(&self.along(column));
         let pull = product(&self.frequency, &taken);
         (taken, pull)
     }
 
-    /// The logarithm of how much less probable the fit is for being able to take what it does: beyond the energy that it leaves.
+    /// The logarithm by which the fit is less probable because of its flexibility, beyond the energy that it leaves.
     pub fn cost(&self) -> f32 {
         let priors = self.precision.iter().take(self.count).filter(|prior| **prior > 0.0);
         0.5 * (self.factor.log_determinant() - priors.map(|prior| prior.log_e()).sum::<f32>())
     }
 
-    /// The numbers of the fit that have no prior.
+    /// The number of the fit's parameters without a prior.
     pub fn fitted(&self, window: &Window) -> f32 {
         window.numbers() - self.free
     }
 }
 
 impl Joint {
-    /// The tone alone, at so many bins from the peak.
+    /// The tone alone, at `offset` bins from the peak.
     pub fn at(offset: f32) -> Self {
         let none = Other { line: Line::NONE, precision: [0.0; 2] };
         Self {
@@ -152,7 +161,7 @@ impl Joint {
         self.others.get(..self.count).unwrap_or_default()
     }
 
-    /// One more line, so far from the tone, of a strength to begin with.
+    /// Adds one more line at this distance from the tone, with a first strength.
     pub fn add(&mut self, distance: f32, value: Complex<f32>) {
         let strength = self.tone.value.norm_sqr().max(1e-30);
         let line = Line { offset: self.tone.offset + distance, value };
@@ -173,14 +182,14 @@ impl Joint {
         self.level.iter().chain(&self.phase).flatten()
     }
 
-    /// How many columns it has.
+    /// The number of columns.
     fn width(&self) -> usize {
         let slow = if self.slow { slow::TERMS } else { 0 };
         let leak = if self.leak { leak::TERMS } else { 0 };
         3 + self.kept().count() + 3 * self.count + slow + leak
     }
 
-    /// Whether it has no more columns than there is room for.
+    /// Whether the columns fit into a [`Solution`].
     pub fn has_room(&self) -> bool {
         self.width() <= COLUMNS
     }
@@ -238,7 +247,7 @@ impl Joint {
             *left = bin * scale;
         }
         solution.values = [0.0; COLUMNS];
-        // Once more on what is left: single precision needs it where columns are much alike.
+        // Once more on the residual: single precision needs a second pass where columns are much alike.
         for _ in 0..if solution.count > 3 { 2 } else { 1 } {
             let mut along = solution.along(&solution.left);
             let own = along.iter_mut().zip(&solution.values).zip(solution.precision);
@@ -263,7 +272,7 @@ impl Joint {
         solution.hidden = self.hidden;
     }
 
-    /// Gauss and Newton's steps on the frequencies, until they are a fifth of what noise moves. The solution is that of the last.
+    /// Gauss-Newton steps on the frequencies, until a step is a fifth of the noise's effect. The solution belongs to the last step.
     #[inline(never)]
     pub fn fit(&mut self, window: &Window, scale: f32, steps: usize, solution: &mut Solution) {
         let mut current = false;
@@ -275,7 +284,7 @@ impl Joint {
                 break;
             }
         }
-        // Of two that are close the stronger one is the tone.
+        // Of two close lines the stronger one is the tone.
         for other in self.others.iter_mut().take(self.count) {
             let near = (other.line.offset - self.tone.offset).abs() < NEAR;
             if near && other.line.value.norm_sqr() > self.tone.value.norm_sqr() {
@@ -288,15 +297,15 @@ impl Joint {
         }
     }
 
-    /// Goes where a solution says; whether that is nowhere. Without a strength a line has no slope yet.
+    /// Takes the step of a solution; returns whether the step was negligible. Without a strength a line has no slope yet.
     fn step(&mut self, solution: &Solution, known: bool) -> bool {
-        /// The limit of a step in bins, and of one of another line as a share of the distance.
+        /// The limit of a step in bins, and the limit of another line's step as a share of the distance.
         const STEP: f32 = 0.3;
         const SHARE: f32 = 0.5;
-        /// Bins from the peak.
+        /// The largest distance from the peak, bins.
         const FARTHEST: f32 = 1.2;
-        /// The square of a step, over the variance, that ends the fit. The last solution has the step in it, so what is left is of second
-        /// order.
+        /// The square of a step, over the variance, that ends the fit. The last solution includes the step, so the remaining error is of
+        /// second order.
         const SETTLED: f32 = 4e-2;
         let [re, im, slope, rest @ ..] = solution.values;
         let (before, mut rest) = (self.tone.offset, rest.iter());

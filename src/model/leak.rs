@@ -4,7 +4,7 @@ use super::constants::{LEAKS, REACH};
 use super::shape::{NOTHING, Shape};
 use super::window::Window;
 
-/// The number of real numbers that it has.
+/// The number of real parameters of the leakage.
 pub const TERMS: usize = 2 * LEAKS.len();
 
 /// The bins of the principal components: a real and an imaginary column of each order.

@@ -1,27 +1,27 @@
-//! What the energy that a fit leaves says of the noise.
+//! The evidence of the energy that a fit leaves about the noise.
 //!
-//! Either the noise at the tone is the ring's, of which the ring tells with a few dozen numbers, or it is louder, by a factor of which
-//! only a wide range is known. Each has a likelihood once its unknown power is integrated out; the two are mixed.
+//! Either the noise at the tone is the ring's, which the ring determines with a few dozen degrees of freedom, or it is louder, by a factor
+//! of which only a wide range is known. Each has a likelihood once its unknown power is integrated out; the two are mixed.
 
 use super::constants::{LOUDER, LOUDER_RANGE};
 use crate::math::scalar::Scalar as _;
 
-/// How probable an energy is that `free` real numbers have, beside a ring of so much freedom.
+/// The probability of an energy with `free` degrees of freedom, beside a ring with `ring` degrees of freedom.
 #[derive(Clone, Copy, Debug)]
 pub struct Leftover {
     /// The energy over half the ring's power of a bin: noise alone leaves `free`.
     energy: f32,
     free: f32,
     ring: f32,
-    /// What both likelihoods have beside the energy.
+    /// The terms of both likelihoods that do not depend on the energy.
     own_part: f32,
     ring_part: f32,
-    /// That of the energy itself.
+    /// The logarithm of the likelihood of the energy itself.
     log: f32,
 }
 
 impl Leftover {
-    /// Of an energy.
+    /// The evidence of this energy.
     pub fn new(energy: f32, free: f32, ring: f32) -> Self {
         let (energy, free) = (energy.max(1e-9), free.max(1.0));
         let beta = log_gamma(0.5 * ring) + log_gamma(0.5 * free) - log_gamma(0.5 * (ring + free));
@@ -37,12 +37,12 @@ impl Leftover {
         self.energy
     }
 
-    /// The real numbers that have it.
+    /// The energy's degrees of freedom.
     pub fn free(&self) -> f32 {
         self.free
     }
 
-    /// The logarithm of how much more probable it is that noise left so much less, and the noise's power over the ring's then.
+    /// The logarithm by which the noise is more probable if this energy is explained, and the noise's power over the ring's then.
     pub fn less(&self, explained: f32) -> (f32, f32) {
         let Self { energy, free, ring, own_part, ring_part, log } = *self;
         let left = (energy - explained).max(1e-6 * energy);
@@ -55,7 +55,7 @@ impl Leftover {
         let own = own_part - 0.5 * free * left.log_e();
         let ahead = own - by_ring;
         let louder = 1.0 / (1.0 + exponential(-ahead));
-        // The sum of both, from the larger one.
+        // The sum of both, relative to the larger one.
         let sum = if ahead > 0.0 { own - louder.log_e() } else { by_ring - (1.0 - louder).log_e() };
         (sum - log, scale + louder * (left / free - scale))
     }
@@ -69,7 +69,7 @@ fn log_gamma(x: f32) -> f32 {
     (y - 0.5) * y.log_e() - y + 0.918_938_5 + series - (x * (x + 1.0)).log_e()
 }
 
-/// `exp(x)`, held to what single precision has.
+/// `exp(x)`, held to the range of single precision.
 pub fn exponential(x: f32) -> f32 {
     libm::expf(x.clamp(-80.0, 80.0))
 }

@@ -1,7 +1,7 @@
-//! A line: a steady tone as the window's bins show it, with the mirror image of a real one.
+//! A line: a steady tone in the window's bins, with the mirror image of a real tone.
 //!
-//! With `D(x) = sin(pi x) / sin(pi x / N)` a tone at f of amplitude c, in the middle of the record, has the bins `c D(f - k) / N`, and
-//! a real one `conj(c) D(f + k) / N` beside that. So c is the line's strength: nearly the root of the power in all its bins.
+//! With `D(x) = sin(pi x) / sin(pi x / N)` a tone at f of amplitude c, in the middle of the record, has the bins `c D(f - k) / N`, and a
+//! real tone also `conj(c) D(f + k) / N`. So c is the line's strength: nearly the root of the power in all its bins.
 
 use super::bessel::orders;
 use super::constants::{ORDERS, WIDTH};
@@ -14,26 +14,25 @@ use num_complex::Complex;
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Its distance from the peak, bins.
+    /// The line's distance from the peak, bins.
     pub offset: f32,
-    /// Its complex strength in the middle of the record.
+    /// The line's complex strength in the middle of the record.
     pub value: Complex<f32>,
 }
 
 impl Line {
-    /// None.
+    /// A line of strength 0.
     pub const NONE: Self = Self { offset: 0.0, value: Complex::new(0.0, 0.0) };
 }
 
-/// The bins of a line of strength 1, by the distance of each: the line's and its image's, and what a bin more of frequency
-/// changes in them.
+/// The bins of a line of strength 1, by the distance of each: the line's and its image's, and their change for one more bin of frequency.
 pub struct Bins {
     own: [[f32; 2]; WIDTH],
     image: [[f32; 2]; WIDTH],
 }
 
 impl Bins {
-    /// At so many bins from the window's peak.
+    /// The bins of a line at `offset` bins from the window's peak.
     pub fn at(window: &Window, offset: f32) -> Self {
         let Window { n, iq, used, across, .. } = window;
         let length = *n as f32;
@@ -64,7 +63,7 @@ impl Bins {
         Self { own, image }
     }
 
-    /// The columns of the fit: of the strength along a phase, of that a quarter turn on, and of the frequency for a line of this
+    /// The columns of the fit: of the strength along a phase, of the strength a quarter turn on, and of the frequency for a line of this
     /// strength.
     pub fn columns_along(&self, unit: Complex<f32>, value: Complex<f32>) -> [Shape; 3] {
         let [mut along, mut across, mut slope] = [NOTHING; 3];
@@ -81,7 +80,7 @@ impl Bins {
         [along, across, slope]
     }
 
-    /// The same of the strength's real and imaginary part.
+    /// The columns of the fit, for the strength's real and imaginary part.
     pub fn columns(&self, value: Complex<f32>) -> [Shape; 3] {
         self.columns_along(Complex::new(1.0, 0.0), value)
     }
@@ -96,7 +95,7 @@ fn nearest(x: f32, n: f32) -> [f32; 2] {
     [1.0 - z * less / 6.0, -PI * PI * x / 3.0 * less * (1.0 - z / 10.0)]
 }
 
-/// The same from cosine and sine of `pi x / N`, and from sine and cosine of `pi x`.
+/// `D(x) / N` and its slope from cosine and sine of `pi x / N`, and from sine and cosine of `pi x`.
 fn kernel(angle: Complex<f32>, sine: f32, cosine: f32, n: f32) -> [f32; 2] {
     let over = 1.0 / (n * angle.im);
     let value = sine * over;
@@ -111,12 +110,12 @@ pub fn small(angle: f32) -> Complex<f32> {
     Complex::new(1.0 - 2.0 * sine * sine, 2.0 * sine * cosine)
 }
 
-/// The columns of a tone's changes of order p, in amplitude and in phase: Legendre's polynomials of time, which have spherical
-/// Bessel functions as bins. `c j^p j_p(pi (f - k))` and the image's `conj(c) j^p j_p(-pi (f + k))`. Those that have a place among the
-/// columns are put there.
+/// The columns of a tone's changes of order p, in amplitude and in phase: Legendre's polynomials of time, which have spherical Bessel
+/// functions as bins. `c j^p j_p(pi (f - k))` and the image's `conj(c) j^p j_p(-pi (f + k))`. A change that has a place among the columns
+/// is put there.
 ///
-/// To the columns of the tone itself, of its turn and of its frequency, it adds what turns with the tone and what a bin more of
-/// frequency changes: `j_p' = (p j_(p-1) - (p + 1) j_(p+1)) / (2 p + 1)`. `values` are the changes' sizes.
+/// The function also adds the changes' parts to the tone's own columns: to its strength and its turn the part that turns with the tone, to
+/// its frequency the change for one more bin: `j_p' = (p j_(p-1) - (p + 1) j_(p+1)) / (2 p + 1)`. `values` are the changes' sizes.
 pub fn changes<const P: usize>(
     window: &Window,
     tone: &Line,

@@ -1,13 +1,13 @@
-//! One model of a tone and of what else may be in its bins.
+//! One model of a tone and of the other signals that may be in its bins.
 //!
 //! ```text
 //! bins = tone(f, a) + kept causes + noise
 //! ```
 //!
-//! A fit gives the tone, a ring of bins beside it the noise. Where the fit leaves more than one steady tone would, a few
-//! [causes](Cause) are tried on what is left, each a set of directions with normal priors of unknown size, and each has an evidence against
-//! `nothing more`. A cause with high odds joins the fit, and what is left then is tried again, at most three times. Causes that lose keep
-//! their weight: frequency and sigma are mean and deviation of the mixture. What joined the fit is the verdict.
+//! A fit gives the tone, a ring of bins beside it the noise. Where the fit leaves more than one steady tone would, a few [causes](Cause)
+//! are tried on the residual, each a set of directions with normal priors of unknown size, and each has an evidence against `nothing more`.
+//! A cause with high odds joins the fit, and the new residual is tried again, at most three times. Causes that lose keep their weight:
+//! frequency and sigma are mean and deviation of the mixture. The causes that joined the fit decide the verdict.
 
 pub mod belief;
 mod beside;
@@ -39,41 +39,41 @@ use joint::{Joint, Solution};
 use num_complex::Complex;
 use round::{Round, belief_in, density, is_near};
 
-/// The noise of a bin, as bins beside the window tell it.
+/// The noise of a bin, as estimated from bins beside the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// The power of a bin, in squared codes.
     pub power: f32,
-    /// The independent real numbers whose mean square is as accurate.
-    pub freedom: f32,
+    /// The estimate's degrees of freedom.
+    pub degrees_of_freedom: f32,
 }
 
-/// What the bins say of a tone.
+/// The model's answer for a tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     /// The tone's distance from the peak, bins.
     pub offset: f32,
-    /// Its variance, bins squared.
+    /// The variance of the offset, bins squared.
     pub variance: f32,
     /// The tone's line in the middle of the record: its amplitude and phase there times N/2 (I/Q: N), in codes.
     pub line: Complex<f32>,
     /// The noise's power over the ring's.
     pub scale: f32,
-    /// The real numbers whose mean square is as accurate as the noise.
-    pub freedom: f32,
-    /// The power that is left in a bin of the louder half of the bins beside the tone, over the ring's noise.
+    /// Degrees of freedom of the noise.
+    pub degrees_of_freedom: f32,
+    /// The residual power in a bin of the louder half of the bins beside the tone, over the ring's noise.
     pub louder: f32,
-    /// How often each cause joined the fit.
+    /// The number of times that each cause joined the fit.
     pub kept: Kept,
     /// The weights of `nothing more`, of each cause, and of lines elsewhere than the best one, in the last round.
     pub weights: [f32; HYPOTHESES],
     /// The tone changes, or another line is so near that it looks like a change.
     pub moves: bool,
-    /// Something is left that the effort was not enough for, or that is neither noise nor any of the causes.
+    /// The effort was not enough to explain the residual, or the residual is neither noise nor any of the causes.
     pub unresolved: bool,
 }
 
-/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most so many causes join the fit. `bends`
+/// Measures the tone in a window, in this noise, from its offset as interpolated or fitted. At most `most` causes join the fit. `bends`
 /// says that the phase may bend without any change of the tone, see [`Segment::bends`](crate::acquire::sample::Segment::bends).
 pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: bool) -> Answer {
     let scale = (2.0 / noise.power).root();
@@ -85,7 +85,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         variance: 0.0,
         line: joint.tone.value * (1.0 / scale),
         scale: 1.0,
-        freedom: noise.freedom,
+        degrees_of_freedom: noise.degrees_of_freedom,
         louder: 0.0,
         kept: [0; CAUSES],
         weights: [0.0; HYPOTHESES],
@@ -94,13 +94,15 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
     };
     let mut rivals = Belief::NEVER;
     for number in 0..=most {
-        let round = Round::of(window, &joint, &solution, noise.freedom, &answer.kept);
+        let round =
+            Round::from_solution(window, &joint, &solution, noise.degrees_of_freedom, &answer.kept);
         let Belief { offset, variance, .. } = round.all().or(rivals);
         (answer.offset, answer.variance) = (offset, variance);
         answer.weights = round.weights();
         answer.moves = is_near(&joint, &answer.kept, bends);
         answer.unresolved = round.stays.is_some() || round.lumpy;
-        (answer.scale, answer.freedom) = (round.scale, noise.freedom + round.free);
+        (answer.scale, answer.degrees_of_freedom) =
+            (round.scale, noise.degrees_of_freedom + round.free);
         // A part of the ring's noise is 1, so a bin of it has 2.
         answer.louder = 0.5 * louder(&solution.left, window.iq, window.n, window.peak);
         answer.line = joint.tone.value * (1.0 / scale);
@@ -130,8 +132,8 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
     answer
 }
 
-/// Tries two strong lines in place of a tone with the change that is kept. The more probable fit stays; the belief in the other one,
-/// with the weight of the one that stays as unit, and whether two lines are more probable.
+/// Tries two strong lines in place of a tone with the change that is kept. The more probable fit stays. Returns the belief in the other
+/// fit, in units of the weight of the fit that stays, and whether two lines are more probable.
 #[inline(never)]
 fn second(
     window: &Window,

@@ -1,10 +1,10 @@
 //! Two lines so near each other, and so strong, that they look like one that changes.
 //!
-//! The moments see a line beside the tone only as far as it is small. Two lines as strong leave the fit between them. In the middle of a
+//! The moments describe a line beside the tone only if it is small. Two equally strong lines leave the fit between them. In the middle of a
 //! record of which x goes from -1 to 1 they are `z = a exp(j k x) + b exp(j l x)`, of which `z'' = j s z' + q z` with `s = k + l` and
-//! `q = k l` (Prony 1795). Multiplied by polynomials w that vanish at both ends, with their slopes, and integrated by parts, this has no
-//! derivative of z: `integral z w'' = -j s integral z w' + q integral z w`. The moments give the integrals, three polynomials six real
-//! equations, least squares s and q, and these both places.
+//! `q = k l` (Prony 1795). Multiplied by polynomials w that vanish at both ends, with their slopes, and integrated by parts, the equation
+//! has no derivative of z: `integral z w'' = -j s integral z w' + q integral z w`. The moments give the integrals, three polynomials six
+//! real equations, least squares s and q, and these both offsets.
 
 use super::constants::{LENGTHS, LINES, SMOOTH, STEPS};
 use super::joint::{Joint, Other, Solution};
@@ -34,7 +34,7 @@ const INTEGRALS: [[[f32; SMOOTH + 1]; 3]; 3] = [
     ],
 ];
 
-/// Both lines' distances from the tone of a fit, bins; `None` if what it leaves is not that of two lines.
+/// Both lines' distances from the tone of a fit, bins; `None` if the residual does not come from two lines.
 fn places(tone: &Line, moments: &Moments) -> Option<[f32; 2]> {
     let strength = tone.value.norm_sqr().root();
     let mut series = [Complex::new(strength, 0.0); SMOOTH + 1];
@@ -68,10 +68,10 @@ fn places(tone: &Line, moments: &Moments) -> Option<[f32; 2]> {
     (square > 0.0).then_some(places)
 }
 
-/// Lines nearer to each other have no places of their own; farther apart than this they are no pair.
+/// Lines nearer to each other have no distances of their own; lines farther apart are not a pair.
 const APART: core::ops::Range<f32> = 0.05..2.0;
 
-/// The fit of two lines in place of the tone of a fit that leaves these moments.
+/// The fit of two lines in place of one tone whose fit leaves these moments.
 pub fn fitted(
     window: &Window,
     scale: f32,

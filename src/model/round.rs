@@ -1,4 +1,8 @@
-//! One round: every cause is weighed on what the fit leaves, and the best joins it if its odds are high.
+//! One round: every cause is weighed on the residual, and the best joins the fit if its odds are high.
+//!
+//! With even odds for `nothing more` and the rest shared equally among the causes, a cause's weight is its prior times its likelihood over
+//! all its sizes. The best cause joins the fit if its odds over `nothing more` exceed [`KEPT_AT`]. The mixture of all hypotheses gives mean
+//! and variance of the offset.
 
 use super::belief::Belief;
 use super::beside::Pair;
@@ -16,7 +20,7 @@ use crate::math::scalar::Scalar as _;
 use core::iter::once;
 use num_complex::Complex;
 
-/// What may be there beside a steady tone.
+/// A signal that may be there beside a steady tone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Cause {
@@ -32,12 +36,12 @@ pub enum Cause {
     Leak,
     /// Another line.
     Line,
-    /// Two lines as far below the tone as above it: the sidebands of a modulation.
+    /// Two lines at equal distances below and above the tone: the sidebands of a modulation.
     Sidebands,
 }
 
 impl Cause {
-    /// All, in the order of [`Answer::kept`](super::Answer::kept).
+    /// All causes, in the order of [`Answer::kept`](super::Answer::kept).
     pub const ALL: [Self; CAUSES] = [
         Self::Level,
         Self::Bend,
@@ -48,7 +52,7 @@ impl Cause {
         Self::Sidebands,
     ];
 
-    /// The name that is shown.
+    /// The name in outputs.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Level => "level",
@@ -65,25 +69,25 @@ impl Cause {
 /// Nothing more, each cause, and lines elsewhere than the best one.
 pub const HYPOTHESES: usize = CAUSES + 2;
 
-/// How often each cause was kept.
+/// The number of times that each cause was kept.
 pub type Kept = [u8; CAUSES];
 
-/// What a round says.
+/// The result of a round.
 pub struct Round {
-    /// What the fit left.
+    /// The residual's moments.
     pub moments: Moments,
 
     /// Nothing more, each cause, and lines elsewhere: the offset is in bins from the peak.
     pub beliefs: [Belief; HYPOTHESES],
     /// The cause that stays, and the logarithm of its odds over nothing more.
     pub stays: Option<(Cause, f32)>,
-    /// More is left near the tone than away from it.
+    /// The residual is larger near the tone than away from it.
     pub lumpy: bool,
-    /// The evidence of what is left.
+    /// The evidence of the residual.
     pub leftover: Leftover,
-    /// The noise's power over the ring's if nothing more is there, and the real numbers that tell it beside the ring's.
+    /// The noise's power over the ring's if nothing more is there.
     pub scale: f32,
-    /// See [`Round::scale`].
+    /// The degrees of freedom that the residual adds to the ring's noise estimate.
     pub free: f32,
     found: Found,
 }
@@ -99,7 +103,7 @@ struct Found {
     spread: f32,
 }
 
-/// The logarithm of the prior of a line in a stretch of this width at this distance: even within a bin, log-uniform beyond.
+/// The logarithm of the prior of a line in an interval of this width at this distance: even within a bin, log-uniform beyond.
 fn place_prior(width: f32, distance: f32) -> f32 {
     /// Both sides: the first bin, and the logarithm of the 16.5 bins beyond which the window ends.
     const ALL: f32 = 2.0 * (1.0 + 2.803_360_4);
@@ -109,13 +113,19 @@ fn place_prior(width: f32, distance: f32) -> f32 {
 impl Round {
     /// Weighs every cause that may still join.
     #[inline(never)]
-    pub fn of(window: &Window, joint: &Joint, solution: &Solution, ring: f32, kept: &Kept) -> Self {
+    pub fn from_solution(
+        window: &Window,
+        joint: &Joint,
+        solution: &Solution,
+        ring: f32,
+        kept: &Kept,
+    ) -> Self {
         let leftover = Leftover::new(solution.energy, solution.free, ring);
         let strength = joint.tone.value.norm_sqr();
         let ground = Ground { leftover, variance: solution.variance(), strength };
         let [_, _, step, ..] = solution.values;
         let middle = joint.tone.offset + step;
-        let moments = Moments::of(window, &joint.tone, &solution.left);
+        let moments = Moments::from_residual(window, &joint.tone, &solution.left);
         let count = |cause: Cause| kept.get(cause as usize).copied().unwrap_or(0);
         let inside = window.from_end() >= EDGE;
         let moved = |cause| inside && count(cause) == 0;
@@ -185,20 +195,20 @@ impl Round {
         }
     }
 
-    /// Everything that is possible, with the weights' sum as unit.
+    /// The mixture of all hypotheses, with the weights' sum as unit.
     pub fn all(&self) -> Belief {
         let all = self.beliefs.into_iter().fold(Belief::NEVER, Belief::or);
         Belief { log: 0.0, ..all }
     }
 
-    /// The share of each hypothesis.
+    /// The weight of each hypothesis, as a share of all.
     pub fn weights(&self) -> [f32; HYPOTHESES] {
         let all = self.beliefs.into_iter().fold(Belief::NEVER, Belief::or).log;
         self.beliefs.map(|belief| exponential(belief.log - all))
     }
 
-    /// What lost against a cause, with the cause's weight as unit. A pair of sidebands has the line in it: of these two whichever joins,
-    /// the other one is no rival.
+    /// The hypotheses that lost against a cause, with the cause's weight as unit. A pair of sidebands includes the line: whichever of the
+    /// two joins, the other is not a rival.
     pub fn rivals(&self, cause: Cause) -> Belief {
         let unit = self.beliefs.get(cause as usize + 1).map_or(0.0, |belief| belief.log);
         let is_rival = |other: Option<Cause>| match cause {
@@ -213,7 +223,7 @@ impl Round {
         others.fold(Belief::NEVER, |all, (belief, _)| all.or(belief.times(-unit)))
     }
 
-    /// The cause joins the fit; whether it is a change of the tone, or a line that looks like one.
+    /// Adds the cause to the fit; returns whether it is a change of the tone, or a line that looks like one.
     pub fn keep(&self, cause: Cause, joint: &mut Joint) -> bool {
         let strength = joint.tone.value.norm_sqr();
         // A column of order p has a (2 p + 1)th of the tone's energy.
@@ -269,7 +279,7 @@ impl Round {
     }
 }
 
-/// The belief in a line at the most probable place, in lines elsewhere, that place, and whether it is a close one.
+/// The belief in a line at the most probable distance, in lines elsewhere, the line, and whether it is a close one.
 fn lines(
     ground: &Ground,
     window: &Window,
@@ -278,7 +288,7 @@ fn lines(
     moments: &Moments,
     inside: bool,
 ) -> (Belief, Belief, Place, bool) {
-    /// Places within this many bins are one line's.
+    /// Distances within this many bins belong to one line.
     const SAME: f32 = 0.6;
     let mut close = causes::close(ground, moments, |distance| place_prior(0.25, distance));
     if !inside {
@@ -307,7 +317,7 @@ fn lines(
     (here, elsewhere, best.0, best.1)
 }
 
-/// How probable a whole fit is, for comparing fits to a window, with the offset that its solution has.
+/// The belief in a whole fit, for comparing fits to a window, with its solution's offset.
 pub fn belief_in(joint: &Joint, solution: &Solution, leftover: &Leftover) -> Belief {
     let [_, _, step, ..] = solution.values;
     let (log, power) = leftover.less(leftover.energy() - solution.energy);
@@ -318,17 +328,17 @@ pub fn belief_in(joint: &Joint, solution: &Solution, leftover: &Leftover) -> Bel
     }
 }
 
-/// The logarithm of the prior density of a line's distance over that of its prior in a fit, near the tone.
+/// The logarithm of the prior density of a line's distance over the density of its prior in a fit, near the tone.
 pub fn density(other: &Other) -> f32 {
     let [_, precision] = other.precision;
     place_prior(1.0, 1.0) - 0.5 * (precision / core::f32::consts::TAU).log_e()
 }
 
-/// Whether more is left near the tone than noise would leave beside what is left away from it.
+/// Whether the residual is larger near the tone than noise would leave there, given the residual away from it.
 fn lumpy(window: &Window, solution: &Solution) -> bool {
-    /// Bins on each side.
+    /// The inner bins on each side of the peak.
     const INNER: i32 = 4;
-    /// No fewer real numbers tell anything.
+    /// The fewest degrees of freedom of each part.
     const FEWEST: f32 = 4.0;
     let (mut inner, mut outer) = ([0.0; 2], [0.0; 2]);
     for ((i, left), used) in (-(REACH as i32)..).zip(&solution.left).zip(&window.used) {
@@ -341,7 +351,7 @@ fn lumpy(window: &Window, solution: &Solution) -> bool {
     inner[0] * others > outer[0] * free * chance::ratio(CHANCE, free, others)
 }
 
-/// Whether something that joined is a change of the tone, or so near that it looks like one. The bend of a chirp is none.
+/// Whether a cause that joined is a change of the tone, or a line so near that it looks like one. The bend of a chirp is not a change.
 pub fn is_near(joint: &Joint, kept: &Kept, bends: bool) -> bool {
     let [level, bend, wander, ..] = kept;
     let bend = if bends { &0 } else { bend };

@@ -9,7 +9,7 @@ pub type Shape = [Complex<f32>; WIDTH];
 /// Nothing in any bin.
 pub const NOTHING: Shape = [Complex::new(0.0, 0.0); WIDTH];
 
-/// Bins are taken three at a time: a third of [`WIDTH`] has no rest, and loops a third as long cost a core a third less.
+/// Bins are taken three at a time: [`WIDTH`] is a multiple of three, and a loop with a third of the turns costs a core a third less.
 const AT_ONCE: usize = 3;
 const _: () = assert!(WIDTH.is_multiple_of(AT_ONCE));
 
@@ -24,7 +24,7 @@ pub fn dot(a: &Shape, b: &Shape) -> f32 {
     sum
 }
 
-/// Takes a multiple of a shape away.
+/// Subtracts a multiple of a shape.
 pub fn take(from: &mut Shape, shape: &Shape, times: f32) {
     let chunks = from.as_chunks_mut::<AT_ONCE>().0.iter_mut();
     for (from, shape) in chunks.zip(shape.as_chunks::<AT_ONCE>().0) {
@@ -35,7 +35,7 @@ pub fn take(from: &mut Shape, shape: &Shape, times: f32) {
     }
 }
 
-/// A quarter turn on.
+/// A number turned by a quarter turn.
 pub fn quarter(z: Complex<f32>) -> Complex<f32> {
     Complex::new(-z.im, z.re)
 }

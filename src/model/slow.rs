@@ -30,7 +30,7 @@ pub fn columns(window: &Window) -> [Shape; TERMS] {
         let k = window.peak.wrapping_add(i);
         let turn = circle::<f32>(k, length);
         let sign = if k & 1 == 0 { 1.0 } else { -1.0 };
-        // About 1 at bin 8.
+        // The quotient is about 1 at bin 8.
         let over = near / turn.im;
         let line = Complex::new(0.0, sign * over);
         let values = [line, Complex::new(sign * turn.re * over * over, 0.0), line * (over * over)];

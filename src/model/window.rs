@@ -11,20 +11,21 @@ use num_complex::Complex;
 pub struct Window {
     /// Samples of the record.
     pub n: usize,
-    /// Whether the record is one of I/Q pairs.
+    /// Whether the record consists of I/Q pairs.
     pub iq: bool,
     /// The peak's bin; negative at negative frequencies.
     pub peak: i32,
-    /// The bins, turned to the record's middle, in codes; those not to be used are 0.
+    /// The bins, turned to the record's middle, in codes; unused bins are 0.
     pub bins: Shape,
-    /// 1 for each bin that is used, 0 for one at or beyond an end of a real spectrum, and for the offset's of I/Q.
+    /// 1 for each bin that is used, 0 for a bin at or beyond an end of a real spectrum, and for the offset's bin of I/Q.
     pub used: [f32; WIDTH],
     /// Cosine and sine of `pi (2 peak + i) / N` of a real record's bins, for the mirror image.
     pub(super) across: Shape,
 }
 
 impl Window {
-    /// Of any bins: `bin(i)` is the one i bins from the peak, in codes, with i from -16 to 16. It is asked for no bin that is not used.
+    /// A window of any bins: `bin(i)` returns the bin i bins from the peak, in codes, with i from -16 to 16. It is called for used bins
+    /// only.
     pub fn new(n: usize, iq: bool, peak: i32, bin: impl Fn(i32) -> Complex<f32>) -> Self {
         let length = (n as i32).max(2);
         let half = length / 2;
@@ -50,23 +51,23 @@ impl Window {
         Self { n, iq, peak, bins, used, across }
     }
 
-    /// The real numbers in it.
+    /// The number of real values in the used bins.
     pub fn numbers(&self) -> f32 {
         2.0 * self.used.iter().sum::<f32>()
     }
 
-    /// Bins from the peak of a real record to the nearer end of its spectrum; far for I/Q.
+    /// Bins from the peak of a real record to the nearer end of its spectrum; a large number for I/Q.
     pub fn from_end(&self) -> i32 {
         if self.iq { i32::MAX } else { self.peak.min(self.n as i32 / 2 - self.peak) }
     }
 
-    /// Whether a line at so many bins from the peak is within the spectrum, and its mirror image away from it.
+    /// Whether a line at `offset` bins from the peak is within the spectrum, and its mirror image away from it.
     pub fn has(&self, offset: f32) -> bool {
         let bins = self.peak as f32 + offset;
         self.iq || (0.5 < bins && bins < self.n as f32 * 0.5 - 0.5)
     }
 
-    /// The places of the bins from the peak.
+    /// The distances of the bins from the peak.
     pub fn places() -> impl Iterator<Item = i32> {
         -(REACH as i32)..=REACH as i32
     }

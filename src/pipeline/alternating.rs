@@ -1,8 +1,8 @@
 //! I/Q pairs that one converter takes by turns: I, Q, I, Q, at equal distances.
 //!
-//! Taken so, the Q of a pair comes half a pair late. Measured as if both were taken at once, a tone of `f` cycles per
-//! pair has an image of `tan(pi f / 2)` of it at minus its frequency. To turn each bin of Q back by its delay is right
-//! only for a tone with a whole number of cycles.
+//! In such pairs the Q comes half a pair late. If they are measured as simultaneous, a tone of `f` cycles per pair has an image of
+//! `tan(pi f / 2)` of the tone at minus its frequency. Turning each bin of Q back by its delay is right only for a tone with a whole number
+//! of cycles.
 //!
 //! Here each sample keeps its own time. With the signs `+ - - +`, which begin again every second pair,
 //! the 2 N samples are
@@ -11,22 +11,20 @@
 //! I(0)  -Q(1/2)  -I(1)  Q(3/2)  ... = Re z(n/2) exp(j pi n / 2),  n = 0 .. 2 N - 1
 //! ```
 //!
-//! of `z = I + j Q`, with times in pairs: a real record at twice the rate of the pairs, in which
-//! all frequencies are half that rate higher. What was -1/2 to 1/2 cycle per pair lies between 0 and half
-//! of the double rate, without an image, and a [`Pipeline`] for real records measures it. The frequency
-//! of the pairs is that of the real record less half their rate; its sign is right, and a phase keeps its
+//! of `z = I + j Q`, with times in pairs: a real record at twice the rate of the pairs, in which all frequencies are half that rate higher.
+//! Frequencies of -1/2 to 1/2 cycle per pair lie between 0 and half of the double rate, without an image, and a [`Pipeline`] for real
+//! records measures them. The frequency of the pairs is the real record's less half their rate; its sign is right, and a phase keeps its
 //! direction.
 //!
-//! - **Offset.** A code is negated about the middle between the rails: `low + high - code`, exact, and a
-//!   rail stays a rail. For rails at 0 and 4095 the middle is 2047.5, half a code below that of
-//!   [`Codes::middle`](crate::acquire::codes::Codes::middle). It falls into the real record's bin 0, which nobody
-//!   reads. The channels' offsets from it fall into one bin, that of 0 Hz, as those of any I/Q record do. It is not
-//!   searched, and a tone is measured without it: it gets the value that the tone leaves there. Within 1.5 bins of
-//!   it a tone is [`Verdict::NearEdge`].
-//! - **Errors of gain and phase** make the image that they make in any I/Q record. One that is stronger
-//!   than -20 dB, as of a dead channel, has the verdict [`Verdict::Image`].
-//! - **Both ends** of the spectrum are those of a real record: within 1.5 bins of plus or minus half the rate of the
-//!   pairs a tone is [`Verdict::NearEdge`].
+//! - **Offset.** A code is negated about the middle between the rails: `low + high - code`, exact, and a rail stays a rail. For rails at 0
+//!   and 4095 the middle is 2047.5, half a code below [`Codes::middle`](crate::acquire::codes::Codes::middle). The middle falls into the
+//!   real record's bin 0, which is never read. The channels' offsets from it fall into one bin, the bin of 0 Hz, like the offsets of any
+//!   I/Q record. This bin is not searched, and a tone is measured without it: it gets the value that the tone leaves there. Within 1.5 bins
+//!   of 0 Hz a tone is [`Verdict::NearEdge`].
+//! - **Errors of gain and phase** make an image as in any I/Q record. An image that is stronger than -20 dB, such as a dead channel's, has
+//!   the verdict [`Verdict::Image`].
+//! - **Both ends** of the spectrum behave as in a real record: within 1.5 bins of plus or minus half the rate of the pairs a tone is
+//!   [`Verdict::NearEdge`].
 //! - Frequencies come in steps of 2^-31 cycle per pair.
 
 use super::{Measurement, Pipeline};
@@ -63,7 +61,7 @@ pub struct Alternating<const N: usize, const TWICE: usize> {
 }
 
 impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
-    /// A placeholder of zeros that gets its plan later, as [`Plan::IDLE`].
+    /// A placeholder of zeros that gets its plan later, like [`Plan::IDLE`].
     pub const IDLE: Self = Self { pipeline: Pipeline::new(Plan::IDLE) };
 
     /// A pipeline that follows `plan`. A method that [does not fit](Self::fits) becomes least squares.
@@ -81,7 +79,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         self.pipeline.spectrum()
     }
 
-    /// Whether a method works on pairs that are taken by turns: it must on real records.
+    /// Whether a method works on pairs that are taken by turns: it must work on real records.
     pub const fn fits(method: Method) -> bool {
         method.of_kind::<Real>().fits::<Real>()
     }
@@ -98,11 +96,10 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         Plan::of_terms(terms).unwrap_or(Plan::IDLE)
     }
 
-    /// Measures one block of pairs. It negates half of the codes in their place, and turns them
-    /// back.
+    /// Measures one block of pairs. The method negates half of the codes in their place, and turns them back.
     ///
-    /// [`Measurement::clipped`] counts samples, of which a pair has two. Cost: one real transform of twice as
-    /// many samples as there are pairs, one search, one fit.
+    /// [`Measurement::clipped`] counts samples, of which a pair has two. Cost: one real transform of twice as many samples as there are
+    /// pairs, one search, one fit.
     pub fn block(&mut self, stamp: &Stamp, pairs: &mut [[i16; 2]; N]) -> Measurement {
         let codes = self.pipeline.plan.codes;
         turn(pairs, codes);
@@ -113,7 +110,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         Measurement { stamp: *stamp, clipped, tone, result }
     }
 
-    /// The tone of the pairs, from the real record that they are.
+    /// The tone of the pairs, from their real record.
     fn tone(&mut self, stamp: &Stamp, samples: &[i16]) -> (u32, Tone) {
         // The length is right.
         let Ok(samples) = samples.try_into() else { return Default::default() };
@@ -126,18 +123,18 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         let image = self.mirrored(&tone);
         let edge_bins = pairs.frequency.bins(N).abs() as f32;
         let sigma = pairs.sigma;
-        pairs.conclude(&Evidence { image, edge_bins, sigma, ..Evidence::of(tone.said()) });
+        pairs.conclude(&Evidence { image, edge_bins, sigma, ..Evidence::new(tone.said()) });
         (clipped, pairs)
     }
 
     /// Whether there is a line at minus the tone's frequency of -20 dB or more.
     fn mirrored(&self, tone: &Tone) -> bool {
-        /// Amplitude of the image over that of the tone; half-way between two bins a line loses 3.9 dB.
+        /// Amplitude of the image over the tone's; half-way between two bins a line loses 3.9 dB.
         const SHARE: f32 = 0.1 * 0.64;
         /// Pairs' bins from 0 Hz, and from half the rate, where the two lines leak into each other.
         const NEAREST: i32 = 3;
-        /// Real numbers that the noise beside a tone averages, at least.
-        const FREEDOM: f32 = 32.0;
+        /// Minimum degrees of freedom of the noise beside a tone.
+        const DOF: f32 = 32.0;
         let n = N as i32;
         let from_dc = peak(tone.frequency, TWICE).wrapping_sub(n / 2);
         let far = from_dc.abs();
@@ -150,18 +147,18 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         let unit = f32::two_to(spectrum.exponent());
         let line = tone.amplitude * N as f32;
         let ratio = most.unwrap_or(0) as f32 * (unit * unit) / (line * line);
-        // The tone's own leakage, where it is the most.
+        // The tone's own leakage at its maximum.
         let leak = core::f32::consts::FRAC_1_PI / ((2 * far) as f32 - 1.5);
         let share = SHARE + leak;
         // Three bins of noise exceed this in a block of a million.
         let chance = const { Threshold::new(3, 1e-6) };
         ratio > share * share
-            && chance.detects_beside(ratio * tone.snr * N as f32, FREEDOM, Relaxation::NOTHING)
+            && chance.detects_beside(ratio * tone.snr * N as f32, DOF, Relaxation::NOTHING)
     }
 }
 
-/// Takes the channels' offsets out of the bin of 0 Hz: a tone's bins are `C / (f - k)`, so its two neighbours tell what the tone
-/// at `peak` leaves there.
+/// Removes the channels' offsets from the bin of 0 Hz: a tone's bins are `C / (f - k)`, so the bin's two neighbours give the value that the
+/// tone at `peak` leaves there.
 fn without_offset<const N: usize>(spectrum: &mut Spectrum<Real, N>, peak: &Peak) {
     let middle = N as i32 / 4;
     let bins = |around: i32| {
@@ -176,7 +173,7 @@ fn without_offset<const N: usize>(spectrum: &mut Spectrum<Real, N>, peak: &Peak)
         return;
     }
     let [before, at, after] = bins(peak.bin);
-    // Jacobsen's offset; one that is no tone's counts as 0.
+    // Jacobsen's offset; an invalid one counts as 0.
     let offset = ((before - after) / (at + at - before - after)).re;
     let offset = if offset.abs() < 0.6 { offset } else { 0.0 };
     let far = away as f32 + offset;
@@ -186,8 +183,7 @@ fn without_offset<const N: usize>(spectrum: &mut Spectrum<Real, N>, peak: &Peak)
     spectrum.put_quarter(Complex::new(left.re as i32, left.im as i32));
 }
 
-/// Negates the second and the third of every four samples about the middle between the rails. Twice
-/// gives the codes back.
+/// Negates the second and the third of every four samples about the middle between the rails. A second call restores the codes.
 fn turn(pairs: &mut [[i16; 2]], codes: Codes) {
     let (low, high) = codes.rails();
     // Between the rails the difference fits, however the sum wraps round.
@@ -202,7 +198,7 @@ fn turn(pairs: &mut [[i16; 2]], codes: Codes) {
 fn raised(band: Band, n: i32) -> Band {
     let whole = Band { offset: n / 2, ..Band::real(2 * n as usize) };
     let [low, high] = [band.low, band.high].map(|bin| bin.wrapping_add(n / 2));
-    // Numbers above half the rate are those of negative frequencies: it is the whole spectrum.
+    // Numbers above half the rate are negative frequencies: the band is the whole spectrum.
     if low < 0 || high > n {
         return whole;
     }

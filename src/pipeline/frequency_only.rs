@@ -12,15 +12,15 @@ use crate::tone::frequency::Frequency;
 use crate::tone::noise::ring;
 use crate::tone::sigma::{sigma_bins, with_rounding};
 
-/// The frequency of the strongest line of a record, and nothing that says whether it may be used.
+/// The frequency of the strongest line of a record, without a verdict on its use.
 ///
-/// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone, one that moves or one within 1.5 bins of 0 Hz:
-/// each gets a frequency and a sigma here, and both are wrong. Of a record of one steady tone in noise both are right. A [`Pipeline`](super::Pipeline) knows
-/// which of these a record is, and takes some three times the program memory. The frequency is a pipeline's to the bit where the
-/// record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
+/// A record of noise alone, a dead channel of I/Q, clipped samples, a second tone, a tone that moves or one within 1.5 bins of 0 Hz: each
+/// gets a frequency and a sigma here, and both are wrong. For a record of one steady tone in noise both are right. A
+/// [`Pipeline`](super::Pipeline) tells these records apart, and takes some three times the program memory. The frequency equals a
+/// pipeline's to the bit where the record is clean and the plan is [`Plan::tone`](crate::plan::Plan::tone).
 ///
-/// It is all zeros at first, so that one in static memory takes no place in the program. It owns `4 N` bytes for real records, `8 N`
-/// for I/Q, half of it by the engine [`Q15`](crate::spectrum::engine::Q15).
+/// The struct is all zeros at first, so that one in static memory takes no place in the program. It owns `4 N` bytes for real records,
+/// `8 N` for I/Q, half of that with the engine [`Q15`](crate::spectrum::engine::Q15).
 ///
 /// ```
 /// use picket_dsp::{Codes, FrequencyOnly, Real};
@@ -38,7 +38,7 @@ pub struct FrequencyOnly<R: Record, const N: usize, E: Engine = I32> {
     spectrum: Spectrum<R, N, E>,
 }
 
-/// A frequency, and how far noise may have moved it.
+/// A frequency with the standard deviation that noise gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unjudged {
@@ -54,21 +54,21 @@ impl Unjudged {
         self.frequency.hertz(rate_hz)
     }
 
-    /// Its sigma in hertz, at a sample rate of `rate_hz`.
+    /// The sigma in hertz, at a sample rate of `rate_hz`.
     pub fn sigma_hertz(&self, rate_hz: f64) -> f64 {
         f64::from(self.sigma) * rate_hz
     }
 }
 
 impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
-    /// Before its first record.
+    /// An instance before its first record.
     pub const fn new() -> Self {
         Self { spectrum: Spectrum::new() }
     }
 
-    /// The strongest line of one record; `None` if there is none to fit, as in a record of one value.
+    /// The strongest line of one record; `None` if there is no line to fit, as in a record of one value.
     ///
-    /// Least squares over 17 bins, in the core's own arithmetic. Cost: one transform, one search, one fit.
+    /// The fit is least squares over 17 bins, in the core's own arithmetic. Cost: one transform, one search, one fit.
     pub fn block(&mut self, samples: &[R::Sample; N], codes: Codes) -> Option<Unjudged> {
         self.spectrum.transform(samples, codes);
         let band = const { if R::IQ { Band::iq(N) } else { Band::real(N) } };

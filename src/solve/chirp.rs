@@ -5,11 +5,11 @@
 //! no normal equations: each beat is corrected along `n` by its share of the violation, `y_i - v_i n_i (n . y) / (n . v n)`,
 //! where `v` are the variances. Both ramps then give range and velocity.
 //!
-//! I/Q samples show the signs of the beats. Real samples show only magnitudes: of the four possible sign patterns the
-//! one that violates the condition least is chosen, whatever the weights. Ye et al. 2022 (eqs 1 and 2) take the magnitudes for
-//! the signed beats, which is wrong wherever the Doppler shift exceeds the range beat.
+//! I/Q samples show the signs of the beats. Real samples show only magnitudes: of the four possible sign patterns the one that violates the
+//! condition least is chosen, whatever the weights. Ye et al. 2022 (eqs 1 and 2) use the magnitudes as the signed beats, which is wrong
+//! wherever the Doppler shift exceeds the range beat.
 //!
-//! A negative range is never good. I/Q records show one if I and Q are exchanged, or if [`Mixing`] is set the other way round.
+//! A negative range is never good. I/Q records show a negative range if I and Q are exchanged, or if [`Mixing`] is set the wrong way round.
 
 use super::equations::Equations;
 use crate::acquire::sample::Segment;
@@ -22,15 +22,15 @@ use fixed::types::I32F32;
 /// The value of one cycle per sample, in SI units: in fixed point for results, in float for sigmas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scale {
-    /// For results.
+    /// The scale for results.
     pub fixed: I32F32,
-    /// For sigmas.
+    /// The scale for sigmas.
     pub float: f32,
 }
 
 impl Scale {
-    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit in 31 bits, or is
-    /// less than a step of 2^-32: results would be 0, and an infinite sigma times 0 no number.
+    /// A scale of `per_cycle` units per cycle per sample; `None` if it does not fit in 31 bits, or is less than a step of 2^-32: results
+    /// would be 0, and an infinite sigma times 0 would be NaN.
     pub fn new(per_cycle: f64) -> Option<Self> {
         let fixed = I32F32::checked_from_num(per_cycle).filter(|&fixed| fixed != I32F32::ZERO)?;
         Some(Scale { fixed, float: per_cycle as f32 })
@@ -68,9 +68,9 @@ impl Shape {
     }
 }
 
-/// Which of the two signals an I/Q receiver conjugates before it multiplies them: the sign of every beat.
+/// The signal that an I/Q receiver conjugates before it multiplies the two: it sets the sign of every beat.
 ///
-/// Exchanging I and Q exchanges the two. Real samples are the same for both.
+/// Exchanging I and Q exchanges the variants. Real samples are equal for both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -84,7 +84,7 @@ pub enum Mixing {
 }
 
 impl Mixing {
-    /// Both.
+    /// Both variants.
     pub const ALL: [Mixing; 2] = [Mixing::TxConjRx, Mixing::RxConjTx];
 
     /// The name that settings and flags use.
@@ -109,15 +109,15 @@ impl Mixing {
     }
 }
 
-/// What the waveform leaves open.
+/// The ambiguity that the waveform leaves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ambiguity {
-    /// Nothing: the answer is unique.
+    /// The answer is unique.
     #[default]
     None,
-    /// A triangle with real samples: the same beats fit a second target, with the roles of range
-    /// and Doppler exchanged. The order of the beats gives the sign of each velocity.
+    /// A triangle with real samples: the beats also fit a second target, with the roles of range and Doppler exchanged. The order of the
+    /// beats gives the sign of each velocity.
     Exchange {
         /// Range of the second target, metres.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -144,15 +144,15 @@ pub struct Target {
     pub sigma_range: f32,
     /// One standard deviation of the velocity, metres per second.
     pub sigma_velocity: f32,
-    /// What the waveform leaves open.
+    /// The ambiguity that the waveform leaves.
     pub ambiguity: Ambiguity,
-    /// The worst verdict of the beats, but for a trapezoid's flat one beside 0 Hz; at least [`Verdict::Unresolved`] if the range is
+    /// The worst verdict of the beats, but for a trapezoid's flat beat beside 0 Hz; at least [`Verdict::Unresolved`] if the range is
     /// negative, or if the beats contradict each other by more than five standard deviations.
     pub verdict: Verdict,
 }
 
 impl Target {
-    /// What a negative range says, in words of one line; `None` for other ranges.
+    /// The likely cause of a negative range, in a text of one line; `None` for other ranges.
     pub const fn caution(&self) -> Option<&'static str> {
         if self.range.to_bits() < 0 {
             Some("negative range: I and Q are exchanged, or mixing is the other one")
@@ -181,11 +181,11 @@ fn beat(tone: &Tone, equations: &Equations) -> Beat {
     }
 }
 
-/// The beats of a trapezoid, and whether the flat one's verdict is the target's.
+/// The beats of a trapezoid, and whether the flat beat's verdict counts for the target.
 ///
-/// A slow target's flat beat is within 1.5 bins of 0 Hz, where no line is told from an offset or from its image: it counts as 0 then.
-/// It is also where no line is looked for. So a flat segment in which none is seen is that of a slow target if its own beat contradicts
-/// the ramps, and a slow target's does not.
+/// A slow target's flat beat is within 1.5 bins of 0 Hz, where no line can be distinguished from an offset or from its image: it counts as
+/// 0 then. No line is looked for there, either. So a flat segment without a line belongs to a slow target if the beat found in it
+/// contradicts the ramps and a slow target's beat does not.
 fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], bool) {
     let beats = tones.each_ref().map(|tone| beat(tone, equations));
     let agree = |beats: &[Beat; 3]| {
@@ -205,8 +205,7 @@ fn beats(tones: &[Tone; 3], signed: bool, equations: &Equations) -> ([Beat; 3], 
     }
 }
 
-/// The squared contradiction, in variances, from which the beats are not of one target: five
-/// standard deviations.
+/// The squared contradiction, in variances, from which the beats do not belong to one target: five standard deviations.
 const CONTRADICTION: f32 = 25.0;
 
 /// The sign patterns of real beats (up, flat, down): approaching, receding, and either so fast that the Doppler shift
@@ -221,8 +220,8 @@ fn weights(equations: &Equations) -> [f32; 3] {
 
 /// Solves a trapezoid from its three tones. `signed` is true for I/Q beats, whose signs are known.
 ///
-/// A slow target's flat beat is beside 0 Hz, where a line is `near-edge` or not seen at all: both ramps tell range and
-/// velocity then, and the flat segment that there is no larger Doppler shift.
+/// A slow target's flat beat is beside 0 Hz, where a line is `near-edge` or not seen at all. Then both ramps give range and velocity, and
+/// the flat segment only excludes a larger Doppler shift.
 ///
 /// Cost: six products of 64 bits, and some forty operations of 32-bit floats.
 pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Target {
@@ -252,7 +251,7 @@ pub fn trapezoid(tones: &[Tone; 3], signed: bool, equations: &Equations) -> Targ
     judged(target)
 }
 
-/// Range and velocity of the signed beats of both ramps.
+/// Range and velocity from the signed beats of both ramps.
 fn place(ramps: [i64; 2], equations: &Equations) -> Target {
     let sum = |[up, down]: [Scale; 2]| {
         metres(ramps[0], up.fixed).saturating_add(metres(ramps[1], down.fixed))
@@ -262,20 +261,20 @@ fn place(ramps: [i64; 2], equations: &Equations) -> Target {
     Target { range, velocity, ..Target::default() }
 }
 
-/// A range without the share `2 V / c` by which its beat grows while the echo is under way.
+/// The range without the share `2 V / c` by which its beat grows while the echo is under way.
 pub(crate) fn stretched(range: I32F32, velocity: I32F32) -> I32F32 {
     const SHARE: f32 = (2.0 / SPEED_OF_LIGHT) as f32;
     let longer = range.to_num::<f32>() * velocity.to_num::<f32>() * SHARE;
     range.saturating_sub(in_steps(longer))
 }
 
-/// A number in steps of 2^-32, rounded towards 0. The cast saturates and turns NaN into 0: it cannot panic as a conversion of the
-/// crate `fixed` may.
+/// A number in steps of 2^-32, rounded towards 0. The cast saturates and turns NaN into 0: unlike a conversion of the crate `fixed`, it
+/// cannot panic.
 pub(crate) fn in_steps(x: f32) -> I32F32 {
     I32F32::from_bits((x * 4_294_967_296.0) as i64)
 }
 
-/// A target with a negative range is not good.
+/// Marks a target with a negative range as not good.
 fn judged(target: Target) -> Target {
     let least = if target.range < 0 { Verdict::Unresolved } else { Verdict::Good };
     Target { verdict: target.verdict.max(least), ..target }
@@ -323,7 +322,7 @@ fn signs(beats: &[Beat; 3], signed: bool, equations: &Equations) -> (i64, [i64; 
     unwarped(best, equations)
 }
 
-/// The violation and the beats as of straight ramps.
+/// The violation and the beats, corrected to straight ramps.
 fn unwarped((violation, y): (i64, [i64; 3]), equations: &Equations) -> (i64, [i64; 3]) {
     let [_, _, weight] = weights(equations);
     let warp = warp([y[0], y[2]], equations);
@@ -331,7 +330,7 @@ fn unwarped((violation, y): (i64, [i64; 3]), equations: &Equations) -> (i64, [i6
     (violation.saturating_add(error as i64), [y[0] + warp, y[1], y[2] + warp])
 }
 
-/// What bent ramps take from both beats, steps of 2^-32 cycles per sample.
+/// The reduction of both beats by bent ramps, steps of 2^-32 cycles per sample.
 fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
     if equations.warp == 0.0 {
         return 0;
@@ -340,8 +339,8 @@ fn warp(ramps: [i64; 2], equations: &Equations) -> i64 {
     (equations.warp * range * range * 4_294_967_296.0) as i64
 }
 
-/// How much the three beats of a trapezoid contradict each other, squared, with 1 at five standard
-/// deviations. Above 1, [`trapezoid`] calls them unresolved.
+/// The contradiction between the three beats of a trapezoid, squared, with 1 at five standard deviations. Above 1, [`trapezoid`] calls them
+/// unresolved.
 pub fn contradiction(tones: &[Tone; 3], signed: bool, equations: &Equations) -> f32 {
     let (beats, _) = beats(tones, signed, equations);
     let (violation, _) = signs(&beats, signed, equations);
@@ -381,7 +380,7 @@ pub fn triangle(tones: &[Tone; 2], signed: bool, equations: &Equations) -> Targe
     })
 }
 
-/// Solves a sawtooth from its one tone: the range of a target at rest.
+/// Solves a sawtooth from its single tone: the range of a target at rest.
 pub fn sawtooth(tone: &Tone, equations: &Equations) -> Target {
     let up = beat(tone, equations);
     let [scale, _] = equations.range;

@@ -1,9 +1,8 @@
 //! Displacement from the phase of a tone: micrometres where a frequency shows millimetres.
 //!
-//! A way of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give
-//! the way between them, but for whole turns. Those follow from something else ([`Between`]): before a
-//! Doppler radar from the frequency itself, before a chirp from how slowly the target moves. If
-//! neither tells them for sure, the displacement starts anew.
+//! A way of half a wavelength turns the phase of a radar's tone once. So the phases of two blocks give the way between them, except for
+//! whole turns. The whole turns follow from other knowledge ([`Between`]): for a Doppler radar from the frequency itself, for a chirp from
+//! the target's low speed. If neither gives them for sure, the displacement starts anew.
 
 use super::chirp::{Mixing, Scale, metres};
 use crate::acquire::sample::Stamp;
@@ -13,16 +12,15 @@ use crate::tone::{Tone, Usable, Verdict};
 use core::f32::consts::TAU;
 use fixed::types::I32F32;
 
-/// What tells the whole turns between two blocks.
+/// The source of the whole turns between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Between {
-    /// A continuous wave: the phase runs on with the frequency, and the mean frequency of two blocks
-    /// tells how far.
+    /// A continuous wave: the phase runs on with the frequency, and the mean frequency of two blocks gives the number of turns.
     Frequency,
-    /// One block in a chirp, at the same place in each: the phase stands as long as the target does. It
-    /// turns less than this share of a turn from block to block, at most 1/4. A target that is faster,
-    /// but turns it by less than one turn less this share, is refused.
+    /// One block in a chirp, at the same place in each: the phase stands as long as the target does. It turns less than this share of a
+    /// turn from block to block, at most 1/4. A target that is faster, but turns the phase by less than one turn less this share, is
+    /// refused.
     Turns(f32),
 }
 
@@ -33,11 +31,11 @@ pub struct Displacement {
     /// Metres; positive when the target went away, as ranges count.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub metres: I32F32,
-    /// One standard deviation, metres, of the phase in this block. The displacement of the first
-    /// block is 0, and its error is part of all that follow.
+    /// One standard deviation, metres, of the phase in this block. The displacement of the first block is 0, and the first block's error is
+    /// part of all that follow.
     pub sigma: f32,
-    /// The number of the start that it counts from, which is the first block after it whose tone can be used. Displacements of
-    /// different starts do not belong together.
+    /// The number of the start from which the displacement counts, which is the first block after it whose tone can be used. Displacements
+    /// of different starts do not belong together.
     pub start: u32,
     /// The verdict of the tone, or [`Verdict::Unresolved`] if the whole turns are not sure. The
     /// displacement starts anew then.
@@ -57,29 +55,30 @@ pub struct Unwrapper {
 #[derive(Clone, Copy, Debug)]
 struct Last {
     tone: Tone,
-    /// How far its frequency lay beyond that of the block before it, cycles per sample.
+    /// The distance of its frequency beyond the frequency of the block before, cycles per sample.
     rise: f32,
     clock: u64,
-    /// Radians.
+    /// The phase, radians.
     phase: f32,
     sigma: f32,
-    /// Turns since the start.
+    /// The turns since the start.
     turns: I32F32,
 }
 
-/// So many standard deviations must lie between a step and half a turn.
+/// This many standard deviations must lie between a step and half a turn.
 const SURE: f32 = 6.0;
 
 impl Unwrapper {
-    /// `wavelength_m` is that of the carrier in the middle of the record, metres, over the cosine of the angle between beam and
-    /// motion: half of it turns the phase once. `mixing` says which way: [`Mixing::TxConjRx`] for real records of a
-    /// rising ramp. Real records of a continuous wave do not show the direction. `None` if the wavelength is no scale.
+    /// An unwrapper for a wavelength. `wavelength_m` is the wavelength of the carrier in the middle of the record, metres, over the cosine
+    /// of the angle between beam and motion: a way of half of it turns the phase once. `mixing` is the direction: [`Mixing::TxConjRx`] for
+    /// real records of a rising ramp. Real records of a continuous wave do not show the direction. `None` if the wavelength gives no valid
+    /// scale.
     pub fn new(wavelength_m: f64, mixing: Mixing, between: Between) -> Option<Self> {
         let metres_per_turn = f64::from(mixing.sign()) * wavelength_m / 2.0;
         Some(Self { scale: Scale::new(metres_per_turn)?, between, start: 0, last: None })
     }
 
-    /// Takes the tone of the next block. [`Stamp::clock`] tells how far apart blocks are.
+    /// Takes the tone of the next block. [`Stamp::clock`] gives the distance between blocks.
     ///
     /// Cost: about sixty operations.
     pub fn push(&mut self, stamp: &Stamp, phasor: &ToneWithPhase) -> Displacement {
@@ -89,7 +88,7 @@ impl Unwrapper {
         let (turns, verdict) = match step {
             _ if !usable => (I32F32::ZERO, tone.verdict),
             Some(turns) => (turns, tone.verdict),
-            // The first block is a start like any other, and nothing is unsure about it.
+            // The first block is an ordinary start, without any uncertainty.
             None if self.last.is_none() => (I32F32::ZERO, tone.verdict),
             None => (I32F32::ZERO, Verdict::Unresolved),
         };
@@ -125,7 +124,7 @@ impl Unwrapper {
                 let expected = I32F32::from_bits(two.checked_mul(i64::from(apart))? / 2);
                 let rest = I32F32::checked_from_num(seen)?.checked_sub(expected.frac())?;
                 let rest = rest.checked_sub(rest.checked_round()?)?;
-                // What a changing acceleration makes of it, from the blocks before.
+                // The effect of a changing acceleration, from the blocks before.
                 let bend = samples * (rise - last.rise) / 6.0;
                 let sigma = 0.5 * samples * libm::hypotf(tone.sigma, last.tone.sigma);
                 let sigma = (sigma * sigma + both * both).root();

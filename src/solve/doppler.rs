@@ -18,8 +18,8 @@ pub struct Velocity {
     pub verdict: Verdict,
 }
 
-/// `V = f lambda / (2 cos phi)` (Yang et al. 2011, eq 1). `scale` is the velocity of one cycle per
-/// sample; for I/Q records it has the sign by which [`Mixing`](super::chirp::Mixing) turns a shift.
+/// The velocity `V = f lambda / (2 cos phi)` (Yang et al. 2011, eq 1). `scale` is the velocity of one cycle per sample; for I/Q records it
+/// has the sign that [`Mixing`](super::chirp::Mixing) gives a shift.
 pub fn velocity(tone: &Tone, scale: Scale) -> Velocity {
     Velocity {
         velocity: metres(i64::from(tone.frequency.0.to_bits()), scale.fixed),

@@ -22,32 +22,30 @@ use crate::tone::evidence::EDGE_BINS;
 
 /// A frequency-modulated continuous wave, as the transmitter sends it.
 ///
-/// The segments follow one another without a pause, and each lasts [`Chirp::duration_s`]: the carrier rises from
-/// `f0 = c / wavelength` by the bandwidth, stays (a trapezoid's flat segment), and falls back.
+/// The segments follow one another without a pause, and each lasts [`Chirp::duration_s`]: the carrier rises from `f0 = c / wavelength` by
+/// the bandwidth, stays (a trapezoid's flat segment), and falls back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chirp {
     /// The segments.
     pub shape: Shape,
     /// Wavelength of the carrier at the bottom of a ramp, metres.
     pub wavelength_m: f64,
-    /// How far a ramp rises, hertz.
+    /// The rise of a ramp, hertz.
     pub bandwidth_hz: f64,
     /// Duration of each segment, seconds; at least [`Chirp::guard_s`] and a record.
     pub duration_s: f64,
-    /// Time from the start of a segment to the first sample of its record, seconds. Until the echo's delay has passed, the
-    /// echo is still that of the segment before, so the guard should cover the delay.
+    /// Time from the start of a segment to the first sample of its record, seconds. Until the echo's delay has passed, the echo still comes
+    /// from the segment before, so the guard should cover the delay.
     pub guard_s: f64,
-    /// Which of the two signals the receiver conjugates. It counts for I/Q records alone.
+    /// The signal that the receiver conjugates. It matters for I/Q records alone.
     pub mixing: Mixing,
-    /// How far the middle of a ramp lies above the straight line between its ends, as a share of the bandwidth: above -1/4 and
-    /// below 1/4. The carrier is `f0 + bandwidth (x + 4 sweep_curvature x (1 - x))`, where `x` goes from 0 to 1
-    /// as the ramp rises and back as it falls.
+    /// The height of a ramp's middle above the straight line between its ends, as a share of the bandwidth: above -1/4 and below 1/4. The
+    /// carrier is `f0 + bandwidth (x + 4 sweep_curvature x (1 - x))`, where `x` goes from 0 to 1 as the ramp rises and back as it falls.
     pub sweep_curvature: f64,
 }
 
 impl Default for Chirp {
-    /// A trapezoid at 24 GHz with 200 MHz in 1.024 ms, straight and without a guard, that the receiver multiplies by the conjugate of
-    /// the echo.
+    /// A trapezoid at 24 GHz with 200 MHz in 1.024 ms, straight and without a guard; the receiver multiplies by the conjugate of the echo.
     fn default() -> Self {
         Self {
             shape: Shape::Trapezoid,
@@ -80,21 +78,22 @@ impl Middle {
     }
 }
 
-/// The coefficients that make a range and a velocity of a chirp's beats.
+/// The coefficients that turn a chirp's beats into a range and a velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Equations {
     /// The segments.
     pub shape: Shape,
-    /// Metres of range per cycle per sample of the rising and of the falling beat, at the mean of the middles of the chirp's
-    /// records. For a sawtooth: per cycle per sample of the beat of a target at rest; the second one is 0.
+    /// Metres of range per cycle per sample of the rising and of the falling beat, at the mean of the middles of the chirp's records. For a
+    /// sawtooth: per cycle per sample of the beat of a target at rest; the second coefficient is 0.
     pub range: [Scale; 2],
-    /// Metres per second of velocity, likewise. For a sawtooth: per cycle per sample of Doppler shift of the carrier at sample `n / 2`.
+    /// Metres per second of velocity per cycle per sample of the rising and of the falling beat. For a sawtooth: per cycle per sample of
+    /// Doppler shift of the carrier at sample `n / 2`.
     pub velocity: [Scale; 2],
-    /// What a bent ramp takes from its beat, in cycles per sample per square metre of range: the echo comes from a place of the ramp
-    /// with another slope. 0 for straight ramps.
+    /// The reduction of a bent ramp's beat, in cycles per sample per square metre of range: the echo comes from a place of the ramp with
+    /// another slope. 0 for straight ramps.
     pub warp: f32,
-    /// The variance, in cycles per sample squared, of a beat of which is known only that it is within 1.5 bins of 0 Hz: where a tone
-    /// is not told from an offset or from its mirror image. Uniform, so a third of the square.
+    /// The variance, in cycles per sample squared, of a beat of which is known only that it is within 1.5 bins of 0 Hz: there a tone cannot
+    /// be distinguished from an offset or from its mirror image. The distribution is uniform, so the variance is a third of the square.
     pub edge: f32,
     /// The flat and the falling beat's weights in the condition `up + flat + down = 0` that the three beats of a target
     /// satisfy; 0 for the other shapes.
@@ -115,7 +114,7 @@ impl Chirp {
         if self.sweep_curvature.is_nan() || self.sweep_curvature.abs() >= 0.25 {
             return Err(ConfigError::Scene);
         }
-        // Guard and duration are often given in rounded seconds: half a sample is allowed for that.
+        // Guard and duration are often given in rounded seconds: half a sample of tolerance covers the rounding.
         let filled = guard_s * rate_hz + n as f64 - 0.5;
         if guard_s.is_nan() || guard_s < 0.0 || filled > duration_s * rate_hz {
             return Err(ConfigError::Ramp);
@@ -140,7 +139,7 @@ impl Chirp {
         let warp = (orientation * half * per_metre * per_metre / rate_hz) as f32;
         if shape == Shape::Sawtooth {
             let [range, _] = up.row(up.time_s);
-            // Phases are those of sample n / 2.
+            // Phases refer to sample n / 2.
             let phased = self.ramp((guard_s + 0.5 * n as f64 / rate_hz) / duration_s);
             let doppler = 2.0 * phased.carrier_hz / SPEED_OF_LIGHT;
             return Ok(Equations {
@@ -162,7 +161,7 @@ impl Chirp {
                 carrier_hz: SPEED_OF_LIGHT / wavelength_m + bandwidth_hz,
                 slope: 0.0,
             };
-            // The flat beat has no range in it: what is left of the two ramps without the range is the velocity's.
+            // The flat beat does not depend on the range: the rest of the two ramps without the range belongs to the velocity.
             let weight = -a[0] / b[0];
             let share = -(a[1] + weight * b[1]) / flat.row(t0)[1];
             let share = Scale::new(share).ok_or(ConfigError::Scale)?;
@@ -171,7 +170,7 @@ impl Chirp {
         Ok(Equations { shape, range, velocity, warp, edge, condition })
     }
 
-    /// Carrier and slope of a rising ramp, `x` of its way up. A falling ramp goes the same way back.
+    /// Carrier and slope of a rising ramp, at the share `x` of its way up. A falling ramp goes back the same way.
     fn ramp(&self, x: f64) -> Middle {
         let Self { wavelength_m, bandwidth_hz, duration_s, sweep_curvature, .. } = *self;
         let bend = 4.0 * sweep_curvature;

@@ -1,10 +1,9 @@
-//! Several targets from the beats of a chirp: which beat of the rising ramp, of the flat segment and of
-//! the falling ramp belong to one target.
+//! Several targets from the beats of a chirp: finds the beats of the rising ramp, of the flat segment and of the falling ramp that belong
+//! to one target.
 //!
-//! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong.
-//! Beats of different targets do both by chance, and make a ghost. What a ghost does not do is to be,
-//! one chirp later, where its own velocity takes it: its beats move as three targets do. So a triple of
-//! beats is a target if the chirps before led there. Until then its verdict is `Unresolved`.
+//! The beats of one target satisfy one condition (see [`super::chirp`]) and are equally strong. Beats of different targets do both by
+//! chance, and make a ghost. But one chirp later a ghost is not where its own velocity takes it: its beats move as three targets do. So a
+//! triple of beats is a target if the chirps before led to it. Until then its verdict is `Unresolved`.
 
 use super::chirp::{self, Target};
 use super::equations::Equations;
@@ -16,10 +15,10 @@ use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{Usable, Verdict};
 use heapless::Vec;
 
-/// Chirps after which a target that is not seen is forgotten; half as many while it is not sure.
+/// Chirps after which an unseen target is forgotten; half as many while the target is not sure.
 const MISSES: u8 = 6;
 
-/// The most targets remembered: the sure ones, and triples that may be ones.
+/// The most targets remembered: the sure ones, and triples that may be targets.
 const REMEMBERED: usize = 6 * MOST;
 
 /// The most triples of a chirp that are looked at.
@@ -28,14 +27,13 @@ const TRIPLES: usize = 8 * MOST;
 /// Half a gate, in standard deviations.
 const GATE: f32 = 5.0;
 
-/// How different the echoes of one target may be in the three segments, as a ratio of amplitudes: 3 dB,
-/// and what noise makes of it.
+/// The largest difference between the echoes of one target in the three segments, as a ratio of amplitudes: 3 dB. Noise may add to it.
 const EQUAL: f32 = 1.41;
 
-/// How far targets may accelerate, and how often they are seen.
+/// The limits of a target's motion: its acceleration, and the time between chirps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionModel {
-    /// From one chirp to the next, seconds.
+    /// Time from one chirp to the next, seconds.
     pub period_s: f32,
     /// The most acceleration, m/s^2.
     pub acceleration: f32,
@@ -45,7 +43,7 @@ pub struct MotionModel {
 #[derive(Clone, Debug)]
 pub struct Pairing {
     equations: Equations,
-    /// I/Q beats, whose signs are known.
+    /// Whether the beats come from I/Q records, so that their signs are known.
     signed: bool,
     habits: MotionModel,
     beats: [Vec<ToneWithPhase, MOST>; 3],
@@ -59,33 +57,33 @@ pub struct Pairing {
 #[derive(Clone, Copy, Debug)]
 struct TargetHypothesis {
     target: Target,
-    /// Chirps since it was seen.
+    /// Chirps since the target was seen.
     misses: u8,
-    /// Whether it was where it was expected.
+    /// Whether the target was where it was expected.
     sure: bool,
     seen: bool,
 }
 
-/// Three beats that may be of one target.
+/// Three beats that may belong to one target.
 #[derive(Clone, Copy)]
 struct Triple {
     beats: [usize; 3],
     target: Target,
-    /// The course that leads to it, and how far from its end it is, in gates.
+    /// The hypothesis that leads to the triple, and the triple's distance from the predicted target, in gates.
     course: Option<usize>,
     distance: f32,
 }
 
 impl Pairing {
-    /// For a trapezoid with these equations; `signed` for I/Q records.
+    /// Pairing for a trapezoid with these equations; `signed` for I/Q records.
     pub const fn new(equations: Equations, signed: bool, habits: MotionModel) -> Self {
         let beats = [const { Vec::new() }; 3];
         let segments = Segments::new();
         Self { equations, signed, habits, beats, segments, chirp: 0, courses: Vec::new() }
     }
 
-    /// Takes the tones of one segment. The falling ramp completes a chirp and gives its targets, the
-    /// sure ones first. A chirp with a lost segment gives none.
+    /// Takes the tones of one segment. The falling ramp completes a chirp and returns its targets, the sure ones first. A chirp with a lost
+    /// segment returns none.
     ///
     /// Cost: up to 64 triples of beats, each against every target remembered.
     pub fn push(&mut self, stamp: &Stamp, phasors: &[ToneWithPhase]) -> Option<Vec<Target, MOST>> {
@@ -122,7 +120,7 @@ impl Pairing {
             }
             let led = triple.course.and_then(|index| self.courses.get_mut(index));
             let Some(course) = led.filter(|course| !course.seen) else {
-                // Each of these may be a target or a ghost, so none takes its beats from another.
+                // Each triple may be a target or a ghost, so none takes its beats from another.
                 let _ = fresh.push(triple.target);
                 continue;
             };
@@ -140,7 +138,7 @@ impl Pairing {
         });
         for &target in &fresh {
             let course = TargetHypothesis { target, misses: 0, sure: false, seen: true };
-            // Without room it is seen anew in the next chirp.
+            // Without room the target is seen anew in the next chirp.
             let _ = self.courses.push(course);
             let verdict = target.verdict.max(Verdict::Unresolved);
             let _ = targets.push(Target { verdict, ..target });
@@ -148,8 +146,7 @@ impl Pairing {
         targets
     }
 
-    /// Takes out the triple that chooses next: those of sure courses before others, and the nearest
-    /// first.
+    /// Removes the triple that chooses next: triples of sure hypotheses before others, and the nearest first.
     fn next(&self, triples: &mut Vec<Triple, TRIPLES>) -> Option<Triple> {
         // Distances are below two.
         const BEHIND: f32 = 10.0;
@@ -165,7 +162,7 @@ impl Pairing {
         triple
     }
 
-    /// All triples whose beats may be of one target.
+    /// All triples whose beats may belong to one target.
     fn triples(&self) -> Vec<Triple, TRIPLES> {
         let [ups, flats, downs] = &self.beats;
         let mut triples = Vec::new();
@@ -192,7 +189,7 @@ impl Pairing {
         triples
     }
 
-    /// The course that leads to a target: the sure one before others, the nearest of equals.
+    /// The hypothesis that leads to a target: a sure one before others, the nearest of equals.
     fn nearest(&self, target: &Target) -> Option<(usize, f32)> {
         let places = self.courses.iter().enumerate().filter_map(|(index, course)| {
             let distance = self.distance(course, target);
@@ -201,7 +198,7 @@ impl Pairing {
         places.min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 
-    /// How far a target is from the end of a course, in gates.
+    /// The distance of a target from the target that a hypothesis predicts, in gates.
     fn distance(&self, course: &TargetHypothesis, target: &Target) -> f32 {
         let MotionModel { period_s, acceleration } = self.habits;
         let time = period_s * (1.0 + f32::from(course.misses));
@@ -221,11 +218,11 @@ impl Pairing {
     }
 }
 
-/// Whether three beats are as strong as those of one target.
+/// Whether three beats are as strong as the beats of one target.
 fn are_equal(beats: &[ToneWithPhase; 3]) -> bool {
     let [a, b, c] = beats;
     [(a, b), (b, c), (a, c)].into_iter().all(|(x, y)| {
-        // An amplitude's relative error is that of the phase.
+        // An amplitude's relative error equals the phase's error.
         let error = GATE * libm::hypotf(x.sigma_phase, y.sigma_phase);
         let (x, y) = (x.tone.amplitude, y.tone.amplitude);
         x.max(y) < (EQUAL + error) * x.min(y)

@@ -1,16 +1,13 @@
 //! Range and velocity from a sequence of sawtooth chirps, by the phase of a target's beat from chirp
 //! to chirp.
 //!
-//! One rising ramp cannot separate the two, see [`super::equations`]. From chirp to chirp the target approaches by `V T`, which
-//! turns the phase in the middle of the beat by `-s 2 V T f / c`, where `f` is the carrier of the echo that arrives there. So a
-//! line through the phases of some chirps gives the velocity thousands of times as exactly as one beat gives
-//! the range, and no second transform is needed. The velocity is known but for multiples of
-//! `c / (2 T f)`, a whole turn a chirp. The
-//! range itself moves by `-V` a second, which tells the turns if the sequence is long enough; until then
-//! all velocities that agree with it are listed.
+//! One rising ramp cannot separate the two, see [`super::equations`]. From chirp to chirp the target approaches by `V T`, which turns the
+//! phase in the middle of the beat by `-s 2 V T f / c`, where `f` is the carrier of the echo that arrives there. So a line through the
+//! phases of some chirps gives the velocity thousands of times as exactly as one beat gives the range, and no second transform is needed.
+//! The velocity is ambiguous by multiples of `c / (2 T f)`, a whole turn a chirp. The range itself moves by `-V` a second, which selects
+//! the turns if the sequence is long enough; until then all velocities that agree with the range's movement are listed.
 //!
-//! A real record's beat must be positive: it record shows a target whose Doppler shift exceeds its range beat
-//! with the wrong sign.
+//! A real record's beat must be positive: a real record shows a target whose Doppler shift exceeds its range beat with the wrong sign.
 
 use super::chirp::{Ambiguity, Scale, Shape, Target, in_steps, metres, stretched};
 use super::equations::Equations;
@@ -29,15 +26,15 @@ pub const LISTED: usize = 8;
 const FEWEST: f32 = 3.0;
 const LONGEST: f32 = 256.0;
 
-/// A chirp continues the line if its phase is within so many standard deviations of it, and a velocity is
-/// listed if it is within as many of the range's own movement.
+/// A chirp continues the line if its phase is within this many standard deviations of the line, and a velocity is listed if it is within
+/// this many of the range's own movement.
 const SURE: f32 = 6.0;
 
 /// Sums over the chirps of a sequence for a straight line through one value each.
 #[derive(Clone, Copy, Debug, Default)]
 struct Line {
     count: f32,
-    /// Of the values, of these times the chirp's place, and of their variances.
+    /// Sums of the values, of the values times the chirp's place, and of their variances.
     sum: f32,
     moment: f32,
     variance: f32,
@@ -51,7 +48,7 @@ impl Line {
         self.count += 1.0;
     }
 
-    /// The slope a chirp and its standard deviation, of two chirps or more.
+    /// The slope per chirp and its standard deviation, for two chirps or more.
     fn slope(&self) -> (f32, f32) {
         let n = self.count;
         let spread = n * (n * n - 1.0) / 12.0;
@@ -69,8 +66,8 @@ pub struct Sequence {
     period: f32,
     /// The first and the last chirp of the line, if there is one.
     ends: Option<[(u64, ToneWithPhase); 2]>,
-    /// The turn from the first chirp to the second, of which whole turns are not known. The values of the
-    /// lines: the turns that are not explained by as many of it, and the beats less the first one's.
+    /// The turn from the first chirp to the second, of which whole turns are not known. The values of the lines: the turns beyond the
+    /// multiples of this turn, and the beats less the first beat.
     turn: f32,
     turns: f32,
     phases: Line,
@@ -78,7 +75,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// For sawtooth chirps that begin `period` samples apart. `None` if the period is 0 or the shape is another.
+    /// A sequence of sawtooth chirps that begin `period` samples apart. `None` if the period is 0 or the shape is another.
     pub fn new(equations: &Equations, period: u32) -> Option<Self> {
         let (phases, beats) = (Line::default(), Line::default());
         let ([range, _], [velocity, _]) = (equations.range, equations.velocity);
@@ -89,12 +86,11 @@ impl Sequence {
         usable.then_some(sequence)
     }
 
-    /// Takes the target's tone of the next chirp, with its sample rate. Gives the targets that the
-    /// sequence agrees with so far, the one nearest to the range's own movement first; none before the
-    /// third chirp. Their ranges are those of this chirp.
+    /// Takes the target's tone of the next chirp, with its sample rate. Returns the targets that the sequence agrees with so far, the one
+    /// nearest to the range's own movement first; none before the third chirp. Their ranges belong to this chirp.
     ///
-    /// The verdict of an only target is its beat's. If there are several the velocity is one of theirs and
-    /// each is [`Verdict::Unresolved`]; so is one that contradicts the range's movement.
+    /// The verdict of a single target is its beat's. If several targets are listed, one of their velocities is the true one and each is
+    /// [`Verdict::Unresolved`]; so is a single target that contradicts the range's movement.
     ///
     /// A gap, a tone that is not good, or a phase off the line starts the sequence anew.
     ///
@@ -149,14 +145,14 @@ impl Sequence {
         true
     }
 
-    /// The targets whose velocities the phases agree with and the range's movement allows.
+    /// The targets whose velocities agree with the phases and with the range's movement.
     fn targets(&self, tone: &Tone) -> Vec<Target, LISTED> {
         let Self { range, velocity, .. } = *self;
         // A turn a chirp is 1/period cycles a sample of Doppler shift, and turns backwards.
         let step = velocity.float / self.period;
         let (slope, sigma_turns) = self.phases.slope();
         let turns = self.turn + slope;
-        // The range moves by -V a second. Without a rate nothing is known of seconds.
+        // The range moves by -V a second. Without a rate the length of a second is not known.
         let rate = range.float * tone.rate_hz as f32 / self.period;
         let (moved, sigma_moved) = self.beats.slope();
         let coarse = -rate * moved / step;
@@ -171,7 +167,7 @@ impl Sequence {
             if place == 0 || agrees {
                 let target = self.target(tone, whole, sigma_turns);
                 let verdict = if agrees { target.verdict } else { Verdict::Unresolved };
-                // There is room for as many as are tried.
+                // There is room for all that are tried.
                 let _ = targets.push(Target { verdict, ..target });
             }
         }

@@ -1,10 +1,9 @@
 //! A tone followed from block to block.
 //!
-//! A Kalman filter of two states, frequency and its rate. It takes each measurement with the
-//! estimator's sigma, and assumes white acceleration between blocks (Bar-Shalom, Li and Kirubarajan
-//! 2001, section 6.3). The frequency is kept in steps of 2^-32 cycle per sample, as exact as it was
-//! measured; the rate and the covariance are `f32`. Lambda is the sigma of the acceleration over
-//! that of a measurement, per block squared. It sets the steady state:
+//! A Kalman filter of two states, frequency and its rate. It takes each measurement with the estimator's sigma, and assumes white
+//! acceleration between blocks (Bar-Shalom, Li and Kirubarajan 2001, section 6.3). The frequency is kept in steps of 2^-32 cycle per
+//! sample, as exact as measured; the rate and the covariance are `f32`. Lambda is the sigma of the acceleration over the sigma of a
+//! measurement, per block squared. It sets the steady state:
 //!
 //! | Lambda | gain of the frequency | of the rate | variance over a block's | settles in |
 //! |---|---|---|---|---|
@@ -18,7 +17,7 @@ use crate::tone::Tone;
 use crate::tone::evidence::Evidence;
 use crate::tone::judge::Line;
 
-/// How tones are followed, in the units of the filter.
+/// The parameters of the filter that follows tones, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracking {
     /// Lambda: sigma of a target's acceleration over sigma of a measurement, per block squared.
@@ -27,14 +26,14 @@ pub struct Tracking {
     /// The least sigma of the acceleration, cycles per sample per block squared. A
     /// target may accelerate this much however well it is measured.
     pub acceleration: f32,
-    /// Sigma of the rate of a target that was seen once, cycles per sample per block.
+    /// Sigma of the rate of a target that was seen only once, cycles per sample per block.
     pub rate: f32,
-    /// Lines that are less apart, cycles per sample, are one line.
+    /// Lines that are less than this apart, cycles per sample, are one line.
     pub apart: f32,
-    /// The variance that the tone's envelope adds to a block of the mean power, in squared cycles per sample, with what it adds by its correlation from block to
-    /// block: see [`Width::followed`](crate::carrier::Width::followed).
+    /// The variance that the tone's envelope adds to a block of the mean power, in squared cycles per sample. It includes the effect of the
+    /// correlation from block to block: see [`Width::followed`](crate::carrier::Width::followed).
     pub envelope: f32,
-    /// What a block's own sigma has of it, squared, see [`crate::carrier`].
+    /// The part of this variance that a block's own sigma includes, see [`crate::carrier`].
     pub stated: f32,
     /// The most tones followed at once: 0 to [`crate::tone::lines::MOST`]; 0 follows none.
     pub most: usize,
@@ -54,7 +53,7 @@ pub(crate) fn gain(agility: f32) -> f32 {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum State {
-    /// Seen once. A second sighting within two more blocks confirms it.
+    /// Seen once. A second detection within two more blocks confirms the track.
     #[default]
     Tentative = 0,
     /// Confirmed.
@@ -107,7 +106,7 @@ struct Motion {
 }
 
 impl Motion {
-    /// Advances by `blocks`. Returns how far the frequency moves, in cycles per sample.
+    /// Advances by `blocks`. Returns the move of the frequency, in cycles per sample.
     fn predict(&mut self, blocks: f32, acceleration: f32) -> f32 {
         let [x, xv, v] = self.covariance;
         // A white acceleration, constant within a block. Its variance grows with the number of
@@ -121,8 +120,7 @@ impl Motion {
         self.rate * blocks
     }
 
-    /// Takes a measurement that lies `innovation` from the prediction. Returns how far the
-    /// frequency moves.
+    /// Takes a measurement that lies `innovation` from the prediction. Returns the move of the frequency.
     fn update(&mut self, innovation: f32, variance: f32) -> f32 {
         let [x, xv, v] = self.covariance;
         let total = x + variance;
@@ -142,8 +140,8 @@ pub struct Track {
     pub number: u32,
     /// The state of the track.
     pub state: State,
-    /// The tone as filtered, or as predicted if this block missed it. The sigma is the filter's.
-    /// The verdict is `Good` only if this block's measurement was.
+    /// The tone as filtered, or as predicted if this block missed it. The sigma is the filter's. The verdict is `Good` only if this block's
+    /// measurement was good.
     pub tone: Tone,
     /// Blocks since the first measurement.
     pub age: u32,
@@ -153,22 +151,20 @@ pub struct Track {
     learnt: Learnt,
 }
 
-/// What a track learns from its measurements: how far they scatter, and how restless the target
-/// is.
+/// The scatter and the restlessness of a target, learnt from its measurements.
 ///
-/// A measurement's sigma says what noise does within one block. A target with many reflecting
-/// parts scatters more from block to block, the more the weaker it is in a block (see [`crate::carrier`]), and nobody knows
-/// beforehand how it moves. The innovations, divided by their own sigma, tell both. Their mean square should be 1: if it is
-/// more, the measurements scatter more. Each should be independent of the one before: if two in a
-/// row lie on the same side, the target accelerates more than expected.
+/// A measurement's sigma covers the noise within one block. A target with many reflecting parts scatters more from block to block, the more
+/// the weaker it is in a block (see [`crate::carrier`]), and nobody knows beforehand how it moves. The innovations, divided by their own
+/// sigma, show both. Their mean square should be 1: if it is more, the measurements scatter more. Each should be independent of the one
+/// before: if two in a row lie on the same side, the target accelerates more than expected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Learnt {
-    /// The variance of a measurement as its blocks say, averaged.
+    /// The variance of a measurement as stated by its blocks, averaged.
     variance: f32,
-    /// The square of the amplitude, averaged, and the measurements in it.
+    /// The square of the amplitude, averaged, and the number of measurements in the average.
     power: f32,
     seen: f32,
-    /// Logarithms of two factors, not below 0: of that variance and of the acceleration's sigma.
+    /// Logarithms of two factors, not below 0: of the measurements' variance and of the acceleration's sigma.
     scatter: f32,
     unrest: f32,
     /// The last innovation over its sigma.
@@ -181,8 +177,8 @@ impl Learnt {
     const SPEED: f32 = 0.05;
     const SCATTER: f32 = 1.3;
     const UNREST: f32 = 0.3;
-    /// The most that one innovation counts, the most that all count, and the least that has an
-    /// effect. A track with nothing to learn exceeds the least one time in ten.
+    /// The limit of one innovation, the limit of the sum of all, and the least sum that has an effect. A track with nothing to learn
+    /// exceeds the least sum one time in ten.
     const MOST: f32 = 9.0;
     const HIGHEST: f32 = 18.0;
     const EVIDENT: f32 = 0.3;
@@ -199,15 +195,15 @@ impl Learnt {
         Self { variance: square(tone.sigma), power, seen: 1.0, ..Self::default() }
     }
 
-    /// By how much a tone is weaker than the average, in power.
+    /// The factor by which a tone is weaker than the average, in power.
     fn faded(&self, tone: &Tone) -> f32 {
         let faded = self.power / square(tone.amplitude);
-        // A tone without an amplitude is no number here.
+        // A tone without an amplitude gives NaN here.
         if faded < Self::DEEPEST { faded } else { Self::DEEPEST }
     }
 
-    /// The variance of a measurement whose block states `block`, of a tone that is weaker by `faded` than the average: what is known of it, and
-    /// what was learnt beyond.
+    /// The variance of a measurement whose block states `block`, of a tone that is weaker by `faded` than the average: the known part, and
+    /// the part learnt beyond.
     fn variance(&self, block: f32, faded: f32, tracking: &Tracking) -> [f32; 2] {
         let average = self.average(block);
         let stated = average.max(block / Self::BETTER);
@@ -215,7 +211,8 @@ impl Learnt {
         [known, average * (Self::times(self.scatter) - 1.0) * faded]
     }
 
-    /// Both together. What is learnt settles where squared innovations are [`Learnt::SCATTER`] by their mean: there is as much more.
+    /// The sum of both parts. The learnt factor settles where squared innovations are [`Learnt::SCATTER`] times their mean: the whole
+    /// variance is larger by this ratio.
     fn whole([known, learnt]: [f32; 2]) -> f32 {
         known + Self::SCATTER * learnt
     }
@@ -234,7 +231,7 @@ impl Learnt {
         1.0 / ((1.0 - Self::RENEWAL) / self.variance + Self::RENEWAL / block)
     }
 
-    /// Takes an innovation over its sigma, of this measurement.
+    /// Takes this measurement's innovation over its sigma.
     #[allow(clippy::manual_clamp)] // `clamp` checks its bounds
     fn learn(&mut self, tone: &Tone, innovation: f32) {
         self.variance = self.average(square(tone.sigma));
@@ -285,15 +282,15 @@ impl Track {
         self.age = self.age.saturating_add(blocks);
     }
 
-    /// Half the gate for a measurement as the last ones were, cycles per sample.
+    /// Half the gate for a measurement like the last ones, cycles per sample.
     pub fn gate(&self, tracking: &Tracking) -> f32 {
         let [place, _, _] = self.motion.covariance;
         let variance = Learnt::whole(self.learnt.variance(self.learnt.variance, 1.0, tracking));
         (GATE * (place + variance).root()).min(WIDEST)
     }
 
-    /// The standard deviation by which the measurements scatter beyond their own sigmas, cycles per sample: what the track has learnt of the carrier's width. 0
-    /// where there is nothing to learn.
+    /// The standard deviation by which the measurements scatter beyond their own sigmas, cycles per sample: the carrier's width as learnt
+    /// by the track. 0 where there is nothing to learn.
     pub fn excess(&self) -> f32 {
         self.learnt.excess()
     }
@@ -304,8 +301,8 @@ impl Track {
         tone.frequency.beyond(self.tone.frequency)
     }
 
-    /// The distance of a tone from the prediction in half gates; `None` outside the gate, and of a
-    /// tone that does not tell where it is. No gate is narrower than the distance below which another line would be a part of this one.
+    /// The distance of a tone from the prediction in half gates; `None` outside the gate, and for a tone whose sigma locates nothing. No
+    /// gate is narrower than the distance below which another line would be a part of this one.
     pub fn distance(&self, tone: &Tone, tracking: &Tracking) -> Option<f32> {
         let [place, _, _] = self.motion.covariance;
         let gate = GATE * (place + Learnt::whole(self.variance(tone, tracking))).root();
@@ -314,7 +311,7 @@ impl Track {
         (distance <= 1.0 && tells(tone)).then_some(distance)
     }
 
-    /// The variance of this measurement, as [`Learnt::variance`].
+    /// The variance of this measurement, by [`Learnt::variance`].
     fn variance(&self, tone: &Tone, tracking: &Tracking) -> [f32; 2] {
         self.learnt.variance(square(tone.sigma), self.learnt.faded(tone), tracking)
     }
@@ -326,7 +323,7 @@ impl Track {
         let variance = Learnt::whole([known, learnt]);
         let [place, _, _] = self.motion.covariance;
         self.learnt.learn(tone, innovation / (place + known + learnt).root());
-        // What is beyond the gate scatters more than is known so far.
+        // A measurement beyond the gate scatters more than is known so far.
         let variance = variance.max(square(innovation) * (1.0 / (GATE * GATE)) - place);
         let moved = self.motion.update(innovation, variance);
         self.tone = Tone { frequency: self.tone.frequency, ..*tone };
@@ -353,7 +350,7 @@ impl Track {
         self.tone.conclude(if given_up { &Evidence::NOTHING } else { &missed });
     }
 
-    /// Notes that another tone is too near to tell the two apart. This is neither a hit nor a miss.
+    /// Notes that another tone is too near to separate the two. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
         self.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::NONE });
     }
@@ -365,8 +362,8 @@ impl Track {
     }
 }
 
-/// Whether a tone tells where it is: a sigma of a cycle per sample is the whole spectrum. An infinite
-/// one, as of a record that sits on a rail, would make the filter's covariance no number.
+/// Whether a tone's sigma locates it: a sigma of a cycle per sample is the whole spectrum. An infinite sigma, from a record that sits on a
+/// rail, would make the filter's covariance NaN.
 pub(super) fn tells(tone: &Tone) -> bool {
     tone.sigma < 1.0
 }
@@ -411,7 +408,7 @@ mod tests {
             }
             let ratio = f64::from(track.covariance()[0]) / 1e-10;
             assert!((ratio / variance - 1.0).abs() < 0.01, "{agility}: {ratio}");
-            // How far the answer moves for a step of one sigma.
+            // The move of the answer for a step of one sigma.
             track.predict(1, false, &tracking);
             let before = track.tone.frequency.cycles();
             track.update(&tone(0.1 + 1e-5, 1e-5), &tracking);

@@ -1,4 +1,7 @@
-//! All the tones that are followed, and which measurement belongs to which track.
+//! All the tones that are followed, and the assignment of measurements to tracks.
+//!
+//! Pairs of tracks and tones are made by nearest neighbours: held tracks before tentative ones, and the pair with the smallest distance in
+//! gates first. A tone without a track starts one; a track without a tone goes on by its rate, see [`super::track`].
 
 use super::track::{State, Track, Tracking, tells};
 use crate::acquire::sample::Stamp;
@@ -7,11 +10,10 @@ use crate::tone::lines::MOST;
 use crate::tone::{Tone, Usable};
 use heapless::Vec;
 
-/// The largest number of tracks: the held ones, and as many tentative ones.
+/// The largest number of tracks: the held ones, and an equal number of tentative ones.
 const SLOTS: usize = 2 * MOST;
 
-/// The distance, in bins, below which two tones cannot be told apart (see
-/// [`crate::tone::lines`]).
+/// The distance, in bins, below which two tones cannot be separated (see [`crate::tone::lines`]).
 pub const APART: f32 = 2.0;
 
 /// A set of tracks, oldest first.
@@ -22,7 +24,7 @@ pub struct Tracks {
     last: Option<u32>,
 }
 
-/// What a block offers to a set of tracks.
+/// A block, as a set of tracks needs it.
 #[derive(Debug)]
 pub struct Sight<'a, F> {
     /// Where and when the block was taken.
@@ -43,7 +45,7 @@ impl Tracks {
         Self { tracks: Vec::new(), started: 0, last: None }
     }
 
-    /// Every track, oldest first, including those lost in this block.
+    /// Every track, oldest first, including the tracks lost in this block.
     pub fn all(&self) -> &[Track] {
         &self.tracks
     }
@@ -74,8 +76,8 @@ impl Tracks {
         well.then_some(track)
     }
 
-    /// Updates the only track by its tone in the block after the last one, as [`Tracks::step`]
-    /// does. Returns false and changes nothing if the tone is outside the gate.
+    /// Updates the only track by its tone in the block after the last one, like [`Tracks::step`]. Returns false and changes nothing if the
+    /// tone is outside the gate.
     // Compiled once for all kinds and lengths of records, as both halves of a step are.
     #[inline(never)]
     pub fn lead(&mut self, stamp: &Stamp, tone: &Tone, tracking: &Tracking) -> bool {
@@ -111,7 +113,7 @@ impl Tracks {
         self.settle(&mut tones, &mut seen, bin, tracking);
     }
 
-    /// Advances the tracks and gives each its tone: those left over, and which tracks have one.
+    /// Advances the tracks and gives each its tone. Returns the tones left over, and the tracks that have one.
     #[inline(never)]
     fn paired(
         &mut self,
@@ -135,7 +137,7 @@ impl Tracks {
         (tones, seen)
     }
 
-    /// Notes which tracks have no tone, and starts new ones at the tones left over.
+    /// Counts a miss for the tracks without a tone, and starts new tracks at the tones left over.
     #[inline(never)]
     fn settle(
         &mut self,
@@ -151,8 +153,7 @@ impl Tracks {
         }
         self.crowd(tracking.most);
         for tone in tones.iter() {
-            // A new line near a held track is a part of that track, or cannot be told apart from
-            // it.
+            // A new line near a held track is a part of that track, or cannot be separated from it.
             if self.held().any(|track| track.innovation(tone).abs() < APART * bin) {
                 continue;
             }
@@ -267,8 +268,7 @@ impl Tracks {
         }
     }
 
-    /// Drops held tracks beyond `most`: first the one missed most often; between equals, the
-    /// youngest.
+    /// Drops held tracks beyond `most`: first the track missed most often; between equals, the youngest.
     fn crowd(&mut self, most: usize) {
         for _ in 0..SLOTS {
             if self.held().count() <= most.clamp(1, MOST) {

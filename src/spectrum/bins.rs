@@ -64,8 +64,8 @@ impl<T: Scalar, R: Record, W> Bins<T, R, W> {
         [self.at(-1), self.at(0), self.at(1)]
     }
 
-    /// These bins as those of a record of kind `K`; `None` if `R` is another kind. This serves code
-    /// that is generic over the kind and selects an estimator at run time.
+    /// These bins as bins of a record of kind `K`; `None` if `R` is another kind. The conversion serves code that is generic over the kind
+    /// and selects an estimator at run time.
     pub fn as_kind<K: Record>(&self) -> Option<Bins<T, K, W>> {
         let Self { n, peak, cells, .. } = *self;
         (R::IQ == K::IQ).then_some(Bins { n, peak, cells, kind: PhantomData })
@@ -86,8 +86,8 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         Self { n, peak, cells, kind: PhantomData }
     }
 
-    /// These bins, an odd number of them around `peak`, in ascending order. The bins beyond are zero.
-    pub(crate) fn of_middle(n: usize, peak: i32, bins: &[Complex<T>]) -> Self {
+    /// Bins from an odd number of values around `peak`, in ascending order. The bins beyond are zero.
+    pub(crate) fn from_middle(n: usize, peak: i32, bins: &[Complex<T>]) -> Self {
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let first = REACH.saturating_sub(bins.len() / 2);
         let places = cells.iter_mut().skip(first);
@@ -96,7 +96,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     }
 
     /// An odd number of bins around `peak`, in units of `2^exponent` codes. The bins beyond are zero.
-    pub(crate) fn of_points(n: usize, peak: i32, points: &[Point], exponent: i32) -> Self {
+    pub(crate) fn from_points(n: usize, peak: i32, points: &[Point], exponent: i32) -> Self {
         let unit = T::two_to(exponent);
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let first = REACH.saturating_sub(points.len() / 2);
@@ -110,11 +110,11 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
         let points = spectrum.window(peak - REACH as i32, &mut place);
-        Self::of_points(N, peak, points, spectrum.exponent())
+        Self::from_points(N, peak, points, spectrum.exponent())
     }
 
-    /// The same bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost
-    /// bin on each side has no outer neighbour and is zero.
+    /// The bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost bin on each side has no outer neighbour and is
+    /// zero.
     pub fn hann(&self) -> Bins<T, R, Hann> {
         let (half, quarter) = (T::of(0.5), T::of(0.25));
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];

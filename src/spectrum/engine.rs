@@ -42,26 +42,24 @@ macro_rules! by_length {
     }};
 }
 
-/// An engine. `points` are the N points of an I/Q record of N samples, which are its bins, or the
-/// N/2 points of a real record, from which its bins are read.
+/// An engine. `points` are the N points of an I/Q record of N samples, which are its bins, or the N/2 points of a real record, from which
+/// its bins are read.
 pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// The type of a stored part.
     type Part: Part;
 
-    /// The error in bins that the engine and the fit's `f32` add to the frequency of a strong line, rms over frequencies and
-    /// phases, of records of so many samples. Factors that are rounded make most of it: their errors follow the line, and
-    /// no noise beside it tells of them. Measured by an exact transform beside this one: host-tests, `engine_error`.
+    /// The error in bins that the engine and the fit's `f32` add to the frequency of a strong line, rms over frequencies and phases, for
+    /// records of `n` samples. Rounded factors cause most of it: their errors follow the line, and do not show as noise beside it. Measured
+    /// against an exact transform: host-tests, `engine_error`.
     fn error(n: usize, iq: bool) -> f32;
 
-    /// The noise power that rounding leaves in a bin, in squared stored units; 0 where it is far below the rounding of the
-    /// converter's codes.
+    /// The noise power of rounding in a bin, in squared stored units; 0 where it is far below the rounding of the converter's codes.
     const ROUNDING: f32 = 0.0;
 
-    /// Whether the transform first subtracts the middle of unsigned codes, so that bin 0 lacks it.
+    /// Whether the transform first subtracts the middle of unsigned codes, so that bin 0 lacks this offset.
     const CENTRED: bool;
 
-    /// Transforms a record. Returns the exponent of its bins: a stored value times 2 to this
-    /// exponent is in codes.
+    /// Transforms a record. Returns the exponent of its bins: a stored value times `2^exponent` is in codes.
     fn transform<R: Record, const N: usize>(
         pairs: &[Pair],
         codes: Codes,
@@ -81,7 +79,7 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// bins sum to less than 2^63.
     fn bin<R: Record, const N: usize>(points: &[[Self::Part; 2]], k: usize) -> Point;
 
-    /// Whether none of these bins has this power. An engine that splits none of them for it may say no without need.
+    /// Whether each of these bins has less than this power. An engine that splits no bins for the answer may return false without need.
     fn is_below<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         mut bins: Range<usize>,
@@ -90,7 +88,7 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         bins.all(|k| products::power(Self::bin::<R, N>(points, k)) < power)
     }
 
-    /// The bins of a real record from `first` on, as many as `places` holds, all within 1..N/2.
+    /// The bins of a real record from `first` on, one for each of `places`, all within 1..N/2.
     fn window<'a, R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         first: usize,
@@ -99,8 +97,8 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
         integer::filled(places, (first..).map(|k| Self::bin::<R, N>(points, k)))
     }
 
-    /// The strongest of these bins, of equals the lowest, and the power of all (see `pairs`). [`Engine::bin`]
-    /// must take all of them. `None` if this engine has no faster way than one bin after the other.
+    /// The strongest of these bins, of equals the lowest, and the power of all (see `pairs`). [`Engine::bin`] must accept all of them.
+    /// `None` if this engine has no faster way than one bin after the other.
     fn search<R: Record, const N: usize>(
         points: &[[Self::Part; 2]],
         bins: RangeInclusive<usize>,
@@ -118,9 +116,9 @@ pub trait Engine: Copy + core::fmt::Debug + Send + Sync + 'static {
 /// The error of factors of 16 bits, see [`Engine::error`].
 const ROUNDED_FACTORS: f32 = 1.6e-6;
 
-/// Bins on each side of a peak that are no floor.
+/// Bins on each side of a peak that are not part of the floor.
 pub(super) const REACH: usize = SKIRT as usize;
-/// The pairs of the 16-bit engine's search are a multiple of so many, less one.
+/// The number of pairs in the 16-bit engine's search is a multiple of this, less one.
 const STEP: usize = 4;
 
 /// The default: `i32`, see [`integer`].
@@ -134,7 +132,7 @@ impl Engine for I32 {
     #[inline]
     fn error(n: usize, iq: bool) -> f32 {
         match (n, iq) {
-            // Their transforms of 2,048 points and more have factors of 32 bits.
+            // Transforms of 2,048 points and more have factors of 32 bits.
             (4096, true) => 7.7e-8,
             (4096, false) | (2048, true) => 1.2e-7,
             (2048, false) => 1.85e-6,
@@ -181,7 +179,7 @@ impl Engine for I32 {
         if R::IQ {
             return own.iter().all(|&x| products::power(x) < power);
         }
-        // A pair of points holds as much as both of their bins.
+        // A pair of points has the power of both of their bins.
         let (Some(others), least) = (points.get(mirrored), scan::worth(power)) else {
             return false;
         };
@@ -214,7 +212,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::of(points.len(), &bins, 1)?;
+        let pairs = Pairs::from_bins(points.len(), &bins, 1)?;
         let table = const { splits(N) };
         #[cfg(mve)]
         let (add, alone) =
@@ -236,7 +234,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::of(points.len(), &bins, 1)?;
+        let pairs = Pairs::from_bins(points.len(), &bins, 1)?;
         let table = const { splits(N) };
         let alone = |bins| alone_portably(points, table, bins);
         let last = pairs.outermost();
@@ -258,10 +256,10 @@ pub struct Q15;
 impl Engine for Q15 {
     type Part = i16;
     const CENTRED: bool = true;
-    /// A point is rounded in each pass. What is left of it amounts to 2.7 roundings of both parts.
+    /// A point is rounded in each pass. The remaining error amounts to 2.7 roundings of both parts.
     const ROUNDING: f32 = 2.7 * 2.0 / 12.0 * (1u32 << q15_bins::SQUARES) as f32;
 
-    /// That of its factors. The rounding of its points is noise, and shows as such beside most tones.
+    /// The error of its factors. The rounding of its points is noise, and shows as such beside most tones.
     #[inline]
     fn error(_: usize, _: bool) -> f32 {
         ROUNDED_FACTORS
@@ -321,7 +319,7 @@ impl Engine for Q15 {
                 return Some(kernel::scan_iq(points));
             }
             if !R::IQ {
-                let pairs = Pairs::of(points.len(), &bins, STEP)?;
+                let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
                 let table = const { splits(N) };
                 let scan = pairs
                     .outermost()
@@ -331,7 +329,7 @@ impl Engine for Q15 {
         }
         #[cfg(all(dsp, not(mve)))]
         if !R::IQ {
-            let pairs = Pairs::of(points.len(), &bins, STEP)?;
+            let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
             let table = const { splits(N) };
             let last = pairs.outermost();
             let scan =
@@ -349,7 +347,7 @@ impl Engine for Q15 {
             let first = *bins.start();
             return Some(q15_bins::over(points.get(bins)?, first));
         }
-        let pairs = Pairs::of(points.len(), &bins, STEP)?;
+        let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
         let table = const { splits(N) };
         let last = pairs.outermost();
         let scan = last.map(|last| by_length!(R, N, q15_bins::scan, (points, table, last)));
@@ -357,8 +355,8 @@ impl Engine for Q15 {
     }
 }
 
-/// The search in points that no vector can be loaded from. No spectrum has such: it is a function of
-/// its own, so that others need not carry it.
+/// The search in points that no vector can be loaded from. No spectrum has such points: the search is a function of its own, so that others
+/// need not carry it.
 #[cfg(mve)]
 #[cold]
 #[inline(never)]
@@ -415,7 +413,7 @@ impl Engine for F32 {
         bins: RangeInclusive<usize>,
     ) -> Option<Scan> {
         let first = *bins.start();
-        // All bins are stored as they are, except bins 0 and N/2 of a real record.
+        // All bins are stored unchanged, except bins 0 and N/2 of a real record.
         let stored = R::IQ || first > 0;
         Some(scan::over(points.get(bins).filter(|_| stored)?, first, float::whole))
     }

@@ -23,8 +23,8 @@ use num_complex::Complex;
 use peak::Band;
 use scan::Scan;
 
-/// An offset stands out of its neighbours if it has so many times the power of both. Noise does in one record of 81:
-/// one over the square of this number and 1.
+/// An offset stands out of its neighbours if it has this many times the power of both. Noise does so in one record of 81: one over the
+/// square of this number plus 1.
 pub const STANDS_OUT: u64 = 8;
 
 /// The spectrum of one record of `N` samples.
@@ -33,9 +33,9 @@ pub const STANDS_OUT: u64 = 8;
 /// discrete Fourier transform in ADC codes, unscaled: a real tone of amplitude `A` has a line of
 /// `A N / 2`.
 ///
-/// The spectrum stores the points of the complex transform. For I/Q these are the bins. For real
-/// records they are the transform of N/2 pairs of neighbours, and each bin is split from them when
-/// it is read. The engine decides in which numbers (see [`engine`]).
+/// The spectrum stores the points of the complex transform. For I/Q these are the bins. For real records they are the transform of N/2
+/// pairs of neighbours, and each bin is split from the points when it is read. The engine decides the format of the numbers (see
+/// [`engine`]).
 #[derive(Clone)]
 pub struct Spectrum<R: Record, const N: usize, E: Engine = I32> {
     cells: Aligned<R::Cells<E::Part, N>>,
@@ -63,7 +63,7 @@ impl<R: Record, const N: usize, E: Engine> Default for Spectrum<R, N, E> {
 impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
     /// Work memory for a record of `N` samples; [`Spectrum::transform`] fills it.
     ///
-    /// It compiles only for the lengths that the FFT supports: 64, 128, ... 4096.
+    /// The function compiles only for the lengths that the FFT supports: 64, 128, ... 4096.
     pub const fn new() -> Self {
         const { assert!(fft::twiddle::supported(N), "N must be 64, 128, ... 4096") };
         Self { cells: Aligned(R::Cells::<E::Part, N>::ZERO), exponent: 0 }
@@ -92,7 +92,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         self.cells.0.points()
     }
 
-    /// The strongest bin of a band, of equals the lowest, and the power of all its bins.
+    /// The strongest bin of a band, of equals the lowest, and the total power of the band's bins.
     pub(crate) fn search(&self, band: Band) -> Scan {
         let bins = self.range(band);
         if let Some(scan) = bins.and_then(|bins| E::search::<R, N>(self.points(), bins)) {
@@ -124,7 +124,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         })
     }
 
-    /// The bins of a band that neither wraps round nor is mirrored.
+    /// The range of a band's bins, if the band neither wraps round nor is mirrored.
     fn range(&self, band: Band) -> Option<RangeInclusive<usize>> {
         let (low, high) = (usize::try_from(band.low).ok()?, usize::try_from(band.high).ok()?);
         (low <= high && high < self.bins()).then_some(low..=high)
@@ -149,7 +149,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         Complex::new(re, im)
     }
 
-    /// The bin that holds bin `k`, and whether it is its mirror image.
+    /// The stored bin for bin `k`, and whether bin `k` is its mirror image.
     #[inline(always)]
     fn held(k: i32) -> (usize, bool) {
         let k = k.checked_rem_euclid(N as i32).unwrap_or(0) as usize;
@@ -157,8 +157,8 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         (if mirrored { N - k } else { k }, mirrored)
     }
 
-    /// The K bins from `first` on, numbered as in [`Spectrum::bin`]. On a core with the DSP
-    /// extension they cost a fifth of K single bins.
+    /// The K bins from `first` on, numbered as in [`Spectrum::bin`]. On a core with the DSP extension a window costs a fifth of K single
+    /// bins.
     #[inline]
     pub fn window<'a, const K: usize>(
         &self,
@@ -168,7 +168,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         self.fill(first, place.as_mut())
     }
 
-    /// Whether none of so many bins from `first` on has this power, see [`Engine::is_below`].
+    /// Whether each of `count` bins from `first` on has less than this power, see [`Engine::is_below`].
     #[inline]
     pub(crate) fn is_below(&self, power: u64, first: i32, count: usize) -> bool {
         let first = if R::IQ && first >= N as i32 { first - N as i32 } else { first };
@@ -176,13 +176,13 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
             .is_ok_and(|first| E::is_below::<R, N>(self.points(), first..first + count, power))
     }
 
-    /// The bins from `first` on, as many as `places` holds.
+    /// The bins from `first` on, one for each of `places`.
     pub(crate) fn fill<'a>(&self, first: i32, places: &'a mut [MaybeUninit<Point>]) -> &'a [Point] {
         let end = first.saturating_add(places.len() as i32);
         if !R::IQ && first >= 1 && end <= N as i32 / 2 {
             return E::window::<R, N>(self.points(), first as usize, places);
         }
-        // A window with a row of bins between the ends, of which the mirrored ones are copies.
+        // A window with a row of bins between the ends; the mirrored bins are copies of these.
         let row = (first.max(1), end.min(const { N as i32 / 2 }));
         if !R::IQ && row.0 < row.1 {
             return self.fill_mirrored(first, row, places);
@@ -194,8 +194,8 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         integer::filled(places, (0..).map(bin))
     }
 
-    /// The bins of a real record from `first` on: those `from` one `to` another, between DC and Nyquist, in a row, and of those beyond the
-    /// mirrored ones as copies.
+    /// The bins of a real record from `first` on: a row of bins between DC and Nyquist, `from` one `to` another, and copies for the
+    /// mirrored bins beyond.
     #[inline(never)] // a window beside no end has a shorter way
     fn fill_mirrored<'a>(
         &self,
@@ -225,8 +225,8 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
         .unwrap_or_default()
     }
 
-    /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out
-    /// of them. A tone's leakage is as smooth, and the mean's second difference is 0.
+    /// The bins from `first` on without the offset of an I/Q converter: bin 0 is the mean of its neighbours where it stands out of them. A
+    /// tone's leakage is smooth enough, and the mean's second difference is 0.
     pub(crate) fn fill_beside_offset<'a>(
         &self,
         first: i32,
@@ -260,7 +260,7 @@ impl<R: Record, const N: usize, E: Engine> Spectrum<R, N, E> {
 }
 
 impl<const N: usize> Spectrum<Real, N> {
-    /// Puts another value in the place of bin N/4, which one point holds alone.
+    /// Replaces the value of bin N/4, which one point holds alone.
     pub(crate) fn put_quarter(&mut self, bin: Complex<i32>) {
         if let Some(point) = self.cells.0.points_mut().get_mut(N / 4) {
             *point = [bin.re, bin.im.wrapping_neg()];
@@ -284,7 +284,7 @@ mod tests {
     use super::*;
     use std::println;
 
-    /// A window over an end of a real spectrum, or over both, holds what its bins are one by one.
+    /// A window over an end of a real spectrum, or over both, holds the values of its single bins.
     fn compare<const N: usize>() {
         let (mut spectrum, mut seed) = (Spectrum::<Real, N>::new(), N as u32);
         let samples = core::array::from_fn(|_| {

@@ -1,5 +1,5 @@
-//! The bins around a peak, read once. Behind them nothing knows the spectrum's type: fit, noise and verdict are plain functions
-//! of a [`Neighbourhood`].
+//! The bins around a peak, read once. Fit, noise and verdict are plain functions of a [`Neighbourhood`], and need not know the spectrum's
+//! type.
 
 use super::Spectrum;
 use super::bins::REACH;
@@ -19,7 +19,7 @@ pub const GROUP: usize = 8;
 /// Groups on each side of the ring.
 pub const GROUPS: usize = 4;
 
-/// How many more one side may take where an end of the spectrum cuts the other short.
+/// The most extra groups of one side where an end of the spectrum cuts the other short.
 pub const LENT: usize = 2;
 
 /// No group begins below this bin. From it on the second difference of a drift is negligible.
@@ -30,7 +30,7 @@ const SIDE: i32 = GUARD - 1 + (GROUP * GROUPS) as i32;
 /// All bins of a fit and its ring: a side that lends groups takes the room of the other.
 const RING: usize = 2 * SIDE as usize + 1;
 
-/// All bins of a record without a ring, and the mirrored ones that a fit beside an end has.
+/// All bins of a record without a ring, and the mirrored bins of a fit beside an end.
 const SHORT: usize = 128 / 2 - 1 + REACH;
 
 /// Room for the bins of a [`Neighbourhood`].
@@ -38,7 +38,7 @@ const SHORT: usize = 128 / 2 - 1 + REACH;
 pub struct Places([MaybeUninit<Point>; SHORT]);
 
 impl Places {
-    /// Before they are read.
+    /// Room for bins, none of them read.
     #[inline(always)] // it writes nothing
     pub const fn new() -> Self {
         Self([MaybeUninit::uninit(); SHORT])
@@ -60,11 +60,11 @@ pub struct Neighbourhood<'a> {
     pub iq: bool,
     /// The peak's bin.
     pub peak: i32,
-    /// A stored value times 2 to this is in codes.
+    /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
     /// The error in bins that the engine adds to a frequency, see [`Engine::error`].
     pub engine: f32,
-    /// The noise power of a bin that the engine's rounding leaves, in squared stored units, see [`Engine::ROUNDING`].
+    /// The noise power of a bin by the engine's rounding, in squared stored units, see [`Engine::ROUNDING`].
     pub rounding: f32,
     /// The three bins around minus the peak, where an I/Q front end makes an image.
     pub image: [Point; 3],
@@ -75,7 +75,7 @@ pub struct Neighbourhood<'a> {
 }
 
 impl<'a> Neighbourhood<'a> {
-    /// Reads the bins around the peak, an I/Q record's without its offset. Cost: 77 bins, and three more of I/Q.
+    /// Reads the bins around the peak; an I/Q record's without its offset. Cost: 77 bins, and three more for I/Q.
     pub fn read<R: Record, const N: usize, E: Engine>(
         spectrum: &Spectrum<R, N, E>,
         peak: i32,
@@ -111,7 +111,7 @@ impl<'a> Neighbourhood<'a> {
         }
     }
 
-    /// What a stored value is in codes.
+    /// One stored unit in codes.
     pub fn unit(&self) -> f32 {
         f32::two_to(self.exponent)
     }
@@ -122,13 +122,13 @@ impl<'a> Neighbourhood<'a> {
         self.from(self.peak.wrapping_sub(reach as i32), 2 * reach + 1)
     }
 
-    /// So many bins from `first` on; none where the neighbourhood does not hold them all.
+    /// `count` bins from `first` on; none where the neighbourhood does not hold them all.
     pub fn from(&self, first: i32, count: usize) -> &'a [Point] {
         let start = usize::try_from(first.wrapping_sub(self.first)).unwrap_or(usize::MAX);
         self.bins.get(start..start.saturating_add(count)).unwrap_or_default()
     }
 
-    /// Bin `k` of a record without a ring, in stored units. All bins of so short a record are among those that are read.
+    /// Bin `k` of a record without a ring, in stored units. The neighbourhood holds all bins of such a short record.
     pub fn point(&self, k: i32) -> Point {
         let (n, away) = (self.n as i32, k.wrapping_sub(self.first));
         // An I/Q spectrum is a circle.
@@ -142,13 +142,13 @@ impl<'a> Neighbourhood<'a> {
         Complex::new(re as f32, im as f32) * self.unit()
     }
 
-    /// Bins from the peak to the nearer end of a real spectrum; an I/Q spectrum has none, and its ends are far.
+    /// Bins from the peak to the nearer end of a real spectrum. An I/Q spectrum has no end: the distance is large.
     pub fn from_end(&self) -> i32 {
         if self.iq { i32::MAX } else { self.peak.min(self.n as i32 / 2 - self.peak).max(1) }
     }
 }
 
-/// Whether a record of so many samples has room for a ring.
+/// Whether a record of `n` samples has room for a ring.
 pub const fn has_ring(n: usize, iq: bool) -> bool {
     n >= if iq { 128 } else { 256 }
 }
@@ -172,8 +172,8 @@ pub fn groups(n: usize, iq: bool, peak: i32) -> [usize; 2] {
     [left.min(GROUPS + lent(right)), right.min(GROUPS + lent(left))]
 }
 
-/// Bins to read below a peak with these groups of its ring: all groups of both sides and the bins of a fit are among
-/// as many as a whole ring has.
+/// Bins to read below a peak with these groups of its ring: all groups of both sides and the bins of a fit are within a whole ring's number
+/// of bins.
 fn below([left, right]: [usize; 2]) -> i32 {
     let outermost = |groups: usize| (GUARD - 1 + (GROUP * groups) as i32).max(REACH as i32);
     if right > GROUPS { RING as i32 - 1 - outermost(right) } else { outermost(left.max(GROUPS)) }
@@ -183,7 +183,7 @@ fn below([left, right]: [usize; 2]) -> i32 {
 mod tests {
     use super::*;
 
-    /// Both sides of a ring and the bins of a fit are among those that are read, wherever the peak is.
+    /// Both sides of a ring and the bins of a fit are among the bins that are read, wherever the peak is.
     #[test]
     fn every_group_of_a_ring_is_read() {
         for n in [64, 128, 256, 512, 1024, 4096] {

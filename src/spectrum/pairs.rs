@@ -1,11 +1,11 @@
 //! A band of a real spectrum, in pairs of bins.
 //!
-//! Bins k and M-k come from two points, and their powers have the same sum as those of the points (see [`super::scan`]). So where a band
-//! holds both, it is searched by pairs, outwards from the middle, and only those that may hold the strongest bin are split. Where it
-//! holds one of them, that bin is split by itself, whatever is in the other one.
+//! Bins k and M-k come from two points, and the powers of both pairs have the same sum (see [`super::scan`]). So where a band holds both
+//! bins, it is searched by pairs, outwards from the middle, and only the pairs that may hold the strongest bin are split. Where the band
+//! holds one of the bins, that bin is split by itself, whatever the other one holds.
 //!
-//! The floor sums points in the same way: those that share a pair with the peak's skirt are left out of it, and the mirror of the skirt
-//! with them. A band that would lose half of its bins so has the mirror's bins split by themselves, too.
+//! The floor sums points in this way, too: points that share a pair with the peak's skirt are left out, and the mirror of the skirt with
+//! them. A band that would lose half of its bins so has the mirror's bins split by themselves, too.
 
 use super::fft::integer::Point;
 use super::scan::{Scan, Skirt, over};
@@ -24,14 +24,19 @@ pub(super) struct Pairs {
     low: usize,
     /// The last bin of the band.
     high: usize,
-    /// The outermost of the lower bins whose pairs the band holds; the middle if it holds none, and one more if it lacks the middle.
+    /// The outermost of the lower bins whose pairs the band holds; the middle if the band holds no pairs, and one more if it lacks the
+    /// middle.
     outermost: usize,
 }
 
 impl Pairs {
-    /// The pairs of a band of bins. Their count without the middle is a multiple of `step`, less one if that is not 1; `None` if
+    /// The pairs of a band of bins. The number of pairs without the middle is a multiple of `step`, less one if `step` is not 1; `None` if
     /// the band has bins that come from one point alone.
-    pub const fn of(length: usize, bins: &RangeInclusive<usize>, step: usize) -> Option<Self> {
+    pub const fn from_bins(
+        length: usize,
+        bins: &RangeInclusive<usize>,
+        step: usize,
+    ) -> Option<Self> {
         let (low, high, middle) = (*bins.start(), *bins.end(), length / 2);
         if low < 1 || high < low || high >= length {
             return None;
@@ -57,7 +62,7 @@ impl Pairs {
         if self.outermost > self.middle() { None } else { Some(self.outermost) }
     }
 
-    /// The bins below all pairs, and those above.
+    /// The bins below all pairs, and the bins above them.
     pub fn alone(&self) -> [Range<usize>; 2] {
         let Self { length, low, high, outermost } = *self;
         let end = high.wrapping_add(1);
@@ -68,7 +73,7 @@ impl Pairs {
         }
     }
 
-    /// The strongest bin of all, after those of the pairs in `scan`; `alone` scans a range of bins.
+    /// The strongest bin of the band: `scan` has the strongest of the pairs; `alone` scans a range of bins.
     #[inline(always)]
     pub fn with_alone(&self, scan: Option<Scan>, alone: impl Fn(Range<usize>) -> Scan) -> Scan {
         let [below, above] = self.alone();
@@ -77,8 +82,8 @@ impl Pairs {
         if above.is_empty() { upwards } else { upwards.then(alone(above)) }
     }
 
-    /// What shares points with the strongest bin's skirt, `reach` bins on each side, for the floor to leave out. `add` adds the
-    /// powers of points to a sum, `alone` scans a range of bins.
+    /// The power of the points that share a pair with the strongest bin's skirt, `reach` bins on each side, for the floor to leave out.
+    /// `add` adds the powers of points to a sum, `alone` scans a range of bins.
     #[inline(always)]
     pub fn beside<P>(
         &self,
@@ -118,7 +123,7 @@ impl Pairs {
         }
         let width = self.high.wrapping_sub(self.low).wrapping_add(1);
         if 2 * skirt.points as usize > width {
-            // The part of the mirror that is no skirt.
+            // The part of the mirror that is not skirt.
             let rests =
                 [mirror.start..mirror.end.min(near.start), mirror.start.max(near.end)..mirror.end];
             for rest in rests.into_iter().filter(|rest| !rest.is_empty()) {
@@ -140,7 +145,7 @@ fn common(one: &Range<usize>, other: &Range<usize>) -> Range<usize> {
     one.start.max(other.start)..one.end.min(other.end)
 }
 
-/// Scans a range of bins, each split by itself: `row` gives those from a bin on, as many as there are places.
+/// Scans a range of bins, each split by itself: `row` returns the bins from one on, one for each place.
 #[inline(always)]
 pub(super) fn alone(
     bins: Range<usize>,
@@ -171,7 +176,7 @@ mod tests {
 
     fn search<const M: usize>(points: &[Point], bins: RangeInclusive<usize>, step: usize) -> Scan {
         let table = twiddle::splits(2 * M);
-        let pairs = Pairs::of(M, &bins, step).unwrap();
+        let pairs = Pairs::from_bins(M, &bins, step).unwrap();
         let single = |bins| alone(bins, |first, places| window(points, table, first, places));
         let inner = pairs.outermost().map(|last| scan::real::<M>(points, table, last));
         let found = pairs.with_alone(inner, single);
@@ -192,12 +197,12 @@ mod tests {
             return;
         };
         assert_eq!((found.bin, found.power), (peak.bin, peak.power[1]), "{name}");
-        // The floor has half of the band at least, or all that is no skirt.
+        // The floor has at least half of the band, or all bins that are not skirt.
         let skirt = found.skirt.unwrap();
         let floor_bins = (high - low + 1) as u32 - skirt.points;
         assert!(floor_bins == peak.floor_bins || 2 * floor_bins as usize > high - low, "{name}");
-        // It is the power of those bins, but for the rounding of a split (see `scan`).
-        let pairs = Pairs::of(M, &bins, step).unwrap();
+        // The floor is the power of these bins, but for the rounding of a split (see `scan`).
+        let pairs = Pairs::from_bins(M, &bins, step).unwrap();
         let inner = pairs.outermost().map_or(0..0, |last| last..M + 1 - last);
         let near = |k: usize| k.abs_diff(peak.bin as usize) <= REACH;
         let mirrored = |k: usize| inner.contains(&k) && near(M - k);
@@ -242,24 +247,24 @@ mod tests {
         every_band::<512>(29);
     }
 
-    /// Each bin is in one of the parts, once.
+    /// Each bin is in exactly one of the parts.
     #[test]
     fn every_bin_is_alone_or_in_a_pair() {
         for (low, high, step) in
             (1..64).flat_map(|l| (l..64).flat_map(move |h| [(l, h, 1), (l, h, 4)]))
         {
-            let pairs = Pairs::of(64, &(low..=high), step).unwrap();
+            let pairs = Pairs::from_bins(64, &(low..=high), step).unwrap();
             let inner = pairs.outermost().map_or(0..0, |last| last..65 - last);
             assert!(inner.is_empty() || step == 1 || inner == (32..33) || inner.start % 4 == 1);
             let [below, above] = pairs.alone();
             let all: Vec<usize> = below.chain(inner).chain(above).collect();
             assert_eq!(all, (low..=high).collect::<Vec<_>>(), "{low}..={high} by {step}");
         }
-        assert_eq!(Pairs::of(64, &(0..=9), 1), None);
-        assert_eq!(Pairs::of(64, &(9..=64), 1), None);
+        assert_eq!(Pairs::from_bins(64, &(0..=9), 1), None);
+        assert_eq!(Pairs::from_bins(64, &(9..=64), 1), None);
     }
 
-    /// What a band keeps out does not show in its floor, though it shares points with its bins.
+    /// A line outside of a band does not show in the band's floor, though it shares points with the band's bins.
     #[test]
     fn a_strong_line_outside_is_no_part_of_the_floor() {
         let (mut points, mut seed) = (noise::<512>(&mut 5, 1 << 10), 7u32);
@@ -273,7 +278,7 @@ mod tests {
         points[k] = half(re * (1.0 - sin) - im * cos, re * cos + im * (1.0 - sin));
         points[512 - k] = half(re * (1.0 + sin) + im * cos, re * cos - im * (1.0 + sin));
         let loud = search::<512>(&points, 20..=511, 1);
-        // A factor of 16 bits leaves -96 dB of it.
+        // A factor of 16 bits leaves -96 dB of the line.
         let leak = (size * size * 2f64.powi(-31)) as u64;
         assert!(loud.total.abs_diff(quiet.total) < leak, "{} {}", loud.total, quiet.total);
     }

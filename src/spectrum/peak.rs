@@ -1,7 +1,7 @@
 //! The strongest line, found in one pass over the power spectrum.
 //!
-//! Source: Ye et al. 2022, section 2.3: three registers hold a bin and its two neighbours while the
-//! spectrum streams by. Ours adds band limits, defined ties and edges, and the noise floor.
+//! Source: Ye et al. 2022, section 2.3: three registers hold a bin and its two neighbours while the spectrum streams by. This
+//! implementation adds band limits, defined ties and edges, and the noise floor.
 
 use super::Spectrum;
 use super::engine::Engine;
@@ -26,8 +26,7 @@ pub struct Band {
     pub low: i32,
     /// The last bin.
     pub high: i32,
-    /// The bin that a constant offset of the converter falls into, which no search returns and no
-    /// floor sums. It may lie outside.
+    /// The bin into which a constant offset of the converter falls, which no search returns and no floor sums. It may lie outside.
     pub offset: i32,
 }
 
@@ -47,17 +46,17 @@ impl Band {
         Band::new(0, n as i32 - 1)
     }
 
-    /// The number of bins, with that of an offset.
+    /// The number of bins, the bin of an offset included.
     pub const fn width(&self) -> u32 {
         if self.high < self.low { 0 } else { (self.high - self.low) as u32 + 1 }
     }
 
-    /// Whether the bin of an offset is among them.
+    /// Whether the band holds the bin of an offset.
     pub const fn has_offset(&self) -> bool {
         self.low <= self.offset && self.offset <= self.high
     }
 
-    /// Whether a frequency is at most half a bin outside, round the circle, in a record of `n` samples.
+    /// Whether a frequency is at most half a bin outside of the band, round the circle, in a record of `n` samples.
     pub fn holds(&self, frequency: Frequency, n: usize) -> bool {
         let half = (1i64 << 31) / n.max(1) as i64;
         let first = half.wrapping_mul(2 * i64::from(self.low) - 1);
@@ -67,18 +66,18 @@ impl Band {
     }
 }
 
-/// What the search found.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Peak {
     /// The strongest bin of the band; of equals the lowest.
     pub bin: i32,
-    /// The powers of the left neighbour, the peak and the right neighbour, in stored units. A
-    /// neighbour outside the band reads 0; the spectrum has its power.
+    /// The powers of the left neighbour, the peak and the right neighbour, in stored units. A neighbour outside the band reads 0; the
+    /// spectrum still holds its power.
     pub power: [u64; 3],
-    /// The sum of the powers of the band's other bins, without the peak's skirt, which goes round the circle of an I/Q record.
+    /// The sum of the powers of the band's other bins, without the peak's skirt. The skirt goes round the circle of an I/Q record.
     pub floor: u64,
-    /// How many bins `floor` sums.
+    /// The number of bins in `floor`.
     pub floor_bins: u32,
 }
 
@@ -164,7 +163,7 @@ impl Search {
             last.min(self.peak.wrapping_add(SKIRT)),
         );
         let seen = Band { high: last, ..self.band };
-        // The bin of an offset has no power, and is no bin of the floor.
+        // The bin of an offset has no power, and is not a bin of the floor.
         let offset = seen.has_offset() && self.band.offset.abs_diff(self.peak) > SKIRT as u32;
         let floor_bins = seen.width().saturating_sub(skirt.width());
         Some(Peak {
@@ -176,11 +175,10 @@ impl Search {
     }
 }
 
-/// Searches `band` of a spectrum. It finds what [`Search`] finds, in fewer operations.
+/// Searches `band` of a spectrum. The result equals that of [`Search`], in fewer operations.
 ///
-/// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two
-/// on a core with the DSP extension. Its floor lacks the mirror of the peak's skirt, too, unless it
-/// would lose half of its bins so.
+/// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two on a core with the
+/// DSP extension. The floor then lacks the mirror of the peak's skirt, too, unless it would lose half of its bins so.
 pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -189,16 +187,16 @@ pub fn find<R: Record, const N: usize>(
     if band.has_offset() {
         return beside_offset(spectrum, band, found);
     }
-    // A search that knows the skirt needs no bins of it but the peak and its neighbours.
+    // A search that knows the skirt needs only the peak and its neighbours.
     if let Some(skirt) = found.skirt {
         let mut place = MaybeUninit::<[Point; 3]>::uninit();
         let three = spectrum.window(found.bin.wrapping_sub(1), &mut place);
-        return of(&found, band, skirt, three.first_chunk()?);
+        return from_scan(&found, band, skirt, three.first_chunk()?);
     }
     with_skirt(spectrum, band, &found)
 }
 
-/// The peak of a band with an offset in it, which is neither the peak nor its neighbour nor a part of the floor.
+/// The peak of a band with an offset in it; the offset is neither the peak nor its neighbour nor a part of the floor.
 #[inline(never)] // a band without one has a shorter way
 fn beside_offset<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -228,7 +226,8 @@ fn beside_offset<R: Record, const N: usize>(
     Some(peak)
 }
 
-/// The peak with the skirt that its bins have, if the search does not know it. It is a function of its own, because the search's loop needs all registers.
+/// The peak, with the skirt taken from its bins if the search does not know it. This is a function of its own, because the search's loop
+/// needs all registers.
 fn with_skirt<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,
@@ -237,13 +236,13 @@ fn with_skirt<R: Record, const N: usize>(
     let mut place = MaybeUninit::<[Point; AROUND]>::uninit();
     let around = spectrum.window(found.bin.wrapping_sub(SKIRT), &mut place);
     let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, around));
-    of(found, band, skirt, middle(around)?)
+    from_scan(found, band, skirt, middle(around)?)
 }
 
-/// The number by which a band has bin `k`, if it holds it: an I/Q record's bins have a number on each turn of the circle.
+/// The number of bin `k` in a band, if the band holds the bin: an I/Q record's bins have a number on each turn of the circle.
 fn named<R: Record, const N: usize>(band: Band, k: i32) -> Option<i32> {
     let held = |name: &i32| (band.low..=band.high).contains(name);
-    // A band that leaves out as much as a skirt has no skirt round the ends of its numbers.
+    // A band that leaves out at least a skirt has no skirt round the ends of its numbers.
     if !R::IQ || band.width().wrapping_add(SKIRT as u32) <= N as u32 {
         return Some(k).filter(held);
     }
@@ -275,7 +274,7 @@ pub fn find_portably<R: Record, const N: usize>(
         [x.re, x.im]
     });
     let skirt = found.skirt.unwrap_or_else(|| skirt::<R, N>(found.bin, band, &around));
-    of(&found, band, skirt, middle(&around)?)
+    from_scan(&found, band, skirt, middle(&around)?)
 }
 
 /// The peak and its neighbours among the bins around it.
@@ -283,9 +282,9 @@ fn middle(around: &[Point]) -> Option<&[Point; 3]> {
     around.get(SKIRT as usize - 1..)?.first_chunk()
 }
 
-/// The peak that a scan over a band has found, with its skirt, itself and its neighbours.
+/// The peak that a scan over a band has found, given its skirt, itself and its neighbours.
 #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
+fn from_scan(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak> {
     if found.power == 0 {
         return None;
     }
@@ -302,8 +301,7 @@ fn of(found: &Scan, band: Band, skirt: Skirt, three: &[Point; 3]) -> Option<Peak
     })
 }
 
-/// The skirt of a peak, from the bins around it: those that the band holds, which an I/Q record's are on both sides of the
-/// numbers' ends.
+/// The skirt of a peak, from the bins around it that the band holds. In an I/Q record they may be on both sides of the numbers' ends.
 fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> Skirt {
     let (first, last) = (bin.wrapping_sub(SKIRT), bin.wrapping_add(SKIRT));
     let sum = |sum: u64, bin: &Point| sum.wrapping_add(power(*bin));
@@ -319,9 +317,8 @@ fn skirt<R: Record, const N: usize>(bin: i32, band: Band, around: &[Point]) -> S
 
 /// Searches `gate`, a part of a band, with the noise floor of the whole band.
 ///
-/// Neither the skirt of the band's strongest line nor that of the found peak counts as floor. The
-/// strongest line's leakage further out does: D bins away, a bin holds up to a quarter of the
-/// peak's power over D^2.
+/// Neither the skirt of the band's strongest line nor the skirt of the found peak counts as floor. The strongest line's leakage further out
+/// does: D bins away, a bin holds up to a quarter of the peak's power over D^2.
 pub fn within<R: crate::acquire::sample::Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,

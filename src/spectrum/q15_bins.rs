@@ -17,12 +17,12 @@ pub(super) fn wide_power(point: Pair) -> u64 {
     u64::from(power(point) as u32) << SQUARES
 }
 
-/// A sum and the powers of these points in units of bins.
+/// `sum` plus the powers of these points in units of bins.
 pub(super) fn power_sum(sum: u64, points: &[Pair]) -> u64 {
     points.iter().fold(sum, |sum, &point| sum.wrapping_add(wide_power(point)))
 }
 
-/// What a band holds, after the scan of its pairs. `add` is [`power_sum`].
+/// The search's result for a band, after the scan of its pairs. `add` is [`power_sum`].
 #[inline(never)]
 pub(super) fn found(
     pairs: Pairs,
@@ -73,10 +73,9 @@ pub fn split(points: &[Pair], table: &[Packed], k: usize) -> Point {
 /// A = |p|^2   B = |q|^2   D = Im p q      |X|^2 = (A + B)/2 +- ((A - B) sin - 2 D cos)/2
 /// ```
 ///
-/// The two powers sum to A + B. If that is below the strongest bin so far, neither bin can be
-/// stronger, and the pair is done. Most pairs end there, the more because the first look at every
-/// eighth pair gives a bound. The scan goes outwards from the middle, as [`super::scan::real`]
-/// does.
+/// The two powers sum to A + B. If the sum is below the strongest bin so far, neither bin can be stronger, and the pair is done. Most pairs
+/// end there, the more because the first look at every eighth pair gives a bound. The scan goes outwards from the middle, like
+/// [`super::scan::real`].
 pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     // The compiler knows an array's length, so it checks no index below.
@@ -109,8 +108,7 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize)
     scanned(bin, best, total)
 }
 
-/// A lower bound of the strongest bin's power, not far below it: the stronger bin of a pair has at
-/// least half their sum.
+/// A lower bound of the strongest bin's power, not far below it: the stronger bin of a pair has at least half of the pair's power.
 fn sure<const M: usize>(points: &[Pair; M], outermost: usize) -> i32 {
     let mut most = 0;
     let first = outermost.max(1).div_ceil(SPARSE) * SPARSE;

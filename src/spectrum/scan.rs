@@ -1,20 +1,18 @@
-//! The search over a spectrum of a real record, from the points of its transform. It splits
-//! only those bins that may be the strongest, by factors of 16 bits at every length, and stores none
-//! of them.
+//! The search over a spectrum of a real record, from the points of its transform. The search splits only the bins that may be the
+//! strongest, by factors of 16 bits at every length, and stores none of them.
 //!
 //! # The bound
 //!
-//! Bins `X = X[k]` and `Y = X[M-k]` are split from points `p = Z[k]` and `q = Z[M-k]`. The split is
-//! a rotation, so the powers of the bins have the same sum as those of the points, and that sum takes
-//! no factor:
+//! Bins `X = X[k]` and `Y = X[M-k]` are split from points `p = Z[k]` and `q = Z[M-k]`. The split is a rotation, so the powers of both bins
+//! and of both points have the same sum, which needs no factor:
 //!
 //! ```text
 //! |X|^2 + |Y|^2 = |p|^2 + |q|^2 = S
 //! ```
 //!
-//! If S is less than the strongest power so far, neither bin can be stronger. A computed bin differs
-//! from X: its factor is wrong by at most 1.2 2^-15, which turns a difference of at most sqrt(2 S),
-//! halved; its four roundings add at most 2.5 to each part, 3.6 in all. So its power is below
+//! If S is less than the strongest power so far, neither bin can be stronger. A computed bin differs from X: its factor is wrong by at most
+//! 1.2 2^-15, and turns a difference of at most sqrt(2 S), halved; its four roundings add at most 2.5 to each part, 3.6 in all. So its
+//! power is below
 //!
 //! ```text
 //! (sqrt S (1 + 1.2 2^-15.5) + 3.6)^2 <= S (1 + 0.95 2^-13) + 2^18
@@ -32,11 +30,11 @@ use crate::math::products::{plus_power, power};
 pub struct Scan {
     /// The strongest bin; of equals the lowest.
     pub bin: i32,
-    /// Its power, in stored units.
+    /// The power of the strongest bin, in stored units.
     pub power: u64,
     /// The sum of the powers of all bins.
     pub total: u64,
-    /// The part of `total` about the strongest bin, where the sum is over points and not over bins.
+    /// The part of `total` about the strongest bin, where the sum is over points instead of bins.
     pub skirt: Option<Skirt>,
 }
 
@@ -44,14 +42,14 @@ pub struct Scan {
 /// skirt is left out of the noise floor with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Skirt {
-    /// The sum of their powers.
+    /// The sum of the points' powers.
     pub power: u64,
-    /// How many they are.
+    /// The number of points.
     pub points: u32,
 }
 
 impl Scan {
-    /// A scan of bins from `bin` on that has seen none yet.
+    /// A scan of bins from `bin` on that has seen no bin yet.
     pub(super) const fn from(bin: usize) -> Self {
         Self { bin: bin as i32, power: 0, total: 0, skirt: None }
     }
@@ -73,8 +71,7 @@ impl Scan {
         Self { total, ..stronger }
     }
 
-    /// A rise is rare, and `cold` tells the compiler so. It would otherwise carry the maximum
-    /// through every turn of the loop.
+    /// A rise is rare, and `cold` tells the compiler so. Otherwise the compiler would carry the maximum through every turn of the loop.
     #[cold]
     #[inline(never)]
     fn rise(&mut self, power: u64, bin: usize) {
@@ -97,7 +94,7 @@ pub(super) fn over<P: Copy>(bins: &[P], first: usize, point: impl Fn(P) -> Point
     Scan { total, ..scan }
 }
 
-/// A sum and the powers of these points.
+/// `sum` plus the powers of these points.
 pub(super) fn power_sum(sum: u64, points: &[Point]) -> u64 {
     points.iter().fold(sum, |sum, &x| plus_power(sum, x))
 }
@@ -113,8 +110,8 @@ pub(super) const fn worth(best: u64) -> u64 {
     if least == 0 { 1 } else { least }
 }
 
-/// A power that the strongest bin exceeds, not far below it: some bin of the strongest pair has at
-/// least half its power. This looks at every [`SPARSE`]-th pair, down to bin `outermost`.
+/// A lower bound of the strongest bin's power, not far below it: some bin of the strongest pair has at least half of the pair's power. The
+/// function looks at every [`SPARSE`]-th pair, down to bin `outermost`.
 #[cfg_attr(short_products, allow(dead_code))]
 #[inline]
 pub(super) fn sure(points: &[Point], outermost: usize) -> u64 {
@@ -164,8 +161,8 @@ pub fn real<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
 }
 
 impl Scan {
-    /// Takes the bins `lower` and `length - lower` of a pair of points. Only here is the upper one's place wanted: the loops
-    /// have no register for it.
+    /// Takes the bins `lower` and `length - lower` of a pair of points. The upper bin's place is computed only here: the loops have no
+    /// register for it.
     #[cold]
     #[inline(never)]
     pub(super) fn split(&mut self, lower: usize, length: usize, bins: [Point; 2]) {
@@ -234,8 +231,7 @@ mod tests {
         }
     }
 
-    /// All power of a pair is in one bin, where the bound is tightest, and several bins are nearly
-    /// as strong as each other.
+    /// All power of a pair is in one bin, where the bound is tightest, and several bins are nearly equal in power.
     #[test]
     fn no_rounding_hides_the_strongest_bin() {
         println!("seed 2");

@@ -1,5 +1,5 @@
-//! A few bins of a record without its spectrum, for a tone whose place is known: mix, decimate by
-//! N/32, transform 32 points.
+//! A few bins of a record without its spectrum, for a tone whose approximate frequency is known: mix, decimate by N/32, transform 32
+//! points.
 //!
 //! With `L = N/32`, centre bin c and block m of L samples,
 //!
@@ -33,7 +33,7 @@ mod engine {
 /// Points after decimation.
 pub const POINTS: usize = 32;
 
-/// Samples in the longest block that decimation makes a point of.
+/// The most samples of a block that decimation turns into a point.
 pub(super) const LONGEST: usize = MAX_LENGTH / POINTS;
 
 /// A point's magnitude is below two to this power. The transform grows by 32 and halves once, so it
@@ -47,8 +47,7 @@ pub type Factor = [i16; 2];
 #[derive(Clone, Debug)]
 pub struct Oscillator {
     centre: i32,
-    /// Factors with [`ONE`] for 1. I/Q: cos and -sin for each sample. Real: for each pair of
-    /// samples their cos, then their -sin.
+    /// Factors with [`ONE`] for 1. I/Q: cos and -sin for each sample. Real: for each pair of samples both cos, then both -sin.
     factors: [Factor; LONGEST],
 }
 
@@ -59,8 +58,7 @@ pub struct Zoom {
     unit: f32,
 }
 
-/// How many bits the sum of a block of N/32 samples is shifted down: codes have at most 16 bits,
-/// factors 15.
+/// The number of bits by which the sum of a block of N/32 samples is shifted down: codes have at most 16 bits, factors 15.
 pub(super) const fn shift<R: Record, const N: usize>() -> u32 {
     (N / POINTS).trailing_zeros() + 15 + 15 + R::IQ as u32 - ROOM
 }
@@ -133,7 +131,7 @@ fn turned(block: &[Pair], factors: &[Factor]) -> [i64; 2] {
     sum
 }
 
-/// The same for real samples, two at a time.
+/// The exact sum of real samples times their factors, two at a time.
 fn weighed(block: &[Pair], factors: &[Factor]) -> [i64; 2] {
     let mut sum = [0i64; 2];
     for (samples, parts) in block.iter().zip(factors.as_chunks::<2>().0) {
@@ -203,7 +201,7 @@ fn minus(a: Point, b: Point) -> Point {
     [a[0].wrapping_sub(b[0]), a[1].wrapping_sub(b[1])]
 }
 
-/// Times -j.
+/// A number times -j.
 fn back([re, im]: Point) -> Point {
     [im, re.wrapping_neg()]
 }
@@ -245,7 +243,7 @@ fn half(x: i32, w: i32) -> i32 {
 
 /// Half of x turned by a factor; both products are rounded.
 fn turn([re, im]: Point, &[cos, sin]: &Point) -> Point {
-    // The instruction rounds the negated product, so this does too.
+    // The instruction rounds the negated product, so this line does, too.
     let less = ((HALF - i64::from(im) * i64::from(sin)) >> 32) as i32;
     [half(re, cos).wrapping_add(less), half(re, sin).wrapping_add(half(im, cos))]
 }
@@ -275,7 +273,7 @@ const fn factors() -> [[Point; 3]; 8] {
     table
 }
 
-/// Rounds to the nearest. 1 becomes one step less, which 32 bits hold.
+/// Rounds to the nearest. 1 becomes one step less, because 32 bits do not hold it.
 const fn q31(x: f64) -> i32 {
     let scaled = x * 2_147_483_648.0;
     // The cast saturates.
@@ -336,7 +334,7 @@ mod tests {
     fn rails_do_not_overflow() {
         let samples = [-32768i16; 4096];
         let zoom = Oscillator::new::<Real>(16, 4096).zoom::<Real, 4096>(&samples);
-        // Bin 0 holds all of it.
+        // Bin 0 holds the whole offset.
         let [re, im] = zoom.bin(0).map(|part| f64::from(part) * f64::from(zoom.unit()));
         assert!(re.hypot(im) > 8e7);
         // The strongest possible tone, at the centre.

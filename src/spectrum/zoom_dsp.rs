@@ -12,7 +12,7 @@ use crate::acquire::sample::{Iq, Real, Record};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 
-/// As [`zoom::mix`].
+/// The kernels for [`zoom::mix`].
 pub fn mix<R: Record, const N: usize>(
     pairs: &[Pair],
     factors: &[Factor; LONGEST],
@@ -26,8 +26,7 @@ pub fn mix<R: Record, const N: usize>(
     }
     let mut points = MaybeUninit::<[Point; POINTS]>::uninit();
     let to = points.as_mut_ptr().cast::<Point>();
-    // SAFETY: the pairs and the factors are at least as many as the kernels for N read; they write
-    // 32 points.
+    // SAFETY: the kernels for N read no more pairs and factors than there are; they write 32 points.
     unsafe {
         summed::<R, N>(from, factor, to);
         points.assume_init()
@@ -38,7 +37,7 @@ pub fn mix<R: Record, const N: usize>(
 /// because loud codes of 16 bits do not fit anywhere.
 ///
 /// # Safety
-/// As [`weighed`] or [`turned`].
+/// The conditions of [`weighed`] or [`turned`].
 #[inline(never)] // otherwise the points are copied
 unsafe fn summed<R: Record, const N: usize>(
     from: *const Pair,
@@ -67,7 +66,7 @@ unsafe fn summed<R: Record, const N: usize>(
     }
 }
 
-/// As [`zoom::transform`].
+/// The kernels for [`zoom::transform`].
 pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     let mut bins = MaybeUninit::<[Point; POINTS]>::uninit();
     // SAFETY: both arrays hold 32 points, and the second pass writes all of its own.
@@ -78,9 +77,9 @@ pub fn transform(mut points: [Point; POINTS]) -> [Point; POINTS] {
     }
 }
 
-/// Two words of a block and of the next times the same factors, r6 to r9, summed in r2, r3 and in
-/// r4, r5. For the first word, then for the second, an instruction and a factor of the real and of
-/// the imaginary part; last, what the first word's products are added to.
+/// Two words of a block and of the next block times the same factors, r6 to r9, summed in r2, r3 and in r4, r5. For the first word, then
+/// for the second, an instruction and a factor of the real and of the imaginary part; last, the numbers to which the first word's products
+/// are added.
 macro_rules! two_blocks {
     ($load:literal, $re:literal $w:literal, $im:literal $v:literal; $re2:literal $w2:literal, $im2:literal $v2:literal; $a:literal $b:literal $c:literal $d:literal) => {
         concat!(
@@ -127,8 +126,8 @@ macro_rules! two_blocks {
     };
 }
 
-/// Sums of two blocks at once in 32 bits, until the points reach `end`: $first for their first two
-/// words, $next for the others. Returns Q, which a sum sets that does not fit.
+/// Sums of two blocks at once in 32 bits, until the points reach `end`: $first for their first two words, $next for the others. Returns Q,
+/// which is set by a sum that does not fit.
 macro_rules! briefly {
     ($first:expr, $next:expr) => {
         concat!(
@@ -164,7 +163,7 @@ macro_rules! briefly {
 /// returns 0 if so.
 ///
 /// # Safety
-/// As [`weighed`]; `to..end` must be an even number of points, at least two, and `from` their blocks.
+/// The conditions of [`weighed`]; `to..end` must be an even number of points, at least two, and `from` their blocks.
 #[unsafe(naked)]
 unsafe extern "C" fn weighed_briefly<const N: usize>(
     from: *const Pair,
@@ -190,10 +189,10 @@ unsafe extern "C" fn weighed_briefly<const N: usize>(
     )
 }
 
-/// I/Q samples: `zoom::turned`, as [`weighed_briefly`].
+/// I/Q samples: `zoom::turned` and its shift for whole pairs of blocks, if their sums fit 32 bits; returns 0 if so.
 ///
 /// # Safety
-/// As [`turned`] and [`weighed_briefly`].
+/// The conditions of [`turned`] and [`weighed_briefly`].
 #[unsafe(naked)]
 unsafe extern "C" fn turned_briefly<const N: usize>(
     from: *const Pair,
@@ -277,7 +276,7 @@ unsafe extern "C" fn weighed<const N: usize>(
 /// I/Q samples: `zoom::turned` and its shift, for all blocks.
 ///
 /// # Safety
-/// As [`weighed`], for the N pairs of N = 64 to 4096 samples.
+/// The conditions of [`weighed`], for the N pairs of N = 64 to 4096 samples.
 #[unsafe(naked)]
 unsafe extern "C" fn turned<const N: usize>(
     from: *const Pair,
@@ -367,7 +366,7 @@ macro_rules! turn {
 /// The first pass: eight transforms of four points, turned.
 ///
 /// # Safety
-/// `points` must be 32 points, `factors` those of [`zoom::FACTORS`].
+/// `points` must be 32 points, `factors` the factors [`zoom::FACTORS`].
 #[unsafe(naked)]
 unsafe extern "C" fn fours(points: *mut Point, factors: *const Point) {
     kernel!(

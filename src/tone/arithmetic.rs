@@ -11,9 +11,8 @@ pub enum Arithmetic {
 }
 
 impl Arithmetic {
-    /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives the
-    /// same bits on every machine. The two differ by less than a tenth of the Cramer-Rao bound. Float
-    /// alone reads a tone beside other lines from its nearest bins.
+    /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives equal bits on every machine. The two differ by
+    /// less than a tenth of the Cramer-Rao bound. Only `Float` has the nearest-bin refinement for tones with neighbours.
     pub const fn of_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
@@ -24,9 +23,9 @@ impl Arithmetic {
 }
 
 impl Arithmetic {
-    /// The arithmetic that a program has for this choice. On a microcontroller without a floating-point unit a program without
-    /// the feature `methods` has [`Arithmetic::Fixed`] alone: its floats would take 30 KB, and thirty times the instructions. With the
-    /// feature `one-arithmetic` a microcontroller's program has that of its core alone.
+    /// The arithmetic that a program has for this choice. On a microcontroller without a floating-point unit a program without the feature
+    /// `methods` has [`Arithmetic::Fixed`] alone: its floats would take 30 KB, and thirty times the instructions. With the feature
+    /// `one-arithmetic` a microcontroller's program has only the arithmetic of its core.
     pub const fn available(self) -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"), not(feature = "methods"))) {
             Arithmetic::Fixed
@@ -39,7 +38,7 @@ impl Arithmetic {
 }
 
 impl Default for Arithmetic {
-    /// [`Arithmetic::of_core`].
+    /// The default is [`Arithmetic::of_core`].
     fn default() -> Self {
         Self::of_core()
     }

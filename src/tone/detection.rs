@@ -1,4 +1,14 @@
-//! Is a peak a tone, or the largest of many bins of noise?
+//! Decides whether a peak is a tone, or the largest of many bins of noise.
+//!
+//! The power of a bin of noise is exponentially distributed. So the largest of M bins exceeds T times the mean of `m` other bins with the
+//! probability `pfa`:
+//!
+//! ```text
+//! pfa = M (1 + T / m)^-m        T = m ((M / pfa)^(1/m) - 1)
+//! ```
+//!
+//! This is the threshold of a detector with a constant false-alarm rate by cell averaging (Finn and Johnson 1968). A noise estimate of F
+//! degrees of freedom counts as `m = F / 2` bins. Where several tests must pass together, each may be relaxed ([`Relaxation`]).
 
 use crate::spectrum::peak::{Peak, SKIRT};
 use core::f32::consts::LN_2;
@@ -6,35 +16,34 @@ use core::f32::consts::LN_2;
 /// The probability per block that noise alone passes for a tone.
 pub const FALSE_ALARM: f64 = 1e-6;
 
-/// The same at a place where a tone is known to be. It is larger, so that a weak tone is not lost
-/// early.
+/// The false-alarm probability at a frequency where a tone is known to be. It is larger, so that a weak tone is not lost early.
 pub const HOLD: f64 = 1e-2;
 
-/// Fewer bins than these away from the peak are no floor: they hold the tone's own leakage. The shortest I/Q record has them: all but
-/// the peak with its skirt, and the offset.
+/// The least number of bins away from the peak that make a floor: fewer hold the tone's own leakage. The shortest I/Q record has this
+/// number: all bins but the peak with its skirt, and the offset.
 const FLOOR: u32 = 64 - (2 * SKIRT as u32 + 1) - 1;
 
-/// How far the required evidence is lowered, as a power of two. A test beside others needs less.
+/// log2 of the factor by which the false-alarm probability may rise, because other tests must pass as well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Relaxation(u32);
 
 impl Relaxation {
-    /// Not lowered.
+    /// A factor of 1.
     pub const NOTHING: Self = Self(0);
-    /// By a factor of 256.
+    /// A factor of 256.
     pub const SOME: Self = Self(8);
-    /// By a factor of 1024.
+    /// A factor of 1024.
     pub const MOST: Self = Self(10);
 
-    /// For the residual of a fit in a record of so many samples, whose floor is a test, too: as if a single bin had been
-    /// searched, and by a further factor of 2 in a record that is not short, where a wide ring is another test.
-    pub const fn of_residual(samples: usize, short: bool) -> Self {
+    /// The factor for the residual of a fit in a record of `samples`, whose floor is a test, too: as if a single bin had been searched, and
+    /// a further 2 in a record that is not short, where a wide ring is another test.
+    pub const fn for_residual(samples: usize, short: bool) -> Self {
         let bits = samples.trailing_zeros();
         Self(if short { bits.saturating_sub(1) } else { bits })
     }
 
-    /// By a further factor of 8 in a record of more than 2048 samples: over the ring of such a one the noise behind a
-    /// filter is nearly as loud everywhere, and more bins ask for more evidence.
+    /// A further factor of 8 in a record of more than 2048 samples: over the ring of such a record the noise behind a filter is nearly as
+    /// loud everywhere, and more bins need more evidence.
     pub const fn in_record(self, samples: usize) -> Self {
         Self(if samples > 2048 { self.0 + 3 } else { self.0 })
     }
@@ -42,24 +51,23 @@ impl Relaxation {
 
 /// The detection threshold of a band.
 ///
-/// The power of a bin of noise is exponentially distributed. Its ratio to the mean of `m` other
-/// bins exceeds T with probability `(1 + T/m)^-m`; the largest of M bins does so with M times that.
-/// Hence `T = m ((M / pfa)^(1/m) - 1) = m (exp(L/m) - 1)`, `L = ln(M / pfa)`; L alone would raise
-/// 1.5 to 2.5 times as many false alarms at N = 256.
+/// The power of a bin of noise is exponentially distributed. Its ratio to the mean of `m` other bins exceeds T with probability
+/// `(1 + T/m)^-m`; the largest of M bins does so with M times this probability. Hence `T = m ((M / pfa)^(1/m) - 1) = m (exp(L/m) - 1)`,
+/// `L = ln(M / pfa)`; L alone would raise 1.5 to 2.5 times as many false alarms at N = 256.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     log: f32,
-    /// The same for the floor alone.
+    /// The logarithm L for the floor alone.
     floor: f32,
-    /// What a power between the bins asks for beside that, see [`Threshold::of_line`].
+    /// The addition to L for a power between the bins, see [`Threshold::of_line`].
     between: f32,
 }
 
 impl Threshold {
-    /// Everything passes.
+    /// A threshold that everything passes.
     pub const ZERO: Self = Self { log: 0.0, floor: 0.0, between: 0.0 };
 
-    /// For a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
+    /// The threshold for a search of `bins` bins with this false-alarm probability, held to 1e-30..=0.5.
     pub const fn new(bins: u32, false_alarm: f64) -> Self {
         // `max` returns the number if the other is NaN.
         let pfa = false_alarm.max(1e-30).min(0.5);
@@ -74,13 +82,13 @@ impl Threshold {
     /// The power of a line that a fit found at a peak, in units of the peak's, and the threshold for it. The record has
     /// `n` samples.
     ///
-    /// A line half a bin off leaves four tenths of its power in its bin: the fit finds the rest. But the spectrum of noise
-    /// of power 1 rises above T `sqrt(pi T / 3) exp(-T)` times a bin (Rice 1945; the variance of the time within a record
-    /// is a twelfth of its square), where a bin is above T with probability `exp(-T)`. So the threshold is higher. Near an
-    /// end of a real spectrum, where noise fits too well, the power is that of the bin.
+    /// A line half a bin off leaves four tenths of its power in its bin: the fit finds the rest. But the spectrum of noise of power 1 rises
+    /// above T `sqrt(pi T / 3) exp(-T)` times a bin (Rice 1945; the variance of the time within a record is a twelfth of its square), where
+    /// a bin is above T with probability `exp(-T)`. So the threshold is higher. Near an end of a real spectrum, where noise fits too well,
+    /// the power is the bin's.
     #[inline(always)]
     pub fn of_line(self, line: f32, peak: &Peak, n: usize, iq: bool) -> (f32, Self) {
-        /// The most that a line's power exceeds that of its bin: half a bin off, `(pi/2)^2`.
+        /// The largest ratio of a line's power to its bin's: half a bin off, `(pi/2)^2`.
         const MOST: f32 = 2.4674;
         let bin = peak.power[1] as f32;
         if !iq && !(4..n as i32 / 2 - 4).contains(&peak.bin) {
@@ -89,22 +97,21 @@ impl Threshold {
         (line.max(bin).min(MOST * bin), self.between())
     }
 
-    /// The same for a peak that must exceed the noise beside it as well. That test refuses a seventh of the noise which the
-    /// floor lets pass, so the floor lets as much more pass: both together pass what is asked.
+    /// The threshold for a peak that must also exceed the noise beside it. The ring test rejects 1/7 of the false alarms that the floor
+    /// test passes, so the floor test may pass 1/7 more.
     pub const fn with_another(self) -> Self {
         /// `-ln(1 - 1/7)`.
         const REFUSED: f32 = 0.15;
         Self { floor: self.log - REFUSED, ..self }
     }
 
-    /// That of a power which a fit finds between the bins, see [`Threshold::of_line`].
+    /// The threshold for a power that a fit finds between the bins, see [`Threshold::of_line`].
     pub(crate) fn between(self) -> Self {
         let Self { log, floor, between } = self;
         Self { log: log + between, floor: floor + between, between: 0.0 }
     }
 
-    /// The ratio by which a peak must exceed the mean of `floor_bins` other bins. It is infinite
-    /// without them.
+    /// The ratio by which a peak must exceed the mean of `floor_bins` other bins; infinite for 0 bins.
     pub fn over(&self, floor_bins: u32) -> f32 {
         if floor_bins == 0 {
             return f32::INFINITY;
@@ -119,39 +126,39 @@ impl Threshold {
         ratio > self.far_above()
     }
 
-    /// The ratio that [`Threshold::is_far_above`] asks for.
+    /// The limit of [`Threshold::is_far_above`].
     pub(crate) fn far_above(&self) -> f32 {
         4.0 * self.log
     }
 
-    /// The ratio to noise that is known exactly, above which a peak is a tone.
+    /// The ratio to exactly known noise above which a peak is a tone.
     pub(super) fn least_power(&self) -> f32 {
         self.log
     }
 
-    /// True if a peak with this ratio to the noise near it is a tone. The noise estimate averages
-    /// `freedom` real numbers. `less` lowers the required evidence.
-    pub fn detects_beside(&self, ratio: f32, freedom: f32, less: Relaxation) -> bool {
-        ratio > self.beside(freedom, less)
+    /// True if a peak with this ratio to the noise near it is a tone. `dof`: degrees of freedom of the noise estimate. `less` relaxes
+    /// the threshold.
+    pub fn detects_beside(&self, ratio: f32, dof: f32, less: Relaxation) -> bool {
+        ratio > self.beside(dof, less)
     }
 
-    /// The ratio that [`Threshold::detects_beside`] asks for.
+    /// The limit of [`Threshold::detects_beside`].
     #[inline(always)]
-    pub fn beside(&self, freedom: f32, less: Relaxation) -> f32 {
-        let m = freedom * 0.5;
+    pub fn beside(&self, dof: f32, less: Relaxation) -> f32 {
+        let m = dof * 0.5;
         m * raised((self.log - less.0 as f32 * LN_2).max(0.0) / m)
     }
 
-    /// Whether a band has enough bins away from its peak to tell noise from tones.
+    /// Whether a band has enough bins away from its peak to separate noise from tones.
     pub const fn has_floor(peak: &Peak) -> bool {
         peak.floor_bins >= FLOOR
     }
 
-    /// True if the power of a peak's bin alone is so far above the floor, 128 times its mean, that no fit need tell the line's. In
-    /// integers, because most tones are.
+    /// True if the power of a peak's bin alone is so far above the floor, 128 times its mean, that the line's power is not needed. In
+    /// integers, because most tones are so strong.
     #[inline(always)]
     pub(crate) fn is_far_above_floor(&self, peak: &Peak) -> bool {
-        /// For this and the fewest bins of a floor the ratio that is asked for is 46.
+        /// For this L and the fewest bins of a floor the required ratio is 46.
         const USUAL: f32 = 32.0;
         let power = (peak.power[1] >> 16).saturating_mul(peak.floor_bins.into());
         Self::has_floor(peak) && self.floor < USUAL && power > peak.floor >> 9
@@ -159,15 +166,14 @@ impl Threshold {
 
     /// True if the peak is a tone. A floor of zero, as of a signal without any noise, detects.
     ///
-    /// The floor includes the leakage of a strong tone. That is right for this decision, but not
-    /// for sigma.
+    /// The floor includes the leakage of a strong tone. It belongs in this decision, but not in sigma.
     ///
     /// A band too narrow for a floor leaves the decision to [`Threshold::detects_beside`].
     pub fn detects(&self, peak: &Peak) -> bool {
         self.detects_line(peak.power[1] as f32, peak)
     }
 
-    /// The same for a line of this power, in units of the peak's, see [`Threshold::of_line`].
+    /// True if a line of this power, in units of the peak's, is a tone, see [`Threshold::of_line`].
     #[inline(always)]
     pub fn detects_line(&self, power: f32, peak: &Peak) -> bool {
         if !Self::has_floor(peak) {

@@ -1,5 +1,10 @@
-//! Is a peak a tone, by the noise beside it? Noise seldom is white: the floor of a band tells little of the noise at
-//! one place in it.
+//! Decides whether a peak is a tone, by comparing it with the noise next to it. Noise seldom is white: the floor of a band tells little
+//! about the noise at one place in the band.
+//!
+//! So a line must pass several tests at once. Each compares the ratio of the line's power to one noise power with the threshold for the
+//! degrees of freedom of this noise (see [`super::detection`]): the floor of the band, the louder side of the ring, a ring twice as wide,
+//! the fit's mean residual, and in short records the louder half of the residual. Because all must pass, each threshold is relaxed a
+//! little. Most lines are so far above the loudest of these powers that the first comparison ends the tests.
 
 use super::detection::{Relaxation, Threshold};
 use super::measure::Options;
@@ -15,8 +20,8 @@ use crate::spectrum::peak::Peak;
 use crate::tone::fit::{Fit, Model, take_around};
 use num_complex::Complex;
 
-/// Whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on:
-/// the factor by which it is then less exact than its power says, `None` if it does not.
+/// Tests whether the line at a peak exceeds the floor of its band, the noise of the louder side, and the fit's residual from 3 bins on.
+/// Returns the factor by which sigma must grow because noise may have raised the line, or `None` if the line is not detected.
 pub(super) fn stands_out<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     near: &Neighbourhood,
@@ -28,7 +33,7 @@ pub(super) fn stands_out<R: Record, const N: usize>(
 ) -> Option<f32> {
     let (exponent, threshold) = (near.exponent, options.threshold);
     let arithmetic = options.arithmetic.available();
-    let detector = Detector::of(N, R::IQ, peak, fit, exponent, threshold, observer)?;
+    let detector = Detector::from_peak(N, R::IQ, peak, fit, exponent, threshold, observer)?;
     if let Some(decided) = detector.decided(beside, observer) {
         return decided.then_some(1.0);
     }
@@ -46,9 +51,9 @@ pub(super) fn stands_out<R: Record, const N: usize>(
     exceeds.then(|| detector.selection(beside.noise.power))
 }
 
-/// The residual of the louder half of the bins 3 to 16 away, of which there are four stretches, two on each side.
+/// The residual of the louder half of the bins 3 to 16 away, which form four groups, two on each side.
 ///
-/// A band of noise may end within the bins of the fit. Those beyond it have no noise, so that the mean of all is too low.
+/// A band of noise may end within the bins of the fit. The bins beyond its end have no noise, so the mean of all bins is too low.
 #[inline(never)]
 fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
     let (peak, unit) = (near.peak, near.unit());
@@ -60,11 +65,11 @@ fn louder_half<R: Record, const N: usize>(near: &Neighbourhood, fit: &Fit<f32>) 
     louder(&bins, R::IQ, N, peak)
 }
 
-/// The mean power of the louder half of what is left in the bins around a peak, 3 to 16 away on each side, of which a real spectrum's ends
-/// may leave out some.
+/// The mean power of the louder half of the residual in the bins around a peak, 3 to 16 away on each side. The ends of a real spectrum may
+/// leave out some of these bins.
 #[inline(never)]
 pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32) -> f32 {
-    /// Fewer bins tell nothing.
+    /// With fewer bins the residual decides nothing.
     const FEWEST: usize = 4;
     /// Bins 9 to 16 and 3 to 8 below the peak, and above it.
     const STRETCHES: [(usize, usize); 4] =
@@ -89,20 +94,20 @@ pub(crate) fn louder(bins: &[Complex<f32>; WIDTH], iq: bool, n: usize, peak: i32
     0.5 * (loudest + second)
 }
 
-/// A line that exceeds the floor of its band, and what is near it. Compiled once for all kinds and lengths of records.
+/// A line that exceeds the floor of its band, with the noise near it. Compiled once for all kinds and lengths of records.
 struct Detector {
-    /// The samples of a record, and whether it is so short that a ring is as wide as what a filter leaves of the spectrum.
+    /// The samples of a record, and whether the record is so short that a ring is as wide as the part of the spectrum that a filter leaves.
     n: usize,
     short: bool,
     threshold: Threshold,
-    /// The line's power, and the residual's near it.
+    /// The line's power, and the residual power near the line.
     power: f32,
     spread: Spread,
 }
 
 impl Detector {
     #[inline(always)]
-    fn of(
+    fn from_peak(
         n: usize,
         iq: bool,
         peak: &Peak,
@@ -134,11 +139,11 @@ impl Detector {
             (power, threshold)
         };
         let unit = f32::two_to(2 * exponent);
-        let spread = Spread::of(fit, peak.bin, n, iq);
+        let spread = Spread::from_fit(fit, peak.bin, n, iq);
         Some(Self { n, short: n < HUMPED, threshold, power: power * unit, spread })
     }
 
-    /// Whether the ring of this noise is enough to decide, and how.
+    /// Whether the ring of this noise is enough to decide, and the decision.
     #[inline(always)]
     fn decided(&self, beside: &LocalNoise, observer: impl Observer) -> Option<bool> {
         let Spread { least, middle, bins: [nearest, next, _], .. } = self.spread;
@@ -152,8 +157,8 @@ impl Detector {
             });
             if middle > HUMP * ring {
                 // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
-                let detects = |statistic, rest: f32, freedom| {
-                    self.detects(statistic, rest, freedom, Relaxation::NOTHING, observer)
+                let detects = |statistic, rest: f32, dof| {
+                    self.detects(statistic, rest, dof, Relaxation::NOTHING, observer)
                 };
                 return Some(
                     detects(Statistic::MiddleResidual, middle, MIDDLE * next)
@@ -166,19 +171,19 @@ impl Detector {
         observer.exceeds(statistic, self.power / most, limit).then_some(true)
     }
 
-    /// Whether the floor of the line's band, if that tells noise from tones, is a test of its own: where it is as loud as
-    /// the wide ring and the residual.
+    /// Whether the floor of the line's band, if it separates noise from tones, is a test of its own: where the floor is as loud as the wide
+    /// ring and the residual.
     #[inline(never)]
     fn tested(&self, wide: &LocalNoise, floor: Option<f32>) -> bool {
-        let (mean, freedom) = self.spread.mean();
-        let residual = freedom > 0.0 && wide.has_sides();
+        let (mean, dof) = self.spread.mean();
+        let residual = dof > 0.0 && wide.has_sides();
         floor.is_some_and(|floor| {
-            let likely = 1.0 + RESIDUAL * (2.0 / freedom).root();
+            let likely = 1.0 + RESIDUAL * (2.0 / dof).root();
             wide.loud * self.n as f32 <= LOUDER * floor && !(residual && mean > likely * floor)
         })
     }
 
-    /// Whether the line exceeds this noise and that of a wider ring, and the mean residual.
+    /// Whether the line exceeds this noise, the noise of a wider ring, and the mean residual.
     #[inline(never)]
     fn exceeds(
         &self,
@@ -188,9 +193,9 @@ impl Detector {
         observer: impl Observer,
     ) -> bool {
         let Self { n, ref spread, .. } = *self;
-        let (least, (mean, freedom)) = (spread.least, spread.mean());
+        let (least, (mean, dof)) = (spread.least, spread.mean());
         // A short record without a ring has nothing else beside its tone.
-        let residual = beside.has_sides() && freedom > if self.short { 0.0 } else { WHOLE };
+        let residual = beside.has_sides() && dof > if self.short { 0.0 } else { WHOLE };
         // In a short record the wide ring is most of the spectrum, and the floor once more.
         let less = match (tested, self.short) {
             (true, true) => Relaxation::MOST,
@@ -200,26 +205,26 @@ impl Detector {
         let less_residual = if self.short && !tested {
             Relaxation::NOTHING
         } else {
-            Relaxation::of_residual(n, self.short)
+            Relaxation::for_residual(n, self.short)
         };
         let detects = |statistic, beside: &LocalNoise, less| {
             let noise = least.max(beside.loud * n as f32);
             self.detects(statistic, noise, beside.noise.freedom, less, observer)
         };
         let over_mean =
-            || self.detects(Statistic::MeanResidual, mean, freedom, less_residual, observer);
+            || self.detects(Statistic::MeanResidual, mean, dof, less_residual, observer);
         (!residual || over_mean())
             && detects(Statistic::WideRing, wide, less)
             && detects(Statistic::Ring, beside, Relaxation::MOST.in_record(n))
     }
 
-    /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as
-    /// loud as white noise's.
+    /// Whether the line exceeds this mean of the louder half of the residual, or a floor that is a test of its own is as loud as the floor
+    /// of white noise.
     #[inline(never)]
     fn exceeds_half(&self, louder: f32, floor: Option<f32>, observer: impl Observer) -> bool {
-        /// The independent real numbers of a mean as accurate, if it were not that of the louder half.
-        const FREEDOM: f32 = 72.0;
-        /// In white noise the louder half is 1.25 times the floor, and four times in a thousand this.
+        /// Effective degrees of freedom of this mean, as if it were not a maximum.
+        const DOF: f32 = 72.0;
+        /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.
         const LIKELY: f32 = 2.0;
         floor.is_some_and(|floor| {
             observer.hear(|| Test {
@@ -228,22 +233,16 @@ impl Detector {
                 limit: LIKELY,
             });
             louder <= LIKELY * floor
-        }) || self.detects(
-            Statistic::OverLouderHalf,
-            louder,
-            FREEDOM,
-            Relaxation::NOTHING,
-            observer,
-        )
+        }) || self.detects(Statistic::OverLouderHalf, louder, DOF, Relaxation::NOTHING, observer)
     }
 
     /// The factor on sigma of a line that is found in noise of this power per sample.
     ///
-    /// Lines near the threshold are found where noise has raised them, and so look more exact than they are. Measured: the
-    /// factor falls with the fourth power of the line's.
+    /// Lines near the threshold are found where noise has raised them, and so look more exact than they are. Measured: the excess of the
+    /// factor over 1 falls with the fourth power of the line's power.
     #[inline(never)]
     fn selection(&self, noise: f32) -> f32 {
-        /// That of a line at the threshold.
+        /// The excess of a line at the threshold.
         const MOST: f32 = 0.5;
         let least = self.threshold.least_power() * noise * self.n as f32;
         let share = least / self.power;
@@ -254,30 +253,31 @@ impl Detector {
         &self,
         statistic: Statistic,
         noise: f32,
-        freedom: f32,
+        dof: f32,
         less: Relaxation,
         observer: impl Observer,
     ) -> bool {
-        observer.exceeds(statistic, self.power / noise, self.threshold.beside(freedom, less))
+        observer.exceeds(statistic, self.power / noise, self.threshold.beside(dof, less))
     }
 }
 
 /// Shorter records have rings as wide as what a filter leaves of the spectrum.
 const HUMPED: usize = 512;
-/// The middle one of the three residuals over the ring's noise, above which the ring does not tell the noise
-/// here. White noise hardly ever exceeds it.
+/// The median of the three residuals over the ring's noise, above which the ring says nothing about the noise here. White noise hardly ever
+/// exceeds this ratio.
 const HUMP: f32 = 3.0;
-/// The independent real numbers that the middle one and the least are as accurate as, for each bin of the middle and of
-/// the nearest ones.
+/// Degrees of freedom per bin of the median and of the minimum residual: for each bin of the median group, and of the nearest group.
 const MIDDLE: f32 = 1.75;
 const LEAST: f32 = 2.0;
-/// The same for each bin of their mean.
+/// Degrees of freedom per bin of the mean residual.
 const EACH: f32 = 1.8;
-/// Those of a residual that tells something beside a ring that is narrow in the spectrum: most of what 28 bins have.
+/// Minimum degrees of freedom for the residual to be tested beside a ring that is narrow in the spectrum: most of the degrees of freedom of
+/// 28 bins.
 const WHOLE: f32 = 45.0;
-/// The ring's noise over the floor's, above which the floor is that of another part of the spectrum.
+/// The ring's noise over the floor, above which the floor belongs to another part of the spectrum.
 const LOUDER: f32 = 1.4;
-/// The same for the mean residual, in its standard deviations above the floor.
+/// The limit of the mean residual, in its standard deviations above the floor, from which the floor belongs to another part of the
+/// spectrum.
 const RESIDUAL: f32 = 2.6;
 
 /// All bins that a fit reads.
@@ -285,20 +285,20 @@ const WIDTH: usize = 2 * REACH + 1;
 
 /// The residual power of a bin near a tone.
 pub(super) struct Spread {
-    /// The least of those 3 to 4, 5 to 8 and 9 to 16 bins away, because another line may be in one of them.
+    /// The least of the residuals 3 to 4, 5 to 8 and 9 to 16 bins away, because another line may be in one of the groups.
     pub least: f32,
-    /// The middle one of the three.
+    /// The median of the three groups.
     middle: f32,
-    /// What is not in these bins, and in them and these.
+    /// Residual power within two bins of the peak, and in all bins of the fit.
     sums: [f32; 2],
-    /// How many bins they are. A fit of eight bins has none beyond, and at the spectrum's ends there are fewer.
+    /// The number of bins in each group. A fit of eight bins has none in the last group, and at the spectrum's ends there are fewer.
     bins: [f32; 3],
 }
 
 impl Spread {
-    /// Of the fit at a peak of a record of `n` samples.
+    /// The residuals of the fit at a peak of a record of `n` samples.
     #[inline(always)]
-    pub(super) fn of(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
+    pub(super) fn from_fit(fit: &Fit<f32>, peak: i32, n: usize, iq: bool) -> Self {
         let [two, four, eight] = fit.rest.within;
         let last = n as i32 / 2 - 1;
         let inside = iq || (17..last - 16).contains(&peak);
@@ -322,7 +322,7 @@ impl Spread {
         Self { least, middle, sums: [two, fit.residual], bins }
     }
 
-    /// That of all of them, and the independent real numbers that it is as accurate as.
+    /// The mean residual of a bin over all groups, with its degrees of freedom.
     fn mean(&self) -> (f32, f32) {
         let ([inside, all], [nearest, next, last]) = (self.sums, self.bins);
         let bins = nearest + next + last;
@@ -335,7 +335,8 @@ fn ordered(a: f32, b: f32) -> (f32, f32) {
     if a < b { (a, b) } else { (b, a) }
 }
 
-/// How many bins are 3 to 4, 5 to 8 and 9 to 16 away, of so many on each side; at least one.
+/// The numbers of bins that are 3 to 4, 5 to 8 and 9 to 16 away, with this many bins to the left and to the right; at least one in each
+/// group.
 #[inline(never)]
 fn beside(left: i32, right: i32) -> [f32; 3] {
     [(3, 4), (5, 8), (9, 16)].map(|(nearest, farthest): (i32, i32)| {

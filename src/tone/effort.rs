@@ -1,7 +1,7 @@
-//! How closely a line that is no steady tone is looked at.
+//! The effort spent on a line that is not a steady tone.
 
-/// How closely a line that is no steady tone is looked at. It is what a block may take at most, so a real-time system chooses it by the
-/// ceilings in `docs/performance.md`.
+/// The effort spent on a line that is not a steady tone. The effort sets the most that a block may take, so a real-time system chooses it
+/// by the ceilings in `docs/performance.md`.
 ///
 /// A block that shows one steady tone has the same answer at every effort. More effort hardly ever takes an answer's usefulness
 /// away: `docs/trust.md` says which lines become usable, and how wrong they are.
@@ -10,14 +10,14 @@
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Effort {
-    /// One fit, and tests on what it leaves, see [`judge`](crate::tone::judge). Where they find no steady tone, two steps further. Another line
-    /// near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
+    /// One fit, and tests on its residual, see [`judge`](crate::tone::judge). Where the tests find no steady tone, the fit goes on for two
+    /// steps. Another line near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
     Look = 1,
     /// Where the tests find no steady tone, all steps to the fit's end, and one more fit beside a drift or slow hum.
     #[default]
     One = 0,
-    /// Where the tests find none either, a joint fit of the tone and of three causes at most. It is there with the feature
-    /// `joint-fit` alone, and written for cores with an FPU.
+    /// Where these steps find no steady tone either, a joint fit of the tone and of at most three causes. The effort needs the feature
+    /// `joint-fit`, and is written for cores with an FPU.
     #[cfg(feature = "joint-fit")]
     Full = 2,
 }
@@ -51,12 +51,13 @@ impl Effort {
         self as u8
     }
 
-    /// The effort of this number; `None` if this program has none such.
+    /// The effort of this number; `None` if this program has no such effort.
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.iter().copied().find(|effort| effort.number() == number)
     }
 
-    /// The most steps of a further fit to a line that is no steady tone. Two tell by a secant where it ends; eight end there.
+    /// The most steps of a further fit to a line that is not a steady tone. Two steps estimate the fit's end by a secant; eight steps reach
+    /// it.
     pub(crate) const fn steps(self) -> u32 {
         match self {
             Self::Look => 2,
@@ -64,12 +65,12 @@ impl Effort {
         }
     }
 
-    /// Whether a line that is no steady tone is fitted beside a drift or hum.
+    /// Whether a line that is not a steady tone is fitted together with a drift or hum.
     pub(crate) const fn fits_beside_slow(self) -> bool {
         !matches!(self, Self::Look)
     }
 
-    /// How many causes may join a fit; `None` where none is made.
+    /// The most causes that may join a fit; `None` where no joint fit is made.
     pub(crate) const fn causes(self) -> Option<usize> {
         match self {
             Self::Look | Self::One => None,

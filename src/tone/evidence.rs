@@ -1,16 +1,16 @@
-//! What is known of a tone beside its fit, and the one place that makes a verdict of it.
+//! The evidence on a tone beside its fit, and the one function that turns evidence into a verdict.
 
 use super::judge::Line;
 use super::verdict::{Reasons, Verdict};
 use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
 
-/// A fit to a real tone nearer to DC or Nyquist than so many bins cannot separate the mirror image from the tone, nor one to an I/Q
-/// tone nearer to DC the offset: the peak is the next bin then.
+/// A fit to a real tone nearer to DC or Nyquist than this many bins cannot separate the mirror image from the tone. A fit to an I/Q tone
+/// nearer to DC cannot separate the converter's offset from the tone: the peak is the next bin then.
 pub const EDGE_BINS: f32 = 1.5;
 
-/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is. `bins` is its frequency
-/// in a record of `n` samples; negative ones of I/Q may count from 0 down or from N down.
+/// Bins from a real tone to the nearer of DC and Nyquist, from an I/Q tone to DC, where a converter's offset is. `bins` is the tone's
+/// frequency in a record of `n` samples; negative frequencies of I/Q may count from 0 down or from N down.
 #[inline(always)]
 pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
     let from_dc = bins.abs();
@@ -18,24 +18,24 @@ pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
     from_dc.min(end as f32 - from_dc)
 }
 
-/// A sigma of so many cycles per sample is as wide as the spectrum, and tells nothing.
+/// A sigma of this many cycles per sample is as wide as the spectrum, and says nothing.
 pub const WHOLE_SPECTRUM: f32 = 1.0;
 
-/// What is known of a tone beside its fit. Whoever measures fills in what it knows and leaves the rest as in
-/// [`Evidence::NONE`]; [`verdict`] alone knows what follows.
+/// The evidence on a tone beside its fit. A measurement fills in the fields that it knows and leaves the rest as in [`Evidence::NONE`];
+/// [`verdict`] alone draws the conclusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
-    /// What is known of the tones that this one was made of.
+    /// The reasons of the tones that this tone was made of.
     pub said: Reasons,
     /// There is a peak in the band, and a fit to it.
     pub found: bool,
     /// The line exceeds the noise.
     pub detected: bool,
-    /// What the line is, by what the fit leaves.
+    /// The line's class, by the fit's residual.
     pub line: Line,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
-    /// The lines are those of a fault of the digital front end, see [`super::front_end`].
+    /// The lines are made by a fault of the digital front end, see [`super::front_end`].
     pub front_end: bool,
     /// Samples are missing before the record.
     pub gap: bool,
@@ -53,13 +53,13 @@ pub struct Evidence {
 
 impl Evidence {
     /// Nothing against a tone.
-    pub const NONE: Self = Self::of(Reasons::NONE);
+    pub const NONE: Self = Self::new(Reasons::NONE);
 
     /// No tone at all.
     pub const NOTHING: Self = Self { found: false, ..Self::NONE };
 
-    /// What was said of a tone before.
-    pub const fn of(said: Reasons) -> Self {
+    /// Evidence from the reasons that a tone already has.
+    pub const fn new(said: Reasons) -> Self {
         Self {
             said,
             found: true,
@@ -81,7 +81,7 @@ impl Evidence {
     /// edge, outside of the band, clipped, wrong codes, a gap.
     #[inline]
     pub fn rules(&self) -> [(bool, Verdict); 12] {
-        // A sigma or a place that is no number is no good one.
+        // A sigma or a frequency that is NaN is not good.
         let known = self.sigma < WHOLE_SPECTRUM;
         let inside = self.edge_bins >= EDGE_BINS;
         [
@@ -100,7 +100,7 @@ impl Evidence {
         ]
     }
 
-    /// All that applies.
+    /// All reasons that apply.
     #[inline]
     pub fn reasons(&self) -> Reasons {
         self.rules().into_iter().fold(
@@ -112,25 +112,25 @@ impl Evidence {
     }
 }
 
-/// The verdict on a tone: the most severe of what applies.
+/// The verdict on a tone: the most severe reason that applies.
 pub fn verdict(evidence: &Evidence) -> Verdict {
     evidence.reasons().verdict()
 }
 
 impl Tone {
-    /// What is said of it so far.
+    /// The tone's reasons so far.
     pub(crate) fn said(&self) -> Reasons {
-        Reasons::of(self.verdict, self.also)
+        Reasons::from_verdict(self.verdict, self.also)
     }
 
-    /// Has wrong codes, or is of a faulty front end, if another tone of its record is.
+    /// Takes over wrong codes or a faulty front end from another tone of the same record.
     pub(crate) fn keep_to_codes_of(&mut self, tone: &Self) {
         let beyond = u32::from(tone.verdict == Verdict::WrongCodes);
         let front_end = tone.verdict == Verdict::FrontEnd;
-        self.conclude(&Evidence { beyond, front_end, ..Evidence::of(self.said()) });
+        self.conclude(&Evidence { beyond, front_end, ..Evidence::new(self.said()) });
     }
 
-    /// Takes its verdict, and what applies besides, from the evidence.
+    /// Sets the tone's verdict and its other reasons from the evidence.
     #[inline]
     pub(crate) fn conclude(&mut self, evidence: &Evidence) {
         let reasons = evidence.reasons();
@@ -177,7 +177,7 @@ mod tests {
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
         assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
-        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::of(tone.said()) });
+        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::new(tone.said()) });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
     }

@@ -20,7 +20,7 @@ impl defmt::Format for Frequency {
     }
 }
 
-/// In cycles per sample, to the step's last digit.
+/// Prints cycles per sample, to the step's last digit.
 impl core::fmt::Display for Frequency {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "{:.10} cycles/sample", self.cycles())
@@ -38,53 +38,53 @@ impl Frequency {
     pub fn of_bins<T: Scalar>(peak: i32, offset: T, n: usize) -> Option<Self> {
         let steps = (offset * T::of(4_294_967_296.0 / n.max(1) as f64)).round();
         let steps = steps.to_i64()?;
-        Some(Self::of_steps(peak, steps, n))
+        Some(Self::from_steps(peak, steps, n))
     }
 
-    /// The same with an offset in fixed point (Q30, in bins).
+    /// Bin `peak` of an `n`-point record plus an offset in fixed point (Q30, in bins).
     pub fn of_fixed(peak: i32, offset: I2F30, n: usize) -> Self {
         // From 2^-30 bin to 2^-32 cycles: times 4 / n, rounded to nearest.
         let shift = n.max(1).trailing_zeros();
         let steps = ((i64::from(offset.to_bits()) << 3) >> shift).wrapping_add(1) >> 1;
-        Self::of_steps(peak, steps, n)
+        Self::from_steps(peak, steps, n)
     }
 
     #[inline]
-    fn of_steps(peak: i32, offset: i64, n: usize) -> Self {
+    fn from_steps(peak: i32, offset: i64, n: usize) -> Self {
         let step = (1i64 << 32) / n.max(1) as i64;
         let bits = (i64::from(peak) * step).wrapping_add(offset);
         // The upper half of the circle is negative frequency: keep the low 32 bits.
         Self(I0F32::from_bits(bits as i32))
     }
 
-    /// In bins of an `n`-point record.
+    /// The frequency in bins of an `n`-point record.
     pub fn bins(self, n: usize) -> f64 {
         self.cycles() * n as f64
     }
 
-    /// In cycles per sample, exactly.
+    /// The frequency in cycles per sample, exactly.
     pub fn cycles(self) -> f64 {
         f64::from(self.0.to_bits()) / 4_294_967_296.0
     }
 
-    /// In cycles per sample, rounded to `f32`.
+    /// The frequency in cycles per sample, rounded to `f32`.
     pub fn cycles_f32(self) -> f32 {
         self.0.to_bits() as f32 / STEPS
     }
 
-    /// How far it lies beyond `other`, in cycles per sample, the short way round the circle.
+    /// The distance beyond `other`, in cycles per sample, the short way round the circle.
     pub fn beyond(self, other: Self) -> f32 {
         Self(I0F32::from_bits(self.0.to_bits().wrapping_sub(other.0.to_bits()))).cycles_f32()
     }
 
-    /// Moved on by so many cycles per sample, round the circle.
+    /// The frequency moved by this many cycles per sample, round the circle.
     pub fn moved(self, cycles: f32) -> Self {
         // A cast saturates.
         let steps = libm::rintf(cycles * STEPS) as i32;
         Self(I0F32::from_bits(self.0.to_bits().wrapping_add(steps)))
     }
 
-    /// In hertz at a sample rate of `rate_hz`.
+    /// The frequency in hertz at a sample rate of `rate_hz`.
     pub fn hertz(self, rate_hz: f64) -> f64 {
         self.cycles() * rate_hz
     }

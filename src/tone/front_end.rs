@@ -1,23 +1,23 @@
-//! Two faults of a digital front end, told by the whole record: codes that wrap, and samples of a word that change places.
+//! Two faults of a digital front end, detected in the whole record: codes that wrap, and samples of a word that change places.
 //!
-//! Both make lines as strong as the tone, far from it. The strongest line may then be another one, with nothing wrong beside it.
+//! Both make lines as strong as the tone, far from it. The strongest line may then be a false one, with nothing wrong beside it.
 //!
-//! **Codes that wrap.** A tone beyond the rails comes back at the other end, and its harmonics fold into many lines. Honest tones
-//! that fit between the rails have little power where they are several: of amplitudes `1` and `a`, on a range of `-R..R` which
-//! they fill, the mean square of a sample is `R^2 (1 + a^2) / 2 (1 + a)^2`, a quarter of `R^2` for two alike. A record of which
-//! at most 1 % of the samples touch a rail, and which has more, wraps. Tones of which one is locked to three times another have
-//! more power below the same crest; that is rare, and asks for a record that fills the range.
+//! **Codes that wrap.** A tone beyond the rails comes back at the other end, and its harmonics fold into many lines. Honest tones that fit
+//! between the rails have little power where there are several: for amplitudes `1` and `a`, on a range of `-R..R` which the tones fill, the
+//! mean square of a sample is `R^2 (1 + a^2) / 2 (1 + a)^2`, a quarter of `R^2` for two equal tones. A record wraps if at most 1 % of its
+//! samples touch a rail and its mean square is larger. Tones of which one is locked to three times another have more power below the same
+//! crest; that is rare, and needs a record that fills the range.
 //!
-//! **Samples that change places.** Both samples of a word are exchanged if a transfer has the wrong order of half-words. Of a
-//! tone of `w` radians a sample, neighbours exchanged,
+//! **Samples that change places.** Both samples of a word are exchanged if a transfer has the wrong order of half-words. A tone of `w`
+//! radians a sample becomes, with its neighbours exchanged,
 //!
 //! ```text
 //! cos(w (k + (-1)^k))  =  cos(w k) cos(w)  -  (-1)^k sin(w k) sin(w)
 //! ```
 //!
-//! so that a line of `sin(w)` arises at half the rate less the frequency. From an eighth of the rate to three it is the stronger
-//! one. Its phase and size follow from those of the other: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
-//! the rate the weaker line drowns in noise, and nothing tells of the exchange.
+//! so that a line of `sin(w)` arises at half the rate less the frequency. From an eighth of the rate to three eighths this line is the
+//! stronger one. Its phase and size follow from the other line: with `Y` the bins, `Y[N/2 - k] = +-j cot(w) Y[k]*`. Nearer to a quarter of
+//! the rate the weaker line drowns in noise, and the exchange leaves no trace.
 
 use super::observer::{Observer, Statistic, Test};
 use crate::acquire::codes::Codes;
@@ -33,8 +33,8 @@ use crate::tone::fit::{Fit, Model};
 use core::mem::MaybeUninit;
 use num_complex::Complex;
 
-/// The other bins of a record that wraps have this share of the tone's power at least: one sample of 256 that wraps is off by the
-/// whole range `2R`, and has 8/256 of the power `R^2 / 2` of a tone that fills it.
+/// The other bins of a record that wraps have at least this share of the tone's power: one sample of 256 that wraps is off by the whole
+/// range `2R`, and has 8/256 of the power `R^2 / 2` of a tone that fills the range.
 const OTHERS: f32 = 1.0 / 32.0;
 
 /// The least power of a third line over the tone's, and its square root. Each of the third, fifth and seventh harmonic of codes that
@@ -42,69 +42,72 @@ const OTHERS: f32 = 1.0 / 32.0;
 const THIRD: f32 = 0.02;
 const ROOT_THIRD: f32 = 0.141_421_36;
 
-/// The crests of tones are beyond the rails by so much power where 1 % of the samples touch them. Next to a crest a record of
-/// amplitudes `a` is `S - sum(a x^2) / 2`, with `S` their sum and `x` the phases, which are anywhere in a cube of edge `2 pi`. The two ends of
-/// the range have 1 % of it where `S (1 - r)`, with `r` the rail, is `0.01 pi sqrt(a1 a2)` of two tones, at most 1.6 % of `S`. Of three
-/// it is `(0.03 pi^2 sqrt(a1 a2 a3))^(2/3) / 2`, 5.4 % of `S` where the weakest has the share [`THIRD`] and the others are alike.
+/// The crests of tones lie beyond the rails by this factor of power where 1 % of the samples touch the rails. Next to a crest a record of
+/// amplitudes `a` is `S - sum(a x^2) / 2`, with `S` their sum and `x` the phases, which are anywhere in a cube of edge `2 pi`. With `r` the
+/// rail, the two ends of the range have 1 % of the cube where, for two tones, `S (1 - r)` is `0.01 pi sqrt(a1 a2)`, at most 1.6 % of `S`.
+/// For three tones it is `(0.03 pi^2 sqrt(a1 a2 a3))^(2/3) / 2`, 5.4 % of `S` where the weakest has the share [`THIRD`] and the others are
+/// alike.
 ///
-/// What two tones leave may be noise, a tenth of the power at 10 dB; of three the lines are counted. Codes that wrap have 1.17 times what three
-/// tones have, or more, up to 6 dB beyond the rails.
+/// The residual of two tones may be noise, a tenth of the power at 10 dB; for three tones the lines are counted. Codes that wrap have at
+/// least 1.17 times the power of three tones, up to 6 dB beyond the rails.
 const TWO: f32 = 1.032 * 1.1;
 const THREE: f32 = 1.11;
 
-/// The bins that are counted have this share of the power at least: of 127 bins, of a record of 256 samples, 34 are not, which are within 8
-/// of the peak and of its mirror. They have up to one and a half times their part.
+/// The bins that are counted have at least this share of the power: of the 127 bins of a record of 256 samples, the 34 bins within 8 of the
+/// peak and of its mirror are not counted. These have up to one and a half times their part.
 const COUNTED: f32 = 0.6;
 
-/// More lines than these are told, and no more are counted.
+/// More lines than this are a fault, and counting stops there.
 pub const TOLD: u32 = 2;
 
 /// Bins that are read at a time.
 const WINDOW: usize = 16;
 
-/// No more windows than these are read, those passed over left out. Three lines are in three of them, the bins that share points with those of a
-/// line in three others, and weaker lines in some more. What fills as many is noise of a shape.
+/// At most this many windows are read, those passed over not counted. Three lines are in three windows, the bins that share points with a
+/// line's bins are in three others, and weaker lines are in some more. A signal that fills this many windows is shaped noise.
 const READ: u32 = 16;
 
 /// Bins between two lines.
 pub const APART: u32 = 2;
 
-/// A clean record has as much where an exchange would put a line once in 25,000 times, by Student's distribution with the 50 degrees of
-/// freedom of the noise. Half of the tones are where it counts: so it is a fifth of the one in 10,000 that may be told.
+/// A clean record exceeds this limit at the place of an exchanged line once in 25,000 times, by Student's distribution with the 50 degrees
+/// of freedom of the noise. Half of the tones are where the test counts: so it takes a fifth of the permitted false-alarm rate of one in
+/// 10,000.
 const SEEN: f32 = 4.5;
 
-/// [`SEEN`] deviations of one real number, over the noise power of a bin: three bins have as much together, and one of them a fifth of it.
+/// [`SEEN`] deviations of one real number, over the noise power of a bin: three bins exceed this power together, and one of them a fifth of
+/// it.
 const LEAST: f32 = 0.5 * SEEN * SEEN / 5.0;
 
 /// Six numbers of noise, each of mean square 1, have a larger sum in one record of a thousand: the quantile of chi-square.
 const REST: f32 = 22.5;
 
-/// The share of the power that the model of the exchanged line may be wrong by: the tone, the other line and the mirror images of both
-/// leak into the bins by `1 / pi` over their distance each, which is a quarter of the shortest record of 64 samples. Its square is
-/// `(4 / 16 pi)^2`.
+/// The share of the power by which the model of the exchanged line may be wrong: the tone, the other line and the mirror images of both
+/// leak into the bins by `1 / pi` over their distance each, which is a quarter of the shortest record of 64 samples. The square of the
+/// leakage is `(4 / 16 pi)^2`.
 const MODEL: f32 = 0.006_33;
 
 /// The share of a line that the integer transform leaves, -90 dB.
 const TRANSFORM: f32 = 1e-9;
 
-/// What the search shows of a record: which of the faults are possible.
+/// The faults that are possible, by the search of a record.
 #[derive(Clone, Copy, Debug)]
 pub struct Glance {
-    /// There are other lines, or as much noise.
+    /// There are other lines, or noise of equal power.
     pub others: bool,
-    /// There is a line where exchanged samples put one.
+    /// There is a line where exchanged samples would put one.
     pub exchanged: bool,
 }
 
 impl Glance {
-    /// All are possible.
+    /// All faults are possible.
     pub const ALL: Self = Self { others: true, exchanged: true };
 
-    /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three: all in
-    /// integers, so that most records end here. Whatever [`Sight`] tells passes, but for a chance of noise. `unit` is that of the bins, `noise`
-    /// the power per sample.
+    /// Looks at the search's sums, and at one bin of a real record whose tone is between an eighth of the rate and three eighths: all in
+    /// integers, so that most records end here. Every fault that [`Sight`] would find passes, but for a chance of noise. `unit` is the unit
+    /// of the bins, `noise` the power per sample.
     #[inline]
-    pub fn of<R: Record, const N: usize>(
+    pub fn from_search<R: Record, const N: usize>(
         spectrum: &Spectrum<R, N, impl Engine>,
         peak: &Peak,
         codes: Codes,
@@ -129,17 +132,17 @@ impl Glance {
         Self { others, exchanged }
     }
 
-    /// Whether neither is possible.
+    /// Whether neither fault is possible.
     #[inline]
     pub const fn is_clear(self) -> bool {
         !self.others && !self.exchanged
     }
 }
 
-/// The least power of a line's three bins and of the others, in stored units, of a record that [`Sight::wraps`] tells.
+/// The least power of a line's three bins and of the others, in stored units, for a record that [`Sight::wraps`] rejects.
 ///
-/// The least that three tones may have is 0.24 of the square of half the range, see [`most`], and half of it at least is in the bins. A
-/// line of amplitude `A` has the power `(A N / 2)^2` in its bins, `(A N)^2` in an I/Q record, and its three bins have 0.85 of it.
+/// The least power that three tones may have is 0.24 of the square of half the range, see [`most`], and at least half of it is in the bins.
+/// A line of amplitude `A` has the power `(A N / 2)^2` in its bins, `(A N)^2` in an I/Q record, and its three bins have 0.85 of that power.
 #[inline]
 fn full<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, codes: Codes) -> u64 {
     let (low, high) = codes.rails();
@@ -155,9 +158,9 @@ fn full<R: Record, const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, codes
     }
 }
 
-/// Where an exchange puts the line of a tone at bin `peak`, and how far from there the tone is, if its line is the stronger one: from an
-/// eighth of the rate to three. A sixteenth beyond that the other line is weaker by 1.7 dB, and noise does not turn it round. About
-/// a quarter of the rate both are one line.
+/// The bin to which an exchange moves the line of a tone at bin `peak`, and the tone's distance from there, if the exchanged line is the
+/// stronger one: from an eighth of the rate to three eighths. A sixteenth beyond these limits the other line is weaker by 1.7 dB, and noise
+/// does not reverse the order. About a quarter of the rate both are one line.
 #[inline]
 fn exchange(n: usize, peak: i32) -> Option<[i32; 2]> {
     let n = n as i32;
@@ -171,19 +174,19 @@ pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
     Test { statistic: Statistic::OtherLines, value: others / fit.line.norm_sqr(), limit: OTHERS }
 }
 
-/// What is known of a record and its tone.
+/// A record and its tone, as the tests need them.
 #[derive(Clone, Copy)]
 #[expect(missing_debug_implementations, reason = "two of its fields are functions")]
 pub struct Sight<'a> {
     /// Samples of the record.
     pub n: usize,
-    /// Whether they are I/Q.
+    /// Whether the samples are I/Q.
     pub iq: bool,
     /// The tone's bin.
     pub peak: i32,
-    /// The fit to it.
+    /// The fit to the tone.
     pub fit: &'a Fit<f32>,
-    /// The noise power per sample beside it.
+    /// The noise power per sample beside the tone.
     pub noise: f32,
     /// The power of the band's other bins, without the peak's skirt, in squared codes.
     pub others: f32,
@@ -193,14 +196,14 @@ pub struct Sight<'a> {
     pub codes: Codes,
     /// The record's bins in codes. Both readers are behind a pointer, so that all kinds and lengths of records share one body.
     pub bin: &'a dyn Fn(i32) -> Complex<f32>,
-    /// How many lines have more than a power, see [`lines`].
+    /// The number of lines with more than a given power, see [`lines`].
     pub lines: &'a dyn Fn(f32) -> u32,
 }
 
 impl Sight<'_> {
-    /// Whether the record is as a faulty front end makes it, of the faults that are possible. Cost: three bins for exchanged samples; a
-    /// pass over the samples where the range is filled and other bins have a thirty-second of the tone's power, and one over
-    /// the bins where there is more power than three tones have.
+    /// Whether the record looks as a faulty front end makes it, for the faults that are possible. Cost: three bins for exchanged samples; a
+    /// pass over the samples where the range is filled and other bins have a thirty-second of the tone's power, and a pass over the bins
+    /// where there is more power than three tones can have.
     #[inline(never)]
     pub fn is_faulty(&self, glance: Glance, observer: impl Observer) -> bool {
         let line = self.fit.line.norm_sqr();
@@ -212,9 +215,9 @@ impl Sight<'_> {
         wraps || !self.iq && glance.exchanged && self.is_exchanged(observer)
     }
 
-    /// The most of its power that a tone at this offset has beyond its skirt: `sin^2(pi d) / pi^2` of the sum of `1/m^2` over bins `m`
-    /// away, from 8.5 on, on both sides. Next to an end of a real record there is one side, but the mirror image adds its amplitude, the most where the
-    /// tone is [`EDGE_BINS`] from the end: `1/8.5 + 1/11.5 + ln(11.5/8.5) / 1.5`.
+    /// The largest share of its power that a tone at this offset has beyond its skirt: `sin^2(pi d) / pi^2` of the sum of `1/m^2` over bins
+    /// `m` away, from 8.5 on, on both sides. Next to an end of a real record there is one side, but the mirror image adds its amplitude,
+    /// the most where the tone is [`EDGE_BINS`] from the end: `1/8.5 + 1/11.5 + ln(11.5/8.5) / 1.5`.
     fn leakage(&self) -> f32 {
         let most = if self.iq { 2.0 / 8.5 } else { 0.406 };
         let sine = f32::unit(0.5 * self.fit.offset).im * core::f32::consts::FRAC_1_PI;
@@ -227,7 +230,7 @@ impl Sight<'_> {
         0.5 * (i32::from(high) - i32::from(low) + 1) as f32
     }
 
-    /// Whether the bins alone have nearly the power that three tones may have: only then the samples are read.
+    /// Whether the bins alone have nearly the power that three tones may have: only then are the samples read.
     fn is_full(&self, share: f32) -> bool {
         let range = self.range();
         let squared = if self.iq {
@@ -239,7 +242,7 @@ impl Sight<'_> {
         power > COUNTED * most(share)[1] * (range * range)
     }
 
-    /// Whether the samples have more power than tones between the rails, of which the weakest one that counts has the power `least`.
+    /// Whether the samples have more power than tones between the rails can have; the weakest tone that counts has the power `least`.
     #[inline(never)]
     fn wraps(&self, share: f32, least: f32, observer: impl Observer) -> bool {
         let range = self.range();
@@ -252,7 +255,7 @@ impl Sight<'_> {
             && observer.exceeds(Statistic::Lines, (self.lines)(least) as f32, TOLD as f32)
     }
 
-    /// Whether another line has size and phase of the tone before an exchange.
+    /// Whether another line has the size and phase of the tone before an exchange.
     #[inline(never)]
     fn is_exchanged(&self, observer: impl Observer) -> bool {
         let Some([place, _]) = exchange(self.n, self.peak) else {
@@ -263,7 +266,7 @@ impl Sight<'_> {
             f32::unit((self.peak as f32 + self.fit.offset) / n as f32);
         let cotangent = cos / sin;
         let model = Model::new(self.fit, self.peak, n);
-        // Power of the expected line, its product with the one that is there, and power of that one.
+        // Power of the expected line, its product with the line that is there, and power of the latter.
         let (mut expected, mut both, mut there) = (0.0, 0.0, 0.0);
         for i in -1..=1 {
             let k = place.wrapping_sub(i);
@@ -274,7 +277,7 @@ impl Sight<'_> {
             there += other.norm_sqr();
         }
         (expected, both) = (expected * (cotangent * cotangent), (both * cotangent).abs());
-        // Of one real number.
+        // The noise of one real number.
         let noise = 0.5 * self.noise * n as f32 + TRANSFORM * self.fit.line.norm_sqr();
         let deviations = both / (expected * noise).root();
         let rest = (there - 2.0 * both + expected).max(0.0) / noise;
@@ -284,10 +287,10 @@ impl Sight<'_> {
     }
 }
 
-/// The most power of two and of three tones between the rails, over the square of half the range; `share` is the power of
-/// all but the strongest over its own.
+/// The most power of two and of three tones between the rails, over the square of half the range; `share` is the power of all tones but the
+/// strongest over the power of the strongest.
 fn most(share: f32) -> [f32; 2] {
-    // Nobody is stronger than the strongest.
+    // No tone is stronger than the strongest.
     let share = share.min(1.0);
     let of = |others: f32| {
         let crest = 1.0 + others;
@@ -311,29 +314,30 @@ fn mean_square(pairs: &[[i16; 2]]) -> f32 {
     centred as f32 / (2.0 * (count * count) as f32)
 }
 
-/// Counts the lines in a sequence of bins: two neighbours that have more than `least` together, [`APART`] bins from the last such.
+/// Counts the lines in a sequence of bins: a line is two neighbours that have more than `least` together, [`APART`] bins from the last
+/// line.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines<P> {
     least: P,
     before: P,
     quiet: u32,
-    /// So many.
+    /// Lines counted so far.
     pub count: u32,
 }
 
 impl<P: Copy + Default + PartialOrd + core::ops::Add<Output = P>> Lines<P> {
-    /// None so far.
+    /// A count of no lines so far.
     pub fn new(least: P) -> Self {
         Self { least, before: P::default(), quiet: APART, count: 0 }
     }
 
-    /// Whether the next line begins with a bin that has more than half of its power: no bin before has as much.
+    /// Whether the next line begins with a bin that has more than half of the line's power: no bin before has this power.
     #[inline]
     fn is_quiet(&self) -> bool {
         self.before + self.before <= self.least
     }
 
-    /// Passes over so many bins, of which none has half of a line's power, nor has the next.
+    /// Passes over this many bins, if none of them nor the next one has half of a line's power.
     #[inline]
     fn pass(&mut self, count: u32) {
         (self.quiet, self.before) = (self.quiet.saturating_add(count), P::default());
@@ -352,8 +356,8 @@ impl<P: Copy + Default + PartialOrd + core::ops::Add<Output = P>> Lines<P> {
     }
 }
 
-/// The bins in which lines are counted, the first and their number, and what of the count is too much: a circle is cut at the peak, which
-/// then is seen at both ends.
+/// The bins in which lines are counted, as the first and their number, and the excess of the count: a circle is cut at the peak, which then
+/// appears at both ends.
 pub const fn counted(iq: bool, n: usize, peak: i32) -> ([i32; 2], u32) {
     let n = n as i32;
     if iq { ([peak, n], 1) } else { ([1, n / 2 - 1], 0) }

@@ -1,10 +1,9 @@
 //! One fundamental from all its harmonics: of the mains, a motor, blades, a string.
 //!
-//! The error of a harmonic of order k tells k times as much about the fundamental as its own does. The
-//! lines of a record are fitted together ([`super::lines`]). A fundamental is a line's frequency over a
-//! whole number; the right one explains the most lines, and of those that explain the same lines it is
-//! the highest. So a fundamental that is weaker than its harmonics, or missing, is not taken for one of
-//! them as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
+//! The error of a harmonic of order k says k times as much about the fundamental as the fundamental's own error. The lines of a record are
+//! fitted together ([`super::lines`]). A candidate for the fundamental is a line's frequency over a whole number; the right one explains
+//! the most lines, and among candidates that explain the same lines it is the highest. So a fundamental that is weaker than its harmonics,
+//! or missing, is not mistaken for a harmonic as long as two lines of orders without a common factor are seen. With `f_k` and `s_k` the
 //! frequency of order k and its sigma by the noise alone,
 //!
 //! ```text
@@ -28,12 +27,12 @@ use fixed::types::I0F32;
 /// The highest order.
 pub const HIGHEST: u32 = 32;
 
-/// A fundamental and what it was found by.
+/// A fundamental and the orders that it was found by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Harmonic {
-    /// The fundamental: its frequency and sigma from all lines. The signal-to-noise ratio is that of
-    /// all lines together, the amplitude is that of order 1, 0 if it is not seen.
+    /// The fundamental: its frequency and sigma from all lines. The signal-to-noise ratio is of all lines together; the amplitude belongs
+    /// to order 1, 0 if order 1 is not seen.
     pub tone: Tone,
     /// The orders that were seen: bit k stands for order k + 1.
     pub orders: u32,
@@ -47,19 +46,18 @@ impl Harmonic {
     }
 }
 
-/// Lines that are off by more sigmas are none of its harmonics, and those that are off by less are
-/// always seen as such: sigma of a line does not know what is in it besides.
+/// A line is a harmonic if it lies within this many sigmas of a multiple; a line's sigma ignores other signals in the line.
 const OFF: f32 = 6.0;
 const LEAST_BINS: f32 = 0.02;
 
-/// From so many sigmas on a line contradicts the others.
+/// From this many sigmas on a line contradicts the others.
 const CONTRADICTS: f32 = 5.0;
 
-/// The fundamental within `band`, from its harmonics up to `order`, at most [`HIGHEST`]; `None` if
-/// nothing is seen. `tone` is the one that was measured in this spectrum.
+/// The fundamental within `band`, from its harmonics up to `order`, at most [`HIGHEST`]; `None` if nothing is seen. `tone` is the tone that
+/// was measured in this spectrum.
 ///
-/// One line alone tells no order. It is taken for the lowest one that the band admits; if the band
-/// admits another, the verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
+/// One line alone does not determine its order. It is taken for the lowest order that the band admits; if the band admits another, the
+/// verdict is [`Unresolved`](super::verdict::Verdict::Unresolved).
 pub fn harmonic<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
@@ -78,7 +76,7 @@ pub fn harmonic<R: Record, const N: usize>(
             if !holds::<N>(band, &seed.tone, h) {
                 continue;
             }
-            let series = Series::of(&lines, &seed.tone, h, order, N);
+            let series = Series::from_seed(&lines, &seed.tone, h, order, N);
             rivals += 1;
             if best.as_ref().is_none_or(|best| series.explains_more(best)) {
                 best = Some(series);
@@ -90,7 +88,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
-        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::of(said) });
+        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::new(said) });
     }
     Some(harmonic)
 }
@@ -102,12 +100,12 @@ fn holds<const N: usize>(band: Band, line: &Tone, h: i32) -> bool {
     inside(bins) || inside(bins + N as f32)
 }
 
-/// A fundamental that may be: a line's frequency over a whole number.
+/// A candidate for the fundamental: a line's frequency over a whole number.
 struct Series {
     seed: Tone,
     over: i32,
     highest: i32,
-    /// The sum of the logarithms of its lines' powers over the noise.
+    /// The sum of the logarithms of its lines' signal-to-noise ratios.
     evidence: f32,
     count: u32,
     /// The fundamental, cycles per sample.
@@ -115,7 +113,7 @@ struct Series {
 }
 
 impl Series {
-    fn of(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
+    fn from_seed(lines: &[ToneWithPhase], seed: &Tone, over: i32, highest: i32, n: usize) -> Self {
         let cycles = seed.frequency.cycles_f32() / over as f32;
         let mut series = Self { seed: *seed, over, highest, evidence: 0.0, count: 0, cycles };
         for line in lines {
@@ -127,14 +125,14 @@ impl Series {
         series
     }
 
-    /// More evidence, or the same with a higher fundamental.
+    /// Whether this series has more evidence, or equal evidence and a higher fundamental.
     fn explains_more(&self, other: &Self) -> bool {
         let margin = 1e-3 * other.evidence;
         self.evidence > other.evidence + margin
             || self.evidence > other.evidence - margin && self.cycles.abs() > other.cycles.abs()
     }
 
-    /// A line's order and its distance from that multiple of the fundamental, cycles per sample.
+    /// A line's order and its distance from this multiple of the fundamental, cycles per sample.
     fn place(&self, line: &Tone, n: usize) -> Option<(i32, f32)> {
         /// Steps of a frequency in a cycle per sample: 2^32.
         const STEPS: f32 = 4_294_967_296.0;
@@ -179,7 +177,7 @@ impl Series {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
         let line = if contradicts { Line::Unresolved } else { Line::Steady };
-        harmonic.tone.conclude(&Evidence { line, ..Evidence::of(said) });
+        harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);
         if !steps.is_finite() {

@@ -11,10 +11,9 @@ use crate::spectrum::neighbourhood::{Neighbourhood, has_ring};
 use crate::tone::fit::{Fit, Model};
 use num_complex::Complex;
 
-/// Whether an I/Q record has a stronger line at minus the tone's frequency than a front end should
-/// make. The limit is -20 dB of the tone, or half of what a real tone at `peak` leaves if Q is a
-/// sample late, whichever is less. The latter is the cotangent of half the angle from sample to
-/// sample: the nearer the tone to half the rate, the smaller.
+/// Whether an I/Q record has a stronger line at minus the tone's frequency than a front end should make. The limit is -20 dB of the tone,
+/// or half of the image that a real tone at `peak` leaves if Q is a sample late, whichever is less. The latter is the cotangent of half the
+/// angle from sample to sample: the nearer the tone to half the rate, the smaller.
 pub(super) fn mirrored(
     near: &Neighbourhood,
     fit: &Fit<f32>,
@@ -22,7 +21,7 @@ pub(super) fn mirrored(
     observer: impl Observer,
 ) -> bool {
     let Neighbourhood { n, peak, .. } = *near;
-    let Some(least) = Least::of(n, peak, fit) else {
+    let Some(least) = Least::from_fit(n, peak, fit) else {
         return false;
     };
     let unit = near.unit();
@@ -39,7 +38,8 @@ pub(super) fn mirrored(
     })
 }
 
-/// The same of any bins from which the tone is taken out: `rest(k)` is the power of bin `k` of a record of `n` samples.
+/// Whether any bins from which the tone is subtracted hold too strong an image, by the limit of `mirrored`: `rest(k)` is the power of bin
+/// `k` of a record of `n` samples.
 pub fn mirrored_in_rest(
     n: usize,
     peak: i32,
@@ -48,7 +48,8 @@ pub fn mirrored_in_rest(
     observer: impl Observer,
     rest: impl Fn(i32) -> f32,
 ) -> bool {
-    Least::of(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
+    Least::from_fit(n, peak, fit)
+        .is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
 }
 
 /// Half-way between two bins a line loses 3.9 dB.
@@ -56,12 +57,12 @@ const SCALLOPED: f32 = 0.4;
 const SHARE: f32 = 0.01;
 /// Nearer to DC the two lines leak into each other.
 const NEAREST: i32 = 2;
-/// At this distance from DC leakage is a tenth of that share.
+/// At this distance from DC the leakage is a tenth of the limit's share.
 const FAR: i32 = 16;
 
-/// What an image has at least.
+/// The limits that an image must exceed.
 struct Least {
-    /// Its bins.
+    /// The image's bins.
     places: [i32; 3],
     /// The tone's distance from DC or half the rate, bins.
     near: i32,
@@ -72,7 +73,7 @@ struct Least {
 
 impl Least {
     #[inline(always)] // the length is a constant
-    fn of(n: usize, peak: i32, fit: &Fit<f32>) -> Option<Self> {
+    fn from_fit(n: usize, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let n = n as i32;
         let half = n / 2;
         let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n)? - half).abs();
@@ -80,7 +81,7 @@ impl Least {
         if near <= NEAREST {
             return None;
         }
-        // Near half the rate the cotangent is nearly the angle that is left.
+        // Near half the rate the cotangent is nearly the complement of the angle.
         let angle = core::f32::consts::PI / n as f32 * (half - from_dc) as f32;
         let late = 0.5 * angle * angle;
         Some(Self {
@@ -100,8 +101,7 @@ impl Least {
         observer: impl Observer,
         rest: impl Fn(i32) -> f32,
     ) -> bool {
-        // The noise of a short record has the image in it, the fit's own bins have it only where it is
-        // near.
+        // The noise of a short record has the image in it; the fit's own bins have the image only where it is near.
         let noise = if has_ring(n, true) {
             *noise
         } else {
@@ -124,7 +124,7 @@ impl Least {
         other > self.power && over_noise()
     }
 
-    /// Tells the power of the strongest bin at the image's place.
+    /// Reports the power of the strongest bin at the image's place.
     fn hear(&self, power: f32, fit: &Fit<f32>, observer: impl Observer) {
         let (statistic, line) = (Statistic::ImageShare, fit.line.norm_sqr());
         observer.hear(|| Test { statistic, value: power / line, limit: self.power / line });

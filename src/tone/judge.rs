@@ -1,5 +1,4 @@
-//! Is a line one steady tone? The tests compare what a fit leaves in its bins with the noise
-//! beside them.
+//! Decides whether a line is one steady tone: tests compare the residual of a fit in its bins with the noise beside them.
 //!
 //! Another tone, a jump of the phase or a sweep leaves power in the few bins nearest the peak.
 //! Something far away leaks into all of them. So there are tests at several scales. One more test
@@ -7,9 +6,9 @@
 //! record (see [`crate::tone::fit::Rest`]). Noise alone fires one of the tests in a block of a
 //! million.
 //!
-//! If those directions explain the power, the tone moves; otherwise there are several tones. Sigma
-//! grows with the error of the frequency that goes along with the power. It already grows a little
-//! before any test fires, because a disturbance can be suspicious without being improbable.
+//! If these directions explain the power, the tone moves; otherwise there are several tones. Sigma grows with the frequency error that such
+//! a power brings along. Sigma already grows a little before any test fires, because a disturbance can be suspicious without being
+//! improbable.
 
 use super::noise::ring::LocalNoise;
 use super::observer::{Observer, Statistic, Test};
@@ -17,7 +16,7 @@ use crate::math::scalar::Scalar as _;
 use crate::tone::FrequencyDrift;
 use crate::tone::fit::Fit;
 
-/// What a line is, judged by its residual.
+/// A line's class, by its residual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Line {
     /// One tone, as far as the bins show.
@@ -31,14 +30,14 @@ pub enum Line {
 /// The result of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitTest {
-    /// What the line is.
+    /// The line's class.
     pub line: Line,
     /// The factor by which the variance exceeds what the noise beside the tone causes.
     pub variance_inflation: f32,
 }
 
 impl FitTest {
-    /// Nothing is suspicious.
+    /// The result where nothing is suspicious.
     pub const STEADY: Self = Self { line: Line::Steady, variance_inflation: 1.0 };
 }
 
@@ -48,71 +47,66 @@ const TRANSFORM: f32 = 1e-9;
 /// The threshold of four tests in normal deviations: each fires by chance in 2.5e-7 of all blocks.
 const FIRES: f32 = 5.026;
 
-/// The residual after the directions is clean if each of two tests on it is more probable than
-/// 5e-4.
+/// The residual beyond the directions is clean if each of two tests on it is more probable than 5e-4.
 const CLEAN: f32 = 3.291;
 
-/// A noise estimate of fewer free numbers is one of [`LocalNoise::on_an_edge`].
+/// A noise estimate with fewer degrees of freedom comes from [`LocalNoise::on_an_edge`].
 const FEW: f32 = 20.0;
 
-/// A tone still moves if the directions leave less than this share of what they explain. A tone that
-/// wanders, or swings once or twice within the record, mostly leaves less; two lines 1.5 bins apart
-/// leave more.
+/// A tone still moves if the residual beyond the directions is less than this share of the power along them. A tone that wanders, or swings
+/// once or twice within the record, mostly leaves less; two lines 1.5 bins apart leave more.
 const SHARE: f32 = 0.5;
 
-/// Above this power in the five directions sigma grows: three blocks of noise in a hundred.
+/// Above this power in the five directions sigma grows. Noise alone exceeds it in 3 % of blocks.
 const SUSPICIOUS: f32 = 12.37;
 
 /// Above this power in the bins up to 2 and up to 4 from the peak the tests are made.
 const UNLIKELY: [f32; 2] = [35.0, 50.0];
 
-/// The power that a disturbance has along the direction of the frequency, in units of the power it
-/// leaves in the residual: 3 for a jump of the phase in the middle of a record, 5 for a second
-/// tone half a bin away.
+/// The power of a disturbance along the direction of the frequency, in units of its power in the residual: 3 for a jump of the phase in the
+/// middle of a record, 5 for a second tone half a bin away.
 const HIDDEN: f32 = 5.0;
 
 /// The largest ratio that two lines make of the power along changes of the phase to that along
 /// changes of the amplitude.
 const PAIRED: f32 = 12.0;
 
-/// One block of noise in a hundred has this much power in two directions, one in four hundred this
-/// much.
+/// One block of noise in a hundred exceeds the first power in two directions, one in four hundred the second.
 const ODD: f32 = 9.0;
 const LIKELY: f32 = 12.0;
 
-/// Free real numbers in the bins up to 2, 4 and 8 from the peak, and directions of change.
+/// Degrees of freedom in the bins up to 2, 4 and 8 from the peak, and the number of directions of change.
 const SCALES: [f32; 3] = [7.0, 15.0, 31.0];
 const DIRECTIONS: f32 = 5.0;
 
-/// The share of the squares of the three functions (see [`crate::tone::fit::Rest`]) in bins
-/// beyond 8 from the peak, divided by the square of a sine or cosine; then the same beyond 4.
+/// The share of the squares of the three functions (see [`crate::tone::fit::Rest`]) in bins beyond 8 from the peak, divided by the square
+/// of a sine or cosine; then the share beyond 4.
 const BEYOND: [f32; 2] = [0.0238, 0.045];
 
-/// The part of the first of them in bins up to 16.
+/// The part of the first share in bins up to 16.
 const OUTSIDE: f32 = 0.485;
 
-/// The largest power along a function divided by the square of the sum along it: one over the sum
-/// of the function's squares.
+/// `1 / sum(f^2)` of each function: turns a squared projection onto f into power, largest over the offset.
 const MOST: [f32; 3] = [3.23, 5.68, 8.40];
 
-/// How far a change of the amplitude pulls the frequency, as a share of the power along the changes: squared bins times
-/// the information of one unit of power, which is `pi^2 / 3`. The mirror image of a real tone changes, too, and the fit's
-/// own image does not: that falls with the square of the distance from the nearer end of the spectrum. The rest is
-/// beyond the bins of the fit. Both were measured with levels that fall by half, and that swing once or less.
+/// Frequency bias from an amplitude change, as variance in squared bins per unit of projected power, times the information of one unit of
+/// power, which is `pi^2 / 3`. The mirror image of a real tone changes, too, and the fit's own image does not: the bias falls with the
+/// square of the distance from the nearer end of the spectrum. The rest is beyond the bins of the fit. Both were measured with levels that
+/// fall by half, and that swing once or less.
 const MIRROR: f32 = 0.066;
 const CUT: f32 = 6.6e-5;
 
-/// The share of that power that shows as changes of the phase, beside the mirror image's.
+/// The share of the amplitude's power that shows as changes of the phase, beside the mirror image's share.
 const LEAK: f32 = 5e-4;
 
-/// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. That of I/Q has none:
-/// it is far.
+/// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. The spectrum of I/Q has no end: the
+/// distance is large.
 pub fn from_end(peak: i32, n: usize, iq: bool) -> i32 {
     if iq { i32::MAX } else { peak.min(n as i32 / 2 - peak).max(1) }
 }
 
-/// Judges the fit of a record of `n` samples to a tone so many bins from the nearer end of the spectrum, see
-/// [`from_end`]. `bends` says that its phase may bend without any change of the frequency in the middle, see
+/// Judges the fit of a record of `n` samples to a tone at this distance in bins from the nearer end of the spectrum, see [`from_end`].
+/// `bends` says that the tone's phase may bend without any change of the frequency in the middle, see
 /// [`Segment::bends`](crate::acquire::sample::Segment::bends). Cost: some thirty operations if nothing is suspicious.
 #[inline(never)]
 pub fn judge(
@@ -124,7 +118,7 @@ pub fn judge(
     observer: impl Observer,
 ) -> FitTest {
     let LocalNoise { noise, .. } = beside;
-    // In units of half the noise power of a bin, so that each free number leaves 1.
+    // In units of half the noise power of a bin, so that each degree of freedom leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
     let rest = &fit.rest;
     let free = fit.freedom.max(1) as f32;
@@ -139,8 +133,7 @@ pub fn judge(
     ] {
         observer.hear(|| Test { statistic, value: power * unit, limit });
     }
-    // Less than this is not improbable for any number of bins, and widens nothing in the
-    // directions. Most blocks end here.
+    // Less power is not improbable for any number of bins, and widens nothing in the directions. Most blocks end here.
     if along * unit < SUSPICIOUS
         && two * unit < UNLIKELY[0]
         && four * unit < UNLIKELY[1]
@@ -170,7 +163,7 @@ fn judge_closely(
     let free = fit.freedom.max(1) as f32;
     let [free2, free4, free8] = SCALES;
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
-        Changes::of(fit, bends);
+        Changes::from_fit(fit, bends);
     let [a1, a2, a3, p2, p3] = [a1, a2, a3, p2, p3].map(|power| power * unit);
     let moved = (a1 + a2 + a3 + p2 + p3 - transform * unit).max(0.0);
     let explained = moved + fourth * unit;
@@ -192,8 +185,8 @@ fn judge_closely(
     }
     let fires = |statistic, power, free| tail(FIRES).is_exceeded(statistic, power, free, observer);
     if bends {
-        // The bend is the motion's; that of the mirror image pulls the frequency. What is left must be as small as beside a
-        // steady tone's.
+        // The motion makes the bend; the mirror image's bend pulls the frequency. The remaining power must be as small as beside a steady
+        // tone.
         let others = (moved - p2).max(0.0);
         let soft = 1.0 + HIDDEN * (others - SUSPICIOUS).max(0.0) + p2 * mirror;
         if !(fires(Statistic::Moves, others, DIRECTIONS - 1.0) || strange(FIRES)) {
@@ -201,10 +194,9 @@ fn judge_closely(
         }
     }
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
-    // On an edge the noise is what the fit leaves five bins off. It may rise towards the tone.
+    // On an edge the noise is the fit's residual five bins off. It may rise towards the tone.
     let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
-    // The widest scale is as wide as the ring. At an edge of the noise it takes the louder side's
-    // noise.
+    // The widest scale is as wide as the ring. At an edge of the noise it takes the noise of the louder side.
     if !(fires(Statistic::Moves, moved, DIRECTIONS)
         || fires(Statistic::Near2, two, free2)
         || fires(Statistic::Near4, four, free4)
@@ -229,9 +221,8 @@ fn judge_closely(
     FitTest { line: Line::Moving, variance_inflation: 1.0 + HIDDEN * odd + level * (mirror + CUT) }
 }
 
-/// Of a fit that was chosen because another failed, and is steady. More terms explain a part of
-/// anything: if one of the four tests is less probable than 5e-4, sigma grows as with several
-/// tones.
+/// Judges a fit that was chosen because another failed, and is steady. More terms explain a part of any residual: if one of the four tests
+/// is less probable than 5e-4, sigma grows as with several tones.
 #[inline(never)]
 pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: FitTest) -> FitTest {
     let LocalNoise { noise, loud, .. } = beside;
@@ -240,7 +231,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: F
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let tail = Tail { deviations: CLEAN, noise: noise.freedom };
     let clean = |power, free| tail.exceeds(power, free);
-    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::of(fit, false);
+    let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::from_fit(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
     let [free2, free4, _] = SCALES;
     let moved = rest(a1 + a2 + a3 + p2 + p3);
@@ -260,13 +251,13 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: F
 
 /// The powers that a line leaves along the directions of a tone's change.
 struct Changes {
-    /// Of the amplitude, order 1 to 3.
+    /// Powers of amplitude changes of order 1 to 3.
     amplitude: [f32; 3],
-    /// Of the phase, order 2 and 3.
+    /// Powers of phase changes of order 2 and 3.
     phase: [f32; 2],
-    /// What they have in bins 9 to 16 from the peak.
+    /// The part of these powers in bins 9 to 16 from the peak.
     outside: f32,
-    /// What a phase of order 2 contributes to amplitudes of order 4, see [`Changes::of`].
+    /// The contribution of a phase of order 2 to amplitudes of order 4, see [`Changes::from_fit`].
     fourth: f32,
     /// The phase of order 2, in radians, and the power of one radian.
     bent: f32,
@@ -274,9 +265,9 @@ struct Changes {
 }
 
 impl FrequencyDrift {
-    /// Of a fit to a record of `n` samples in this noise power per sample.
-    pub(super) fn of(fit: &Fit<f32>, n: usize, power: f32) -> Self {
-        let Changes { bent, second, .. } = Changes::of(fit, false);
+    /// The changes in a fit to a record of `n` samples, in this noise power per sample.
+    pub(super) fn from_fit(fit: &Fit<f32>, n: usize, power: f32) -> Self {
+        let Changes { bent, second, .. } = Changes::from_fit(fit, false);
         // A rise of r bins is a phase of order 2 of pi/6 r.
         let cycles = 6.0 / core::f32::consts::PI / n as f32;
         Self { cycles: cycles * bent, sigma: cycles * (0.5 * power * n as f32 / second).root() }
@@ -286,8 +277,8 @@ impl FrequencyDrift {
 impl Changes {
     /// A phase that is not small has a square. A phase of b times Legendre's second polynomial P2
     /// has `P2^2 = 1/5 + 2/7 P2 + 18/35 P4`. So it makes an amplitude of order 2 of -b^2/7, which
-    /// is no change of the tone's level, and one of order 4 of -9/35 b^2.
-    fn of(fit: &Fit<f32>, bends: bool) -> Self {
+    /// is not a change of the tone's level, and one of order 4 of -9/35 b^2.
+    fn from_fit(fit: &Fit<f32>, bends: bool) -> Self {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
         let [narrow, wide] = BEYOND;
@@ -298,13 +289,13 @@ impl Changes {
             1.0 / 5.0 - beyond * sine2,
             1.0 / 7.0 - beyond * cosine2,
         ];
-        // Components are shares of the line. Those of order 1 and 3 are a quarter turn on.
+        // Components are shares of the line. The ones of order 1 and 3 are a quarter turn on.
         let back = fit.line.conj() / size;
         let [a1, a2, a3] = fit.rest.along.map(|along| back * along);
-        // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times
-        // the distance, so what the bins beyond lack has one shape, and Sherman and Morrison's formula inverts the
-        // functions' products. Where a bend is no evidence it is thousands of times as strong as what is, and only this tells them
-        // apart; the limits of the tests were measured with the functions taken one by one.
+        // All bins of a function of order p have 1/(2p + 1) of power. Far from the line the functions are `tails` over pi times the
+        // distance, so the part missing beyond the bins has one shape, and Sherman and Morrison's formula inverts the functions' products.
+        // Where a bend is not evidence it is thousands of times as strong as the evidence, and only this inversion separates the two; the
+        // limits of the tests were measured with the functions taken one by one.
         let [w1, w2, w3] = if bends {
             let half = f32::unit(0.5 * fit.offset);
             let tails = [-half.re, -half.im, half.re];
@@ -333,14 +324,14 @@ impl Changes {
     }
 }
 
-/// What is improbable against a noise estimate that averages this many real numbers.
+/// The limit of the improbable, against a noise estimate with this many degrees of freedom.
 struct Tail {
     deviations: f32,
     noise: f32,
 }
 
 impl Tail {
-    /// [`Tail::exceeds`], told to an observer.
+    /// [`Tail::exceeds`], reported to an observer.
     #[inline]
     fn is_exceeded(
         &self,
@@ -353,15 +344,14 @@ impl Tail {
         self.exceeds(power, free)
     }
 
-    /// Whether a power in this many free numbers is improbable. The mean, which is below any limit, ends most tests.
+    /// Whether a power in this many degrees of freedom is improbable. The mean, which is below any limit, ends most tests.
     #[inline]
     fn exceeds(&self, power: f32, free: f32) -> bool {
         power > free && power > self.limit(free)
     }
 
-    /// The power in this many free numbers above which it is improbable. The ratio of two noise
-    /// estimates follows Fisher's distribution; its cube root is nearly normal (Wilson and
-    /// Hilferty 1931).
+    /// The power in this many degrees of freedom above which it is improbable. The ratio of two noise estimates follows Fisher's
+    /// distribution; its cube root is nearly normal (Wilson and Hilferty 1931).
     #[inline(never)]
     fn limit(&self, free: f32) -> f32 {
         let (a, b) = (2.0 / (9.0 * free), 2.0 / (9.0 * self.noise));

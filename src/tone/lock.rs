@@ -1,4 +1,9 @@
-//! A tone that is followed without a search: the factors of its place, and its noise.
+//! A tone that is followed without a search: the factors of its frequency, and its noise.
+//!
+//! A followed tone is expected within a bin or two. So a block is mixed and decimated to 32 points about this frequency
+//! ([`zoom`](crate::spectrum::zoom)) and fitted there ([`zoomed`]), at a tenth of the cost of a search. The lock holds as long as the tone
+//! is strong enough for a detection at one known frequency, has not faded, and leaves no more than noise. The noise is an average over the
+//! blocks, with the weight 1/16 for the last one.
 
 use super::detection::HOLD;
 use super::frequency::Frequency;
@@ -10,24 +15,23 @@ use crate::spectrum::zoom::Oscillator;
 use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
 
-/// The weight of a block in the noise estimate. One block alone gives only some 23 numbers.
+/// The weight of a block in the noise estimate. One block alone gives only some 23 degrees of freedom.
 const RENEWAL: f32 = 1.0 / 16.0;
 
-/// The ratio of a tone's power to the noise power of a bin must exceed this. The largest of five
-/// bins of noise exceeds it with the probability [`HOLD`].
+/// The ratio of a tone's power to the noise power of a bin must exceed this. The largest of five bins of noise exceeds the limit with the
+/// probability [`HOLD`].
 const STRENGTH: f32 = {
     // -ln(0.01 / 5)
     assert!(HOLD == 1e-2);
     6.214_608
 };
 
-/// A block whose residual exceeds the noise by this factor holds something else. Fewer than one in
-/// 10^6 do by chance: five deviations of the cube root of 23 numbers' power (Wilson and Hilferty
-/// 1931).
+/// A block whose residual exceeds the noise by this factor holds another signal. Fewer than one block in 10^6 exceeds it by chance: five
+/// deviations of the cube root of a power with 23 degrees of freedom (Wilson and Hilferty 1931).
 const EXCESS: f32 = 3.3;
 
-/// A tone weaker than the block before by this factor may be the leakage of one that has jumped
-/// away. Where one channel of an I/Q record dies, a quarter of the power is left.
+/// A tone weaker than in the block before by this factor may be the leakage of a tone that has jumped away. Where one channel of an I/Q
+/// record dies, a quarter of the power is left.
 const FADED: f32 = 0.5;
 
 /// A lock on a tone.
@@ -58,15 +62,15 @@ impl Lock {
         })
     }
 
-    /// Moves an existing lock to the tone; false if the lock does not reach so far.
+    /// Moves an existing lock to the tone; false if the tone is beyond the lock's reach.
     pub fn renew<R: Record>(&mut self, tone: &Tone, n: usize) -> bool {
         let Some((noise, power)) = strength::<R>(tone) else { return false };
         (self.noise, self.power, self.age) = (noise, power, 0);
         self.place.reaches(tone.frequency.cycles_f32() * n as f32)
     }
 
-    /// Measures a tone `expected` at this many cycles per sample; `None` if it is not seen well,
-    /// so that the block must be searched whole. `clipped` samples touch a rail.
+    /// Measures a tone `expected` at this many cycles per sample; `None` if the tone is not seen well, so that the block must be searched
+    /// whole. `clipped` samples touch a rail.
     pub fn measure<R: Record, const N: usize>(
         &mut self,
         samples: &[R::Sample; N],

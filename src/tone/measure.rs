@@ -1,4 +1,16 @@
 //! From a spectrum and its peak to a tone with sigma and verdict.
+//!
+//! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`]); a ring of bins beside them
+//! gives the noise ([`ring`]). For a noise power of P per sample and the fit's information I, sigma is
+//!
+//! ```text
+//! sqrt(N P / (2 I)) bins
+//! ```
+//!
+//! The residual over the noise decides whether the line is one steady tone ([`judge`](super::judge)). Where it is not, the fit takes more
+//! steps, then a drift beside the tone, then the joint fit of [`crate::model`], as far as the effort allows. The line must exceed the
+//! noise, and the samples and the rest of the spectrum must look as a good front end makes them. All results are one [`Evidence`], which
+//! decides the verdict.
 
 use super::arithmetic::Arithmetic;
 use super::clipped::part::Part;
@@ -30,32 +42,31 @@ use crate::tone::fit::leaked::{Leakage, Nearest};
 use crate::tone::{FrequencyDrift, Tone};
 use num_complex::Complex;
 
-/// What the measurement of a tone needs to know beside the data.
+/// The parameters of a tone's measurement beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The method of estimation.
     pub method: Method,
-    /// How many bins least squares reads.
+    /// The number of bins on each side that least squares reads.
     pub reach: Reach,
     /// The arithmetic of least squares.
     pub arithmetic: Arithmetic,
     /// The detection threshold.
     pub threshold: Threshold,
-    /// How closely a line that is no steady tone is looked at.
+    /// The effort spent on a line that is not a steady tone.
     pub effort: Effort,
-    /// What the carrier's own width does.
+    /// The effect of the carrier's own width.
     pub width: Width,
 }
 
 /// Measures the tone at `peak`, in a record of which `clipped` samples touch a rail of `codes`.
 ///
-/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset
-/// alone: amplitude, noise and verdict are those of least squares, so that `good` means one thing. Sigma is then
-/// the largest of three: least squares' own, the Cramer-Rao bound times the method's efficiency, and the distance between
-/// the two answers, which includes the method's bias.
+/// Least squares gives offset, amplitude and sigma from one fit. Any other method gives the offset alone: amplitude, noise and verdict come
+/// from least squares, so that `good` has one meaning. Sigma is then the largest of three numbers: least squares' own sigma, the Cramer-Rao
+/// bound times the method's efficiency, and the distance between the two answers, which includes the method's bias.
 ///
-/// If more than 1 % of the samples clip, noise and sigma come from the other samples (see
-/// [`CensoredFit`]), whatever the method. That costs one more pass over the samples.
+/// If more than 1 % of the samples clip, noise and sigma come from the other samples (see [`CensoredFit`]), whatever the method. The
+/// censored fit costs one more pass over the samples.
 pub fn measure<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     samples: &[R::Sample; N],
@@ -70,7 +81,7 @@ pub fn measure<R: Record, const N: usize>(
     tone
 }
 
-/// Measures as [`measure`] does, and leaves the verdict to whom knows more: the tone, which is good so far, and the evidence.
+/// Measures as [`measure`] does, and leaves the verdict to a caller with more evidence: returns the tone, so far good, and the evidence.
 #[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
 pub(crate) fn weigh<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
@@ -87,7 +98,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
     let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
-    // Asked within, where a program of one arithmetic has a constant, so that it links one fit.
+    // Asked within the closure, where a program of one arithmetic has a constant, so that it links one fit.
     let fitted = |reach, course| {
         fit::fit_near::<R, N>(around, options.arithmetic.available(), reach, course)
     };
@@ -109,7 +120,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
     let few = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
-    let nearest = || Nearest::of(around);
+    let nearest = || Nearest::from_neighbourhood(around);
     let mut leakage = Leakage::default();
     observer.hear(|| beside.edge());
     if beside.has_edge() {
@@ -123,8 +134,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     };
     let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
-    // A line that is no steady tone takes more steps to the fit's end. A clipped one has harmonics, which no step
-    // lessens.
+    // A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
     if judgement.line != Line::Steady
         && clipped <= CLIPPED
         && let Some(more) =
@@ -154,7 +164,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let mut near = noise * variance_inflation;
     let mut free = None;
     if clipped > CLIPPED {
-        free = CensoredFit::of_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        free = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
         if line == Line::Steady {
             near = near_of(&free, fit, N, clipped, near);
@@ -189,7 +199,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             standing = Some(standing.unwrap_or(1.0));
         }
     }
-    // Another verdict tells of the other records already.
+    // Another verdict already covers the other records.
     let looks = standing.is_some()
         && line != Line::Unresolved
         && !image
@@ -199,7 +209,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         let unit = around.unit();
         let others = || peak.floor as f32 * (unit * unit);
         observer.hear(|| other_lines(others(), fit));
-        let glance = Glance::of(spectrum, peak, codes, [unit, noise]);
+        let glance = Glance::from_search(spectrum, peak, codes, [unit, noise]);
         !glance.is_clear() && {
             let sight = Sight {
                 n: N,
@@ -243,10 +253,9 @@ fn in_codes(Complex { re, im }: Complex<i32>, unit: f32) -> Complex<f32> {
     Complex::new(re as f32 * unit, im as f32 * unit)
 }
 
-/// How far the frequency of the tone at bin `peak` rises within the record; `None` if least
-/// squares finds no tone.
+/// The rise of the frequency of the tone at bin `peak` within the record; `None` if least squares finds no tone.
 ///
-/// Cost: as [`measure`], once more.
+/// Cost: that of [`measure`] once more.
 pub fn rise<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     peak: i32,
@@ -256,12 +265,12 @@ pub fn rise<R: Record, const N: usize>(
     let near = Neighbourhood::read(spectrum, peak, &mut places);
     let fit = fit::fit_near::<R, N>(&near, Arithmetic::Float, options.reach, FitStart::Usual)?;
     let beside = ring::beside::<R, N>(&near, &fit, Arithmetic::Float);
-    Some(FrequencyDrift::of(&fit, N, beside.noise.power))
+    Some(FrequencyDrift::from_fit(&fit, N, beside.noise.power))
 }
 
-/// What a line is, and the factor by which its variance exceeds what the noise causes.
+/// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
 ///
-/// Of a clipped record, whose harmonics are no movement, only whether the residual is too large.
+/// For a clipped record, whose harmonics are not a movement, only whether the residual is too large.
 fn judged(
     fit: &Fit<f32>,
     n: usize,
@@ -287,8 +296,8 @@ fn judged(
     FitTest { line, variance_inflation }
 }
 
-/// The noise at an edge: that which the fit leaves from five bins off, see [`LocalNoise::on_an_edge`], or that of the quieter
-/// side if the edge is a line's and no noise's.
+/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line
+/// makes the edge.
 #[inline(never)]
 fn leakage_at_edge(
     beside: &mut LocalNoise,
@@ -296,9 +305,9 @@ fn leakage_at_edge(
     fit: &Fit<f32>,
     n: usize,
 ) -> Leakage {
-    /// The free real numbers of the bins five to eight off.
+    /// Degrees of freedom of the bins five to eight off.
     const MIDDLE: f32 = 16.0;
-    /// Another line leaks if a fit that leaves out leakage leaves this much less.
+    /// Another line leaks if a fit without the leakage leaves this many times less.
     const LEAKED: f32 = 6.0;
     let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
     let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
@@ -311,17 +320,17 @@ fn leakage_at_edge(
     leakage
 }
 
-/// The noise power per sample that a fit leaves from five bins off. In five to eight bins there are so many free real numbers.
+/// The noise power per sample in a fit's residual from five bins off. `free`: degrees of freedom of bins 5 to 8.
 fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
-    /// Those of the bins beyond, in a fit that reaches them.
+    /// Degrees of freedom of the bins beyond, in a fit that reaches them.
     const FAR: f32 = 32.0;
-    /// The sum of the squares of 16 numbers over that of 8: noise exceeds it in one block of a hundred (Fisher's distribution).
+    /// The sum of 16 squares over the sum of 8 squares: noise exceeds this ratio in one block of a hundred (Fisher's distribution).
     const LINE: f32 = 11.0;
     if fit.freedom < 31 {
         return None;
     }
     let [two, four, eight] = fit.rest.within;
-    // If five bins off is this much louder than three bins off, it is another line and no noise.
+    // If five bins off the residual is this much louder than three bins off, another line makes it, not noise.
     if eight - four > LINE * (four - two) {
         return None;
     }
@@ -346,15 +355,15 @@ fn widened(free: &Option<CensoredFit>, sigma: f32, near: f32, clipped: f32) -> f
     }
 }
 
-/// What is known of a tone beside its fit.
+/// The measurement's results beside the fit.
 pub(super) struct Seen {
     /// Noise power per sample.
     pub noise: f32,
-    /// What the line is.
+    /// The line's class.
     pub line: Line,
     /// The share of the samples that touch a rail.
     pub clipped: f32,
-    /// An I/Q record has as strong a line at minus the frequency.
+    /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
     /// The lines are those of a faulty front end.
     pub front_end: bool,
@@ -364,12 +373,12 @@ pub(super) struct Seen {
     pub weak: bool,
     /// Sigma in bins, of the noise alone.
     pub sigma: f32,
-    /// The variance in squared bins that no noise tells of: the engine's, and what the tone's own width adds.
+    /// The variance in squared bins that does not show as noise: the engine's error, and the effect of the tone's own width.
     pub unseen: f32,
 }
 
-/// The variance, in squared bins, that no noise tells of: the engine's, and what the tone's own width adds to `sigma`, which
-/// what the fit leaves may have widened beyond the noise already.
+/// The variance, in squared bins, that does not show as noise: the engine's error, and what the tone's own width adds to `sigma`. The fit's
+/// residual may have widened `sigma` beyond the noise already.
 #[inline(never)]
 fn unseen(engine: f32, width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, noise: f32) -> f32 {
     let engine = engine * engine;
@@ -399,7 +408,7 @@ impl Seen {
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         let snr = ratio(n, power, self.noise);
         let evidence = Evidence {
-            // A line with no more than the noise within it is not told from noise.
+            // A line whose power is no more than the noise within it cannot be distinguished from noise.
             detected: !self.weak && snr > 0.0,
             line: self.line,
             image: self.image,
@@ -421,7 +430,7 @@ impl Seen {
     }
 }
 
-/// [`edge_bins`] of a tone at an offset from its peak; infinite if it is far from any edge.
+/// [`edge_bins`] of a tone at an offset from its peak; infinite if the tone is far from any edge.
 #[inline(always)]
 fn edge_bins_at(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
     let half = n as i32 / 2;
@@ -433,20 +442,18 @@ fn edge_bins_at(iq: bool, n: usize, peak: i32, offset: f32) -> f32 {
     edge_bins(iq, n, peak as f32 + offset)
 }
 
-/// The noise power per sample that a fit leaves in its own bins.
+/// The noise power per sample in a fit's own residual.
 pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     fit.residual / expected(fit, n)
 }
 
-/// The residual that noise of power 1 per sample leaves in a fit's bins: half the fit's freedom
-/// times the power of a bin, `n`.
+/// The residual in a fit's bins for noise of power 1 per sample: half the degrees of freedom times the power of a bin, `n`.
 pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
     T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
 }
 
-/// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 shows so much by
-/// chance; otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency
-/// moves.
+/// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 reaches this ratio by chance;
+/// otherwise 1. Above 1 the line is not a single tone: another is near, or its frequency moves.
 ///
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
@@ -454,7 +461,7 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
     /// The share of a line's power that the integer transform leaves beside it.
     const TRANSFORM: f64 = 1e-9;
     let expected = T::of(noise.power.into()) * expected(fit, n);
-    // No fit has enough freedom to make twice the noise improbable.
+    // No fit has enough degrees of freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
     }
@@ -463,12 +470,12 @@ pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
     if ratio > T::of(excess_limit(fit.freedom, noise).into()) { ratio } else { T::one() }
 }
 
-/// The ratio of a residual of so much freedom to the noise power that one record in 10^6 exceeds by chance.
-pub fn excess_limit(freedom: u32, noise: Noise) -> f32 {
-    /// Of a normal distribution: one in 3.5 million is beyond, of the cube root, whose tail is a little heavier, one in 10^6.
+/// The ratio of a residual with these degrees of freedom to the noise power, exceeded by chance in one record of 10^6.
+pub fn excess_limit(dof: u32, noise: Noise) -> f32 {
+    /// A normal distribution exceeds this limit once in 3.5 million times; the cube root, whose tail is a little heavier, once in 10^6.
     const DEVIATIONS: f32 = 5.0;
-    let freedom = freedom.max(1) as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / freedom + 1.0 / noise.freedom)).root();
+    let dof = dof.max(1) as f32;
+    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.freedom)).root();
     let root = 1.0 + DEVIATIONS * deviation;
     root * root * root
 }

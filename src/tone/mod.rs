@@ -1,4 +1,4 @@
-//! From the bins around a peak to a tone with everything a reader needs to trust it.
+//! From the bins around a peak to a tone with its sigma and verdict.
 //!
 //! A fit answers with an *offset*: how far the tone is from the peak bin, in bins (cycles per record), positive
 //! towards higher frequency, usually in -0.5..=0.5.
@@ -57,16 +57,16 @@ pub struct Tone {
     pub snr: f32,
     /// Amplitude in ADC codes.
     pub amplitude: f32,
-    /// Whether it may be used: the most severe of what applies.
+    /// Whether the tone may be used: the most severe reason that applies.
     pub verdict: Verdict,
-    /// What applies besides, less severe than the verdict.
+    /// The other reasons that apply, less severe than the verdict.
     pub also: Verdicts,
     /// The sample rate, Hz, for the methods that answer in hertz; 0 if it is not known.
     pub rate_hz: f64,
 }
 
-/// In hertz, with two digits of sigma: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`. What applies beside the verdict
-/// follows it: `clipped, moving`.
+/// Prints hertz, with two digits of sigma: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`. Other reasons follow the verdict:
+/// `clipped, moving`.
 impl core::fmt::Display for Tone {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let (hertz, sigma) = (self.hertz(), self.sigma_hertz());
@@ -100,18 +100,18 @@ impl Tone {
         f64::from(self.sigma) * self.rate_hz
     }
 
-    /// All that applies to the tone, the most severe first: its verdict, and what else does.
+    /// All reasons that apply to the tone, the most severe first: its verdict, then the others.
     pub fn reasons(&self) -> impl Iterator<Item = Verdict> + use<> {
         core::iter::once(self.verdict).chain(self.also.iter())
     }
 
-    /// Whether its frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
+    /// Whether the tone's frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
     pub(crate) fn is_outside<const N: usize>(&self, band: Band) -> bool {
         !band.holds(self.frequency, N)
     }
 
-    /// Whether the numbers bear the verdict out: a tone that is of use has a finite sigma and amplitude, and a signal-to-noise
-    /// ratio above zero. Every measured tone does; a reader of other people's bytes asks.
+    /// Whether the numbers agree with the verdict: a usable tone has a finite sigma and amplitude, and a signal-to-noise ratio above zero.
+    /// Every measured tone is consistent; the check is for bytes from other programs.
     pub const fn is_consistent(&self) -> bool {
         // A fundamental that is not seen itself has the amplitude 0.
         let there = self.snr > 0.0 && self.amplitude >= 0.0 && self.amplitude < f32::INFINITY;
@@ -124,7 +124,7 @@ impl Tone {
     }
 }
 
-/// How far a tone's frequency rises from the beginning of a record to its end.
+/// The rise of a tone's frequency from the beginning of a record to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrequencyDrift {
@@ -134,7 +134,7 @@ pub struct FrequencyDrift {
     pub sigma: f32,
 }
 
-/// `x` held to `-limit..=limit`; 0 where it is not a number, as for a record without a signal.
+/// `x` held to `-limit..=limit`; 0 where `x` is NaN, as for a record without a signal.
 pub(crate) fn within<T: crate::math::scalar::Scalar>(x: T, limit: T) -> T {
     if x.is_nan() { T::zero() } else { x.min(limit).max(-limit) }
 }

@@ -1,25 +1,25 @@
-//! The tests behind a verdict, told to whom asks for them.
+//! The tests behind a verdict, reported to an observer.
 //!
-//! A measurement tells each test that it makes to an [`Observer`]: the statistic, its limit and whether the test fired. A board has
-//! no observer, `()`, and pays nothing: not an instruction, not a byte. `picket explain` has one that writes all down.
+//! A measurement reports each test to an [`Observer`]: the statistic, its limit and whether the test fired. A board has no observer, `()`,
+//! and pays nothing: not an instruction, not a byte. The observer of `picket explain` writes every test down.
 
 use super::judge::FitTest;
 use crate::model::Answer;
 use crate::tone::fit::Fit;
 
-/// What a test compares. Powers are ratios to the noise of what they are measured in.
+/// The quantity that a test compares with its limit. Powers are ratios to the noise in which they are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Statistic {
     /// The line's power over the mean of the band's other bins.
     Floor,
-    /// The line's power over the loudest noise near it, so much that no other test is needed.
+    /// The line's power over the loudest noise near it, where the ratio is so large that no other test is needed.
     FarAbove,
-    /// The noise near the line over that of the ring, in a short record.
+    /// The noise near the line over the noise of the ring, in a short record.
     Hump,
-    /// The line's power over the middle one of three residuals at 3 to 16 bins.
+    /// The line's power over the median of three residuals at 3 to 16 bins.
     MiddleResidual,
-    /// The line's power over the least of these residuals.
+    /// The line's power over the least of three residuals at 3 to 16 bins.
     LeastResidual,
     /// The line's power over the mean residual.
     MeanResidual,
@@ -29,7 +29,7 @@ pub enum Statistic {
     Ring,
     /// The residual of the louder half of the bins 3 to 16 away over the floor.
     LouderHalf,
-    /// The line's power over that residual.
+    /// The line's power over the residual of the louder half.
     OverLouderHalf,
     /// The louder side's noise over the quieter one's.
     NoiseEdge,
@@ -41,11 +41,11 @@ pub enum Statistic {
     Within4,
     /// The residual in all bins of the fit: the first look.
     WithinAll,
-    /// Of the power along the directions: that of a changing level.
+    /// The part of the power along the directions that is a changing level.
     Level,
-    /// Of the power along the directions: that of a phase that bends, as in a sweep.
+    /// The part of the power along the directions that is a bending phase, as in a sweep.
     Bend,
-    /// Of the power along the directions: that of a phase of order 3, as of a jump.
+    /// The part of the power along the directions that is a phase of order 3, as in a jump.
     Twist,
     /// The power along the five directions, by Fisher's distribution.
     Moves,
@@ -55,19 +55,19 @@ pub enum Statistic {
     Near4,
     /// The residual of all bins, by Fisher's distribution.
     All,
-    /// What the directions do not explain up to 8 bins from the peak, by Fisher's distribution.
+    /// The residual up to 8 bins from the peak beyond the directions, by Fisher's distribution.
     Unexplained8,
-    /// What the directions do not explain in all bins, by Fisher's distribution.
+    /// The residual of all bins beyond the directions, by Fisher's distribution.
     Unexplained,
-    /// The unexplained power over that along the directions.
+    /// The unexplained power over the power along the directions.
     Share,
     /// The residual over the noise, of a record in which samples clip.
     ClippedResidual,
-    /// Sigma by the nearest bins over that by all bins.
+    /// Sigma by the nearest bins over sigma by all bins.
     Nearest,
     /// The strongest bin at minus the frequency over the tone's power.
     ImageShare,
-    /// The same over the noise.
+    /// The strongest bin at minus the frequency over the noise.
     ImageNoise,
     /// The power of the band's other bins over the tone's.
     OtherLines,
@@ -79,7 +79,7 @@ pub enum Statistic {
     Lines,
     /// The line where exchanged samples put one, in deviations of the noise.
     Exchanged,
-    /// What the exchange leaves of that line, in each unit of which noise leaves 1.
+    /// The residual of the exchange in its line, in each unit of which noise leaves 1.
     ExchangedRest,
 }
 
@@ -129,11 +129,11 @@ impl Statistic {
 /// A statistic beside its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Test {
-    /// What is compared.
+    /// The statistic that is compared.
     pub statistic: Statistic,
-    /// Its value.
+    /// The statistic's value.
     pub value: f32,
-    /// The limit; infinite if it has none, and only tells what a sum is made of.
+    /// The limit; infinite for a statistic without a limit, which only shows the parts of a sum.
     pub limit: f32,
 }
 
@@ -144,41 +144,41 @@ impl Test {
     }
 }
 
-/// A fit whose line is judged. A measurement goes on to the next where the one before shows no steady tone.
+/// A fit whose line is judged. A measurement goes on to the next fit where the one before shows no steady tone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
     /// The usual fit.
     Usual,
-    /// The same with more steps, to its end.
+    /// The usual fit with more steps, to its end.
     Further,
-    /// One that has a slow drift beside the tone in its model.
+    /// A fit with a slow drift beside the tone in its model.
     BesideDrift,
 }
 
-/// Who hears of the tests behind a verdict. Every method does nothing unless it is written anew. It is copied into every function
-/// that tests: an observer is a shared reference, or nothing.
+/// The receiver of the tests behind a verdict. Every method does nothing unless overridden. The observer is copied into every function that
+/// tests: it is a shared reference, or nothing.
 pub trait Observer: Copy {
-    /// Hears of a test. It is evaluated only by an observer that asks for it.
+    /// Receives a test. The closure is evaluated only by an observer that needs it.
     #[inline(always)]
     fn hear(self, _test: impl FnOnce() -> Test) {}
 
-    /// Hears that a fit begins to be judged.
+    /// A fit begins to be judged.
     #[inline(always)]
     fn begin(self, _step: Step) {}
 
-    /// Hears what the tests of the last fit amount to, and whether it takes the place of the fit before.
+    /// Receives the conclusion of the last fit's tests, and whether the fit replaces the one before.
     #[inline(always)]
     fn judged(self, _judgement: &FitTest, _taken: bool) {}
 
-    /// Hears of the last fit at a peak bin, and of the noise power per sample beside the tone.
+    /// Receives the last fit at a peak bin, and the noise power per sample beside the tone.
     #[inline(always)]
     fn fitted(self, _peak: i32, _fit: &Fit<f32>, _noise: f32) {}
 
-    /// Hears what the joint fit says of a line that is no steady tone. Its answer is taken unless it is unresolved.
+    /// Receives the joint fit's answer on a line that is not a steady tone. The answer is taken unless it is unresolved.
     #[inline(always)]
     fn joint(self, _answer: &Answer) {}
 
-    /// Makes a test, tells it, and says whether it fired.
+    /// Makes a test, reports it, and returns whether it fired.
     #[inline(always)]
     fn exceeds(self, statistic: Statistic, value: f32, limit: f32) -> bool {
         let test = Test { statistic, value, limit };

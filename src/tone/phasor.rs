@@ -8,15 +8,14 @@ use core::f32::consts::PI;
 
 /// A tone and its phase in the middle of the record.
 ///
-/// The frequency does not disturb the phase there: both errors are independent, and the phase is as
-/// exact as if the frequency were known.
+/// There the frequency does not disturb the phase: both errors are independent, and the phase is as exact as if the frequency were known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ToneWithPhase {
     /// The tone.
     pub tone: Tone,
-    /// Its phase at sample `N/2`, radians, -pi..=pi: the samples are `A cos(phase + 2 pi f (n - N/2))`,
-    /// f in cycles per sample. Unresolved tones and tones of a wrong sign have no meaning here.
+    /// The phase at sample `N/2`, radians, -pi..=pi: the samples are `A cos(phase + 2 pi f (n - N/2))`, f in cycles per sample. For
+    /// unresolved tones and tones of a wrong sign the phase has no meaning.
     pub phase: f32,
     /// One standard deviation of the phase, radians.
     pub sigma_phase: f32,
@@ -33,7 +32,7 @@ pub(super) fn phase<R: Record>(
     noise: f32,
 ) -> [f32; 2] {
     let d = fit.offset;
-    // A line is turned by pi d, an I/Q one by (1 - 1/N) pi d. The middle is pi (peak + d) on.
+    // A line is turned by pi d, an I/Q line by (1 - 1/N) pi d. The middle is pi (peak + d) on.
     let rest = if R::IQ { d * PI / n.max(1) as f32 } else { 0.0 };
     let half = if peak & 1 == 0 { 0.0 } else { PI };
     let phase = f32::angle(fit.line) + rest + half;

@@ -1,4 +1,4 @@
-//! How far a frequency may be off.
+//! Standard deviations of a frequency.
 
 use super::frequency::Frequency;
 use crate::acquire::sample::Record;
@@ -7,9 +7,8 @@ use crate::tone::fit::Fit;
 
 /// The Cramer-Rao bound of a tone's frequency, as a standard deviation in bins.
 ///
-/// Asymptotic: for real records it holds away from DC and Nyquist. `snr` per sample as in
-/// [`crate::tone::Tone::snr`]. Complex: `sqrt(6 / (4 pi^2 N snr))`; real: `sqrt(12 / (4 pi^2 N snr))`
-/// (Rife and Boorstyn 1974, for N^2 - 1 close to N^2).
+/// Asymptotic: for real records it holds away from DC and Nyquist. `snr` is per sample, like [`crate::tone::Tone::snr`]. Complex:
+/// `sqrt(6 / (4 pi^2 N snr))`; real: `sqrt(12 / (4 pi^2 N snr))` (Rife and Boorstyn 1974, for N^2 - 1 close to N^2).
 pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
     let share = if R::IQ { 0.151_981_78 } else { 0.303_963_55 };
     (share / (n as f32 * snr)).root()
@@ -25,8 +24,8 @@ pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
     (T::of_i32(n as i32 / 2) * noise / fit.information).root()
 }
 
-/// A standard deviation in bins, of a record of `n` samples, with what no noise tells of: a variance `unseen` of squared bins, as of
-/// [`Engine::error`](crate::spectrum::engine::Engine::error), and the rounding of a [`Frequency`]'s last step.
+/// A standard deviation in bins, of a record of `n` samples, widened by the errors that do not show as noise: a variance `unseen` of
+/// squared bins, such as [`Engine::error`](crate::spectrum::engine::Engine::error), and the rounding of a [`Frequency`]'s last step.
 pub(crate) fn with_rounding(sigma: f32, unseen: f32, n: usize) -> f32 {
     let step = n as f32 * Frequency::ROUNDING;
     (sigma * sigma + (unseen + step * step)).root()
@@ -35,9 +34,9 @@ pub(crate) fn with_rounding(sigma: f32, unseen: f32, n: usize) -> f32 {
 /// From this share of clipped samples on a tone is [`crate::tone::Verdict::Clipped`].
 pub const CLIPPED: f32 = 0.01;
 
-/// The standard deviation in bins of a record in which a share `clipped` of the samples touches a
-/// rail. It serves where nothing better is known (see [`CensoredFit`](crate::tone::clipped::CensoredFit)):
-/// for one of several tones, and if the rails leave too few samples.
+/// The standard deviation in bins of a record in which a share `clipped` of the samples touches a rail. This allowance serves where nothing
+/// better is known (see [`CensoredFit`](crate::tone::clipped::CensoredFit)): for one of several tones, and if the rails leave too few
+/// samples.
 ///
 /// The allowance is coarse and adds in quadrature: 1e-3 bin above 1 %, 1e-2 bin above 5 %. It
 /// covers the harmonics of a tone of which a fifth is clipped, at the worst frequencies (2e-3 bin

@@ -1,10 +1,10 @@
-//! What is known against a number, and what the number may be used for.
+//! The reasons against a number, and the uses that the number still has.
 
 use super::evidence::WHOLE_SPECTRUM;
 
-/// What is known against a number. Every number comes with a verdict, and [`Verdict::usable`] says what the number may
-/// be used for. If several apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A
-/// telemetry record holds a verdict as its number.
+/// The reason against a number. Every number comes with a verdict, and [`Verdict::usable`] says for which use the number is good. If
+/// several reasons apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A telemetry record holds a verdict
+/// as its number.
 ///
 /// ```
 /// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
@@ -26,17 +26,17 @@ use super::evidence::WHOLE_SPECTRUM;
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Verdict {
-    /// Use it: sigma is its error.
+    /// Use the number: sigma is its error.
     Good = 0,
-    /// One tone whose frequency or level changes within the record. Use it within sigma, as the
-    /// mean over the record. Two lines less than one and a half bins apart look the same.
+    /// One tone whose frequency or level changes within the record. Use the number within sigma, as the mean over the record. Two lines
+    /// less than one and a half bins apart look the same.
     Moving = 8,
-    /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate, or it is more than half a bin
-    /// outside of the band in which it was sought.
+    /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate, or the tone is more than half a bin outside of the
+    /// band in which it was sought.
     NearEdge = 1,
-    /// More than 1 % of the samples touch a rail. Use it within sigma, which includes how far the
-    /// harmonics of clipping move this tone. At most frequencies they hardly do; near a simple
-    /// fraction of the rate they move it hundreds of times as far as noise.
+    /// More than 1 % of the samples touch a rail. Use the number within sigma, which includes the shift of this tone by the harmonics of
+    /// clipping. At most frequencies the harmonics hardly move it; near a simple fraction of the rate they move it hundreds of times as far
+    /// as noise.
     Clipped = 2,
     /// Two tones too close to be separated, or beats that do not belong to one target.
     Unresolved = 3,
@@ -50,11 +50,11 @@ pub enum Verdict {
     /// There is nothing in the band; the numbers mean nothing.
     #[default]
     NoSignal = 6,
-    /// The lines of the record are as a fault of the digital front end makes them: codes that wrap, or samples of a word that
-    /// changed places. The tone may be another line.
+    /// The lines of the record look as a fault of the digital front end makes them: codes that wrap, or samples of a word that changed
+    /// places. The true tone may be another line.
     FrontEnd = 10,
-    /// Samples lie beyond the rails of the stated codes. The converter's codes are others, so
-    /// noise, sigma and clipping mean nothing.
+    /// Samples lie beyond the rails of the stated codes. The converter's codes differ from the stated ones, so noise, sigma and clipping
+    /// mean nothing.
     WrongCodes = 7,
 }
 
@@ -96,7 +96,7 @@ impl Verdict {
         }
     }
 
-    /// What it means, in a sentence.
+    /// The verdict's meaning, in a sentence.
     pub const fn reason(self) -> &'static str {
         match self {
             Verdict::Good => "One steady tone: the error is as sigma says.",
@@ -125,7 +125,7 @@ impl Verdict {
         }
     }
 
-    /// What a number of this verdict may be used for.
+    /// The use of a number with this verdict.
     pub const fn usable(self) -> Usable {
         match self {
             Verdict::Good => Usable::Yes,
@@ -138,12 +138,12 @@ impl Verdict {
         }
     }
 
-    /// Whether a number of this verdict may have this sigma: what is of use has an error that is known.
+    /// Whether a number of this verdict may have this sigma: a usable number has an error that is known.
     pub const fn admits(self, sigma: f32) -> bool {
         matches!(self.usable(), Usable::No) || sigma >= 0.0 && sigma < f32::INFINITY
     }
 
-    /// Its place in the order of severity.
+    /// The verdict's place in the order of severity.
     const fn severity(self) -> u8 {
         match self {
             Verdict::Good => 0,
@@ -179,13 +179,13 @@ impl core::fmt::Display for Verdict {
     }
 }
 
-/// What a number may be used for, from best to worst, and `<` orders it so.
+/// The uses of a number, from best to worst; `<` orders them so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Usable {
     /// For everything: sigma is its error.
     Yes,
-    /// Within sigma, which covers what is wrong, but not for more than the verdict says.
+    /// Within sigma, which covers the fault, but for no more than the verdict says.
     WithinSigma,
     /// For its size, but not for its sign.
     WithoutSign,
@@ -196,7 +196,7 @@ pub enum Usable {
 }
 
 impl Usable {
-    /// The words that tables show.
+    /// The name that tables show.
     pub const fn name(self) -> &'static str {
         match self {
             Usable::Yes => "yes",
@@ -220,11 +220,11 @@ impl core::fmt::Display for Usable {
 pub struct Verdicts(u8);
 
 impl Verdicts {
-    /// None.
+    /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// Those that can apply beside another, the most severe first. A record with a fault of the front end, without a signal
-    /// or with wrong codes may not be used whatever else applies.
+    /// The verdicts that can apply beside another, the most severe first. A record with a fault of the front end, without a signal or with
+    /// wrong codes may not be used whatever else applies.
     const ALL: [Verdict; 7] = [
         Verdict::Weak,
         Verdict::Gap,
@@ -235,7 +235,7 @@ impl Verdicts {
         Verdict::Moving,
     ];
 
-    /// The bit of a verdict: one for each of [`Verdicts::ALL`], none for others.
+    /// The bit of a verdict: one for each of [`Verdicts::ALL`], 0 for others.
     const fn bit(verdict: Verdict) -> u8 {
         match verdict {
             Verdict::Moving => 1,
@@ -249,30 +249,29 @@ impl Verdicts {
         }
     }
 
-    /// With one more.
+    /// The set with one more verdict.
     #[must_use]
     pub const fn with(self, verdict: Verdict) -> Self {
         Self(self.0 | Self::bit(verdict))
     }
 
-    /// Without one.
+    /// The set without one verdict.
     #[must_use]
     pub const fn without(self, verdict: Verdict) -> Self {
         Self(self.0 & !Self::bit(verdict))
     }
 
-    /// Whether one is among them.
+    /// Whether the set has a verdict.
     pub const fn has(self, verdict: Verdict) -> bool {
         self.0 & Self::bit(verdict) != 0
     }
 
-    /// All of them, the most severe first.
+    /// All verdicts of the set, the most severe first.
     pub fn iter(self) -> impl Iterator<Item = Verdict> + use<> {
         Self::ALL.into_iter().filter(move |&verdict| self.has(verdict))
     }
 
-    /// The set as seven bits, as telemetry holds it: from the lowest on moving, near-edge, clipped, unresolved, image,
-    /// gap, weak.
+    /// The set as seven bits, in telemetry's order from the lowest bit on: moving, near-edge, clipped, unresolved, image, gap, weak.
     pub const fn bits(self) -> u8 {
         self.0
     }
@@ -283,8 +282,7 @@ impl Verdicts {
     }
 }
 
-/// All that applies to a tone: a set of verdicts, of which [`Verdict::Good`] says nothing. Bit k is the verdict of
-/// severity k.
+/// All reasons that apply to a tone: a set of verdicts, in which [`Verdict::Good`] means none. Bit k is the verdict of severity k.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reasons(u16);
 
@@ -292,44 +290,44 @@ impl Reasons {
     /// Nothing applies: the verdict is [`Verdict::Good`].
     pub const NONE: Self = Self(1);
 
-    /// A verdict, and what applies besides.
-    pub(crate) const fn of(verdict: Verdict, also: Verdicts) -> Self {
-        // Bit k of a set of verdicts is that of severity k + 1.
+    /// A verdict, and the other reasons that apply.
+    pub(crate) const fn from_verdict(verdict: Verdict, also: Verdicts) -> Self {
+        // Bit k of a set of verdicts has severity k + 1.
         Self(1 | 1 << verdict.severity() | (also.0 as u16) << 1)
     }
 
-    /// With one more.
+    /// The reasons with one more.
     #[must_use]
     pub const fn with(self, verdict: Verdict) -> Self {
         Self(self.0 | 1 << verdict.severity())
     }
 
-    /// With [`Verdict::Weak`] where the frequency's sigma is as wide as the spectrum, or no number.
+    /// The reasons with [`Verdict::Weak`] where the frequency's sigma is as wide as the spectrum, or NaN.
     #[must_use]
     pub(crate) fn with_sigma(self, sigma: f32) -> Self {
         let known = sigma < WHOLE_SPECTRUM;
         if known { self } else { self.with(Verdict::Weak) }
     }
 
-    /// Without one.
+    /// The reasons without one.
     #[must_use]
     pub const fn without(self, verdict: Verdict) -> Self {
         Self(self.0 & !(1 << verdict.severity()) | 1)
     }
 
-    /// What applies by either.
+    /// The reasons of both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// The most severe.
+    /// The most severe reason.
     pub fn verdict(self) -> Verdict {
         let worst = self.0.checked_ilog2().unwrap_or(0) as usize;
         Verdict::ALL.get(worst).copied().unwrap_or(Verdict::Good)
     }
 
-    /// What applies beside the most severe.
+    /// The reasons beside the most severe.
     pub fn also(self) -> Verdicts {
         Verdicts::of_bits((self.0 >> 1) as u8).without(self.verdict())
     }
@@ -340,7 +338,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// The places in the list are the severities, and every set gives back what it was made of.
+    /// The places in the list are the severities, and every set returns the verdicts that it was made of.
     #[test]
     fn reasons_are_a_verdict_and_what_applies_besides() {
         for (place, verdict) in Verdict::ALL.into_iter().enumerate() {
@@ -348,7 +346,7 @@ mod tests {
             for bits in 0..0x80 {
                 let also = Verdicts::of_bits(bits);
                 if also.iter().all(|other| other < verdict) {
-                    let reasons = Reasons::of(verdict, also);
+                    let reasons = Reasons::from_verdict(verdict, also);
                     assert_eq!((reasons.verdict(), reasons.also()), (verdict, also));
                     assert_eq!(reasons.with(verdict).without(Verdict::Good), reasons);
                 }
@@ -356,7 +354,7 @@ mod tests {
         }
     }
 
-    /// Each can be told, and is told in the order of severity.
+    /// Each verdict can be stored, and iteration keeps the order of severity.
     #[test]
     fn sets_keep_the_order_of_severity() {
         let mut order: Vec<Verdict> = Verdicts::of_bits(0x7F).iter().collect();

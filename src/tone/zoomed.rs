@@ -1,5 +1,5 @@
-//! Least squares over the bins of a [`Zoom`]. It measures a tone whose place is known, at a tenth
-//! of the cost of a whole measurement.
+//! Least squares over the bins of a [`Zoom`]: measures a tone whose approximate frequency is known, at a tenth of the cost of a whole
+//! measurement.
 //!
 //! With c the centre bin, the tone at bin c + d, i counted from the centre, and the angles
 //!
@@ -13,11 +13,9 @@
 //! Y[c + i] exp(-j pi (i/32 + c/N)) = (a + j b) / sin x_i + r (a - j b) / sin z_i        r = h(2 c + d) / h(d)
 //! ```
 //!
-//! Hence the real parts are a multiple of `1/sin x + r/sin z` and the imaginary parts one of
-//! `1/sin x - r/sin z`: two linear parameters and d, as in the fit to a whole spectrum. I/Q
-//! records have no image, r = 0. Without the image the error at 60 dB would be 60 times the bound.
-//! The fit reads thirteen bins around the strongest, without the one that holds the constant
-//! offset.
+//! Hence the real parts are a multiple of `1/sin x + r/sin z` and the imaginary parts a multiple of `1/sin x - r/sin z`: two linear
+//! parameters and d, as in the fit to a whole spectrum. I/Q records have no image, r = 0. Without the image in the model the error at 60 dB
+//! would be 60 times the bound. The fit reads thirteen bins around the strongest, without the bin that holds the constant offset.
 //!
 //! This fit is this project's own.
 
@@ -49,14 +47,13 @@ const MIDDLE: usize = REACH as usize;
 /// The number of bins that the fit reads.
 const CELLS: usize = 2 * REACH as usize + 1;
 
-/// The most evaluations; the move, in bins, after which another always follows; and the largest
-/// share of the variance that the square of the last move may have. A Gauss-Newton step leaves no
-/// more of an error than its square.
+/// The most evaluations; the move, in bins, after which another always follows; and the largest share of the variance that the square of
+/// the last move may have. After a Gauss-Newton step the error is at most the square of the error before.
 const STEPS: usize = 4;
 const SETTLED: f32 = 0.1;
 const SHARE: f32 = 0.04;
 
-/// The image is computed anew for a tone farther than this from where it was computed, in bins.
+/// The image is computed anew for a tone farther than this from the offset of the last computation, in bins.
 const FAR: f32 = 0.02;
 
 /// At a bin the shapes are 0/0. Nearer than this, in bins, they are not evaluated.
@@ -70,7 +67,7 @@ const BIN: f32 = core::f32::consts::PI / POINTS as f32;
 pub struct Place {
     centre: i32,
     n: i32,
-    /// The distance from the centre to the bin of the constant offset, unless it is the centre.
+    /// The distance from the centre to the bin of the constant offset, unless that bin is the centre.
     blind: i32,
     /// Cosine and sine of 2 pi c / N.
     turn: Complex<f32>,
@@ -78,11 +75,10 @@ pub struct Place {
     back: [Complex<f32>; 2 * WIDEST as usize + 1],
 }
 
-/// The centre from which a tone at `bins` is seen best; `None` too near DC or Nyquist of a real
-/// record.
+/// The best centre for a tone at `bins`; `None` too near DC or Nyquist of a real record.
 ///
-/// A constant offset falls into the bins that are multiples of 32, wherever the centre is. But if
-/// the centre is such a multiple, the boxcar does not pass the offset at all.
+/// A constant offset falls into the bins that are multiples of 32, wherever the centre is. But if the centre is such a multiple, the boxcar
+/// does not pass the offset at all.
 pub fn centre<R: Record>(bins: f32, n: usize) -> Option<i32> {
     /// Bins from DC and Nyquist within which the zoom does not reach.
     const EDGE: f32 = 8.0;
@@ -106,23 +102,22 @@ pub struct Found {
     pub amplitude_squared: f32,
     /// The power of the bins that the tone explains, in squared codes.
     pub explained: f32,
-    /// The residual power, and its free real numbers.
+    /// The residual power; [`Found::degrees_of_freedom`] has its degrees of freedom.
     pub residual: f32,
-    /// See [`Found::residual`].
-    pub freedom: u32,
+    /// Degrees of freedom of [`Found::residual`].
+    pub degrees_of_freedom: u32,
 }
 
-/// The bins of the fit, turned.
+/// The bins of the fit, rotated.
 struct Cells {
     /// The strongest bin, as a distance from the centre.
     peak: i32,
     z: [Complex<f32>; CELLS],
-    /// 1, or 0 for the bin that does not count.
+    /// 1, or 0 for the bin that is left out.
     weights: &'static [f32; CELLS],
 }
 
-/// The sums of one of the two parts: of the shape, of its slope, and of the bins less a first
-/// height of the tone.
+/// The sums of one of the two parts: of the shape, of its slope, and of the bins less a first height of the tone.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     height: f32,
@@ -135,7 +130,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(height: f32) -> Self {
+    fn from_height(height: f32) -> Self {
         Self { height, ..Self::default() }
     }
 
@@ -149,7 +144,7 @@ impl Sums {
         self.yy += y * y;
     }
 
-    /// The linear parameter and its consequences.
+    /// The linear parameter and the values that follow from it.
     fn solve(&self) -> Part {
         let inverse = 1.0 / self.pp;
         let (more, lean) = (self.py * inverse, self.ps * inverse);
@@ -212,7 +207,7 @@ impl Place {
         };
         self.read(zoom, &mut cells)?;
         let all = core::ptr::eq(cells.weights, &ALL);
-        let freedom = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
+        let dof = if all { 2 * CELLS - 3 } else { 2 * CELLS - 5 };
         let mut offset = cells.start();
         let mut image = self.image::<R>(&cells, offset);
         let mut found = None;
@@ -221,7 +216,7 @@ impl Place {
             offset = near(offset + step.forward);
             let moved = step.forward * step.forward;
             let settled = moved <= SETTLED * SETTLED
-                && moved * moved * (freedom as f32 * step.information) <= SHARE * step.residual;
+                && moved * moved * (dof as f32 * step.information) <= SHARE * step.residual;
             found = Some(step);
             if settled {
                 break;
@@ -246,7 +241,7 @@ impl Place {
             amplitude_squared: step.line.norm_sqr() * (scale * scale * power),
             explained: step.explained * power,
             residual: step.residual * power,
-            freedom: freedom as u32,
+            degrees_of_freedom: dof as u32,
         })
     }
 
@@ -284,9 +279,8 @@ impl Place {
         Some(())
     }
 
-    /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its
-    /// slope over d. Without the slope the steps would still end at the right place, but too
-    /// slowly near bin 16.
+    /// The image of a tone at `offset` from the strongest bin: `r = h(2 c + d) / h(d)` and its slope over d. Without the slope the steps
+    /// would still end at the right offset, but too slowly near bin 16.
     fn image<R: Record>(&self, cells: &Cells, offset: f32) -> Image {
         let twice = self.centre.wrapping_mul(2);
         let parts = parts_at(twice.wrapping_add(2 * cells.peak - REACH));
@@ -335,7 +329,8 @@ impl Cells {
         // Relative to the strongest bin, so that the sums are of small numbers.
         let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
         let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
-        let (mut re, mut im) = (Sums::of(middle.re / (1.0 + q)), Sums::of(middle.im / (1.0 - q)));
+        let (mut re, mut im) =
+            (Sums::from_height(middle.re / (1.0 + q)), Sums::from_height(middle.im / (1.0 - q)));
         let places = OWN.iter().zip(image.parts).zip(self.weights);
         for (z, ((own, &[sin_i, cos_i]), &weight)) in self.z.iter().zip(places) {
             // One over sin x_i.
@@ -382,16 +377,16 @@ struct Step {
     residual: f32,
 }
 
-/// Held to 0.75 bin from the peak; the peak itself if `d` is not a number.
+/// `d` held to 0.75 bin from the peak; 0, the peak itself, if `d` is NaN.
 fn near(d: f32) -> f32 {
     if d.is_nan() { 0.0 } else { d.clamp(-0.75, 0.75) }
 }
 
-/// The noise power per sample that a fit leaves: a rough one, from some 23 numbers.
+/// The noise power per sample in a fit's residual: a rough value, with some 23 degrees of freedom.
 pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     let parts = if R::IQ { 2.0 } else { 1.0 };
     let floor = ROUNDING as f32 * parts;
-    (2.0 * found.residual / (found.freedom.max(1) as f32 * n as f32)).max(floor)
+    (2.0 * found.residual / (found.degrees_of_freedom.max(1) as f32 * n as f32)).max(floor)
 }
 
 /// The effect of a bin's distance from the strongest on the tone's shape.
@@ -404,7 +399,7 @@ struct Own {
     slope: f32,
 }
 
-/// For every bin of a fit.
+/// The effects for every bin of a fit.
 static OWN: [Own; CELLS] = own();
 
 #[allow(clippy::indexing_slicing)]

@@ -1,7 +1,6 @@
-//! Counts the instructions of a block that is measured where its tone is expected, and those of a
-//! whole search of the same block. It sends what it measures and follows, for comparison with other
-//! machines. It also compares the kernels with their definition, on random blocks of every length
-//! and kind. The header's period has no other meaning here: it is the number of these blocks.
+//! Counts the instructions of a block that is measured where its tone is expected, and of a whole search of this block. The image sends its
+//! measurements and tracks, for comparison with other machines. It also compares the kernels with their definition, on random blocks of
+//! every length and kind. The header's period has another meaning here: the number of these blocks.
 #![no_std]
 #![no_main]
 

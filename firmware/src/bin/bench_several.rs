@@ -1,6 +1,5 @@
-//! Counts the instructions of a block's further tones. It sends every tone that it finds, for
-//! comparison with other machines. What is made of tones is called as well, so that the linker proves it
-//! free of panics.
+//! Counts the instructions of a block's further tones. The image sends every tone that it finds, for comparison with other machines. The
+//! solvers of tones are called as well, so that the linker proves them free of panics.
 #![no_std]
 #![no_main]
 

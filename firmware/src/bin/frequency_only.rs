@@ -1,5 +1,5 @@
-//! The smallest image of all: the frequency of real records of 1,024 samples, without a verdict. `single` is the smallest
-//! that says whether its answers may be used; `cargo picket bench` states the sizes of both.
+//! The smallest image of all: the frequency of real records of 1,024 samples, without a verdict. `single` is the smallest image that says
+//! whether its answers may be used; `cargo picket bench` states the sizes of both.
 #![no_std]
 #![no_main]
 
@@ -16,7 +16,7 @@ picket_firmware::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    // It is all zeros before the program runs, so the program does not hold it.
+    // The memory is all zeros before the program runs, so the program file does not hold it.
     static ONLY: ConstStaticCell<FrequencyOnly<Real, 1024>> =
         ConstStaticCell::new(FrequencyOnly::new());
     static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);

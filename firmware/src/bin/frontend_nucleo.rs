@@ -1,5 +1,5 @@
-//! The instrument on a NUCLEO-F446RE: ADC by DMA, a chirp by DAC or synthesiser, telemetry and
-//! commands over the probe's serial port. docs/board.md tells how to wire and use it.
+//! The instrument on a NUCLEO-F446RE: ADC by DMA, a chirp by DAC or synthesiser, telemetry and commands over the probe's serial port.
+//! docs/board.md explains wiring and use.
 #![no_std]
 #![no_main]
 
@@ -13,8 +13,7 @@ picket_firmware::nucleo_vectors!();
 fn main() -> ! {
     match Instrument::<Nucleo, N, SLOT>::start(picket_firmware::meters!(N)) {
         Some(instrument) => instrument.run(),
-        // Memory is taken once, here, so this cannot happen; if it did, the watchdog would restart
-        // the chip.
+        // Memory is taken only once, here, so this case cannot happen; if it did, the watchdog would restart the chip.
         None => loop {
             cortex_m::asm::nop();
         },

@@ -1,5 +1,5 @@
-//! The instrument on a Raspberry Pi Pico: the converter by two DMA channels, telemetry and commands
-//! over UART0. docs/pico.md tells how to wire and use it.
+//! The instrument on a Raspberry Pi Pico: the converter by two DMA channels, telemetry and commands over UART0. docs/pico.md explains
+//! wiring and use.
 #![no_std]
 #![no_main]
 
@@ -24,8 +24,8 @@ fn main() -> ! {
     }
 }
 
-// Copies what runs from SRAM there (`pico.x`), before anything of it is called. In assembly, since a compiled
-// loop may become a call of a copying function, which lies there, too.
+// Copies the code for SRAM there (`pico.x`), before any of it is called. In assembly, since a compiled loop may become a call of a copying
+// function, which lies there, too.
 global_asm!(
     ".global __pre_init",
     ".type __pre_init, %function",

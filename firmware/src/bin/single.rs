@@ -1,5 +1,5 @@
-//! The smallest measurement with a verdict: real records of 1,024 samples and one default plan, with nothing to
-//! choose at run time. The size of this image is what its user pays; `cargo picket bench` states it.
+//! The smallest measurement with a verdict: real records of 1,024 samples and one default plan, without any choice at run time. The size of
+//! this image is the cost to its user; `cargo picket bench` states it.
 #![no_std]
 #![no_main]
 
@@ -17,7 +17,7 @@ picket_firmware::vectors!(handlers(&[]));
 
 #[entry]
 fn main() -> ! {
-    // It is all zeros before the program runs, so the program does not hold it.
+    // The memory is all zeros before the program runs, so the program file does not hold it.
     static PIPELINE: ConstStaticCell<Pipeline<Real, 1024>> =
         ConstStaticCell::new(Pipeline::new(Plan::IDLE));
     static SAMPLES: ConstStaticCell<[i16; 1024]> = ConstStaticCell::new([0; 1024]);

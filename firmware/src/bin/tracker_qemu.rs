@@ -1,5 +1,4 @@
-//! The instrument with the tracker on an emulated board: `frontend_qemu` for real records of 1024
-//! samples, following what it measures.
+//! The instrument with the tracker on an emulated board: `frontend_qemu` for real records of 1024 samples, with tracks of its measurements.
 #![no_std]
 #![no_main]
 
@@ -24,7 +23,7 @@ fn main() -> ! {
     if playback.header.iq || playback.header.n as usize != N {
         fail(Exit::Config, "this image follows real records of 1024 samples");
     }
-    // The proof of freedom from panics must find this one.
+    // The proof that no panic is reachable must find this one.
     #[cfg(feature = "deliberate-panic")]
     assert!(playback.header.blocks < 1_000_000, "a panic that can be reached");
     let plan = playback.plan::<Real, N>();

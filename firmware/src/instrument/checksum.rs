@@ -1,4 +1,4 @@
-//! CRC-32 (ISO-HDLC) of memory, beside that of settings.
+//! CRC-32 (ISO-HDLC) of memory, in addition to `picket-instrument`'s of settings.
 
 use core::ops::Range;
 use core::ptr::{read_volatile, with_exposed_provenance};

@@ -1,5 +1,4 @@
-//! How a program ends that should not end: by a fault, an unexpected interrupt, or a panic that
-//! cannot occur.
+//! The unwanted ends of a program: by a fault, an unexpected interrupt, or a panic that cannot occur.
 
 use super::handover::Handover;
 use crate::fence;
@@ -8,20 +7,20 @@ use core::ptr::read_volatile;
 use cortex_m::peripheral::SCB;
 use picket_wire::boot::LastEnd;
 
-/// Handles an interrupt that nobody expects.
+/// Handles an unexpected interrupt.
 pub extern "C" fn unexpected() {
     // SAFETY: the system control block is always there, and reading ICSR changes nothing.
     let number = unsafe { (*SCB::PTR).icsr.read() } & 0x1FF;
     end(LastEnd { kind: 2, pc: 0, more: [number, 0] })
 }
 
-/// The vector table of a device with so many interrupts, of which the image uses none: each restarts
-/// the board, which then reports it.
+/// The vector table of a device with this number of interrupts, of which the image uses none: each restarts the board, which then reports
+/// it.
 #[macro_export]
 macro_rules! no_interrupts {
     ($lines:expr) => {
-        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
-        // the vector table, whose type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script requires this name and section for the device's part of the vector table, whose type is an
+        // array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: [extern "C" fn(); $lines] =
@@ -34,9 +33,9 @@ pub fn end(last: LastEnd) -> ! {
     Handover { last, ..Handover::default() }.leave()
 }
 
-/// Passes the stack with the interrupted program's registers to the fault handler, which has the whole stack for itself: of the old one
+/// Passes the stack with the interrupted program's registers to the fault handler, which gets the whole stack for itself: of the old one
 /// nothing may be left.
-// SAFETY: this is the name by which cortex-m-rt's vector table knows the handler, and it does not return.
+// SAFETY: cortex-m-rt's vector table has the handler under this name, and it does not return.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 extern "C" fn HardFault() -> ! {

@@ -1,4 +1,4 @@
-//! What survives a reset: how the last program ended, and the settings for the next one.
+//! The data that survive a reset: the end of the last program, and the settings for the next one.
 
 use super::checksum;
 use super::crashes::Crashes;
@@ -7,14 +7,14 @@ use cortex_m::peripheral::SCB;
 pub use picket_instrument::words::{WORDS, words};
 use picket_wire::boot::{Causes, LastEnd};
 
-/// What one program hands to the next.
+/// The data that one program hands to the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Handover {
-    /// How the last program ended.
+    /// The end of the last program.
     pub last: LastEnd,
     /// Settings that the last program received through the serial port, for the next one to use.
     pub settings: Option<[u32; WORDS]>,
-    /// Saves of late, see [`Saves`](super::bounds::Saves).
+    /// Recent saves, see [`Saves`](super::bounds::Saves).
     pub saves: u32,
 }
 
@@ -29,7 +29,7 @@ static RETAINED: Retained<LENGTH> = Retained::new();
 #[unsafe(link_section = ".uninit.crashes")]
 static CRASHES: Retained<1> = Retained::new();
 
-/// Counts how the last program ended, for this start.
+/// Counts the end of the last program, for this start.
 pub fn count(causes: Causes, last: &LastEnd) -> Crashes {
     let [word] = CRASHES.words();
     let crashes = Crashes::at_start(word, causes, last);
@@ -37,7 +37,7 @@ pub fn count(causes: Causes, last: &LastEnd) -> Crashes {
     crashes
 }
 
-/// Takes into account that this program runs since so many seconds.
+/// Updates the count once the program has run for `seconds`.
 pub fn lives(crashes: Crashes, seconds: u32) {
     if let Some(word) = crashes.settles(seconds) {
         CRASHES.keep(&[word]);
@@ -45,7 +45,7 @@ pub fn lives(crashes: Crashes, seconds: u32) {
 }
 
 impl Handover {
-    /// Takes what the last program left; nothing after power-on.
+    /// Takes the data that the last program left; nothing after power-on.
     pub fn take() -> Self {
         let words = RETAINED.words();
         RETAINED.keep(&[0; LENGTH]);
@@ -61,7 +61,7 @@ impl Handover {
         Handover { last: LastEnd { kind, pc, more: [a, b] }, settings, saves }
     }
 
-    /// Leaves this to the next program, and starts it by a reset.
+    /// Leaves the data to the next program, and starts it by a reset.
     pub fn leave(self) -> ! {
         let LastEnd { kind, pc, more: [a, b] } = self.last;
         let head = [MAGIC, kind, pc, a, b, self.saves, u32::from(self.settings.is_some())];

@@ -1,4 +1,4 @@
-//! What an image measures, beyond one tone of a block or not, and the memory for it.
+//! The meters of an image, with or without more than one tone of a block, and the memory for them.
 
 use picket_dsp::acquire::sample::{Iq, Real};
 #[cfg(not(any(image = "signals", image = "tracking", image = "lines")))]
@@ -10,8 +10,7 @@ pub use picket_instrument::gatherer::Gatherer as Meter;
 #[cfg(image = "lines")]
 pub use picket_instrument::meter::Several as Meter;
 
-/// A meter for each kind of record, in static memory: built at run time, they would pass over the
-/// stack.
+/// A meter for each kind of record, in static memory: built at run time, the meters would pass over the stack.
 pub type Meters<const N: usize, Q = Meter<Iq, N>> =
     picket_instrument::meter::Meters<'static, Meter<Real, N>, Q>;
 

@@ -3,8 +3,7 @@
 use core::cell::UnsafeCell;
 use core::ptr::{read_volatile, write_volatile};
 
-/// So many words, of any value after power-on. It belongs into a section whose name begins with
-/// `.uninit`.
+/// `LENGTH` words, of any value after power-on. They belong into a section whose name begins with `.uninit`.
 #[repr(transparent)]
 pub struct Retained<const LENGTH: usize>(UnsafeCell<[u32; LENGTH]>);
 

@@ -1,4 +1,4 @@
-//! The instrument's loop on a chip: bytes and blocks of a board to the instrument, and its ends to resets.
+//! The instrument's loop on a chip: it passes bytes and blocks of a board to the instrument, and turns the instrument's ends into resets.
 
 use super::crashes::Crashes;
 use super::handover::{self, Handover, words};
@@ -142,7 +142,7 @@ where
             (causes, last, saves, B::program());
         let mut wired = Wired { board, storage, blocks: None, stack: Stack::unknown(), crashes };
         let (mut inner, words) = picket_instrument::Instrument::new(&wired, start, meters?)?;
-        // This comes last, so that no block passes before the loop runs.
+        // Last, so that no block passes before the loop runs.
         if inner.plan().settings.start {
             wired.blocks = wired.board.sample(inner.plan(), &words);
         }

@@ -1,4 +1,4 @@
-//! How much stack a program used.
+//! The stack that a program has used.
 
 use core::ptr::read_volatile;
 
@@ -7,11 +7,10 @@ use core::ptr::read_volatile;
 pub struct Stack(usize);
 
 impl Stack {
-    /// The most words with the start-up code's paint below the last used one: an array in a frame
-    /// that nobody has written.
+    /// The most words with the start-up code's paint below the last used one: an array in a frame that the program has not written.
     const WINDOW: usize = 512;
 
-    /// A stack of which nothing is known yet.
+    /// A stack whose use is not yet known.
     pub fn unknown() -> Self {
         unsafe extern "C" {
             static mut _stack_start: u32;
@@ -19,7 +18,7 @@ impl Stack {
         Stack(&raw const _stack_start as usize)
     }
 
-    /// The room that there is, bytes.
+    /// The room for the stack, bytes.
     pub fn room() -> u32 {
         unsafe extern "C" {
             static mut _stack_start: u32;

@@ -46,7 +46,7 @@ impl Input {
         Some(Input(words))
     }
 
-    /// Reads up to `blocks` blocks of `words` words. Returns how many have room.
+    /// Reads up to `blocks` blocks of `words` words. Returns the number of blocks that have room.
     pub fn read(&mut self, playback: &mut Playback, words: usize, blocks: u32) -> u32 {
         let room = self.0.len().checked_div(words).unwrap_or(0) as u32;
         let count = blocks.min(room);
@@ -91,8 +91,8 @@ impl PlayedConverter {
             Timer::ZERO.stop();
             return;
         };
-        // SAFETY: the input does not change while it is here. The slot is exchanged only after the
-        // transfer's end (`Filler` asks `status` first). The converter lives in a static.
+        // SAFETY: the input does not change while the converter has it. The slot is exchanged only after the transfer's end (`Filler` reads
+        // `status` first). The converter lives in a static.
         let started = unsafe { self.controller.start(source, place) };
         self.blocks -= u32::from(started);
         self.next += self.words;

@@ -1,12 +1,11 @@
-//! Counts instructions. They drive the emulated time, so a timer counts them, and the host knows
-//! how many make a tick.
+//! Counts instructions. They drive the emulated time, so a timer counts them, and the host knows the number of instructions in a tick.
 
 use super::{Timer, Uart, figure};
 use core::arch::asm;
 use core::hint::black_box;
 use core::sync::atomic::{Ordering, compiler_fence};
 
-/// Reports the ticks of `work`, without those of reading the timer. The timer must run free.
+/// Reports the ticks of `work`, less the ticks of reading the timer. The timer must run free.
 #[inline(always)]
 pub fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
     let (ticks, result) = measured(work);
@@ -14,7 +13,7 @@ pub fn count<T>(name: &str, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The ticks of `work`, without those of reading the timer, and its result.
+/// The ticks of `work`, less the ticks of reading the timer, and its result.
 #[inline(always)]
 pub fn measured<T>(work: impl FnOnce() -> T) -> (u32, T) {
     let empty = ticks(|| ()).0;
@@ -30,7 +29,7 @@ fn ticks<T>(work: impl FnOnce() -> T) -> (u32, T) {
     // program shows by it where work begins.
     unsafe { asm!("mov r8, r8") };
     let result = black_box(work());
-    // SAFETY: likewise, where it ends.
+    // SAFETY: another register is copied to itself, where work ends.
     unsafe { asm!("mov r9, r9") };
     compiler_fence(Ordering::SeqCst);
     (Timer::ONE.elapsed().wrapping_sub(start), result)

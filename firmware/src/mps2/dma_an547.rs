@@ -1,5 +1,5 @@
-//! AN547 as QEMU emulates it has no DMA controller. The core copies, where another board starts a
-//! transfer, and an interrupt line without a device tells the end.
+//! AN547 as QEMU emulates it has no DMA controller. The core copies where another board starts a transfer, and an interrupt line without a
+//! device signals the end.
 
 use super::Line;
 use cortex_m::peripheral::NVIC;
@@ -7,7 +7,7 @@ use cortex_m::peripheral::NVIC;
 /// The interrupt at the end of a copy.
 pub const DMA_IRQ: usize = 57;
 
-/// What stands in for the controller.
+/// The stand-in for the controller.
 #[derive(Debug, Default)]
 pub struct Dma {
     done: bool,
@@ -23,7 +23,7 @@ impl Dma {
     /// if the lengths differ.
     ///
     /// # Safety
-    /// Nobody else may use `destination` meanwhile.
+    /// No other code may use `destination` meanwhile.
     pub unsafe fn start(&mut self, source: *const [u32], destination: *mut [u32]) -> bool {
         let words = source.len();
         if words != destination.len() || words == 0 {

@@ -1,10 +1,10 @@
-//! How an emulated image ends.
+//! The ends of an emulated image.
 
 /// The emulator's exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Everything was measured.
+    /// All blocks were measured.
     Done = 0,
     /// The capture is missing, damaged or too short.
     Capture = 10,
@@ -23,9 +23,8 @@ pub fn exit(code: Exit) -> ! {
     semihosting::process::exit(i32::from(code as u8))
 }
 
-/// Calls a function that does not exist. An image links only if the optimiser finds no way to a
-/// panic. Images with a logger, or with other people's transforms, contain panics; they end the
-/// emulation instead.
+/// Calls a function that does not exist. An image links only if the optimiser finds no way to a panic. Images with a logger, or with
+/// third-party transforms, contain panics; they end the emulation instead.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     #[cfg(not(any(feature = "log", feature = "rivals")))]
@@ -41,7 +40,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// Ends the emulation after a fault, where cortex-m-rt would loop for ever.
-// SAFETY: this is the name by which cortex-m-rt's vector table knows the handler, and it does not return.
+// SAFETY: cortex-m-rt's vector table has the handler under this name, and it does not return.
 #[unsafe(no_mangle)]
 extern "C" fn HardFault() -> ! {
     exit(Exit::Unexpected)

@@ -77,7 +77,7 @@ peripheral! {
 }
 
 impl Uart {
-    /// How often a full port is polled before a byte is dropped. QEMU drains the port at once.
+    /// The number of times that a full port is polled before a byte is dropped. QEMU drains the port at once.
     const PATIENCE: u32 = 1_000_000;
 
     /// Switches the transmitter on.
@@ -166,8 +166,7 @@ mod dma {
     const _: () = assert!(core::mem::offset_of!(Block, channel) == 0x100);
     const _: () = assert!(core::mem::offset_of!(Block, configuration) == 0x30);
 
-    /// The rest of a transfer that is too long for one: the channel loads it at the end of the
-    /// first part.
+    /// The remainder of a transfer that is too long for one: the channel loads it at the end of the first part.
     #[repr(C, align(4))]
     #[derive(Clone, Copy, Debug, Default)]
     struct Link {
@@ -214,8 +213,7 @@ mod dma {
         /// end. Returns false and does nothing if there are more words, or if the lengths differ.
         ///
         /// # Safety
-        /// Until the interrupt, nobody may touch `destination`, and `source` and this `Dma` must
-        /// live and stay unchanged.
+        /// Until the interrupt, no other code may touch `destination`, and `source` and this `Dma` must live and stay unchanged.
         pub unsafe fn start(&mut self, source: *const [u32], destination: *mut [u32]) -> bool {
             let words = source.len();
             if words != destination.len() || words == 0 || words > 2 * Self::LONGEST {
@@ -273,8 +271,8 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Line {
 
 /// Enables an interrupt line.
 pub fn enable(line: usize) {
-    // SAFETY: the handlers share state with the main loop only through atomics, queues and cells
-    // made for that, so no critical section depends on a masked line.
+    // SAFETY: the handlers share state with the main loop only through atomics, queues and cells made for sharing, so no critical section
+    // depends on a masked line.
     unsafe { cortex_m::peripheral::NVIC::unmask(Line(line)) }
 }
 
@@ -284,7 +282,7 @@ pub type Handler = unsafe extern "C" fn();
 /// Armv6-M has half as many interrupts; `build.rs` detects it by its short products.
 const LINES: usize = if cfg!(short_products) { 32 } else { 64 };
 
-/// Handlers of the first interrupt lines, as many as any core here needs.
+/// Handlers of the first interrupt lines, enough for every core here.
 pub type Handlers = [Handler; LINES];
 
 /// The table with these handlers; every other interrupt stops the image.
@@ -308,15 +306,15 @@ extern "C" fn unexpected() {
 #[macro_export]
 macro_rules! vectors {
     ($handlers:expr) => {
-        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
-        // the vector table, whose type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script requires this name and section for the device's part of the vector table, whose type is an
+        // array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: $crate::mps2::Handlers = $handlers;
     };
 }
 
-/// The same for an image with the converter. On AN547 its clock is SysTick, an exception of the core.
+/// Puts the converter's handlers into an image's vector table. On AN547 its clock is SysTick, an exception of the core.
 #[macro_export]
 macro_rules! converter_vectors {
     () => {

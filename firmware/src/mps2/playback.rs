@@ -80,15 +80,14 @@ impl Results {
     }
 }
 
-/// A file on the host. The crate `semihosting` reads files too, but checks their numbers by a
-/// panic.
+/// A file on the host. The crate `semihosting` reads files, too, but checks their numbers by a panic.
 struct File(u32);
 
 impl File {
     /// SYS_OPEN, in mode "rb".
     fn open(name: &CStr) -> Option<Self> {
         let length = name.to_bytes().len() as u32;
-        // SAFETY: the block is what SYS_OPEN takes: a name, a mode, the name's length.
+        // SAFETY: the block has the arguments of SYS_OPEN: a name, a mode, the name's length.
         let number = unsafe { call(0x01, &[name.as_ptr() as u32, 1, length]) };
         (number != u32::MAX).then_some(Self(number))
     }
@@ -103,7 +102,7 @@ impl File {
 
     /// Writes `bytes`; false if the host takes fewer.
     fn write(&self, bytes: &[u8]) -> bool {
-        // SAFETY: the block is what SYS_WRITE takes: a file's number, memory to read, its length.
+        // SAFETY: the block has the arguments of SYS_WRITE: a file's number, memory to read, its length.
         let missing = unsafe { call(0x05, &[self.0, bytes.as_ptr() as u32, bytes.len() as u32]) };
         missing == 0
     }
@@ -111,20 +110,19 @@ impl File {
     /// Fills `bytes`; false at the end of the file.
     fn fill(&self, bytes: &mut [u8]) -> bool {
         let length = bytes.len() as u32;
-        // SAFETY: the block is what SYS_READ takes: a file's number, memory to write to, its length.
+        // SAFETY: the block has the arguments of SYS_READ: a file's number, memory to write to, its length.
         let missing = unsafe { call(0x06, &[self.0, bytes.as_mut_ptr() as u32, length]) };
         missing == 0
     }
 }
 
-/// Asks the emulator (ARM, Semihosting for AArch32 and AArch64).
+/// Calls the emulator (ARM, Semihosting for AArch32 and AArch64).
 ///
 /// # Safety
-/// `block` must be what `operation` takes, and its pointers must be valid for that operation.
+/// `block` must hold the arguments of `operation`, and its pointers must be valid for that operation.
 unsafe fn call(operation: u32, block: &[u32; 3]) -> u32 {
     let mut result = operation;
-    // SAFETY: the emulator stops here, does what the caller guarantees to be valid, and answers in
-    // r0.
+    // SAFETY: the emulator stops here, does the operation that the caller guarantees to be valid, and answers in r0.
     unsafe { asm!("bkpt 0xab", inout("r0") result, in("r1") block, options(nostack)) };
     result
 }

@@ -1,4 +1,4 @@
-//! What counts on AN547, whose timers are of another kind: the core's own timer, SysTick.
+//! The timer on AN547, whose own timers are of another kind: the core's timer, SysTick.
 
 use super::Register;
 
@@ -13,10 +13,10 @@ peripheral! {
 pub const CLOCK_HZ: u32 = 32_000_000;
 
 impl Timer {
-    /// The largest number.
+    /// The largest count.
     const TOP: u32 = (1 << 24) - 1;
 
-    /// Its interrupt is an exception, which is never masked.
+    /// Does nothing: the timer's interrupt is an exception, which is never masked.
     pub fn enable(self) {}
 
     /// Interrupts every `ticks` from now on, or every half a second if that is longer than the timer
@@ -38,7 +38,7 @@ impl Timer {
         self.registers().control.read() & 1 != 0
     }
 
-    /// The exception has no flag to clear.
+    /// Does nothing: the exception has no flag to clear.
     pub fn clear(self) {}
 
     /// Counts down from the top, without interrupts.

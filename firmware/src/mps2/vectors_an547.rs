@@ -1,12 +1,12 @@
-//! Where AN547's handlers are. The core starts from the first two vectors at the bottom of its ITCM,
-//! and the others lie with the program.
+//! The place of AN547's handlers. The core starts from the first two vectors at the bottom of its ITCM, and the others lie with the
+//! program.
 
 use core::arch::naked_asm;
 
-/// Tells the core, in SCB.VTOR, before anything else runs.
+/// Sets SCB.VTOR to this place before anything else runs.
 ///
 /// # Safety
-/// cortex-m-rt calls it at the start, before variables have their values.
+/// cortex-m-rt calls the function at the start, before variables have their values.
 // SAFETY: cortex-m-rt knows the function by this name.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]

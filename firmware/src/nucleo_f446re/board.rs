@@ -58,7 +58,7 @@ impl Board<N, SLOT> for Nucleo {
     }
 
     fn widen(&self, measurement: &mut Measurement) {
-        // What is played is exact, whatever the clock.
+        // A played input is exact, whatever the clock.
         if !cfg!(feature = "played") {
             clock::widen(self.clock(), measurement);
         }

@@ -4,8 +4,8 @@ use super::registers::{flash, put};
 use super::start::within;
 use super::words::guard::{LONGEST_MS, brown_out};
 
-/// Sets the brown-out level, once in the chip's life. If the power fails meanwhile, the option bytes may hold anything, a read protection
-/// among it: the usual images leave them alone.
+/// Sets the brown-out level, once in the chip's life. If the power fails meanwhile, the option bytes may hold any value, even a read
+/// protection: the usual images leave them alone.
 pub fn set() {
     const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
     let flash = flash();

@@ -52,8 +52,8 @@ pub fn set_up(plan: &Plan<N>, words: &Words) -> bool {
     }
 }
 
-/// Sets up the DAC: a first code, then those of a table round and round, each for `hold` samples.
-/// The table's last code is the first one.
+/// Sets up the DAC: a first code, then the codes of a table round and round, each for `hold` samples. The table's last code is the first
+/// one.
 pub fn play(first: u16, table: &'static [u16], hold: u16) {
     FIRST.store(first, Ordering::Relaxed);
     LENGTH.store(table.len() as u16, Ordering::Relaxed);
@@ -66,7 +66,7 @@ pub fn play(first: u16, table: &'static [u16], hold: u16) {
     put!(tim4().smcr(), TIMER_SMCR_COUNT_TIM3);
 }
 
-/// Has the DAC hold a code, so that what follows it is never driven by a pin that floats.
+/// Lets the DAC hold a code, so that the circuit behind it is never driven by a floating pin.
 pub fn rest(code: u16) {
     put!(dac().cr(), DAC_REST);
     put!(dac().dhr12r1(), u32::from(code.min(4095)));
@@ -96,7 +96,7 @@ fn gate(ticks: u64) {
     GATE.store(input.control as u16, Ordering::Relaxed);
 }
 
-/// Stops the sample clock, and with it everything that counts it.
+/// Stops the sample clock, and with it every timer that counts it.
 pub fn stop() {
     for timer in [tim3(), tim4()] {
         put!(timer.cr1(), 0);
@@ -115,8 +115,8 @@ pub fn stop() {
     let _ = wait(|| dma1().st(5).cr().read().bits() & 1 == 0);
 }
 
-/// Returns to the start of a chirp. The converters must be off and the DAC rest, because the events that
-/// load the timers' registers trigger both.
+/// Returns to the start of a chirp. The converters must be off and the DAC at rest, because the events that load the timers' registers
+/// trigger both.
 pub fn rewind() {
     // HIFCR, stream 5's flags: 11:6.
     put!(dma1().hifcr(), 0x3D << 6);
@@ -126,8 +126,7 @@ pub fn rewind() {
     for timer in [tim3(), tim4()] {
         put!(timer.egr(), 1);
     }
-    // The counters of samples stand before their overflow, so that their first period begins with
-    // the first sample.
+    // The counters of samples stand just before their overflow, so that their first period begins with the first sample.
     let reload = tim4().arr().read().bits();
     put!(tim4().cnt(), reload);
     if !gated() {
@@ -151,7 +150,7 @@ pub fn gate_opened() -> bool {
     pulse || tim2().cr1().read().bits() & 1 != 0
 }
 
-/// Whether the DAC's table was not read in time. The DAC then asks for no more codes (RM 14.3.7).
+/// Whether the DAC's table was not read in time. The DAC then requests no more codes (RM 14.3.7).
 pub fn underrun() -> bool {
     LENGTH.load(Ordering::Relaxed) > 0 && dac().sr().read().bits() & DAC_SR_UNDERRUN != 0
 }

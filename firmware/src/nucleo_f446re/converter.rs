@@ -39,16 +39,15 @@ impl Chain {
         dma2().st(0).cr().read().bits() & STREAM_CT != 0
     }
 
-    /// Stops the stream, the sample clock, and everything that counts it.
+    /// Stops the stream, the sample clock, and every timer that counts it.
     fn stop(&mut self) {
         chirp::stop();
-        // Their requests end with them, so that the next start is like the first.
+        // The converters' requests end with them, so that the next start is like the first.
         put!(adc1().cr2(), 0);
         put!(adc2().cr2(), 0);
         put!(adc_common().ccr(), 0);
         clear!(dma2().st(0).cr(), STREAM_EN);
-        // A transfer in progress ends within a few cycles. If it does not, the next block shows the
-        // error.
+        // A transfer in progress ends within a few cycles. If not, the next block shows the error.
         let _ = wait(|| dma2().st(0).cr().read().bits() & STREAM_EN == 0);
         put!(dma2().lifcr(), STREAM_0_FLAGS);
     }
@@ -122,7 +121,7 @@ impl Dma for Chain {
         if (dma2().st(0).cr().read().bits() & STREAM_CT != 0) == seen {
             return Ok(full);
         }
-        // The stream has meanwhile turned to this slot, and which address it uses is unknown.
+        // The stream has meanwhile turned to this slot, and the address in use is unknown.
         let empty = core::mem::replace(place, full);
         self.stop();
         self.passage.stop();
@@ -153,11 +152,11 @@ pub fn pause() {
     FILLER.with(|filler| filler.dma().stop());
 }
 
-/// Starts at the first sample of a chirp; what passed since is counted as lost.
+/// Starts at the first sample of a chirp; samples that passed since [`pause`] are counted as lost.
 pub fn resume() {
     FILLER.with(|filler| {
         filler.restart();
-        // What was raised before concerns the old start.
+        // Interrupts raised before belong to the old start.
         NVIC::unpend(pac::Interrupt::DMA2_STREAM0);
         NVIC::unpend(pac::Interrupt::ADC);
     });
@@ -173,7 +172,7 @@ pub fn counters() -> Counters {
 pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'static, Slot>> {
     static MEMORY: [ConstStaticCell<Memory>; SLOTS] =
         [const { ConstStaticCell::new([0; SLOT]) }; SLOTS];
-    // A queue of so many places holds one less.
+    // A queue with this number of places holds one item less.
     static FRONT_END: ConstStaticCell<FrontEnd<Slot, SPARES>> =
         ConstStaticCell::new(FrontEnd::new());
     let mut slots = MEMORY.iter().filter_map(|cell| cell.try_take().map(Slot::new));
@@ -188,7 +187,7 @@ pub fn start(plan: &Plan<N>, words: &Words, tree: &Tree) -> Option<Blocks<'stati
         iq: sampling.iq,
         passage: Passage::new(
             timing.segments.len(),
-            // A host that plays the stream does so at its own pace.
+            // A host that plays the stream plays it at its own pace.
             Elapsed::new(words.block_ticks.filter(|_| !cfg!(feature = "played"))),
         ),
     };

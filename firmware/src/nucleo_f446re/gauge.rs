@@ -1,4 +1,4 @@
-//! Measures clocks by each other: [`words::gauge`](super::words::gauge) says how.
+//! Measures clocks by each other, see [`words::gauge`](super::words::gauge).
 
 use super::registers::{clear, put, rcc, set, tim5, tim11, wait};
 use super::words::gauge::{
@@ -17,8 +17,8 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 #[cfg(feature = "self-test")]
 use {cortex_m::peripheral::NVIC, stm32f4::stm32f446 as pac};
 
-/// Ticks of TIM11, at the core's clock, in so many captures of the probe's clock; `None` if it does not come. 1,000 captures take
-/// 8 ms.
+/// Ticks of TIM11, at the core's clock, in this number of captures of the probe's clock; `None` if it does not come. 1,000 captures take 8
+/// ms.
 fn probe_ticks(captures: u32) -> Option<u32> {
     set!(rcc().apb2enr(), APB2);
     set!(rcc().cfgr(), EIGHTH);
@@ -28,11 +28,11 @@ fn probe_ticks(captures: u32) -> Option<u32> {
     put!(timer.ccer(), TIM11_ENABLE);
     put!(timer.arr(), 0xFFFF);
     put!(timer.cr1(), 1);
-    // CC1IF 1, which reading the value clears, and CC1OF 9: one was overwritten.
+    // CC1IF 1, which reading the value clears, and CC1OF 9: a capture was overwritten.
     let next = || {
         wait(|| timer.sr().read().bits() & 1 << 1 != 0).then(|| timer.ccr1().read().bits() as u16)
     };
-    // A measurement before may have left one.
+    // A measurement before may have left a capture.
     let _ = timer.ccr1().read().bits();
     let mut whole = 0_u32;
     let mut last = next();
@@ -49,8 +49,8 @@ fn probe_ticks(captures: u32) -> Option<u32> {
     (last.is_some() && !missed).then_some(whole)
 }
 
-/// Whether the probe's clock is what it should be, as far as the internal oscillator can tell, by which the core runs. It takes half
-/// a millisecond.
+/// Whether the probe's clock is right, as far as the internal oscillator can judge, by which the core runs. The check takes half a
+/// millisecond.
 pub fn crystal() -> bool {
     probe_ticks(START_CAPTURES).is_some_and(probe_fits)
 }
@@ -58,10 +58,10 @@ pub fn crystal() -> bool {
 /// Whether a look at the watchdog's oscillator has its first capture, and that capture.
 static BEGUN: AtomicBool = AtomicBool::new(false);
 static FROM: AtomicU32 = AtomicU32::new(0);
-/// Whether the oscillator was once what it should be.
+/// Whether the oscillator was once within its tolerance.
 static TRUSTED: AtomicBool = AtomicBool::new(false);
 
-/// Has the watchdog's oscillator captured from now on.
+/// Captures the watchdog's oscillator from now on.
 pub fn capture() {
     let timer = tim5();
     put!(timer.or(), TIM5_INPUT);
@@ -76,7 +76,7 @@ pub fn look() {
     set!(tim5().dier(), TIM5_INTERRUPT);
 }
 
-/// Takes a capture, if one waits. Whether the oscillator, by a timer of `timer_hz`, is no longer what it was: it or the clock that
+/// Takes a capture, if one waits. Returns whether the oscillator, by a timer of `timer_hz`, has left its tolerance: it or the clock that
 /// drives the timer has changed.
 pub fn changed(timer_hz: u32) -> bool {
     let timer = tim5();
@@ -89,7 +89,7 @@ pub fn changed(timer_hz: u32) -> bool {
     let ticks = now.wrapping_sub(FROM.load(Relaxed));
     FROM.store(now, Relaxed);
     put!(timer.sr(), !(1 << 12));
-    // One that was overwritten is no neighbour of the next.
+    // A capture that was overwritten is not next to the following one.
     if !BEGUN.load(Relaxed) || flags & 1 << 12 != 0 {
         BEGUN.store(true, Relaxed);
         return false;
@@ -104,7 +104,7 @@ pub fn changed(timer_hz: u32) -> bool {
 /// The probe's clock in hertz, by a core of `core_hz`; `None` if it does not come. It takes 8 ms.
 #[cfg(feature = "self-test")]
 pub fn probe_hz(core_hz: u32) -> Option<f64> {
-    // It runs at the core's rate: its bus has half of that, and timers twice their bus.
+    // TIM11 runs at the core's rate: its bus has half of that rate, and timers run at twice their bus.
     let ticks = probe_ticks(PROBE_CAPTURES)?;
     Some(f64::from(HSE_HZ / 1_000_000) * hz(PROBE_CAPTURES, ticks, core_hz))
 }

@@ -1,8 +1,8 @@
 //! The NUCLEO-F446RE. This module writes the words that [`words`] computes.
 //!
-//! With the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor
-//! DMA. Their registers are then a piece of memory ([`PLAYED`]), in which the host plays them.
-//! What it plays is exact, so sigma does not cover QEMU's fallback clock. Nothing else differs.
+//! With the feature `played` the image runs on QEMU's STM32F405, which has neither converters nor DMA. Their registers are then a piece of
+//! memory ([`PLAYED`]), in which the host plays them. The played samples are exact, so sigma does not cover QEMU's fallback clock. Nothing
+//! else differs.
 
 pub mod words;
 
@@ -36,8 +36,8 @@ use picket_wire::settings::GUARD;
 pub const N: usize = 1024;
 /// Words in a slot: an I/Q block with the guard before it.
 pub const SLOT: usize = N + GUARD as usize;
-/// Slots: what memory has room for. The settings say how many are in use. The self-test has its
-/// program in memory instead, the image for sums and bursts what these need.
+/// Slots: as many as memory has room for. The settings say how many are in use. The self-test has its program in memory instead, the image
+/// for sums and bursts its sums and bursts.
 pub const SLOTS: usize = if cfg!(feature = "self-test") {
     USUAL_SLOTS as usize
 } else if cfg!(feature = "signals") {

@@ -1,4 +1,4 @@
-//! The chip's registers by name, and how this board writes them.
+//! The chip's registers by name, and the macros that write them.
 
 use super::PLAYED;
 use stm32f4::stm32f446 as pac;
@@ -6,9 +6,9 @@ use stm32f4::stm32f446 as pac;
 /// Writes a word to a register.
 macro_rules! put {
     ($register:expr, $word:expr) => {
-        // SAFETY: `words` computes this word for this register, or the call names its bits. The
-        // access is volatile, and one place writes the register at a time: only `converter` and
-        // `chirp` use those of the DMA. Some registers have 16 bits, and words that fit.
+        // SAFETY: `words` computes this word for this register, or the caller names its bits. The access is volatile, and only one place
+        // writes the register at a time: only `converter` and `chirp` use the registers of the DMA. Some registers have 16 bits, and words
+        // that fit.
         $register.write(|w| unsafe { w.bits($word as _) })
     };
 }
@@ -74,8 +74,7 @@ peripheral! {
     adc_common: pac::adc_common::RegisterBlock = played(0x4001_2300, 0x700);
 }
 
-/// How often a wait for some microseconds polls before it gives up. What takes longer waits by
-/// [`within`](super::start::within). Every wait ends.
+/// The number of polls for some microseconds before a wait gives up. Longer waits use [`within`](super::start::within). Every wait ends.
 pub const PATIENCE: u32 = 200_000;
 
 /// Waits until `ready`; false if it gave up.
@@ -86,7 +85,7 @@ pub fn wait(mut ready: impl FnMut() -> bool) -> bool {
 
 /// Enables an interrupt line.
 pub fn enable(line: pac::Interrupt) {
-    // SAFETY: handlers share state with the main loop only through queues, atomics and cells made
-    // for that, so no critical section depends on a masked line.
+    // SAFETY: handlers share state with the main loop only through queues, atomics and cells made for sharing, so no critical section
+    // depends on a masked line.
     unsafe { cortex_m::peripheral::NVIC::unmask(line) }
 }

@@ -1,5 +1,4 @@
-//! USART2: two queues and an interrupt. Nobody waits for the line. A frame without room is dropped
-//! whole and counted.
+//! USART2: two queues and an interrupt. The program never waits for the line. A frame without room is dropped whole and counted.
 
 use super::registers::{enable, put, usart2};
 use super::start::within;
@@ -19,8 +18,7 @@ const OUT: usize = 3072;
 /// Room for bytes from the host: two of the largest frames.
 const IN: usize = 512;
 
-/// Bytes in the queue to the host and in the queue from it. An entering byte is counted before it
-/// enters, a leaving one after it left.
+/// Bytes in the queue to the host and in the queue from it. An entering byte is counted before it enters, a leaving one after it left.
 static OUTWARD: AtomicUsize = AtomicUsize::new(0);
 static INWARD: AtomicUsize = AtomicUsize::new(0);
 
@@ -36,7 +34,7 @@ static LINE: Mutex<RefCell<Option<Line>>> = Mutex::new(RefCell::new(None));
 pub struct Serial {
     out: Producer<'static, u8>,
     into: Consumer<'static, u8>,
-    /// Bytes that entered the queue to the host, and those that had left it at the last look; modulo 2^32.
+    /// Bytes that entered the queue to the host, and bytes that had left it at the last look; modulo 2^32.
     entered: u32,
     left: u32,
 }
@@ -72,7 +70,7 @@ impl Serial {
         OUTWARD.fetch_add(frame.len(), Relaxed);
         self.entered = self.entered.wrapping_add(frame.len() as u32);
         for &byte in frame {
-            // There is room: only the interrupt takes bytes, which makes more.
+            // There is room: only the interrupt takes bytes, and so makes more room.
             let _ = enqueue(&mut self.out, byte);
         }
         NVIC::pend(pac::Interrupt::USART2);
@@ -113,8 +111,7 @@ pub fn waiting() -> bool {
     INWARD.load(Relaxed) > 0
 }
 
-/// Handles the interrupt: a byte was received, the transmit register is empty, or the main loop has
-/// something to send.
+/// Handles the interrupt: a byte was received, the transmit register is empty, or the main loop has bytes to send.
 pub extern "C" fn serve() {
     free(|token| {
         if let Ok(mut line) = LINE.borrow(token).try_borrow_mut()
@@ -126,7 +123,7 @@ pub extern "C" fn serve() {
 }
 
 impl Line {
-    /// Bytes in one interrupt: the hardware's register takes two, QEMU's as many as come.
+    /// Bytes in one interrupt: the hardware's register takes two, QEMU's any number.
     const BURST: usize = 64;
 
     fn serve(&mut self) {

@@ -16,7 +16,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use picket_wire::boot::{Causes, LastEnd};
 use stm32f4::stm32f446 as pac;
 
-/// Why the chip was reset. Clears the flags.
+/// The causes of the chip's reset. Clears the flags.
 pub fn causes() -> Causes {
     let causes = guard::causes(rcc().csr().read().bits());
     // RMVF 24.
@@ -70,7 +70,7 @@ fn multiplied(tree: &Tree) -> bool {
     if !wait(|| flash().acr().read().bits() & 15 == tree.flash & 15) {
         return false;
     }
-    // The buses are divided by 16 while the speed changes, as ST's own code has it.
+    // The buses are divided by 16 while the speed changes, as in ST's own code.
     let [slow, switched, last] = tree.steps();
     put!(rcc.cfgr(), slow);
     put!(rcc.cfgr(), switched);
@@ -80,7 +80,7 @@ fn multiplied(tree: &Tree) -> bool {
     }
     put!(rcc.cfgr(), last);
     if tree.source == Source::HsePll {
-        // CSSON 19: if the crystal's clock fails, the chip goes on by its own and tells by NMI.
+        // CSSON 19: if the crystal's clock fails, the chip goes on by its own clock and raises an NMI.
         set!(rcc.cr(), 1 << 19);
     }
     true
@@ -89,7 +89,7 @@ fn multiplied(tree: &Tree) -> bool {
 /// Takes a measure against the chip's noise, in place of the one before.
 #[cfg(feature = "self-test")]
 pub fn quiet(quiet: Quiet) {
-    // What excludes the new bits goes first, and the bits that flash must stand still for come last.
+    // Bits that exclude the new bits are cleared first, and bits that require flash without read-ahead are set last.
     clear!(pwr().cr(), ADCDC1);
     put!(syscfg().pmc(), 0);
     let access = flash().acr().read().bits() & !PREFETCH;
@@ -100,7 +100,7 @@ pub fn quiet(quiet: Quiet) {
 
 /// Handles the failure of the crystal's clock (RM 6.2.7): the board starts anew, by its own clock if
 /// the other is still missing.
-// SAFETY: this is the name by which cortex-m-rt's vector table knows the handler.
+// SAFETY: cortex-m-rt's vector table has the handler under this name.
 #[unsafe(no_mangle)]
 extern "C" fn NonMaskableInt() {
     // CSSC 23 of RCC_CIR.
@@ -111,7 +111,7 @@ extern "C" fn NonMaskableInt() {
 /// Returns to the internal oscillator, from which the chip starts.
 fn back() {
     put!(rcc().cfgr(), 0);
-    // The result does not matter: if the switch failed, the next attempt fails too.
+    // The result does not matter: if the switch failed, the next attempt fails, too.
     let _ = wait(|| rcc().cfgr().read().bits() >> 2 & 3 == 0);
     clear!(rcc().cr(), (1 << 24 | 1 << 19 | 1 << 18 | 1 << 16));
     clear!(pwr().cr(), (1 << 17 | 1 << 16));
@@ -151,8 +151,7 @@ pub fn pins(tree: &Tree) {
     put!(tim5().cr1(), 1);
 }
 
-/// How often the core wakes where nothing else wakes it. The loop then feeds the watchdog, if it
-/// makes progress.
+/// The rate at which the core wakes where nothing else wakes it. The loop then feeds the watchdog, if it makes progress.
 const WAKES_A_SECOND: u32 = 10;
 
 /// Ticks between two wakes.
@@ -177,8 +176,7 @@ fn next() {
     put!(tim5().sr(), !(1 << 1));
 }
 
-/// Waits up to so many milliseconds until `ready`, by TIM5, and looks once more at the end; false if
-/// it gave up.
+/// Waits until `ready`, for at most this many milliseconds by TIM5, and looks once more at the end; false if it gave up.
 #[must_use]
 pub fn within(milliseconds: u32, mut ready: impl FnMut() -> bool) -> bool {
     let begun = ticks();

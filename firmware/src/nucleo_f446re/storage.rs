@@ -38,8 +38,7 @@ impl Flash {
     /// Runs `work` with the controller unlocked.
     fn unlocked(&mut self, control: u32, work: impl FnOnce()) -> Result<(), Refused> {
         const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-        // The core stalls while flash is busy, unless what it executes is in its cache. Either way
-        // the timer goes on.
+        // The core stalls while flash is busy, unless the executed code is in its cache. Either way the timer goes on.
         let ready = || within(LONGEST_MS + 200, || flash().sr().read().bits() & BUSY == 0);
         if !ready() {
             return Err(Refused(BUSY));
@@ -98,9 +97,8 @@ impl Storage for Flash {
     }
 }
 
-/// The program's CRC-32, over its parts in flash as its file has them: vector table, code,
-/// constants, initial values. The checksum skips the padding between them, which depends on the
-/// tool that wrote it.
+/// The program's CRC-32, over its parts in flash in the order of its file: vector table, code, constants, initial values. The checksum
+/// skips the padding between them, which depends on the tool that wrote the file.
 pub fn program() -> u32 {
     unsafe extern "C" {
         static __stext: u32;
@@ -121,6 +119,6 @@ pub fn program() -> u32 {
         &raw const __srodata as usize..&raw const __erodata as usize,
         stored..stored.wrapping_add(values),
     ];
-    // SAFETY: the program lies there, by the linker's script, and reading changes nothing.
+    // SAFETY: the linker's script puts the program there, and reading changes nothing.
     unsafe { checksum::of_memory(parts) }
 }

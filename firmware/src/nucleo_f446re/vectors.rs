@@ -8,8 +8,8 @@ use stm32f4::stm32f446 as pac;
 #[macro_export]
 macro_rules! nucleo_vectors {
     () => {
-        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of
-        // the vector table, whose type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script requires this name and section for the device's part of the vector table, whose type is an
+        // array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: [$crate::nucleo_f446re::vectors::Handler;

@@ -94,7 +94,7 @@ impl Board<N, SLOT> for Pico {
         if !self.corrects {
             return;
         }
-        // Two real samples share a word, and so do the two of a pair.
+        // Two real samples share a word, and so do both samples of a pair.
         let block = slot.memory().get_mut(self.guard / 2..).unwrap_or_default();
         let halves = block.as_chunks_mut::<{ N / 2 }>().0;
         halves.iter_mut().take(if self.iq { 2 } else { 1 }).for_each(correct);

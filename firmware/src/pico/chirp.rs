@@ -68,12 +68,11 @@ impl Chirp {
         put!(rewound.ch_write_addr(), played.ch_al3_read_addr_trig().as_ptr() as u32);
         put!(rewound.ch_trans_count(), 1);
         put!(rewound.ch_al1_ctrl(), REWIND);
-        // It gives the other one its address, and starts it.
+        // The rewinding channel gives the playing one its address, and starts it.
         put!(dma().multi_chan_trigger(), 1 << REWOUND);
     }
 
-    /// Starts both slices at once. To be called without interrupts: the second level must be there when
-    /// the first sample ends.
+    /// Starts both slices at once. Call it with interrupts masked: the second level must be there when the first sample ends.
     pub fn run(&self) {
         let sync = if self.sync.is_some() { 1 << SYNC } else { 0 };
         put!(pwm().en(), 1 << RAMP | sync);

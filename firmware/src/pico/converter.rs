@@ -1,9 +1,8 @@
 //! The converter, its FIFO, and two DMA channels that start each other.
 //!
-//! While one channel fills its slot, the interrupt notes an empty slot for the other one. At the end of
-//! a block a further channel reads that note: it gives the other channel its slot and starts it. Without
-//! a new note the channel has the slot that it had, so a late interrupt spoils that one, and nothing
-//! else.
+//! While one channel fills its slot, the interrupt notes an empty slot for the other one. At the end of a block a further channel reads
+//! that note: it gives the other channel its slot and starts it. Without a new note the channel fills its old slot again, so a late
+//! interrupt spoils that slot, and nothing else.
 
 use super::chirp::Chirp;
 use super::elapsed::{Elapsed, Pulsed};
@@ -40,11 +39,11 @@ pub struct Chain {
     chirp: Option<Chirp>,
 }
 
-/// How blocks follow each other.
+/// The way in which blocks follow each other.
 enum Time {
     /// Without a pause.
     Free(Elapsed),
-    /// By the chirps that the sync input opens; the last says whether one was open when the samples stopped.
+    /// By the chirps that the sync input opens; the last field says whether one was open when the samples stopped.
     Pulsed(Pulse, Pulsed, bool),
 }
 
@@ -60,7 +59,7 @@ impl Time {
         }
     }
 
-    /// See [`Elapsed::completed`].
+    /// Counts completed blocks, see [`Elapsed::completed`].
     fn completed(&mut self, odd: bool, now: u32) -> u32 {
         match self {
             Time::Free(elapsed) => elapsed.completed(odd, now),
@@ -71,7 +70,7 @@ impl Time {
         }
     }
 
-    /// See [`Elapsed::ended`].
+    /// Counts the blocks before a failure, see [`Elapsed::ended`].
     fn ended(&mut self, now: u32) -> u32 {
         match self {
             Time::Free(elapsed) => elapsed.ended(now),
@@ -82,7 +81,7 @@ impl Time {
         }
     }
 
-    /// See [`Elapsed::restart`]. The samples stand.
+    /// Counts the blocks at a restart, see [`Elapsed::restart`]. The samples stand.
     fn restart(&mut self, now: u32) -> u32 {
         match self {
             Time::Free(elapsed) => elapsed.restart(now),
@@ -94,7 +93,7 @@ impl Time {
     }
 }
 
-/// One of two, by the channel.
+/// One of two values, by the channel.
 const fn of<T: Copy>([one, other]: [T; 2], second: bool) -> T {
     if second { other } else { one }
 }
@@ -106,7 +105,7 @@ pub fn busy(channel: usize) -> bool {
 
 /// Whether a channel fills its slot, or is about to.
 fn fills(second: bool) -> bool {
-    // In this order: the one starts the other.
+    // In this order: the turning channel starts the chained one.
     busy(of(TURNED, second)) || busy(of(CHAINED, second))
 }
 
@@ -114,7 +113,7 @@ fn failed(second: bool) -> bool {
     dma().ch(of(CHAINED, second)).ch_ctrl_trig().read().bits() & ERRORS != 0
 }
 
-/// Notes the slot that a channel has next.
+/// Notes the next slot of a channel.
 fn note(second: bool, slot: &Slot) {
     of(NEXT.each_ref(), second).store(slot.address(), Ordering::Relaxed);
     // The barrier puts the note into memory, and completes all reads of the slot, before the channel
@@ -122,7 +121,7 @@ fn note(second: bool, slot: &Slot) {
     cortex_m::asm::dmb();
 }
 
-/// Turns a channel off, so that no other starts it, before it is aborted: an abort may complete it, and start the one that it names
+/// Turns a channel off, so that no other starts it, before it is aborted: an abort may complete it, and start the channel that it names
 /// (RP2040-E13).
 pub fn off<const CHANNEL: usize>() {
     let control = dma().ch(CHANNEL).ch_al1_ctrl();
@@ -215,7 +214,7 @@ impl Dma for Chain {
             0 => self.last,
             1 => false,
             2 => true,
-            // Of both, the one that does not run completed last.
+            // Of the two, the channel that does not run completed last.
             _ => fills(false),
         };
         let broken = failed(false) || failed(true);
@@ -243,7 +242,7 @@ impl Dma for Chain {
         if !fills(last) {
             return Ok(full);
         }
-        // The channel has started meanwhile, and in which slot is unknown.
+        // The channel has started meanwhile, and its slot is unknown.
         let empty = core::mem::replace(place, full);
         self.stop();
         self.stopped = true;
@@ -274,11 +273,11 @@ pub fn pause() {
     FILLER.with(|filler| filler.dma().stop());
 }
 
-/// Starts the samples at the start of a chirp; what passed since [`pause`] is counted as lost.
+/// Starts the samples at the start of a chirp; samples that passed since [`pause`] are counted as lost.
 pub fn resume() {
     FILLER.with(|filler| {
         filler.restart();
-        // What was raised before concerns the old start.
+        // Interrupts raised before belong to the old start.
         NVIC::unpend(pac::Interrupt::DMA_IRQ_0);
     });
 }
@@ -300,7 +299,7 @@ pub fn counters() -> Counters {
 /// Sets up the channels and starts the converter. Returns the main loop's end; `None` at the second
 /// call.
 pub fn start(plan: &Plan<N>, words: &Words) -> Option<Blocks<'static, Slot>> {
-    // One cell, since each has a flag, which takes as much as its memory's alignment.
+    // One cell for all, since each cell has a flag, which is as large as its memory's alignment.
     static MEMORY: ConstStaticCell<[Memory; SLOTS]> = ConstStaticCell::new([[0; SLOT]; SLOTS]);
     static FRONT_END: ConstStaticCell<FrontEnd<Slot, SPARES>> =
         ConstStaticCell::new(FrontEnd::new());

@@ -1,5 +1,5 @@
-//! The codes of a block, moved by the table of [`widths`](super::widths): 6 cycles a code. The compiler's own
-//! way takes half as much again, since it checks each place in the table.
+//! The codes of a block, moved by the table of [`widths`](super::widths): 6 cycles a code. The compiler's own code takes half as long
+//! again, since it checks each index of the table.
 
 use super::N;
 use super::widths::MOVES;
@@ -8,15 +8,15 @@ use core::arch::naked_asm;
 /// Corrects codes, two in a word.
 pub fn correct(pairs: &mut [u32; N / 2]) {
     let end = pairs.as_mut_ptr_range().end;
-    // SAFETY: the converter's codes have 12 bits (DS 4.9.6), as many as the table has places.
+    // SAFETY: the converter's codes have 12 bits (DS 4.9.6), and the table has an entry for each.
     unsafe { move_codes(pairs.as_mut_ptr(), &raw const MOVES, end) };
 }
 
-/// Adds to each code what stands at its place of the table: four words at a time.
+/// Adds to each code its entry of the table: four words at a time.
 ///
 /// # Safety
 /// From the first to the last address are words, a multiple of four, with codes of 12 bits.
-// SAFETY: it reads and writes what the caller names, and restores the registers that it must.
+// SAFETY: the function reads and writes the memory that the caller names, and restores the registers that it must.
 #[unsafe(naked)]
 unsafe extern "C" fn move_codes(pairs: *mut u32, moves: *const [i8; 4096], end: *mut u32) {
     naked_asm!(

@@ -1,13 +1,13 @@
-//! How many blocks have passed: by the timer, or by the pulses of a chirp's source.
+//! The number of blocks that have passed: by the timer, or by the pulses of a chirp's source.
 
 use super::words::ADC_HZ;
 
-/// When blocks end: the flags of two channels cannot count above two, but the timer can.
+/// The ends of blocks: the flags of two channels cannot count above two, but the timer can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elapsed {
     /// Cycles of a block.
     block: u32,
-    /// When the last counted block ended: microseconds of the timer, and cycles less than one.
+    /// The end of the last counted block: microseconds of the timer, and cycles less than one microsecond.
     micros: u32,
     cycles: u32,
 }
@@ -16,7 +16,7 @@ pub struct Elapsed {
 const PER_MICROSECOND: u32 = ADC_HZ / 1_000_000;
 
 impl Elapsed {
-    /// Blocks of so many cycles, from now on.
+    /// Blocks of `block` cycles, from now on.
     pub const fn new(block: u32, now: u32) -> Self {
         Self { block, micros: now, cycles: 0 }
     }
@@ -27,9 +27,8 @@ impl Elapsed {
         micros * i64::from(PER_MICROSECOND) - i64::from(self.cycles)
     }
 
-    /// Blocks completed since the last call, if at least one was; `odd` says that the channel which
-    /// completed last is not the one of the last call. The timer may be early or late by less than a
-    /// block: the parity corrects it.
+    /// Blocks completed since the last call, if at least one was; `odd` says that the channel which completed last differs from the one at
+    /// the last call. The timer may be early or late by less than a block: the parity corrects the count.
     pub fn completed(&mut self, odd: bool, now: u32) -> u32 {
         let since = self.since(now);
         let block = i64::from(self.block);
@@ -51,8 +50,8 @@ impl Elapsed {
         blocks
     }
 
-    /// Blocks whose time is over since the last call, where a channel has failed: it tells of an end that
-    /// its block does not have.
+    /// Blocks whose time is over since the last call, after a channel has failed: the channel then reports an end that its block does not
+    /// have.
     pub fn ended(&mut self, now: u32) -> u32 {
         let blocks = self.since(now).div_euclid(i64::from(self.block.max(1)));
         let blocks = blocks.clamp(0, u32::MAX.into()) as u32;
@@ -77,8 +76,8 @@ impl Elapsed {
     }
 }
 
-/// Blocks of chirps that follow pulses: each pulse opens the gate for the blocks of one chirp. A pulse that comes too early, or while
-/// the samples stand, has none; its blocks count as lost ones.
+/// Blocks of chirps that follow pulses: each pulse opens the gate for the blocks of one chirp. A pulse that comes too early, or while the
+/// samples stand, opens no gate; its blocks count as lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pulsed {
     /// Cycles of a block.
@@ -89,25 +88,25 @@ pub struct Pulsed {
     over: u64,
     /// Blocks that are counted.
     counted: u64,
-    /// Blocks of pulses in vain that are not yet counted, and those that come after the last chirp that is over.
+    /// Blocks of pulses in vain that are not yet counted, and blocks of pulses after the last chirp that is over.
     missed: u64,
     after: u64,
 }
 
 impl Pulsed {
-    /// Blocks of so many cycles, so many in a chirp.
+    /// Blocks of `block` cycles, `segments` in a chirp.
     pub const fn new(block: u32, segments: u32) -> Self {
         Self { block, segments, over: 0, counted: 0, missed: 0, after: 0 }
     }
 
-    /// A chirp is over; so many pulses came in vain during it.
+    /// Ends a chirp during which `missed` pulses came in vain.
     pub fn close(&mut self, missed: u32) {
         self.over += u64::from(self.segments);
         self.missed += self.after;
         self.after = self.chirps(missed);
     }
 
-    /// Blocks of so many chirps.
+    /// Blocks of `chirps` chirps.
     fn chirps(&self, chirps: u32) -> u64 {
         u64::from(chirps) * u64::from(self.segments)
     }
@@ -117,14 +116,14 @@ impl Pulsed {
         self.missed += self.chirps(pulses);
     }
 
-    /// Whole blocks of an open chirp after so many cycles, and whether half of a further one is over.
+    /// Whole blocks of an open chirp after `open` cycles, and whether half of a further block is over.
     fn within(&self, open: Option<u32>) -> (u64, bool) {
         let (cycles, block) = (open.unwrap_or(0), self.block.max(1));
         ((cycles / block).into(), cycles % block >= block / 2)
     }
 
-    /// Blocks completed since the last call, if at least one was, with those of pulses in vain. A chirp that is not over is open
-    /// for so many cycles; `odd` as for [`Elapsed::completed`].
+    /// Blocks completed since the last call, if at least one was, pulses in vain included. A chirp that is not over has been open for
+    /// `open` cycles; `odd` is that of [`Elapsed::completed`].
     pub fn completed(&mut self, odd: bool, open: Option<u32>) -> u32 {
         let (whole, late) = self.within(open);
         let right = (self.over + whole).wrapping_sub(self.counted) & 1 == u64::from(odd);
@@ -136,7 +135,7 @@ impl Pulsed {
         self.count(self.over + within)
     }
 
-    /// Blocks whose time is over since the last call, where a channel has failed.
+    /// Blocks whose time is over since the last call, after a channel has failed.
     pub fn ended(&mut self, open: Option<u32>) -> u32 {
         let (whole, _) = self.within(open);
         self.count(self.over + whole)
@@ -151,8 +150,8 @@ impl Pulsed {
         new.min(u32::MAX.into()) as u32
     }
 
-    /// Blocks up to the end of the last chirp since the last counted one, and those of pulses in vain: at least one. Counting begins
-    /// again. `open` says that the last chirp was not over.
+    /// Blocks from the last counted one to the end of the last chirp, pulses in vain included: at least one. Counting begins again. `open`
+    /// says that the last chirp was not over.
     pub fn restart(&mut self, open: bool) -> u32 {
         let rest = if open { self.segments } else { 0 };
         self.missed += core::mem::take(&mut self.after);
@@ -231,7 +230,7 @@ mod tests {
                 random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 (random >> 33) % most
             };
-            // The real blocks, and all of them with those of pulses in vain.
+            // The real blocks, and all blocks, pulses in vain included.
             let (mut real, mut all) = (0u64, 0u64);
             let (mut seen_real, mut seen) = (0u64, 0u64);
             for _ in 0..10_000 {
@@ -242,7 +241,7 @@ mod tests {
                 };
                 for number in 1..segments {
                     (real, all) = (real + 1, all + 1);
-                    // Now and then nobody looks.
+                    // Now and then the count is not read.
                     if next(4) > 0 {
                         let cycles = (number * block + next(block - 200)).saturating_sub(next(96));
                         look(real, all, Some(cycles as u32), &mut pulsed);
@@ -260,7 +259,7 @@ mod tests {
                         look(real, all, None, &mut pulsed);
                     }
                 }
-                // They are counted with the next chirp.
+                // These pulses are counted with the next chirp.
                 all += missed * segments;
             }
             pulsed.miss(2);

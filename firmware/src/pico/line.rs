@@ -1,5 +1,5 @@
-//! UART0: a ring that a DMA channel empties, and a queue that an interrupt fills. Nobody waits for the
-//! line. A frame without room is dropped whole and counted.
+//! UART0: a ring that a DMA channel empties, and a queue that an interrupt fills. The program never waits for the line. A frame without
+//! room is dropped whole and counted.
 
 use super::registers::{dma, enable, put, uart};
 use super::start::within;
@@ -17,12 +17,12 @@ const OUT: usize = 1 << OUT_BITS;
 /// Room for bytes from the host: two of the largest frames.
 const IN: usize = 512;
 
-/// The bytes to the host, at a multiple of their number: the channel's address wraps there.
+/// The bytes to the host, aligned to their number: the channel's address wraps there.
 #[repr(C, align(2048))]
 struct Ring([u8; OUT]);
 const _: () = assert!(size_of::<Ring>() == align_of::<Ring>());
 
-/// Bytes written to the ring, and those of them that the channel was told of; modulo 2^32.
+/// Bytes written to the ring, and bytes given to the channel; modulo 2^32.
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static TOLD: AtomicU32 = AtomicU32::new(0);
 /// Bytes received, and bytes taken from their queue; modulo 2^32.
@@ -39,7 +39,7 @@ pub struct Serial {
     left: u32,
 }
 
-/// Adds to a count that one place alone writes.
+/// Adds to a count that is written in one place only.
 fn add(count: &AtomicU32, more: u32) {
     count.store(count.load(Relaxed).wrapping_add(more), Relaxed);
 }
@@ -56,7 +56,7 @@ pub fn put_in<const OUT: usize>(ring: &mut [u8; OUT], written: u32, bytes: &[u8]
 }
 
 impl Serial {
-    /// Sets up channel and queue of a port that runs; `None` at the second call.
+    /// Sets up channel and queue of a running port; `None` at the second call.
     pub fn start() -> Option<Self> {
         static RING: ConstStaticCell<Ring> = ConstStaticCell::new(Ring([0; OUT]));
         static FROM_HOST: ConstStaticCell<Queue<u8, IN>> = ConstStaticCell::new(Queue::new());
@@ -129,7 +129,7 @@ fn unsent() -> u32 {
     })
 }
 
-/// Gives the channel what was written since it started, unless it runs.
+/// Gives the channel the bytes written since it started, unless it runs.
 fn tell() {
     free(|_| {
         let channel = dma().ch(TRANSMIT);
@@ -142,12 +142,12 @@ fn tell() {
             put!(channel.ch_al1_ctrl(), TRANSMITTED);
         }
         add(&TOLD, more);
-        // Its address is where the last transfer ended.
+        // The channel's address is where the last transfer ended.
         put!(channel.ch_al1_trans_count_trig(), more);
     });
 }
 
-/// Handles the interrupt of the channel: it is at its end.
+/// Handles the interrupt of the channel: the channel is at its end.
 pub extern "C" fn sent() {
     put!(dma().ints1(), 1 << TRANSMIT);
     tell();
@@ -158,7 +158,7 @@ pub fn waiting() -> bool {
     RECEIVED.load(Relaxed) != TAKEN.load(Relaxed)
 }
 
-/// Takes bytes of the host that came by another way.
+/// Takes bytes of the host that came by another port.
 #[cfg(feature = "usb")]
 pub fn hear(bytes: impl Iterator<Item = u8>) {
     free(|token| {

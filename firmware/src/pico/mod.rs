@@ -7,10 +7,9 @@
 //! sync input -> PWM -> channels -> converter on and off, in place of the chirp
 //! ```
 //!
-//! What runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's
-//! cache of 16 KiB it would take longer than a block. [`words`] and [`waveform`] compute what goes into
-//! the registers, [`elapsed`] counts blocks, and [`widths`] corrects the codes: they have tests on the host. The other modules only
-//! write registers. Sections named DS are of the RP2040's data sheet.
+//! Code that runs for every block lies in SRAM (`firmware/pico.x`): read from flash through the chip's cache of 16 KiB it would take longer
+//! than a block. [`words`] and [`waveform`] compute the values of the registers, [`elapsed`] counts blocks, and [`widths`] corrects the
+//! codes: these modules have tests on the host. The other modules only write registers. Sections named DS are in the RP2040's data sheet.
 
 pub mod elapsed;
 pub mod waveform;
@@ -48,11 +47,11 @@ use picket_dsp::pipeline::Alternating;
 
 /// Samples in a block of this image.
 pub const N: usize = 1024;
-/// What measures the pairs that its converter takes by turns.
+/// The pipeline for the pairs that the converter takes by turns.
 pub type Pairs = Alternating<N, { 2 * N }>;
 /// Words in a slot: an I/Q block, or twice a real one.
 pub const SLOT: usize = N;
-/// Slots: what memory has room for. The settings say how many are in use.
+/// Slots: as many as memory has room for. The settings say how many are in use.
 pub const SLOTS: usize = 16;
 /// Slots in use unless the settings say otherwise: two that the channels fill in turn, one that is
 /// measured, and five that wait while a block takes longer than its time.

@@ -1,12 +1,12 @@
-//! The product of two numbers of 64 bits, as the compiler calls it: some 30 cycles for its own 50. The
-//! measurement takes two hundred of them a block, half of them inside products of floats.
+//! The product of two numbers of 64 bits, under the name that the compiler calls: some 30 cycles instead of the 50 of the compiler's own.
+//! The measurement takes two hundred such products a block, half of them inside products of floats.
 
 use core::arch::naked_asm;
 
 /// The low 64 bits of `r1:r0` times `r3:r2`. The core multiplies 32 bits to 32, so the lower halves are
 /// multiplied by 16 bits at a time.
-// SAFETY: this is the name of the run-time ABI for it (RTABI 4.2), of which the compiler's own is a weak
-// symbol; it keeps to the registers that a function may use.
+// SAFETY: the run-time ABI has this name for this product (RTABI 4.2), and the compiler's own function is a weak symbol; this one changes
+// only the registers that a function may change.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 extern "C" fn __aeabi_lmul() {

@@ -1,6 +1,6 @@
 //! The sync input at GP13: a rise opens the gate for exactly the samples of one chirp, without the core.
 //!
-//! Each channel writes one word and starts the next one, but for two, which a wrap starts:
+//! Each channel writes one word and starts the next channel, except for two, which a wrap starts:
 //!
 //! ```text
 //! GP13 rises: slice 6 wraps   -> converter's divider anew, converter on, slice 7 on
@@ -14,13 +14,13 @@ use super::waveform::Count;
 use super::words::{CORE_CYCLES, LINKED, LINKS, PLACES, Words};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// The slice that counts rises of GP13, and the one that counts a chirp.
+/// The slice that counts rises of GP13. Slice 7 counts a chirp.
 const RISES: usize = 6;
 const GATE: usize = 7;
 /// Slice 6 before the wrap of the next rise.
 const READY: u32 = 0xFFFF;
 
-/// CHn_CSR, DIVMODE 5:4 (DS 4.5.3): rises of its B input are counted, so that the slice does not drive that pin.
+/// CHn_CSR, DIVMODE 5:4 (DS 4.5.3): rises of the slice's B input are counted, so that the slice does not drive this pin.
 const BY_RISES: u32 = 2 << 4;
 
 /// A ring that a channel writes to.
@@ -45,7 +45,7 @@ impl Ring {
 /// The rises during each chirp that is over.
 static MEANWHILE: Ring = Ring::new();
 
-/// What the channels write: the converter's divider, which then begins anew (DS 4.9.6); the converter on, slices 6 and 7, the
+/// The words that the channels write: the converter's divider, which then begins anew (DS 4.9.6); the converter on, slices 6 and 7, the
 /// converter off, slice 6, ready.
 static DIVIDER: AtomicU32 = AtomicU32::new(0);
 static CONVERTER_ON: AtomicU32 = AtomicU32::new(0);
@@ -70,7 +70,7 @@ fn link<const CHANNEL: usize>(control: u32, read: u32, write: u32) {
 /// The sync input.
 pub struct Pulse {
     gate: Count,
-    /// Whether it waits for rises or lets a chirp through.
+    /// Whether the input waits for rises or lets a chirp through.
     armed: bool,
     /// Chirps whose end was seen, from the last arming on.
     seen: usize,
@@ -125,7 +125,7 @@ impl Pulse {
         put!(pwm().en(), 1 << RISES);
     }
 
-    /// Stops, so that no rise starts the converter; they are counted on. Whether a chirp was open.
+    /// Stops, so that no rise starts the converter; rises are still counted. Returns whether a chirp was open.
     pub fn stop(&mut self, pulsed: &mut Pulsed) -> bool {
         let open = self.look(pulsed).is_some();
         self.armed = false;
@@ -172,7 +172,7 @@ impl Pulse {
         closed || pwm().ch(RISES).ctr().read().bits() & READY != READY
     }
 
-    /// Tells of the chirps that are over since the last call, and of the pulses in vain. The converter's cycles since a chirp was
+    /// Reports the chirps that are over since the last call, and the pulses in vain. Returns the converter's cycles since a chirp was
     /// opened, if it is not over.
     pub fn look(&mut self, pulsed: &mut Pulsed) -> Option<u32> {
         pulsed.miss(core::mem::take(&mut self.vain));

@@ -1,12 +1,12 @@
-//! The chip's registers by name, and how this board writes them.
+//! The chip's registers by name, and the macro that writes them.
 
 use rp2040_hal::pac;
 
 /// Writes a word to a register.
 macro_rules! put {
     ($register:expr, $word:expr) => {
-        // SAFETY: `words` computes this word for this register, or the call names its bits. The access
-        // is volatile, and one place writes the register at a time.
+        // SAFETY: `words` computes this word for this register, or the caller names its bits. The access is volatile, and only one place
+        // writes the register at a time.
         $register.write(|w| unsafe { w.bits($word) })
     };
 }
@@ -42,7 +42,7 @@ peripheral! {
 
 /// Lets an interrupt through.
 pub fn enable(line: pac::Interrupt) {
-    // SAFETY: the vector table has a handler for it.
+    // SAFETY: the vector table has a handler for this line.
     unsafe { pac::NVIC::unmask(line) };
 }
 

@@ -10,9 +10,8 @@ use rp2040_hal::pll::common_configs::PLL_USB_48MHZ;
 use rp2040_hal::pll::{Locked, PLLConfig, PhaseLockedLoop, PhaseLockedLoopDevice};
 use rp2040_hal::xosc::{CrystalOscillator, Stable};
 
-/// Resets the whole chip if only the core was reset, as it does itself and a debugger does: channels,
-/// converter and USB would run on. To be called first: what the last program left is still there after
-/// it.
+/// Resets the whole chip if only the core was reset, as a debugger or the core itself does: channels, converter and USB would run on. Call
+/// this function first: afterwards the last program's memory is still there.
 pub fn whole() {
     // DMA 2: only this program takes the controller out of its reset.
     if resets().reset_done().read().bits() & 1 << 2 != 0 {
@@ -24,7 +23,7 @@ pub fn whole() {
     }
 }
 
-/// Why the chip was reset.
+/// The causes of the chip's reset.
 pub fn causes() -> Causes {
     // SAFETY: the chip has this register, and reading changes nothing (DS 2.12.7, CHIP_RESET).
     let chip = unsafe { (0x4006_4008 as *const u32).read_volatile() };
@@ -39,7 +38,7 @@ const SYSTEM: PLLConfig = PLLConfig {
     post_div2: 2,
 };
 
-/// Asks many times; `None` if it gave up. The crystal takes some milliseconds, of a core at 6 MHz.
+/// Tries many times; `None` if it gave up. The crystal takes some milliseconds of a core at 6 MHz.
 fn patiently<T, E>(mut ask: impl FnMut() -> Result<T, E>) -> Option<T> {
     (0..200_000).find_map(|_| ask().ok())
 }
@@ -73,7 +72,7 @@ pub fn clocks(
     watch();
     let xosc = crystal(sources.0)?;
     let mut clocks = ClocksManager::new(tree);
-    // The clocks leave the multipliers before these change, as after a reset they have.
+    // The clocks leave the multipliers before these change, as they have left them after a reset.
     let system = multiplied(sources.1, SYSTEM, resets)?;
     let usb = multiplied(sources.2, PLL_USB_48MHZ, resets)?;
     clocks.init_default(&xosc, &system, &usb).ok()?;
@@ -105,7 +104,7 @@ pub fn alarm() {
     enable(pac::Interrupt::TIMER_IRQ_0);
 }
 
-/// Handles the alarm's interrupt, which only wakes the core: the next one is set.
+/// Handles the alarm's interrupt, which only wakes the core: sets the next alarm.
 pub extern "C" fn wake() {
     put!(timer().intr(), 1);
     put!(timer().alarm0(), ticks().wrapping_add(WAKE));
@@ -116,7 +115,7 @@ pub fn ticks() -> u32 {
     timer().timerawl().read().bits()
 }
 
-/// Waits up to so many milliseconds until `ready`; false if it gave up.
+/// Waits until `ready`, for at most this many milliseconds; false if it gave up.
 #[must_use]
 pub fn within(milliseconds: u32, mut ready: impl FnMut() -> bool) -> bool {
     let begun = ticks();

@@ -5,9 +5,9 @@ use crate::instrument::storage::{Page, Storage};
 use core::ptr::{read_volatile, with_exposed_provenance};
 use rp2040_hal::rom_data;
 
-/// Where flash is read.
+/// The address at which flash is read.
 const START: usize = 0x1000_0000;
-/// Bytes of a sector, and of what is written at a time.
+/// Bytes of a sector, and of a page, the smallest unit of writing.
 const SECTOR: usize = 4096;
 const PAGE: usize = 256;
 /// The last two sectors of 2 MiB; pico.x keeps the program below.
@@ -31,7 +31,7 @@ const fn place(page: Page) -> usize {
     }
 }
 
-/// What is done to flash.
+/// An operation on flash.
 enum Work<'a> {
     Erase,
     Write(&'a [u8; PAGE]),
@@ -40,9 +40,8 @@ enum Work<'a> {
 /// The second boot stage, as memory to run it from: 252 bytes and their checksum.
 type Stage = [u32; PAGE / 4];
 
-/// Does it by the ROM's functions, with interrupts off, since flash cannot be read meanwhile. A sector
-/// takes 0.4 s at most, a page 3 ms (W25Q16JV, 9.6). This function lies in SRAM, as all of this module
-/// does, and calls nothing in flash while it cannot be read.
+/// Runs an operation by the ROM's functions, with interrupts off, since flash cannot be read meanwhile. A sector takes 0.4 s at most, a
+/// page 3 ms (W25Q16JV, 9.6). This function lies in SRAM, like the whole module, and calls nothing in flash while flash cannot be read.
 #[inline(never)]
 fn work(offset: usize, work: &Work<'_>) {
     let mut stage: Stage = [0; PAGE / 4];
@@ -95,7 +94,7 @@ impl Storage for Flash {
         if index >= WORDS {
             return Err(Refused);
         }
-        // Ones leave what they are written over.
+        // Ones leave the old bits unchanged.
         let mut bytes = [0xFF; PAGE];
         let words = bytes.as_chunks_mut::<4>().0;
         *words.get_mut(index % (PAGE / 4)).ok_or(Refused)? = word.to_le_bytes();
@@ -109,6 +108,6 @@ pub fn program() -> u32 {
     unsafe extern "C" {
         static __image_end: u32;
     }
-    // SAFETY: the program lies there, by the linker's script, and reading changes nothing.
+    // SAFETY: the linker's script puts the program there, and reading changes nothing.
     unsafe { checksum::of_memory(core::iter::once(START..&raw const __image_end as usize)) }
 }

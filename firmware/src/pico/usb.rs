@@ -1,7 +1,7 @@
-//! A serial port over USB (CDC-ACM), beside UART0: both say the same and take the same commands.
+//! A serial port over USB (CDC-ACM), beside UART0: both send equal frames and take equal commands.
 //!
-//! Frames wait in a ring while a program has the port open. Nobody waits for the line: a frame without
-//! room is dropped whole and counted. With nobody there the ring is empty, and nothing is lost.
+//! Frames wait in a ring while a program has the port open. The board never waits for the line: a frame without room is dropped whole and
+//! counted. With no program there the ring is empty, and nothing is lost.
 
 use super::line;
 use super::registers::enable;
@@ -17,7 +17,7 @@ use usb_device::prelude::{
 };
 use usbd_serial::{CdcAcmClass, USB_CLASS_CDC};
 
-/// The numbers that V-USB shares among serial ports, which the names tell apart.
+/// The numbers that V-USB shares among serial ports, which differ by their names.
 const NUMBERS: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
 /// The largest packet of the endpoints, bytes.
 const PACKET: usize = 64;
@@ -32,18 +32,18 @@ struct Port {
     class: CdcAcmClass<'static, UsbBus>,
     open: bool,
     ring: [u8; OUT],
-    /// Bytes written to the ring, and sent of them; modulo 2^32.
+    /// Bytes written to the ring, and bytes sent from it; modulo 2^32.
     written: u32,
     sent: u32,
 }
 
 impl Port {
-    /// Follows what happened on the bus.
+    /// Follows the events on the bus.
     fn follow(&mut self) {
         let _ = self.device.poll(&mut [&mut self.class]);
         let open = self.device.state() == UsbDeviceState::Configured && self.class.dtr();
         if open != self.open {
-            // What was not sent is of no use to another reader. A zero ends the frame that was cut.
+            // Unsent bytes are of no use to another reader. A zero ends the frame that was cut.
             (self.open, self.sent) = (open, self.written);
             self.put(if open { &[0] } else { &[] });
         }
@@ -54,7 +54,7 @@ impl Port {
         self.pass();
     }
 
-    /// Whether a frame was taken, or nobody is there to miss it.
+    /// Whether a frame was taken, or no program is there to miss it.
     fn send(&mut self, frame: &[u8]) -> bool {
         if !self.open {
             return true;

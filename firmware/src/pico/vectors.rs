@@ -8,8 +8,8 @@ use rp2040_hal::pac;
 #[macro_export]
 macro_rules! pico_vectors {
     () => {
-        // SAFETY: cortex-m-rt's linker script gives this name and section to the device's part of the
-        // vector table, whose type is an array of handlers.
+        // SAFETY: cortex-m-rt's linker script requires this name and section for the device's part of the vector table, whose type is an
+        // array of handlers.
         #[unsafe(link_section = ".vector_table.interrupts")]
         #[unsafe(no_mangle)]
         static __INTERRUPTS: [$crate::pico::vectors::Handler; $crate::pico::vectors::LINES] =
@@ -22,10 +22,10 @@ macro_rules! pico_vectors {
     };
 }
 
-/// How the chip reads the flash of a Pico: the ROM runs it first.
+/// The chip's access to the flash of a Pico: the ROM runs this code first.
 pub const BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 
-/// Interrupt lines of the chip (DS 2.3.2), with the six that nothing drives.
+/// Interrupt lines of the chip (DS 2.3.2), including the six that nothing drives.
 pub const LINES: usize = 32;
 /// A handler in the vector table.
 pub type Handler = unsafe extern "C" fn();

@@ -1,8 +1,7 @@
 //! A chirp by pulse widths, in step with the samples.
 //!
-//! Slice 7 gives a pulse for each sample; its width is the chirp's height at that sample. A low-pass
-//! filter (docs/pico.md) makes a ramp of the pulses. Pulses and samples count the same crystal, by two
-//! multipliers, so they cannot drift apart.
+//! Slice 7 makes a pulse for each sample; its width is the chirp's height at that sample. A low-pass filter (docs/pico.md) turns the pulses
+//! into a ramp. Pulses and samples count one crystal, by two multipliers, so they cannot drift apart.
 //!
 //! ```text
 //! GP14       /‾‾‾‾‾‾\            behind the filter: up, flat, down
@@ -34,7 +33,7 @@ pub struct Waveform {
     period: u32,
 }
 
-/// What a slice counts: PWM_CHn_DIV and TOP (DS 4.5.3).
+/// The count of a slice: PWM_CHn_DIV and TOP (DS 4.5.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// DIV: INT 11:4.
@@ -81,8 +80,8 @@ impl Waveform {
         }
     }
 
-    /// The count of slice 6, and its level: a period is a chirp, and the level is that of the first
-    /// segment, or of half a sawtooth. `None` where a chirp is too long for the counter.
+    /// The count of slice 6, and its level: a period is a chirp, and the level covers the first segment, or half a sawtooth. `None` where a
+    /// chirp is too long for the counter.
     pub fn sync(&self) -> Option<(Count, u32)> {
         let parts = self.segments().max(2);
         let chirp = self.samples().checked_mul(self.period)?.checked_mul(CORE_CYCLES)?;
@@ -94,7 +93,7 @@ impl Waveform {
         })
     }
 
-    /// How high the chirp is at a sample: codes, times the segment's length.
+    /// The height of the chirp at a sample: codes, times the segment's length.
     fn height(&self, sample: u32) -> u64 {
         let [low, high] = self.codes.map(u64::from);
         let length = u64::from(self.length);
@@ -107,10 +106,9 @@ impl Waveform {
         }
     }
 
-    /// Fills the table with the levels of slice 7, and returns the part in use. A level is rounded so
-    /// that the sum of all up to it is right, since the filter adds them up. The table begins with the
-    /// chirp's third sample: the controller fetches each level a sample before the slice takes it over,
-    /// and the first two are written before it is asked.
+    /// Fills the table with the levels of slice 7, and returns the part in use. A level is rounded so that the sum of all levels up to it
+    /// is right, since the filter adds them up. The table begins with the chirp's third sample: the controller fetches each level a sample
+    /// before the slice takes it over, and the first two are written before the first request.
     pub fn fill<'a>(&self, table: &'a mut [u16; PLACES]) -> &'a [u16] {
         let levels = u64::from(self.count().top) + 1;
         let whole = (u64::from(FULL) * u64::from(self.length)).max(1);
@@ -120,7 +118,7 @@ impl Waveform {
             rest += levels * self.height(sample);
             let level = rest / whole;
             rest -= level * whole;
-            // Two places on, that is as many before the next chirp's.
+            // Two places on: the last two levels are the first two of the next chirp.
             let place = if sample < 2 { sample + samples - 2 } else { sample - 2 };
             if let Some(place) = table.get_mut(place as usize) {
                 *place = level.min(0xFFFF) as u16;
@@ -172,7 +170,7 @@ mod tests {
                     };
                     assert!((f64::from(level) - wanted).abs() <= 1.0, "{wave:?} {sample}");
                     beyond += f64::from(level) - wanted;
-                    // All counts of 65,536 are one more than a level can be.
+                    // A level that is high for 65,536 counts would need one count more than a level can have.
                     let most = if counts > 65_535.0 { f64::from(sample + 1) } else { 1.0 };
                     assert!(beyond.abs() <= most, "{wave:?} {sample} {beyond}");
                 }
@@ -192,7 +190,7 @@ mod tests {
                     assert!(top <= 0xFFFF && divider <= 0xFF << 4);
                     let cycles = 3 * period * wave.length * segments;
                     let Some((Count { divider, top }, level)) = wave.sync() else {
-                        // Nothing but a long chirp, or one that no divider divides.
+                        // Refused only: a long chirp, or one that no divider divides.
                         assert!(cycles > 48_000_000 / 1000 * 10, "{wave:?}");
                         continue;
                     };
@@ -204,8 +202,8 @@ mod tests {
         }
     }
 
-    /// Behind 1 kΩ and 15 nF, then 10 kΩ and 1.5 nF, which docs/pico.md names, at 500 kS/s: the ramp between
-    /// its guards is a straight line, but for what the page says.
+    /// Behind 1 kΩ and 15 nF, then 10 kΩ and 1.5 nF, the values in docs/pico.md, at 500 kS/s: the ramp between its guards is a straight
+    /// line, within the deviation stated there.
     #[test]
     fn behind_its_filter_a_ramp_is_straight() {
         let wave = chirp(Shape::Triangle, 64, 96, [300, 3800]);
@@ -216,7 +214,7 @@ mod tests {
         let (c1, c2, r1, r2) = (15e-9, 1.5e-9, 1e3, 10e3);
         let (mut first, mut second) = (0.0f64, 0.0f64);
         let mut seen = std::vec::Vec::new();
-        // The second time round nothing is left of the start.
+        // The second time round nothing remains of the start.
         for (&level, sample) in levels.iter().chain(&levels).zip(0u32..) {
             let mut mean = 0.0;
             for count in 0..counts {

@@ -1,5 +1,5 @@
-//! The widths of the converter's codes (RP2040-E11): those of [`WIDE`] are some ten codes wide, so that all
-//! above each of them read too low. A table moves each code to the middle of its voltages.
+//! The widths of the converter's codes (RP2040-E11): the codes [`WIDE`] are some ten codes wide, so that all codes above each of them read
+//! too low. A table moves each code to the middle of its voltages.
 //!
 //! The curve is the mean of five boards, measured by kitanokitsune, *rp2040adc_correction*
 //! (<https://github.com/kitanokitsune/rp2040adc_correction>): steps of 10, 9, 9 and 10 codes. A board's
@@ -12,7 +12,7 @@ use picket_dsp::tone::Tone;
 /// The wide codes.
 pub const WIDE: [i16; 4] = [511, 1535, 2559, 3583];
 
-/// From each of these codes on, a voltage lies so many codes higher than its code says.
+/// Pairs of a code and a height: from this code on, a voltage lies higher than its code says by this number of codes.
 pub const CURVE: [(i16, i16); 17] = [
     (0, -15),
     (511, -10),
@@ -32,10 +32,10 @@ pub const CURVE: [(i16, i16); 17] = [
     (3583, 10),
     (3584, 15),
 ];
-/// From this code on it lies a code less high again.
+/// From this code on the height is one code less again.
 const LAST: i16 = 3711;
 
-/// How far each code moves: by the curve, drawn out so that the rails stay where they are.
+/// The move of each code: by the curve, stretched so that the rails do not move.
 // A place out of range would be a compile error.
 #[allow(clippy::indexing_slicing)]
 pub static MOVES: [i8; 4096] = {
@@ -62,31 +62,30 @@ pub const fn curve(code: i16) -> i16 {
     0
 }
 
-/// A code as the table moves it.
+/// A code, moved by the table.
 pub fn corrected(code: i16) -> i16 {
     code + MOVES.get(code as usize).map_or(0, |&move_by| move_by.into())
 }
 
-/// The height of a step that is left after the correction, codes: a third of the whole, as it may be
-/// too large or too small, and what the curve has between its steps.
+/// The height of a step that remains after the correction, codes: a third of the whole, as the step may be too large or too small by this
+/// share, and the curve's own steps in between.
 const LEFT: f32 = 3.2;
-/// The same without the correction.
+/// The height of a step without the correction, codes.
 const STEP: f32 = 9.5;
 /// The curve's own steps of a code between the large ones, as a sum of squares.
 const SMALL: f32 = 3.0;
-/// Harmonics that a step makes of a tone, below this order: of a real record, and of pairs, whose frequency has less noise.
+/// Harmonics of a step below these orders count: of a real record, and of pairs, whose frequency has less noise.
 const ORDERS: [u32; 2] = [48, 128];
 /// Steps of a frequency in a bin.
 const BIN: f32 = 4_294_967_296.0 / N as f32;
-/// Lines farther away than eight bins raise the noise that the fit sees, and with it its sigma.
+/// Lines farther away than eight bins raise the noise in the fit, and with it its sigma.
 const NEAR: u32 = (8.0 * BIN) as u32;
 
-/// How far the steps may pull a tone's frequency, as a variance in squared cycles per sample.
+/// The pull of the steps on a tone's frequency, as a variance in squared cycles per sample.
 ///
-/// A step of `h` codes within a tone of amplitude A makes lines of `2 h / (pi k)` at k times its
-/// frequency. Sampling folds them, and one that comes to lie within some bins of the tone pulls it, by
-/// up to `3 / pi^2` times the slope of their window. Lines of all steps, of both signs and at any phase,
-/// add up as noise does.
+/// A step of `h` codes within a tone of amplitude A makes lines of `2 h / (pi k)` at k times its frequency. Sampling folds them, and a line
+/// that comes to lie within some bins of the tone pulls it, by up to `3 / pi^2` times the slope of their window. Lines of all steps, of
+/// both signs and at any phase, add up as noise does.
 fn pull(tone: &Tone, step: f32, orders: u32) -> f32 {
     let turn = tone.frequency.0.to_bits() as u32;
     let (mut at, mut sum) = (turn, 0.0);
@@ -104,14 +103,13 @@ fn pull(tone: &Tone, step: f32, orders: u32) -> f32 {
     if sum == 0.0 {
         return 0.0;
     }
-    // A tone that spans as much may lie on so many steps.
+    // A tone that spans more codes may lie on more steps.
     let steps = (1.0 + tone.amplitude / 512.0).min(WIDE.len() as f32);
     let whole = tone.amplitude.max(1.0) * N as f32;
     0.2 * sum * (steps * step * step + SMALL) / (whole * whole)
 }
 
-/// Widens a measurement's sigma by how far the steps may pull its tone: what is left of them after the
-/// correction, or the whole.
+/// Widens a measurement's sigma by the pull of the steps on its tone: of the steps that remain after the correction, or of the whole steps.
 // Within the instrument's loop it would find no registers left.
 #[inline(never)]
 pub fn widen(measurement: &mut Measurement, corrected: bool, iq: bool) {
@@ -120,7 +118,7 @@ pub fn widen(measurement: &mut Measurement, corrected: bool, iq: bool) {
     let orders = if iq { pairs } else { real };
     let pull = pull(tone, if corrected { LEFT } else { STEP }, orders);
     let square = tone.sigma * tone.sigma;
-    // Less is no change of half a percent.
+    // A smaller pull changes sigma by less than half a percent.
     if pull > 0.01 * square && square > 0.0 {
         let sigma = libm::sqrtf(square + pull);
         if let Outcome::Velocity(velocity) = &mut measurement.result {
@@ -141,14 +139,14 @@ mod tests {
             let before = corrected(code - 1);
             let step = corrected(code) - before;
             let beside = WIDE.iter().any(|&wide| code == wide || code == wide + 1);
-            // The rest is a little narrower than a code of an ideal converter, and the curve has steps of -1.
+            // Other codes are a little narrower than a code of an ideal converter, and the curve has steps of -1.
             assert!(
                 if beside { (5..8).contains(&step) } else { (-1..3).contains(&step) },
                 "{code}"
             );
         }
         assert_eq!(curve(4095), 14);
-        // No table for what is not a code.
+        // No table for numbers that are not codes.
         assert_eq!([-1, 4096].map(corrected), [-1, 4096]);
     }
 

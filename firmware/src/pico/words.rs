@@ -12,22 +12,22 @@ use picket_wire::settings_error::{RateError, SettingsError};
 
 /// The crystal of the board, Hz.
 pub const CRYSTAL_HZ: u32 = 12_000_000;
-/// The core's clock, MHz, and that of the buses. The multiplier runs at 1440 MHz, divided by 5 and 2.
+/// The clock of the core and of the buses, MHz. The multiplier runs at 1440 MHz, divided by 5 and 2.
 pub const CORE_MHZ: u16 = 144;
-/// The converter's clock, Hz: the second multiplier's, from the same crystal.
+/// The converter's clock, Hz, from the second multiplier and the same crystal.
 pub const ADC_HZ: u32 = 48_000_000;
 /// Cycles of the converter's clock for a sample (DS 4.9.2).
 pub const SAMPLE_CYCLES: u32 = 96;
 /// Cycles of the core's clock in one of the converter's.
 pub const CORE_CYCLES: u32 = CORE_MHZ as u32 * 1_000_000 / ADC_HZ;
-/// The rate of the serial port, baud: that of the other board.
+/// The rate of the serial port, baud, equal to the other board's.
 pub const BAUD: u32 = 921_600;
 
 /// The channels that fill slots.
 pub const CHAINED: [usize; 2] = [0, 1];
-/// The channels that give them their slots, and start them.
+/// The channels that give the chained channels their slots, and start them.
 pub const TURNED: [usize; 2] = [5, 6];
-/// The channel that plays a chirp, and the one that rewinds it.
+/// The channel that plays a chirp.
 pub const PLAYED: usize = 3;
 /// The channel that rewinds a chirp.
 pub const REWOUND: usize = 4;
@@ -58,26 +58,24 @@ const fn single(channel: usize) -> u32 {
     ERRORS | 1 | 1 << 1 | 2 << 2 | (channel as u32) << 11 | PERMANENT << 15
 }
 
-/// The control words of the channels that give a chained channel the address of its slot, and start
-/// it by that (AL2_WRITE_ADDR_TRIG, DS 2.5.2.1). So it always begins where its slot does: one that is
-/// started again before it has a new slot writes over its own, and over nothing else.
+/// The control words of the channels that give a chained channel the address of its slot, and so start it (AL2_WRITE_ADDR_TRIG, DS
+/// 2.5.2.1). So a chained channel always begins where its slot does: a channel that is started again before it has a new slot writes over
+/// its own slot, and over nothing else.
 pub const TURNS: [u32; 2] = [single(TURNED[0]), single(TURNED[1])];
 
-/// The control word of the channel that plays a chirp: a half word for each period of slice 7. Its end
-/// starts the one that rewinds it.
+/// The control word of the channel that plays a chirp: a half word for each period of slice 7. Its end starts the channel that rewinds it.
 pub const PLAY: u32 =
     ERRORS | 1 | 1 << 1 | 1 << 2 | 1 << 4 | (REWOUND as u32) << 11 | DREQ_PWM_WRAP7 << 15;
-/// The control word of the channel that gives the playing one its first address, and starts it.
+/// The control word of the channel that gives the playing channel its first address, and starts it.
 pub const REWIND: u32 = single(REWOUND);
 
-/// The channels of the sync input, in the order in which each starts the next one. A board plays no chirp of its own with
-/// it.
+/// The channels of the sync input, in the order in which each starts the next one. A board with a sync input plays no chirp of its own.
 pub const LINKS: [usize; 7] = [3, 4, 7, 8, 9, 10, 11];
-/// Words in the ring of the sixth of them.
+/// Words in the ring of the sixth of [`LINKS`].
 pub const PLACES: usize = 16;
 
-/// The control words of [`LINKS`]: a word each. The first waits for a wrap of slice 6, the fourth for one of slice 7. The sixth writes
-/// a ring of 64 bytes: INCR_WRITE 5, RING_SIZE 9:6 = 6, RING_SEL 10.
+/// The control words of [`LINKS`]: each channel writes one word. The first waits for a wrap of slice 6, the fourth for a wrap of slice 7.
+/// The sixth writes a ring of 64 bytes: INCR_WRITE 5, RING_SIZE 9:6 = 6, RING_SEL 10.
 pub const LINKED: [u32; 7] = {
     const RING: u32 = 1 << 5 | 6 << 6 | 1 << 10;
     const fn to(next: usize, request: u32) -> u32 {
@@ -95,11 +93,11 @@ pub const LINKED: [u32; 7] = {
     ]
 };
 
-/// Cycles of the core from the gate's start, which comes after the converter's, and from its end to the converter's.
+/// Cycles of the core from the converter's start to the gate's, and from the gate's end to the converter's.
 const GATE_DELAY: u64 = 40;
 
-/// What slice 7 counts so that it wraps in the middle of the last of so many conversions, `period` cycles of the converter's clock
-/// apart. `None` if that is too long for it.
+/// The count at which slice 7 wraps in the middle of the last of `conversions`, `period` cycles of the converter's clock apart. `None` if
+/// that is too long for the slice.
 pub fn gate(conversions: u32, period: u32) -> Option<Count> {
     let halves = 2 * u64::from(conversions) - 1;
     let cycles =
@@ -109,11 +107,11 @@ pub fn gate(conversions: u32, period: u32) -> Option<Count> {
     (divider <= 255).then_some(Count { divider: (divider as u32) << 4, top: top as u32 })
 }
 
-/// Bits of the ring that the serial port is fed from.
+/// Bits of the ring that feeds the serial port.
 pub const OUT_BITS: u32 = 11;
 
-/// The control word of the channel that feeds the serial port: bytes from a ring of 2^[`OUT_BITS`]. It
-/// starts nothing at its end, since it names itself.
+/// The control word of the channel that feeds the serial port: bytes from a ring of 2^[`OUT_BITS`]. The channel starts nothing at its end,
+/// since it names itself.
 pub const TRANSMITTED: u32 =
     ERRORS | 1 | 1 << 4 | OUT_BITS << 6 | (TRANSMIT as u32) << 11 | DREQ_UART0_TX << 15;
 
@@ -121,9 +119,9 @@ pub const TRANSMITTED: u32 =
 /// 0.
 pub const FIFO: u32 = 1 << 24 | 1 << 11 | 1 << 10 | 1 << 3 | 1;
 
-/// ADC_CS (DS 4.9.6): EN 0, START_MANY 3. AINSEL 14:12 is input 0, GPIO 26, which is the first one of a round, too.
+/// ADC_CS (DS 4.9.6): EN 0, START_MANY 3. AINSEL 14:12 is input 0, GPIO 26, which is also the first of a round.
 const SAMPLES: u32 = 1 | 1 << 3;
-/// The same with RROBIN 20:16: inputs 0 and 1 by turns.
+/// ADC_CS with RROBIN 20:16: inputs 0 and 1 by turns.
 const PAIRS: u32 = SAMPLES | 0b11 << 16;
 
 /// The watchdog's count for 4 s: it counts each microsecond twice (RP2040-E1).
@@ -131,8 +129,8 @@ pub const WATCHDOG_LOAD: u32 = 2 * 4_000_000;
 /// PSM_WDSEL (DS 2.13.5): the watchdog resets everything but the two oscillators, bits 0 and 1.
 pub const RESET_ALL: u32 = 0x1_FFFC;
 
-/// Reset causes from WATCHDOG_REASON (DS 4.7.6: FORCE 1, TIMER 0), and if the watchdog had no part in it,
-/// from CHIP_RESET (DS 2.12.7: HAD_PSM_RESTART 20, HAD_RUN 16, HAD_POR 8).
+/// Reset causes from WATCHDOG_REASON (DS 4.7.6: FORCE 1, TIMER 0), and if the watchdog did not reset the chip, from CHIP_RESET (DS 2.12.7:
+/// HAD_PSM_RESTART 20, HAD_RUN 16, HAD_POR 8).
 pub const fn causes(reason: u32, chip: u32) -> Causes {
     Causes(match reason & 3 {
         0 => (chip >> 8 & 1) as u8 | ((chip >> 16 & 1) as u8) << 1 | ((chip >> 20 & 1) as u8) << 4,
@@ -151,9 +149,9 @@ pub struct Words {
     pub iq: bool,
     /// Whether the converter's codes are corrected.
     pub corrects: bool,
-    /// The chirp; `None` without one of the board's own.
+    /// The chirp; `None` without a chirp of the board's own.
     pub waveform: Option<Waveform>,
-    /// How long the sync input's gate is open; `None` if it is not used.
+    /// The opening time of the sync input's gate; `None` if the input is not used.
     pub gate: Option<Count>,
 }
 
@@ -174,7 +172,7 @@ impl Words {
         let each = conversions(iq);
         let rate_hz = settings.config.rate_hz * f64::from(each);
         let period = period(rate_hz).map_err(SettingsError::Rate)?;
-        // Two real samples share a word, which a guard must not cut. Pairs take a slot without one.
+        // Two real samples share a word, which a guard must not split. Pairs take a slot without a guard.
         if !settings.guard.is_multiple_of(2) || (iq && settings.guard > 0) {
             return Err(SettingsError::Guard);
         }
@@ -235,11 +233,11 @@ impl Words {
     }
 }
 
-/// Cycles of the core that no real block is known to take more of at the efforts `look` and `one`: the ceilings of `host-tests/budget.json`.
-/// Nobody has searched for the worst pairs.
+/// The largest number of core cycles known for a real block at the efforts `look` and `one`: the ceilings of `host-tests/budget.json`. The
+/// worst pairs have not been searched for.
 pub const WORST_CYCLES: [u64; 2] = [585_000, 905_000];
 
-/// The fastest rate at which a block lasts so many cycles of the core, Hz.
+/// The fastest rate at which a block lasts `cycles` of the core, Hz.
 pub fn fastest(cycles: u64, iq: bool) -> f64 {
     let each = conversions(iq);
     let wanted = cycles.div_ceil(N as u64 * u64::from(CORE_CYCLES * each));
@@ -252,7 +250,7 @@ const fn conversions(iq: bool) -> u32 {
     if iq { 2 } else { 1 }
 }
 
-/// The rate of so many cycles of the converter's clock, Hz.
+/// The rate of `cycles` of the converter's clock, Hz.
 fn rate_of(cycles: u32) -> f64 {
     f64::from(ADC_HZ) / f64::from(cycles)
 }
@@ -260,7 +258,7 @@ fn rate_of(cycles: u32) -> f64 {
 /// The period nearest to a rate, in cycles of the converter's clock.
 fn period(rate_hz: f64) -> Result<u32, RateError> {
     let cycles = f64::from(ADC_HZ) / rate_hz;
-    // A hair above the fastest rate is that rate, as for any other.
+    // A rate a hair above the fastest counts as the fastest, as in any other rounding.
     if cycles < f64::from(SAMPLE_CYCLES) - 0.5 {
         return Err(RateError::Fast);
     }
@@ -405,14 +403,14 @@ mod tests {
         assert_eq!(chained(0), ERRORS | 0x12_0000 | 5 << 11 | 0x27);
         // EN, HIGH_PRIORITY, words, itself, no request.
         assert_eq!(TURNS, [ERRORS | 0x1F_8000 | 5 << 11 | 0xB, ERRORS | 0x1F_8000 | 6 << 11 | 0xB]);
-        // The sync input's: EN, HIGH_PRIORITY, words, the next one, DREQ 30, 31 or none.
+        // The sync input's channels: EN, HIGH_PRIORITY, words, the next one, DREQ 30, 31 or none.
         assert_eq!(LINKED[0], ERRORS | 30 << 15 | 4 << 11 | 0xB);
         assert_eq!(LINKED[2], ERRORS | 0x1F_8000 | 8 << 11 | 0xB);
         assert_eq!(LINKED[3], ERRORS | 31 << 15 | 9 << 11 | 0xB);
         assert_eq!(LINKED[5], ERRORS | 0x1F_8000 | 11 << 11 | 0x5AB);
         assert_eq!(LINKED[6], ERRORS | 0x1F_8000 | 3 << 11 | 0xB);
         assert_eq!(REWIND, ERRORS | 0x1F_8000 | 4 << 11 | 0xB);
-        // EN, HIGH_PRIORITY, half words, INCR_READ, the one that rewinds, DREQ 31.
+        // EN, HIGH_PRIORITY, half words, INCR_READ, the channel that rewinds, DREQ 31.
         assert_eq!(PLAY, ERRORS | 31 << 15 | 4 << 11 | 0x17);
         assert_eq!(TRANSMITTED, ERRORS | 20 << 15 | 2 << 11 | 11 << 6 | 0x11);
     }

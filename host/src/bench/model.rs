@@ -51,7 +51,7 @@ impl Model {
 /// The cycles of one record's measurement; `None` for a core whose timing is not published.
 ///
 /// # Errors
-/// As [`Model::of`].
+/// The errors of [`Model::of`].
 pub fn measurement<R: Record>(
     core: &Core,
     image: &Path,

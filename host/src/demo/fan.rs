@@ -54,7 +54,7 @@ pub struct Summary {
     pub summary: bool,
     /// Records.
     pub rows: usize,
-    /// Those whose speed is within 5 sigma of the body's.
+    /// Records whose speed is within 5 sigma of the body's.
     pub within: usize,
     /// Records that may be used within sigma, and whose speed is not within 5 sigma.
     pub lies: usize,

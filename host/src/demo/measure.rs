@@ -34,7 +34,7 @@ pub fn lidar(options: &Options) -> Result<Summary, DemoError> {
     let lidar = Lidar::new(options.method, options.laser())?;
     let Lidar { config, ref rows, ref sensor, .. } = lidar;
     let records = match options.board {
-        // The NUCLEO is told before that it is for other scenes.
+        // A NUCLEO was refused before: it is for other scenes.
         Board::Mps2 | Board::Nucleo => measured::<Real>(config, sensor, rows, options)?,
         Board::Pico => pico::lidar(config, sensor, rows, options)?,
     };

@@ -25,7 +25,7 @@ impl Nucleo {
     pub fn start(config: Config, iq: bool, mode: Mode) -> Result<Self, DemoError> {
         let scene = match config.scene {
             Scene::Doppler { wavelength_m, angle_rad, mixing } => {
-                // The same velocity at as much lower a frequency.
+                // An equal velocity, at a frequency that is lower by the ratio of the rates.
                 let wavelength_m = wavelength_m * config.rate_hz / RATE_HZ;
                 Scene::Doppler { wavelength_m, angle_rad, mixing }
             }

@@ -25,7 +25,7 @@ pub struct Spread {
     pub method: String,
     /// Targets measured.
     pub targets: usize,
-    /// Those without an answer, or off by more than 1.5 bins in range or velocity.
+    /// Targets without an answer, or off by more than 1.5 bins in range or velocity.
     pub gross: usize,
     /// Gross ones whose verdict is not good.
     pub flagged_by_verdict: usize,

@@ -46,7 +46,7 @@ pub struct Summary {
     pub summary: bool,
     /// Ramps.
     pub ramps: usize,
-    /// Those with the verdict good.
+    /// Ramps with the verdict good.
     pub good: usize,
     /// The amplitude of the swing, by least squares, and its standard deviation.
     pub amplitude_um: f64,

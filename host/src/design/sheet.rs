@@ -324,7 +324,7 @@ const fn cycles_m4f(n: usize) -> Option<u32> {
     }
 }
 
-/// Those on a Cortex-M0.
+/// Cycles of a measurement on a Cortex-M0.
 const fn cycles_m0(n: usize) -> Option<u32> {
     const OF: u32 = cycles(&["portable_cycles", "M0", "measurement"]);
     if n == 1024 { Some(OF) } else { None }

@@ -347,7 +347,7 @@ pub fn fixed_point(lab: &Lab) -> Result<Section, String> {
         table.row([name.clone()].into_iter().chain(cells));
         let exact = ratios[0].0;
         for (arithmetic, (ratio, error)) in arithmetics.into_iter().zip(&ratios).skip(1) {
-            // The same records: the quotient's own error is far below either's.
+            // Both have equal records: the quotient's own error is far below either's.
             let figure = format!("{} over f64, {name}", arithmetic.name());
             checks.push(Check::between(figure, ratio / exact, 0.1 * error, 0.98, 1.02));
         }

@@ -30,13 +30,13 @@ impl Firmware<'_> {
         self.run(true, &[])
     }
 
-    /// As [`Firmware::build`], with images beside it that differ in nothing but their name: cargo links them on all
-    /// of the host's cores at once, and finds them ready when they are asked for.
+    /// Builds like [`Firmware::build`], with other images that differ in nothing but their name: cargo links them on all
+    /// of the host's cores at once, and finds them ready when they are needed.
     pub fn build_beside(&self, others: &[&str]) -> Result<PathBuf, ToolError> {
         self.run(true, others)
     }
 
-    /// As [`Firmware::build`], but without a bar: for images meant to fail.
+    /// Builds like [`Firmware::build`], but without a bar: for images meant to fail.
     pub fn build_quietly(&self) -> Result<PathBuf, ToolError> {
         self.run(false, &[])
     }

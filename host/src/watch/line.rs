@@ -285,7 +285,7 @@ impl Row {
             self.faults.to_string(),
             self.missing.to_string(),
             self.bad_frames.to_string(),
-            // Those of a line.
+            // The columns of a line; a burst's validation stands in the first.
             self.transit.as_ref().map_or(String::new(), |transit| transit.validation.into()),
             String::new(),
             String::new(),

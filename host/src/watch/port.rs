@@ -48,7 +48,7 @@ impl Source {
                 Ok(Source::File(file))
             }
             (Some("-") | None, None) => Ok(Source::Stdin(reader(Some(std::io::stdin())))),
-            // At the start a name that is wrong is told; later it is waited for.
+            // At the start a wrong name is an error; later the program waits for the port.
             (Some(name), None) => {
                 let port = open(name).map_err(|error| WatchError::Port {
                     name: name.into(),

@@ -69,7 +69,7 @@ pub fn script(name: &str, arguments: &[&OsStr]) -> Result<String, ToolError> {
 /// Draws the pictures of the page at this address into a folder; gives their names.
 ///
 /// # Errors
-/// See [`script`]; or a picture exists.
+/// The errors of [`script`], and a picture that exists.
 pub fn pictures(address: &str, folder: &Path, output: Output) -> Result<Vec<String>, ToolError> {
     fs::create_dir_all(folder).map_err(io_error(folder.display()))?;
     let drawn = tempfile::tempdir().map_err(io_error("the temporary directory"))?;

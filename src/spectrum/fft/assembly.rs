@@ -19,7 +19,7 @@ macro_rules! kernel {
     ($($line:tt)*) => { core::arch::naked_asm!(".cpu cortex-m55", $($line)*) };
 }
 
-/// [`worth`](crate::spectrum::scan) of the power in r8 and r9, in its place. It changes r4 and r5.
+/// Replaces the power in r8 and r9 by its [`worth`](crate::spectrum::scan). Changes r4 and r5.
 #[cfg(dsp)]
 macro_rules! worth {
     () => {

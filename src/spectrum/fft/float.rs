@@ -3,28 +3,24 @@
 //!
 //! # Scale
 //!
-//! Codes without their middle are shifted up by `31 - B - log2 M` bits, for B signed bits and the M
-//! points of the spectrum, which is exact. By Parseval's theorem, the powers of all bins of an I/Q
-//! record of M samples then sum to at most
-//! `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B - log2 M))^2 = 2^61`, and those of a real record of 2M
-//! samples to at most 2^62. Both are below 2^63 for any record, rounding included. So every part of
-//! a bin fits in 32 bits, except for bins 0 and N/2 of a real record: they saturate by one count if
-//! the whole record lies on a rail.
+//! Codes without their middle are shifted up by `31 - B - log2 M` bits, for B signed bits and the M points of the spectrum, which is exact.
+//! By Parseval's theorem, the powers of all bins of an I/Q record of M samples then sum to at most
+//! `M sum |x|^2 = 2 (M 2^(B - 1) 2^(31 - B - log2 M))^2 = 2^61`, and the powers of a real record of 2M samples to at most 2^62. Both are
+//! below 2^63 for any record, rounding included. So every part of a bin fits in 32 bits, except for bins 0 and N/2 of a real record: they
+//! saturate by one count if the whole record lies on a rail.
 //!
 //! # Points
 //!
-//! The points of a real record are its bins 0..N/2, already split. Bin N/2 is real, as bin 0 is,
-//! and lies in the imaginary part of bin 0. White noise has the same power in these points as in
-//! the other engines' points, so [`crate::tone::noise`] takes their second differences
-//! unchanged. It does not read bin 0. Near the mirror of the tone's bin it leaves out bins that
-//! hold only noise, and reads as many others.
+//! The points of a real record are its bins 0..N/2, already split. Bin N/2 is real, as bin 0 is, and lies in the imaginary part of bin 0.
+//! White noise has the same power in these points as in the other engines' points, so [`crate::tone::noise`] takes their second differences
+//! unchanged. The noise estimate does not read bin 0. Near the mirror of the tone's bin it leaves out bins that hold only noise, and reads
+//! an equal number of others.
 //!
 //! # Precision
 //!
-//! The error of a full-scale tone is the transform's: 136 dB below the tone at N = 1024. A bin is
-//! cut to an integer when it is read, towards zero, in one instruction. That is most of the error
-//! of a tone 40 dB weaker: 115 dB below it (I/Q: 112). A converter's own rounding is 80 dB more.
-//! `host-tests/tests/f32.rs` asserts the figures.
+//! The error of a full-scale tone comes from the transform: 136 dB below the tone at N = 1024. A bin is cut to an integer when it is read,
+//! towards zero, in one instruction. The cut is most of the error of a tone 40 dB weaker: 115 dB below it (I/Q: 112). A converter's own
+//! rounding is 80 dB more. `host-tests/tests/f32.rs` asserts the figures.
 
 use super::integer::{Pair, Point};
 use crate::acquire::codes::Codes;
@@ -36,7 +32,7 @@ pub type Float = [f32; 2];
 
 /// Transforms a record of `N` samples into `points`, in place. Returns the exponent of the bins.
 ///
-/// Points that do not fit `N` stay untransformed; the callers' types rule that out.
+/// Points that do not fit `N` stay untransformed; the callers' types rule such points out.
 #[inline]
 pub fn transform<R: Record, const N: usize>(
     pairs: &[Pair],
@@ -57,9 +53,9 @@ pub fn transform<R: Record, const N: usize>(
     -(shift as i32)
 }
 
-/// How many bits the codes are shifted up.
+/// The number of bits by which the codes are shifted up.
 const fn shift<R: Record, const N: usize>(codes: Codes) -> u32 {
-    // Without the middle, half the span and a sign are left.
+    // Without the middle, half the span and a sign remain.
     let (low, high) = codes.rails();
     let half = ((high as i32 - low as i32 + 2) / 2) as u32;
     let bits = half.next_power_of_two().trailing_zeros() + 1;

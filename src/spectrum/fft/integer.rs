@@ -13,23 +13,19 @@
 //! bits are first shifted up by `31 - B - log2 g` bits, so that the largest part times `g` is
 //! `2^30`.
 //!
-//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for
-//! each term, so no point exceeds `4/pi 2^30 < 2^31` after any pass. A real record of N samples
-//! grows as N/2 points do. After its split, a part of a bin is `sum(x cos)`, at most `2/pi 2^31`.
-//! Bins 0, N/4 and N/2 are exceptions. Bin N/4 is a point's part. Bins 0 and N/2 are sums of two
-//! such parts, which reach 2^31 only for a record on the negative rail; they saturate, by one
-//! count. Sums inside a butterfly wrap, which is exact if the result fits. The tests drive every
-//! length with the extremes.
+//! A part of a complex point is `sum(re cos + im sin)`, at most `4/pi` times the largest part for each term, so no point exceeds
+//! `4/pi 2^30 < 2^31` after any pass. A real record of N samples grows as N/2 points do. After its split, a part of a bin is `sum(x cos)`,
+//! at most `2/pi 2^31`. Bins 0, N/4 and N/2 are exceptions. Bin N/4 is a point's part. Bins 0 and N/2 are sums of two such parts, which
+//! reach 2^31 only for a record on the negative rail; they saturate, by one count. Sums inside a butterfly wrap, which is exact if the
+//! result fits. The tests drive every length with the extremes.
 //!
 //! # Precision
 //!
-//! The error is that of the factors. With Q15 factors a bin has the relative error of its passes, 5e-6
-//! each. It is the same for every record of a tone, so averaging does not remove it: at 60 dB it
-//! would move a tone by .17 sigma (real) and .23 sigma (I/Q) at N = 4096. So transforms of 2048
-//! points and more have Q31 factors in every pass, and bins of real records of 4096 samples are
-//! split by Q31 factors ([`twiddle::sines`]); only the search, which compares powers, has Q15 there. The factor sqrt(1/2) of the first pass has an error of 1e-6 at every length. A product
-//! is floored to an integer, which lies 2^-12 or more below a 12-bit code before the passes'
-//! scaling.
+//! The factors cause the error. With Q15 factors a bin has the relative error of its passes, 5e-6 each. This error is equal in every record
+//! of a tone, so averaging does not remove it: at 60 dB it would move a tone by .17 sigma (real) and .23 sigma (I/Q) at N = 4096. So
+//! transforms of 2048 points and more have Q31 factors in every pass, and bins of real records of 4096 samples are split by Q31 factors
+//! ([`twiddle::sines`]); only the search, which compares powers, has Q15 there. The factor sqrt(1/2) of the first pass has an error of 1e-6
+//! at every length. A product is floored to an integer, which lies 2^-12 or more below a 12-bit code before the passes' scaling.
 //!
 //! `host-tests/tests/fft.rs` asserts the signal-to-error ratios: at least 90 dB at N = 1024 for a
 //! full-scale line and for one at -40 dBFS. `host-tests/tests/least_squares.rs` asserts that less
@@ -44,19 +40,19 @@ pub type Point = [i32; 2];
 /// Two codes: a sample and its quadrature, or two neighbouring real samples.
 pub type Pair = [i16; 2];
 
-/// How an `M`-point transform scales codes of `bits` signed bits (12..=16).
+/// The scaling of codes of `bits` signed bits (12..=16) in an `M`-point transform.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// The radix of the first pass: 8 or 4.
     pub first: usize,
-    /// How many bits the codes are shifted up.
+    /// The number of bits by which the codes are shifted up.
     pub shift: u32,
     /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
 }
 
 impl Scale {
-    /// That of `m` points, 32 to 4096.
+    /// The scale of a transform of `m` points, 32 to 4096.
     pub const fn new(m: usize, bits: u32) -> Self {
         let odd = !m.trailing_zeros().is_multiple_of(2);
         let first = if odd { 8 } else { 4 };
@@ -71,8 +67,7 @@ impl Scale {
 /// An `M`-point complex transform, decimation in time, of `M` pairs of samples of `bits` signed
 /// bits (12..=16). Returns the exponent of the stored values.
 ///
-/// Slices that do not hold `M` elements leave `points` as they are; the callers' types rule that
-/// out.
+/// Slices that do not hold `M` elements leave `points` unchanged; the callers' types rule such slices out.
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
     first_pass::<M>(pairs, &scale, bits, points);
@@ -166,9 +161,8 @@ fn first8<const M: usize, const NARROW: bool>(pairs: &[Pair; M], shift: u32, poi
     }
 }
 
-/// Defines a radix-4 pass over sub-transforms of `length` points, which halves once. Its factors
-/// are every `stride`-th of `table`. It is a macro because the compiler makes a pass that is a
-/// tenth slower on the M3 of a generic function.
+/// Defines a radix-4 pass over sub-transforms of `length` points, which halves once. Its factors are every `stride`-th of `table`. A macro
+/// instead of a generic function, because the compiler makes a pass of the latter that is a tenth slower on the M3.
 macro_rules! radix4 {
     ($name:ident, $triple:ty, $turn:ident) => {
         pub(super) fn $name(points: &mut [Point], length: usize, table: &[$triple], stride: usize) {
@@ -235,7 +229,7 @@ pub(crate) fn split(points: &[Point], table: &[Packed], k: usize) -> Point {
     }
 }
 
-/// As [`split`], with factors of 32 bits; `sines` is [`twiddle::sines`].
+/// [`split`] with factors of 32 bits; `sines` is [`twiddle::sines`].
 #[inline]
 pub(crate) fn split_finely(points: &[Point], sines: &[i32], k: usize) -> Point {
     let (mirror, middle) = (points.len().wrapping_sub(k), points.len() / 2);
@@ -247,7 +241,7 @@ pub(crate) fn split_finely(points: &[Point], sines: &[i32], k: usize) -> Point {
         return [0; 2];
     };
     let sine = |k: usize| sines.get(k).copied().unwrap_or(0);
-    // The cosine is the sine of the rest to a quarter of a turn, or of what is beyond it.
+    // The cosine is the sine of the complement to a quarter of a turn, or of the excess over it.
     if k < middle {
         split_here(here, there, [sine(middle.wrapping_sub(k)), sine(k)])
     } else {
@@ -255,7 +249,7 @@ pub(crate) fn split_finely(points: &[Point], sines: &[i32], k: usize) -> Point {
     }
 }
 
-/// As [`window`], with factors of 32 bits; `sines` is [`twiddle::sines`].
+/// [`window`] with factors of 32 bits; `sines` is [`twiddle::sines`].
 #[cfg_attr(dsp, allow(dead_code))]
 pub(crate) fn window_finely<'a>(
     points: &[Point],
@@ -266,7 +260,7 @@ pub(crate) fn window_finely<'a>(
     filled(places, (first..).map(|k| split_finely(points, sines, k)))
 }
 
-/// The bins from `first` on, all within 1..M, as [`split`] gives each of them.
+/// The bins from `first` on, all within 1..M, equal to [`split`] of each.
 #[cfg_attr(dsp, allow(dead_code))]
 pub(crate) fn window<'a>(
     points: &[Point],
@@ -311,8 +305,8 @@ pub(crate) fn filled(
     unsafe { written.assume_init_mut() }
 }
 
-/// Fills `places` from its middle: `row` fills those of the range, and each other one is `other` of its place and of the row. Returns
-/// `None` if `row` does not fill the whole range.
+/// Fills `places` from its middle: `row` fills the places of the range, and each other place is `other` of its index and of the row.
+/// Returns `None` if `row` does not fill the whole range.
 #[inline(always)]
 pub(crate) fn filled_from_middle(
     places: &mut [MaybeUninit<Point>],
@@ -344,8 +338,8 @@ pub(crate) fn split_pair(p: Point, q: Point, w: Packed) -> [Point; 2] {
     [[er.wrapping_add(re), ei.wrapping_add(im)], [er.wrapping_sub(re), im.wrapping_sub(ei)]]
 }
 
-/// Bin k of a real record from points k and M-k, for `[cos, sin]` of `2 pi k / N`: as
-/// [`split_pair`] has it. Every product is floored by itself.
+/// Bin k of a real record from points k and M-k, for `[cos, sin]` of `2 pi k / N`, by the formula of [`split_pair`]. Every product is
+/// floored by itself.
 #[inline(always)]
 fn split_here(p: Point, q: Point, [cos, sin]: Fine) -> Point {
     let (er, ei) = (p[0].wrapping_add(q[0]), p[1].wrapping_sub(q[1]));
@@ -395,7 +389,7 @@ fn upper(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)) >> 32) as i32
 }
 
-/// The upper word of a product's negative, which is floored too: what SMMLS adds.
+/// The upper word of a product's negative, floored, too: the addend of SMMLS.
 #[inline(always)]
 fn upper_of_negative(x: i32, factor: i32) -> i32 {
     ((i64::from(x) * i64::from(factor)).wrapping_neg() >> 32) as i32
@@ -425,11 +419,10 @@ fn scaled(x: i32, factor: i32) -> i32 {
     upper(x, factor)
 }
 
-/// sqrt(1/2) in units of 2^-16, within 1.1e-6 of itself. A sum of eight codes of 13 bits times this
-/// fits in 32 bits.
+/// sqrt(1/2) in units of 2^-16, within 1.1e-6. A sum of eight codes of 13 bits times this number fits in 32 bits.
 pub const DIAGONAL: i32 = 46341;
 
-/// x times [`DIAGONAL`], shifted up by `shift` and floored. Both ways give the same bits.
+/// x times [`DIAGONAL`], shifted up by `shift` and floored. Both ways give equal bits.
 #[inline(always)]
 fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     if NARROW {
@@ -437,7 +430,7 @@ fn diagonal<const NARROW: bool>(x: i32, shift: u32) -> i32 {
     }
     let x = x << (shift + 1);
     if cfg!(short_products) {
-        // Both products fit: the first one's factor has 15 bits and a sign, the second one's 16.
+        // Both products fit: the first factor has 15 bits and a sign, the second 16.
         let rest = (x as u32 & 0xffff).wrapping_mul(DIAGONAL as u32) >> 16;
         return (x >> 16).wrapping_mul(DIAGONAL).wrapping_add(rest as i32) >> 1;
     }

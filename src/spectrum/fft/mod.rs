@@ -1,7 +1,7 @@
-//! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP
-//! extension run the same arithmetic in the loops of `kernel_dsp`, those with Helium in those of
-//! `kernel_mve`, Armv6-M in those of `kernel_thumb1`. [`q15`] is the 16-bit transform; its loops are `kernel_q15` with the DSP
-//! extension, `kernel_mve::q15` with Helium. `float`, with the feature `microfft`, calls another crate.
+//! Transforms. [`integer`] is the default and defines the target's arithmetic. Cores with the DSP extension run this arithmetic in the
+//! loops of `kernel_dsp`, cores with Helium in the loops of `kernel_mve`, Armv6-M in the loops of `kernel_thumb1`. [`q15`] is the 16-bit
+//! transform; its loops are `kernel_q15` with the DSP extension, `kernel_mve::q15` with Helium. `float`, with the feature `microfft`, calls
+//! another crate.
 
 #[cfg(any(dsp, short_products))]
 pub(crate) mod assembly;

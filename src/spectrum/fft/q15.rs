@@ -8,15 +8,12 @@
 //!
 //! # Growth bound
 //!
-//! Let m be the largest `|z|` of all points z. The record is shifted so that m is at most 4090, or
-//! 4091.5 where shifting down rounds a code and the centre. A first pass of radix 8 adds eight
-//! points: m is at most 32732. (One of radix 4 takes points twice as large, and adds four.) A later
-//! pass adds four points, each
-//! halved: m doubles. It does so only if every part was within -2^13..2^13, so that m was at most
-//! 11585; otherwise the sums are halved again, and m stays. Rounding, and factors whose magnitude
-//! exceeds 1 by 2^-16, add less than 4 a pass, and there are five passes at most. So `|z|` never
-//! exceeds 32752, nor does a sum of two halved points inside a butterfly, and no part reaches
-//! 32767. Sums wrap, which is exact if the result fits.
+//! Let m be the largest `|z|` of all points z. The record is shifted so that m is at most 4090, or 4091.5 where shifting down rounds a code
+//! and the centre. A first pass of radix 8 adds eight points: m is at most 32732. (A first pass of radix 4 takes points twice as large, and
+//! adds four.) A later pass adds four points, each halved: m doubles. A pass doubles m only if every part was within -2^13..2^13, so that m
+//! was at most 11585; otherwise the sums are halved again, and m stays. Rounding, and factors whose magnitude exceeds 1 by 2^-16, add less
+//! than 4 a pass, and there are at most five passes. So `|z|` never exceeds 32752, nor does a sum of two halved points inside a butterfly,
+//! and no part reaches 32767. Sums wrap, which is exact if the result fits.
 //!
 //! # Bins
 //!
@@ -28,11 +25,10 @@ use super::integer::Pair;
 use super::twiddle::{self, Packed, Triple};
 use crate::acquire::codes::Codes;
 
-/// How many bits finer a bin is than a stored point.
+/// The number of bits by which a bin is finer than a stored point.
 pub const FRACTION: u32 = 10;
 
-/// The largest magnitude of a point that a first pass of radix 8 takes; one of radix 4 takes twice
-/// this.
+/// The largest magnitude of a point that a first pass of radix 8 takes; a first pass of radix 4 takes twice this.
 const LARGEST: u32 = 4090;
 
 /// sqrt(1/2) in Q15.
@@ -40,8 +36,7 @@ pub(super) const DIAGONAL: i32 = 23170;
 
 /// An `M`-point complex transform of `M` pairs of samples. Returns the exponent of the bins.
 ///
-/// Slices that do not hold `M` elements leave `points` as they are; the callers' types rule that
-/// out.
+/// Slices that do not hold `M` elements leave `points` unchanged; the callers' types rule such slices out.
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
     let shift = shift_of::<M>(pairs, codes);
     let mut large = first_pass::<M>(pairs, codes, shift, points);
@@ -69,13 +64,13 @@ pub(super) const fn allowed(m: usize) -> u32 {
 /// The most bits by which a record is shifted up.
 pub(super) const MOST: i32 = 11;
 
-/// How many bits a record is shifted up: as many as its strongest point allows. A negative number
-/// shifts down; narrow codes never need that.
+/// The number of bits by which a record is shifted up: the most that its strongest point allows. A negative number shifts down; narrow
+/// codes never need a shift down.
 pub(super) fn shift_of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
     shift::<M>(codes, strongest(pairs, codes))
 }
 
-/// [`shift_of`] a record whose strongest point has this power.
+/// [`shift_of`] of a record whose strongest point has this power.
 #[inline(always)]
 pub(super) fn shift<const M: usize>(codes: Codes, power: u32) -> i32 {
     let mut shift = if is_narrow(codes) { 0 } else { -4 };
@@ -91,8 +86,7 @@ pub(super) const fn is_narrow(codes: Codes) -> bool {
     codes.middle() as i32 - low <= 2892
 }
 
-/// This shift, unless it gains nothing: if four points are added, the pass after a shift by one bit
-/// would halve twice.
+/// `shift`, or one bit less if the last bit gains nothing: if four points are added, the pass after a shift by one bit would halve twice.
 pub(super) const fn worthwhile<const M: usize>(shift: i32) -> i32 {
     if shift == 1 && first_radix(M) == 4 { 0 } else { shift }
 }
@@ -103,7 +97,7 @@ fn strongest(pairs: &[Pair], codes: Codes) -> u32 {
     pairs.iter().fold(0, |most, &[re, im]| most.max(square(re).wrapping_add(square(im))))
 }
 
-/// The first pass, of radix 4 or 8. True if a part is large (see [`Large`]).
+/// The first pass, of radix 4 or 8. Returns true if a part is large (see [`Large`]).
 pub(super) fn first_pass<const M: usize>(
     pairs: &[Pair],
     codes: Codes,
@@ -127,7 +121,7 @@ pub(super) fn first_pass<const M: usize>(
 /// group and their centres; the other points are differences, without a centre.
 pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i16 {
     let middle = codes.middle() as i32;
-    // As `scaled` shifts the codes.
+    // Shifted as `scaled` shifts the codes.
     let middle = match shift {
         0.. => middle << shift,
         _ => {
@@ -135,7 +129,7 @@ pub(super) const fn first_centre<const M: usize>(codes: Codes, shift: i32) -> i1
             (middle + (1 << (down - 1))) >> down
         }
     };
-    // Sums wrap around, and so does the centre: what is left between them does not.
+    // Sums wrap around, and so does the centre: their difference does not.
     (middle * first_radix(M) as i32) as i16
 }
 
@@ -192,8 +186,8 @@ fn first8<const M: usize>(load: impl Fn(usize) -> Pair, centre: Pair, points: &m
     large.seen()
 }
 
-/// A radix-4 pass over sub-transforms of `length` points, which halves once or twice. Its factors
-/// are every `stride`-th of `table`. True if a part of the result is large.
+/// A radix-4 pass over sub-transforms of `length` points, which halves once or twice. Its factors are every `stride`-th of `table`. Returns
+/// true if a part of the result is large.
 pub(super) fn radix4(
     points: &mut [Pair],
     length: usize,
@@ -241,10 +235,9 @@ pub(super) fn radix4(
 
 /// The radix-4 butterfly of one point and three points already turned and halved.
 ///
-/// The first point is rounded up twice, then down twice, and so on, and with it the sums that are
-/// halved again. With one rounding direction, all of them would be off by an eighth to a quarter on
-/// average. A constant over the bins is a pulse at the record's start; a noise estimate under
-/// Hann's window does not see that pulse, and a fit does.
+/// The first point is rounded up twice, then down twice, and so on, and with it the sums that are halved again. With one rounding
+/// direction, all these sums would be off by an eighth to a quarter on average. A constant over the bins is a pulse at the record's start;
+/// a noise estimate under Hann's window does not see such a pulse, but a fit does.
 #[inline(always)]
 fn butterfly(a: Pair, [b, c, d]: [Pair; 3], twice: bool, first: bool) -> [Pair; 4] {
     let a = half(a, if first { 1 } else { second(twice) });

@@ -35,8 +35,8 @@ pub const fn passes(m: usize) -> &'static [Triple] {
     }
 }
 
-/// Whether transforms use the table of twice their length, of which they need every second factor: a page has both, and is
-/// loaded.
+/// Whether transforms use the table of twice their length, and need every second of its factors: a page has both lengths, and its size
+/// counts.
 const ONE_TABLE: bool = cfg!(target_arch = "wasm32");
 
 /// A factor of 32 bits, `[cos, sin]` in Q31.
@@ -45,8 +45,8 @@ pub type Fine = [i32; 2];
 /// The three factors of a radix-4 butterfly, as in [`Triple`] but of 32 bits each.
 pub type FineTriple = [Fine; 3];
 
-/// As [`passes`], of 32 bits, for the long transforms; empty for the others. In a long transform,
-/// rounding the factors to 16 bits would leave an error as large as the noise of a bin.
+/// Factors as in [`passes`], of 32 bits, for the long transforms; empty for the others. In a long transform, rounding the factors to 16
+/// bits would leave an error as large as the noise of a bin.
 pub const fn fine_passes(m: usize) -> &'static [FineTriple] {
     match m {
         2048 if ONE_TABLE => &FINE_4096,
@@ -71,9 +71,8 @@ pub const fn splits(n: usize) -> &'static [Packed] {
     }
 }
 
-/// Factors that split the bins of the longest real record as [`splits`] does, of 32 bits, for the bins
-/// that are measured: `sin(2 pi k / n)` in Q31, k = 0..=n/4. Empty for the other lengths, whose passes
-/// have factors of 16 bits.
+/// Factors that split the bins of the longest real record as [`splits`] does, of 32 bits, for the bins that are measured: `sin(2 pi k / n)`
+/// in Q31, k = 0..=n/4. Empty for the other lengths, whose passes have factors of 16 bits.
 pub const fn sines(n: usize) -> &'static [i32] {
     match n {
         4096 => &SINES_4096,
@@ -260,7 +259,7 @@ mod tests {
         assert_eq!(sines(N).len(), N / 4 + 1);
         for (k, &sine) in sines(N).iter().enumerate() {
             let exact = 2_147_483_648.0 * sin_cos(k, N).0;
-            // A whole turn's quarter is 1, which 32 bits do not hold.
+            // The sine of a quarter turn is 1, which 32 bits do not hold.
             let most = if k < N / 4 { 0.5 } else { 1.0 };
             assert!((f64::from(sine) - exact).abs() <= most, "{k}");
         }

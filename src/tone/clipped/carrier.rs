@@ -1,4 +1,7 @@
 //! The cosine and sine of a tone over a block of samples, and the sums of a block's samples with them.
+//!
+//! The table holds `cos(w k)` and `sin(w k)` for one block, and serves every block: with the phase p at the block's start, the sums follow
+//! from `cos(p + w k) = cos p cos(w k) - sin p sin(w k)`.
 
 use super::turn::{ONE, Turn, turned};
 use crate::acquire::codes::Between;
@@ -7,7 +10,7 @@ use heapless::Vec;
 /// The most samples of a block.
 pub(super) const LONGEST: usize = GROUP * GROUPS;
 
-/// The table's first numbers are found one after the other, the others as products with them.
+/// The table's first numbers are found one after the other, the others as products of them.
 const GROUP: usize = 8;
 const GROUPS: usize = 10;
 
@@ -19,7 +22,7 @@ pub(super) struct Carrier {
     cosines: [[i16; GROUP]; GROUPS],
     sines: [[i16; GROUP]; GROUPS],
     length: usize,
-    /// The sums over all samples: the kernel sums up those that do not count.
+    /// The sums over all samples: the kernel sums up the samples that do not count.
     #[cfg(dsp)]
     whole: Tone,
 }
@@ -57,8 +60,7 @@ impl Tone {
     }
 }
 
-/// The sums of a loop over a block: those of the samples that count, with the tone, and those of
-/// the tone alone over the samples that do not count.
+/// The sums of a loop over a block: the samples that count, with the tone, and the tone alone over the samples that do not count.
 #[cfg(dsp)]
 #[derive(Clone, Copy, Default)]
 #[repr(C)]
@@ -138,7 +140,7 @@ impl Carrier {
         self.sums_portably(samples, others, bounds)
     }
 
-    /// [`Carrier::sums`] by its definition.
+    /// [`Carrier::sums`] by its definition in portable code.
     // Few registers serve one short loop after the other better than one long loop.
     #[inline(never)]
     pub fn sums_portably(
@@ -192,7 +194,7 @@ impl Sums {
     }
 }
 
-/// [`Sums`] for the tone's own phase: of the tone alone in Q20, with a sample in Q3.
+/// [`Sums`] for the tone's own phase: sums of the tone alone in Q20, sums with a sample in Q3.
 pub(super) struct Turned {
     pub count: i32,
     pub c: i32,

@@ -5,11 +5,10 @@ use super::carrier::Loop;
 use crate::acquire::codes::Between;
 use crate::spectrum::fft::assembly::kernel;
 
-/// What the loop reads beside the samples.
+/// The loop's constants beside the samples.
 #[repr(C)]
 struct Constants {
-    /// The first and the last number of both bounds, each in both halves of a word. The other
-    /// samples' bounds come first.
+    /// The first and the last number of both bounds, each in both halves of a word. The bounds of the samples a lag on come first.
     bounds: [u32; 4],
     cosines: *const i16,
     /// From a cosine to its sine, bytes.
@@ -17,7 +16,7 @@ struct Constants {
     end: *const i16,
 }
 
-/// As `Carrier::sums_portably`, for a block of an even number of samples; `None` for another.
+/// The sums of `Carrier::sums_portably`, for a block of an even number of samples; `None` for another.
 pub(super) fn sums(
     [cosines, sines]: [&[i16]; 2],
     samples: &[i16],
@@ -47,7 +46,7 @@ pub(super) fn sums(
 /// Adds up pairs of samples to `sums`, which must be zeros.
 ///
 /// # Safety
-/// As many samples, others and sines as there are cosines must be readable, an even number above 0.
+/// Samples, samples a lag on and sines must be readable in the number of the cosines, an even number above 0.
 #[unsafe(naked)]
 unsafe extern "C" fn pairs(
     sums: &mut Loop,

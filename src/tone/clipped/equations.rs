@@ -34,7 +34,7 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// No sample yet. The amplitude is in codes, at least 1.
+    /// Equations without a sample. The amplitude is in codes, at least 1.
     pub fn new(amplitude: i32) -> Self {
         Self { amplitude, count: 0, sums: [0; 13] }
     }
@@ -66,7 +66,7 @@ impl Equations {
             *sum = product(inverse, *sum << (up & 31));
         }
         let [c, s, ws, r, cc, cs, wcs, rc, ss, wss, rs, wwss, wrs] = means;
-        // Without m.
+        // With m eliminated.
         let less = |sum: i32, a: i32, b: i32| sum.wrapping_sub(product(a, b));
         let tone = |sum: i32, a: i32, b: i32| Scaled::new(less(sum, a, b), 0);
         let rest = |sum: i32, a: i32| Scaled::new(less(sum, a, r), CODES);
@@ -74,7 +74,7 @@ impl Equations {
         let (cs, wcs, rc) = (tone(cs, c, s), tone(wcs, c, ws), rest(rc, c));
         let by_cc = Scaled::one() / pivot(less(cc, c, c));
         let (by_cs, by_wcs) = (cs * by_cc, wcs * by_cc);
-        // Without a.
+        // With a eliminated.
         let by_ss = Scaled::one() / pivot((tone(ss, s, s) - by_cs * cs).bits(0));
         let (wss, rs) = (tone(wss, s, ws) - by_cs * wcs, rest(rs, s) - by_cs * rc);
         let by_wss = wss * by_ss;
@@ -93,7 +93,7 @@ impl Equations {
     }
 }
 
-/// The product of two numbers in Q30. Inlined in all places it would take more memory than it saves time.
+/// The product of two numbers in Q30. Inlined everywhere it would cost more memory than it saves time.
 #[inline(never)]
 fn product(a: i32, b: i32) -> i32 {
     times(a, b)

@@ -8,9 +8,8 @@
 //! x[n - L] - 2 cos(2 pi rest) x[n] + x[n + L]        rest = f L less whole turns
 //! ```
 //!
-//! has nothing of the tone and hardly anything of its harmonics, even of soft limiting. White
-//! noise of power P has the power `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a
-//! rail are left out.
+//! contains nothing of the tone and hardly anything of its harmonics, even with soft limiting. White noise of power P has the power
+//! `P (2 + 4 cos^2(2 pi rest))` there. Terms with a sample at a rail are left out.
 
 use super::super::frequency::Frequency;
 use super::super::noise::ROUNDING;
@@ -19,8 +18,7 @@ use crate::acquire::codes::{Between, Codes};
 use crate::tone::fit::fixed::square;
 use heapless::Vec;
 
-/// The longest lag, samples. Among 256 lags at least one leaves less than a 256th of a turn
-/// (Dirichlet).
+/// The longest lag, samples. Among 256 lags at least one has a rest below a 256th of a turn (Dirichlet).
 const LONGEST: usize = 256;
 
 /// Terms come in groups of successive samples. A tone near a simple fraction of the rate has only
@@ -41,10 +39,9 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// The lag that leaves the least rest in a record of `samples` samples. It is the last
-    /// denominator of the frequency's continued fraction that is short enough. Cost: a subtraction
-    /// for each whole number in that fraction, some twenty, at most as many as the longest lag.
-    pub fn of(frequency: Frequency, samples: usize) -> Self {
+    /// The lag with the least rest in a record of `samples` samples. It is the last denominator of the frequency's continued fraction that
+    /// is short enough. Cost: a subtraction for each whole number in the fraction, some twenty, at most as many as the longest lag.
+    pub fn from_frequency(frequency: Frequency, samples: usize) -> Self {
         let longest = (samples / 3).min(LONGEST) as u32;
         // Euclid's algorithm for a turn and a step. `least` is the rest after `best` steps.
         let step = frequency.0.to_bits().unsigned_abs();
@@ -72,7 +69,7 @@ impl Lag {
     ///
     /// The result is too low by some tenths of a dB at most, because noise near a rail is cut off.
     pub(super) fn noise(self, part: Part, codes: Codes) -> Option<f32> {
-        let inside = Between::of(codes.rails());
+        let inside = Between::new(codes.rails());
         let Terms { sum, power, count } = self.terms(part, inside);
         if count < FEWEST {
             return None;
@@ -133,7 +130,7 @@ mod tests {
                 let denominator = 2 + u64::from(round % 40);
                 let simple = ((u64::from(step) % denominator) << 32) / denominator;
                 for bits in [step as i32, (step >> 20) as i32, simple as u32 as i32, i32::MIN] {
-                    let found = Lag::of(Frequency(I0F32::from_bits(bits)), samples);
+                    let found = Lag::from_frequency(Frequency(I0F32::from_bits(bits)), samples);
                     let rest = |lag: usize| bits.wrapping_mul(lag as i32).unsigned_abs();
                     let least = (1..=(samples / 3).min(LONGEST)).min_by_key(|&lag| rest(lag));
                     assert_eq!(Some(rest(found.samples)), least.map(rest), "{bits} {samples}");

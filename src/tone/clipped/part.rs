@@ -3,8 +3,8 @@
 use crate::acquire::sample::Record;
 use heapless::VecView;
 
-/// One part of a record's samples: the only one of a real record, I or Q of another. It is not
-/// generic, so that programs hold its loops once.
+/// One part of a record's samples: the only one of a real record, I or Q of an I/Q record. The type is not generic, so that programs hold
+/// its loops once.
 #[derive(Clone, Copy)]
 pub(in crate::tone) struct Part<'a> {
     numbers: &'a [i16],
@@ -28,7 +28,7 @@ impl<'a> Part<'a> {
         (self.parts > 1).then_some(Self { which: 1, ..self })
     }
 
-    /// The samples from sample `n` on. Those of two parts are copied to `places`, as many as there is room for.
+    /// The samples from sample `n` on. If there are two parts, the samples are copied to `places`, up to its capacity.
     #[inline(always)]
     pub fn from<'b>(&self, n: usize, places: &'b mut VecView<i16>) -> &'b [i16]
     where
@@ -45,7 +45,7 @@ impl<'a> Part<'a> {
     fn copied<'b>(&self, pairs: &[[i16; 2]], places: &'b mut VecView<i16>) -> &'b [i16] {
         places.clear();
         for pair in pairs.iter().take(places.capacity()) {
-            // There is room for so many.
+            // There is room for all of them.
             let _ = places.push(pair.get(self.which).copied().unwrap_or_default());
         }
         places

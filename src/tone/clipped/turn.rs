@@ -25,7 +25,7 @@ const fn terms<const T: usize>(exact: [f64; T]) -> [i32; T] {
 
 /// Cosine and sine of an angle in turns of 2^32, to some 2^-25. Cost: eleven products.
 #[inline(never)]
-pub(super) fn of(angle: i32) -> Turn {
+pub(super) fn from_angle(angle: i32) -> Turn {
     // An eighth of a turn to each side of a quarter, in radians.
     let quarter = angle.wrapping_add(1 << 29) >> 30;
     let rest = angle.wrapping_sub(quarter << 30);
@@ -43,7 +43,7 @@ pub(super) fn of(angle: i32) -> Turn {
     }
 }
 
-/// A pair of numbers turned on. It loses the last bit.
+/// A pair of numbers turned on. The product loses the last bit.
 #[inline]
 pub(super) fn turned([a, b]: Turn, [c, d]: [i32; 2]) -> [i32; 2] {
     [times(a, c).wrapping_sub(times(b, d)), times(a, d).wrapping_add(times(b, c))]
@@ -60,7 +60,7 @@ mod tests {
         let mut angle = i32::MIN;
         for _ in 0..100_000 {
             let exact = f64::unit(f64::from(angle) / 4_294_967_296.0);
-            let [cos, sin] = of(angle).map(|x| f64::from(x) / f64::from(ONE));
+            let [cos, sin] = from_angle(angle).map(|x| f64::from(x) / f64::from(ONE));
             let error = (Complex::new(cos, sin) - exact).norm_sqr();
             assert!(error < 2f64.powi(-50), "{angle}: {error:e}");
             angle = angle.wrapping_add(1_073_741_824 / 25 + 12_345);

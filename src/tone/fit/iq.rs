@@ -50,8 +50,7 @@ pub(super) struct Sums<T> {
 pub(super) trait Sides<T> {
     /// The sums at p.
     fn sums(&self, p: T) -> Sums<T>;
-    /// The power that the model c leaves at the offset d, and its places; the peak's own bin
-    /// leaves `centre`.
+    /// The power that the model c leaves at the offset d, and the residual's projections; `centre` is the residual of the peak's own bin.
     fn residual(&self, d: T, p: T, c: Complex<T>, centre: Complex<T>) -> (T, Rest<T>);
     /// The number of bins.
     fn count(&self) -> usize;
@@ -152,7 +151,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             [left, right] => [left, right],
             _ => return T::zero(),
         };
-        // Y is Z / cos e. So is the peak's term, which leaves 2 X_0; and sin(2 e) = 2 tan e / m.
+        // Y is Z / cos e. So is the peak's term, and 2 X_0 remains; and sin(2 e) = 2 tan e / m.
         let z = (left.y - right.y) / (self.centre + self.centre - left.y - right.y);
         let two = T::of(2.0);
         let sine = limit(z.re, START_LIMIT) * two * self.e * right.u / right.m;
@@ -161,7 +160,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         sine * (T::one() + z * series) / (two * self.e)
     }
 
-    /// The sums at p, and what follows from them.
+    /// The sums at p, and the step that follows from them.
     fn step(&self, p: T, further: bool) -> Step<T> {
         let Sums { aa, bb, dd, pp, qq } = self.sides.sums(p);
         // The peak itself: h = 1, h' = 0.
@@ -275,11 +274,10 @@ impl<T: Scalar> Sides<T> for Floats<T> {
     }
 }
 
-/// Whether bin `k`, `away` from the peak, is left out because it is that of a constant offset.
+/// Whether bin `k`, `away` from the peak, is left out because it holds a constant offset.
 ///
-/// It is if a tone alone does not explain all bins, but not beside the tone, which needs all three
-/// bins. From four bins off it is also if it is louder than a tone's leakage can make it: that falls
-/// from the bin nearer the tone.
+/// The bin is left out if a tone alone does not explain all bins, but not next to the tone, which needs all three bins. From four bins off
+/// it is also left out if it is louder than a tone's leakage can make it: the leakage falls from the bin nearer the tone.
 pub(super) fn is_left_out<T: Scalar>(
     k: i32,
     n: i32,

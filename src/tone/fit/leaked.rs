@@ -29,10 +29,11 @@ use num_complex::Complex;
 const REACH: usize = 4;
 const NEAREST: usize = 2;
 
-/// A residual is that of noise within this many of its own spreads: three blocks of noise in a hundred are beyond.
+/// A residual is taken for noise within this many of its own standard deviations: noise alone exceeds the limit in three blocks of a
+/// hundred.
 const SPREAD: f32 = 3.5;
 
-/// How much smaller a sigma from a residual that is not noise's must be.
+/// If the residual is not noise-like, accept the five-bin fit only if its sigma is this many times smaller.
 const UNCLEAN: f32 = 10.0;
 
 /// The result of a fit.
@@ -40,35 +41,35 @@ const UNCLEAN: f32 = 10.0;
 pub(crate) struct Leaked {
     /// The tone's distance from the peak bin, in bins.
     pub offset: f32,
-    /// The power that the fit leaves, as a noise power of a sample in squared codes.
+    /// The power that the fit leaves, as the noise power of a sample in squared codes.
     pub left: f32,
-    /// The information about the offset, for noise powers of a sample.
+    /// The information about the offset, for a noise power of 1 per sample.
     information: f32,
-    /// The free real numbers of what is left.
-    freedom: f32,
+    /// Degrees of freedom of the residual.
+    degrees_of_freedom: f32,
 }
 
 impl Leaked {
-    /// One standard deviation of the offset in this noise power of a sample.
+    /// One standard deviation of the offset, for this noise power per sample.
     pub fn sigma(&self, noise: f32) -> f32 {
         (0.5 * noise.max(self.left) / self.information).root()
     }
 
     fn is_clean(&self, noise: f32) -> bool {
-        self.left < (1.0 + SPREAD / self.freedom.root()) * noise
+        self.left < (1.0 + SPREAD / self.degrees_of_freedom.root()) * noise
     }
 }
 
 /// The nine bins nearest a tone, in stored units.
 pub(crate) struct Nearest {
     points: [Point; 2 * REACH + 1],
-    /// What a power in stored units is of a sample.
+    /// The noise power per sample for a power of 1 in stored units.
     unit: f32,
 }
 
 impl Nearest {
-    /// The bins around a peak.
-    pub fn of(near: &Neighbourhood) -> Self {
+    /// Takes the bins around a peak.
+    pub fn from_neighbourhood(near: &Neighbourhood) -> Self {
         let unit = f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32);
         Self { points: near.within(REACH).first_chunk().copied().unwrap_or_default(), unit }
     }
@@ -80,45 +81,45 @@ impl Nearest {
         fit_points(&self.points, self.unit, start, 2)
     }
 
-    /// The fit to nine or to five bins, if it tells more than one to all bins, whose sigma is given.
+    /// Returns the nine- or five-bin fit if its sigma is below `sigma`, the full fit's.
     fn better(&self, nine: Leaked, noise: f32, sigma: f32) -> Option<Leaked> {
         if nine.is_clean(noise) && nine.sigma(noise) < sigma {
             return Some(nine);
         }
         let points = self.points.get(REACH - NEAREST..=REACH + NEAREST)?;
         let five = fit_points(points, self.unit, nine.offset, 1)?;
-        // Another line 1 to 3 bins off can leave little in five bins by chance. A wider fit then sees more of it.
+        // Another line 1 to 3 bins off can leave little in five bins by chance. A wider fit then leaves more.
         let least = if five.is_clean(noise) { 1.0 } else { UNCLEAN };
         (five.sigma(noise) * least < sigma).then_some(five)
     }
 }
 
-/// What is known of leakage before the nearest bins decide.
+/// The leakage near a tone, as known before the nearest bins decide.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Leakage {
     /// The fit to nine bins, if there was one.
     pub nine: Option<Leaked>,
-    /// The noise has an edge here, and it is no line's.
+    /// The noise has an edge here, and no line explains the edge.
     pub on_an_edge: bool,
     /// The noise power of the louder side.
     pub loud: f32,
 }
 
 impl Leakage {
-    /// Sigma and, in `fit`, the offset of a tone with lines beside it, if the nearest bins tell more than the fit to all bins,
-    /// whose sigma is given.
+    /// Returns sigma, and sets the offset in `fit`, of a tone with lines beside it, if the nearest bins are more exact than the fit to all
+    /// bins, whose sigma is `sigma`.
     #[inline(never)]
     pub fn refined(&self, nearest: &Nearest, noise: f32, fit: &mut Fit<f32>, sigma: f32) -> f32 {
         let Some(nine) = self.nine.or_else(|| nearest.nine(fit.offset)) else {
             return sigma;
         };
-        // At an edge the tone's noise may be that of the louder side.
+        // At an edge the tone's noise may be as loud as the louder side.
         let noise = if self.on_an_edge { noise.max(nine.left.min(self.loud)) } else { noise };
         let Some(better) = nearest.better(nine, noise, sigma) else {
             return sigma;
         };
         let sigma = better.sigma(noise);
-        // Nearer than that the fit to all bins is the better one.
+        // Within one sigma the fit to all bins is the better one.
         if (better.offset - fit.offset).abs() > sigma {
             fit.offset = better.offset;
         }
@@ -128,20 +129,20 @@ impl Leakage {
 
 #[inline(never)]
 fn fit_points(points: &[Point], unit: f32, start: f32, steps: u32) -> Option<Leaked> {
-    let bins = Bins::of(points)?;
+    let bins = Bins::from_points(points)?;
     let mut offset = limit(start, OFFSET_LIMIT);
     let mut step = bins.step(offset);
     for _ in 1..steps {
         offset = limit(offset + step.forward, OFFSET_LIMIT);
         step = bins.step(offset);
     }
-    // Real numbers less the real unknowns: three complex ones and the offset.
-    let freedom = bins.count + bins.count - 7.0;
+    // Degrees of freedom: the real numbers of the bins less the real unknowns, which are three complex ones and the offset.
+    let dof = bins.count + bins.count - 7.0;
     (step.information > 0.0).then(|| Leaked {
         offset: limit(offset + step.forward, OFFSET_LIMIT),
-        left: 2.0 * bins.residual(offset, &step) / freedom * unit,
+        left: 2.0 * bins.residual(offset, &step) / dof * unit,
         information: step.information * unit,
-        freedom,
+        degrees_of_freedom: dof,
     })
 }
 
@@ -162,7 +163,7 @@ struct Step {
     forward: f32,
     information: f32,
     line: Complex<f32>,
-    /// What of q' goes along with q.
+    /// The part of q' along q.
     share: f32,
     /// Mean and slope of q, and of q'.
     straight: [[f32; 2]; 2],
@@ -177,7 +178,7 @@ fn shapes(d: f32, k: f32) -> [[f32; 2]; 2] {
 }
 
 impl Bins {
-    fn of(points: &[Point]) -> Option<Self> {
+    fn from_points(points: &[Point]) -> Option<Self> {
         let bin = |&[re, im]: &Point| Complex::new(re as f32, im as f32);
         let (below, rest) = points.split_at_checked(points.len() / 2)?;
         let (centre, above) = rest.split_first()?;
@@ -249,7 +250,7 @@ impl Bins {
         }
     }
 
-    /// The power that is left after a step from `d`.
+    /// The residual power after a step from `d`.
     fn residual(&self, d: f32, step: &Step) -> f32 {
         let slopes = step.forward;
         let values = 1.0 - slopes * step.share;

@@ -11,7 +11,7 @@
 //!   registry is free of bias on real samples.
 //! - [`fixed`]: both again, with the sums over the bins in integers, for cores without an FPU.
 //!
-//! LocalNoise the offset a [`Fit`] holds amplitude, phase and the information that gives sigma.
+//! Besides the offset, a [`Fit`] holds amplitude, phase and the information that gives sigma.
 
 pub mod fixed;
 pub mod iq;
@@ -47,36 +47,34 @@ const EDGE_LIMIT: f64 = 0.3;
 /// squares the error to less than the bound.
 const SETTLED: f64 = 0.02;
 
-/// A fit to a line that is no steady tone nears its end by a share of the way at each step. It is there when a step moves no
+/// A fit to a line that is not a steady tone nears its end by a share of the remaining way at each step. It has ended when a step moves no
 /// more than this, in bins: less than the bound of a tone of 60 dB.
 const ENDED: f64 = 1e-5;
 
-/// The least curvature of a line over a steady tone's: that of a tone which is on for a tenth of a record.
+/// The least curvature of a line over a steady tone's curvature: a tone which is on for a tenth of a record has this ratio.
 const FLATTEST: f64 = 0.01;
 
-/// Where a fit begins, and how many steps it may take.
+/// The start of a fit, and the number of its steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitStart<T> {
-    /// From the three middle bins. Two steps, three near DC and Nyquist; each further one only if
-    /// the last moved more than 0.02 bin.
+    /// From the three middle bins. Two steps, three near DC and Nyquist; another step only if the last moved more than 0.02 bin.
     Usual,
-    /// From a given offset, with this many steps. Without a step: amplitude and information at
-    /// that offset.
+    /// From a given offset, with this many steps. With 0 steps: amplitude and information at this offset.
     From(T, u32),
-    /// From a given offset, until a step hardly moves it, with this many steps at most. They end at least squares even if the residual is more than noise,
-    /// as of a tone whose amplitude changes. The usual steps to I/Q tones end a little beside it
-    /// then. I/Q fits leave out bin 0, which holds a constant offset.
+    /// From a given offset, until a step hardly moves it, with at most this many steps. Such a fit ends at least squares even if the
+    /// residual is more than noise, for example with a tone whose amplitude changes. The usual steps to I/Q tones end a little beside that
+    /// minimum. I/Q fits leave out bin 0, which holds a constant offset.
     Further(T, u32),
 }
 
-/// The steps of a [`FitStart`]. A step of Gauss and Newton takes the line for that of a steady tone. A tone that is on for a share p
-/// of the record has a wider one, of `p^2` of its curvature, and each step goes `p^2` of the way that is left. Two steps tell the
+/// The steps of a [`FitStart`]. A Gauss-Newton step assumes the curvature of a steady tone's line. A tone that is on for a share p of the
+/// record has a wider line, of `p^2` times the curvature, so each step covers only `p^2` of the remaining way. Two steps give the
 /// curvature, and so the way, by a secant.
 struct Pace<T> {
     further: bool,
-    /// The last step as Gauss and Newton have it, and as it was taken.
+    /// The last Gauss-Newton step, and the step that was taken instead.
     last: Option<[T; 2]>,
-    /// The line's curvature over a steady tone's.
+    /// The line's curvature over a steady tone's curvature.
     curvature: T,
 }
 
@@ -85,7 +83,7 @@ impl<T: Scalar> Pace<T> {
         Self { further: matches!(course, FitStart::Further(..)), last: None, curvature: T::one() }
     }
 
-    /// The step to take for one of Gauss and Newton.
+    /// The step to take instead of this Gauss-Newton step.
     fn step(&mut self, own: T) -> T {
         let Some([before, moved]) = self.last.filter(|_| self.further) else { return own };
         let curvature = (before - own) / moved;
@@ -100,8 +98,8 @@ impl<T: Scalar> Pace<T> {
         self.last = Some([own, moved]);
     }
 
-    /// The information about the line's place over a steady tone's. Noise moves the gradient by as much, and a gradient is a
-    /// longer way where the curvature is less.
+    /// The information about the line's offset over a steady tone's. Noise moves the gradient by an equal amount in both, and a given
+    /// gradient is a longer way where the curvature is less.
     fn sharpness(&self) -> T {
         let curvature = self.curvature.min(T::one());
         curvature * curvature
@@ -113,8 +111,8 @@ impl<T: Scalar> Pace<T> {
 pub struct Fit<T> {
     /// The tone's distance from the peak bin, in bins.
     pub offset: T,
-    /// The tone's amplitude times half the record (real) or the record (I/Q), turned as the line is:
-    /// `amplitude * exp(j phase)` follows by [`Fit::tone`].
+    /// The tone's amplitude times half the record (real) or the record (I/Q), rotated as the line is: `amplitude * exp(j phase)` follows by
+    /// [`Fit::tone`].
     pub line: Complex<T>,
     /// The information about the offset: the noise power of a bin divided by twice this is the
     /// variance of the offset in bins^2.
@@ -126,10 +124,10 @@ pub struct Fit<T> {
     pub(crate) lever: Complex<T>,
     /// The power that the model leaves in the fitted bins, in squared codes.
     pub residual: T,
-    /// The real numbers of the bins less the parameters. Noise alone leaves half this number times
-    /// the noise power of a bin.
+    /// Degrees of freedom of the residual: the real numbers of the bins less the parameters. Noise alone leaves half this number times the
+    /// noise power of a bin.
     pub freedom: u32,
-    /// What the model leaves near the line.
+    /// The residual's projections near the line.
     pub rest: Rest<T>,
 }
 
@@ -140,7 +138,7 @@ impl<T: Scalar> Fit<T> {
         self.tone_of(R::IQ, n)
     }
 
-    /// The same in single precision.
+    /// The fit in single precision.
     pub fn single(&self) -> Fit<f32> {
         let one = |x: T| x.wide() as f32;
         let pair = |z: Complex<T>| Complex::new(one(z.re), one(z.im));
@@ -161,7 +159,7 @@ impl<T: Scalar> Fit<T> {
         }
     }
 
-    /// The same fit of a record `unit` times as strong.
+    /// The fit of a record that is `unit` times as strong.
     fn scaled(self, unit: T) -> Self {
         let Rest { within, along, cosine_squared } = self.rest;
         let power = unit * unit;
@@ -199,8 +197,8 @@ impl Fit<f32> {
         (self.offset.abs() < 2.0).then(|| ::fixed::types::I2F30::from_bits(bits()))
     }
 
-    /// The line in ADC codes, and how far on the tone's phase is at the first sample, in turns of 2^32: half
-    /// the offset back, as in [`Fit::tone`].
+    /// The line in ADC codes, and the advance of the tone's phase at the first sample, in turns of 2^32: half the offset back, as in
+    /// [`Fit::tone`].
     pub(crate) fn line_of(&self, iq: bool, n: usize) -> (Complex<f32>, i32) {
         let bits = n.trailing_zeros() as i32;
         let (half, gain) = (f32::two_to(31), f32::two_to(-bits));
@@ -260,7 +258,7 @@ pub fn fit_near<R: Record, const N: usize>(
     match arithmetic {
         Arithmetic::Fixed => fixed::fit_points::<R, N>(bins, peak, exponent, course),
         Arithmetic::Float if R::IQ => {
-            iq::fit(&Bins::<f32, R, _>::of_points(N, peak, bins, exponent), reach.bins(), course)
+            iq::fit(&Bins::<f32, R, _>::from_points(N, peak, bins, exponent), reach.bins(), course)
         }
         Arithmetic::Float => fit_points::<N>(bins, peak, exponent, course),
     }
@@ -278,8 +276,8 @@ fn fit_points<const N: usize>(
     real_points(N as i32, peak, points, exponent, course, const { &singles::<N>() })
 }
 
-/// [`fit_points`] with a table. A page takes it once for all lengths, since its size counts; elsewhere it is part of each
-/// length's fit, which is 2,000 instructions less.
+/// [`fit_points`] with a table. A page takes the table once for all lengths, since its size counts; elsewhere the table is part of each
+/// length's fit, which saves 2,000 instructions.
 #[inline(always)]
 fn real_points(
     n: i32,
@@ -293,7 +291,7 @@ fn real_points(
     Some(real::fit(n, peak, centre, beside, course)?.scaled(f32::two_to(exponent)))
 }
 
-/// The middle one of a fit's bins and those beside it.
+/// The middle one of a fit's bins, and the bins beside it.
 #[inline(always)]
 fn bins<'a>(
     points: &'a [Point],
@@ -307,9 +305,9 @@ fn bins<'a>(
     Some((bin(centre), beside))
 }
 
-/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if
-/// the slow terms do not matter or cannot be told from the tone. `fit` is the fit without them, in this noise power per sample: none
-/// is tried where bins 1 and 2 hold too little to explain what it leaves.
+/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if the slow terms do not matter or cannot be
+/// separated from the tone. `fit` is the fit without slow terms, in this noise power per sample: no fit beside them is tried where bins 1
+/// and 2 hold too little to explain its residual.
 ///
 /// Cost: three times that of a fit.
 pub(crate) fn fit_beside_slow<R: Record, const N: usize>(
@@ -362,7 +360,7 @@ pub(crate) struct Distance<T> {
     versine: T,
 }
 
-/// Of the peak itself.
+/// The constants of the peak itself.
 const NO_DISTANCE: Distance<f32> = Distance { sine: 0.0, versine: 0.0 };
 
 impl<T: Scalar> Distance<T> {
@@ -401,7 +399,7 @@ pub(crate) fn fit_around<R: Record, const N: usize>(
 ) -> Option<Fit<f32>> {
     let reach = bins.len() / 2;
     if R::IQ {
-        return iq::fit(&Bins::<f32, R, _>::of_middle(N, peak, bins), reach, course);
+        return iq::fit(&Bins::<f32, R, _>::from_middle(N, peak, bins), reach, course);
     }
     let (below, rest) = bins.split_at_checked(reach)?;
     let (&centre, above) = rest.split_first()?;
@@ -467,8 +465,8 @@ fn limit<T: Scalar>(x: T, bound: f64) -> T {
     if x.is_nan() { T::zero() } else { x.max(-bound).min(bound) }
 }
 
-/// The first two items, the peak's neighbours. Collecting into a full vector panics, and a
-/// compiler that optimises for size does not see that it never is full.
+/// The first two items, the peak's neighbours. Collecting into a full vector panics, and a compiler that optimises for size does not see
+/// that the vector never is full.
 fn first_two<T>(sides: impl Iterator<Item = T>) -> heapless::Vec<T, 2> {
     let mut near = heapless::Vec::new();
     for side in sides.take(2) {

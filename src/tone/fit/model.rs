@@ -1,4 +1,4 @@
-//! A fitted tone's value in any bin, so that it can be taken away.
+//! A fitted tone's value in any bin, so that the tone can be subtracted.
 
 use super::{Distance, Fit};
 use crate::acquire::sample::Record;
@@ -29,9 +29,8 @@ impl<T: Scalar> Model<T> {
         Self { n, peak, value: fit.peak, lever: fit.lever.re, turn, sine }
     }
 
-    /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i)
-    /// exp(j pi i / n)` for I/Q, and for real records
-    /// `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
+    /// The tone's value in bin `k`: with `s(x) = sin(pi x / n)` and the offset d, `c s(d) / s(d - i) exp(j pi i / n)` for I/Q, and for real
+    /// records `e p (a S - 2 b s(k+km) s(k-km) + j b sin(e k)) / (2 s(f+k) s(f-k))`, see [`super::real`].
     pub(crate) fn bin<R: Record>(&self, k: i32) -> Complex<T> {
         let (n, i) = (self.n, k.wrapping_sub(self.peak));
         if i.checked_rem(n).unwrap_or(0) == 0 {
@@ -57,14 +56,14 @@ impl<T: Scalar> Model<T> {
         self.value
     }
 
-    /// The tone's value in a bin away from it, times the distance in bins.
+    /// The tone's value in a distant bin, times the distance in bins.
     pub(crate) fn leakage(&self) -> Complex<T> {
         self.value * (self.turn.im * T::of_i32(self.n) / T::of(core::f64::consts::PI))
     }
 
-    /// Takes a real tone from an odd number of bins around `peak`. `table` has the constants of each
-    /// distance from it. With `w` and `s` of [`super::real`] for these bins, and `e p` and `e q` the
-    /// distances of the tone and of its own peak in the same measure, a bin is
+    /// Subtracts a real tone from an odd number of bins around `peak`. `table` has the constants of each distance from the peak. With `w`
+    /// and `s` of [`super::real`] for these bins, and `e p` and `e q` the distances of the tone and of its own peak in the same measure, a
+    /// bin is
     ///
     /// ```text
     /// e lever (a S' / S - b (w - e q) + j b s) / (e p - w)
@@ -118,8 +117,7 @@ impl<T: Scalar> Model<T> {
         }
     }
 
-    /// Takes a complex tone from the bins from `first` on: [`Model::bin`] of each, with its angle turned on
-    /// from bin to bin.
+    /// Subtracts a complex tone from the bins from `first` on: [`Model::bin`] of each, whose angle is turned on from bin to bin.
     pub(crate) fn take_from(&self, first: i32, bins: &mut [Complex<T>]) {
         let n = self.n;
         let forward = circle::<T>(1, 2 * n);

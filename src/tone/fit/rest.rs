@@ -1,12 +1,10 @@
-//! What a fit leaves near its line, and how much of that lies along the directions in which a tone
-//! changes.
+//! The residual of a fit near its line, and the parts of it along the directions in which a tone changes.
 //!
-//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. LocalNoise
-//! its line c the tone then has the bins `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of
-//! `x = pi (d - i)`, which are orthogonal to one another. A residual along their real part is a
-//! change of the amplitude, one along their imaginary part a change of the phase. The fit itself
-//! takes order 0 and the phase of order 1, which is a frequency. So a tone that moves shows in
-//! five directions of higher order. Noise is no stronger in them than elsewhere.
+//! Let a tone's amplitude or phase follow Legendre's polynomial of order p over the record. Besides its line c the tone then has the bins
+//! `c (-1)^i j^p j_p(x)`, with spherical Bessel functions of `x = pi (d - i)`, which are orthogonal to one another. A residual along their
+//! real part is a change of the amplitude, one along their imaginary part a change of the phase. The fit itself takes order 0 and the phase
+//! of order 1, which is a frequency. So a tone that moves shows in five directions of higher order. Noise is no stronger in these
+//! directions than elsewhere.
 //!
 //! With s and c the sine and the cosine of `pi d`, and `y = 1/x`, the functions follow from one another:
 //!
@@ -14,8 +12,8 @@
 //! (-1)^i j_0 = s y      (-1)^i j_1 = (s y - c) y      j_2 = 3 y j_1 - j_0      j_3 = 5 y j_2 - j_1
 //! ```
 //!
-//! The middle of N samples lies half a sample before that of N sampling intervals, for which this holds. So a bin is turned by
-//! `-x / N` against these. To turn it back adds `j / N` times its product with `x j_p`, which follows from the others, as the
+//! The middle of N samples lies half a sample before the middle of N sampling intervals, for which the formulas hold. So a bin is turned by
+//! `-x / N` against them. Turning it back adds `j / N` times the bin's product with `x j_p`, which follows from the other products, as the
 //! fit leaves nothing along `j_0`:
 //!
 //! ```text
@@ -30,10 +28,10 @@ use num_complex::Complex;
 /// Bins on each side that are read.
 pub(super) const NEAR: usize = 8;
 
-/// The bins on each side whose power is told.
+/// The bins on each side whose power is summed.
 pub(super) const SCALES: [i32; 3] = [2, 4, NEAR as i32];
 
-/// What a fit leaves near its line.
+/// The residual of a fit near its line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest<T> {
     /// The power in the bins up to 2, 4 and 8 from the peak, in squared codes.
@@ -57,7 +55,7 @@ pub(super) struct Sums<T> {
 }
 
 impl<T: Scalar> Sums<T> {
-    /// For a tone at the offset d; `centre` is the residual of the peak's own bin.
+    /// Sums for a tone at the offset d; `centre` is the residual of the peak's own bin.
     pub fn new(d: T, centre: Complex<T>) -> Self {
         let of = T::of;
         let x = d * of(PI);
@@ -79,13 +77,13 @@ impl<T: Scalar> Sums<T> {
         }
     }
 
-    /// What [`Sums::add`] wants one over for the bin i bins from the peak.
+    /// The number of which [`Sums::add`] takes the reciprocal, for the bin i bins from the peak.
     #[inline(always)]
     pub fn argument(&self, i: i32) -> T {
         self.x - T::of(PI) * T::of_i32(i)
     }
 
-    /// Adds the residual of a bin within [`NEAR`] and not the peak's own. `y` is one over its [`Sums::argument`].
+    /// Adds the residual of a bin within [`NEAR`] other than the peak's own. `y` is the reciprocal of its [`Sums::argument`].
     #[inline(always)]
     pub fn add(&mut self, left: Complex<T>, y: T) {
         let zeroth = self.sine * y;
@@ -98,8 +96,8 @@ impl<T: Scalar> Sums<T> {
         self.all = self.all + left;
     }
 
-    /// Of bins that have the turn by half a sample in a record of `n` samples. Without it a record that runs backwards would leave
-    /// something else.
+    /// The sums of bins that have the turn by half a sample in a record of `n` samples. Without the correction a record that runs backwards
+    /// would leave another residual.
     pub fn turned_back(mut self, n: i32) -> Self {
         let share = T::one() / T::of_i32(n);
         let quarter = |z: Complex<T>| Complex::new(-z.im, z.re) * share;
@@ -113,7 +111,7 @@ impl<T: Scalar> Sums<T> {
         self
     }
 
-    /// With the power up to each of [`SCALES`].
+    /// The result, with the power up to each of [`SCALES`].
     pub fn rest(&self, within: [T; 3]) -> Rest<T> {
         Rest { within, along: self.along, cosine_squared: self.cosine * self.cosine }
     }

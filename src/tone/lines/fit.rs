@@ -1,4 +1,7 @@
-//! The joint fit: each tone to its bins less the models of the others, until none moves.
+//! The joint fit: each tone is fitted to its bins less the models of the others, until none moves.
+//!
+//! This is the idea of RELAX (Li and Stoica 1996), with nine bins a tone in place of the whole record: the fit of one tone is repeated
+//! whenever the fits of its neighbours have moved their leakage by more than the noise allows.
 
 use super::rest::Found;
 use super::{Hunt, Mark, ROOM, apart};
@@ -11,10 +14,9 @@ use core::mem::MaybeUninit;
 use heapless::Vec;
 use num_complex::Complex;
 
-/// A tone is fitted anew if what another leaves in its bins has changed so much that the error still
-/// leaves more than this share of the noise's power in the bins of its own neighbour when both are fitted
-/// once more in the end, or more than [`OWN`] times the noise's power in its own bins. An error falls with
-/// the square of the distance twice: on the way to the neighbour, and on the way back.
+/// A tone is fitted anew if another tone's residual in its bins has changed so much that the remaining error exceeds this share of the
+/// noise power in the bins of the tone's own neighbour when both are fitted once more in the end, or [`OWN`] times the noise power in its
+/// own bins. An error falls with the square of the distance twice: on the way to the neighbour, and on the way back.
 const SETTLED: f32 = 2e-4;
 const OWN: f32 = 10.0;
 
@@ -81,7 +83,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         true
     }
 
-    /// Fits every tone anew until what the others leave in its bins does not change.
+    /// Fits every tone anew until the others' residuals in its bins no longer change.
     pub(super) fn settle(&mut self) {
         for _ in 0..SWEEPS {
             if self.rest.found.iter().zip(&self.marks).all(|(_, mark)| !mark.due) {
@@ -94,7 +96,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         self.leak();
     }
 
-    /// Fits a tone anew if that is due.
+    /// Fits a tone anew if due.
     fn refit(&mut self, index: usize) {
         let Some(mark) = self.marks.get_mut(index) else { return };
         if !core::mem::take(&mut mark.due) {
@@ -111,7 +113,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         self.tell(index, Some(&model));
     }
 
-    /// Tells the others that a tone has changed, or that it is new.
+    /// Marks the other tones that a changed or new tone affects.
     pub(super) fn tell(&mut self, index: usize, before: Option<&Model<f32>>) {
         let Some(Found { peak, model, .. }) = self.rest.found.get(index) else { return };
         let zero = Complex::new(0.0, 0.0);
@@ -123,7 +125,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             let square = (nearest * nearest) as f32;
             let settled = (SETTLED * square * square).min(OWN);
             let apart = apart::<R, N>(*peak, found.peak).max(1);
-            // Near by, its own bins are among the other's.
+            // Near by, the bins of one tone are among the bins of the other.
             let power = if apart <= WITHIN { whole + leakage } else { leakage };
             let apart = apart as f32;
             if other != index && power > settled * mark.noise * (apart * apart) {

@@ -1,4 +1,9 @@
-//! The search for the bin that stands out of its own neighbourhood most.
+//! The search for the bin that exceeds its own neighbourhood most.
+//!
+//! The second differences of a band are cut into at most [`BLOCKS`] blocks. The floor of a block is the mean power of the quieter two
+//! thirds of the blocks around it, so that other lines do not raise it. The candidate is the strongest difference of the block that exceeds
+//! its floor by the largest factor, if the factor is beyond the threshold for the floor's degrees of freedom. Between two searches only the
+//! blocks that a new tone has changed are read again.
 
 use super::super::detection::Relaxation;
 use super::super::noise::rounding;
@@ -12,7 +17,7 @@ use core::mem::MaybeUninit;
 use heapless::Vec;
 use num_complex::Complex;
 
-/// The most blocks of bins, and the least bins of a block.
+/// The most blocks of bins, and the least number of bins in a block.
 const BLOCKS: usize = 64;
 const BLOCK: i32 = 8;
 
@@ -22,12 +27,12 @@ const AROUND: usize = 4;
 /// The second differences of neighbouring bins.
 #[derive(Clone, Copy)]
 struct Block {
-    /// The mean power of all but the strongest.
+    /// The mean power of all differences but the strongest.
     mean: f32,
-    /// The strongest one.
+    /// The power of the strongest difference.
     most: f32,
     bin: i32,
-    /// The floor, and by how much the strongest exceeds it: 0 if that is little.
+    /// The floor, and the ratio of the strongest difference to it: 0 if the strongest does not stand out.
     floor: f32,
     rise: f32,
 }
@@ -38,7 +43,7 @@ pub(super) struct Blocks {
     low: i32,
     high: i32,
     width: i32,
-    /// A bit for each block that has changed, and for each that stood out when it was read.
+    /// A bit for each block that has changed, and for each block that stood out when it was read.
     stale: u64,
     risen: u64,
 }
@@ -47,7 +52,7 @@ pub(super) struct Blocks {
 #[derive(Clone, Copy)]
 pub(super) struct Candidate {
     pub bin: i32,
-    /// The power of the noise's differences near it.
+    /// The power of the noise's differences near the bin.
     pub floor: f32,
 }
 
@@ -57,7 +62,7 @@ impl Blocks {
         Self { all: Vec::new(), low: 0, high: -1, width: BLOCK, stale: u64::MAX, risen: 0 }
     }
 
-    /// Those of the band, of which nothing is known.
+    /// Sets up the blocks of a band, none of them read.
     pub fn start<R: Record, const N: usize>(&mut self, band: Band) {
         let (low, high) = if R::IQ {
             (band.low, band.high)
@@ -76,8 +81,7 @@ impl Blocks {
         (self.low, self.high, self.width) = (low, high, width);
     }
 
-    /// What lies within `reach` of a bin has changed. Only what stood out may be a tone: of the others
-    /// nothing is to be seen.
+    /// Marks the blocks within `reach` of a bin as changed. Only blocks that stood out can hold a tone: the others are not read again.
     pub fn touch<R: Record, const N: usize>(&mut self, bin: i32, reach: i32) {
         let n = N as i32;
         self.mark(bin - reach, bin + reach);
@@ -96,7 +100,7 @@ impl Blocks {
         }
     }
 
-    /// The blocks that the floor of one is taken from.
+    /// The blocks from which the floor of a block is taken.
     fn around(&self, index: usize) -> &[Block] {
         let end = index.saturating_add(AROUND + 1).min(self.all.len());
         self.all.get(index.saturating_sub(AROUND)..end).unwrap_or_default()
@@ -105,7 +109,7 @@ impl Blocks {
     /// The floor of a block: the mean of the quieter two thirds of its neighbours.
     fn floor(&self, index: usize) -> f32 {
         let around = self.around(index);
-        // By their bits, as in `quietest_of`.
+        // Compared by their bits, as in `quietest_of`.
         const NONE: u32 = f32::INFINITY.to_bits();
         let ([mut first, mut second, mut third], mut count) = ([0; 3], 0);
         for block in around {
@@ -130,7 +134,7 @@ impl Blocks {
             2 => second,
             _ => third,
         };
-        // Those below the loudest third, and of equals as many as are kept.
+        // Blocks below the loudest third, and of equal blocks only the number that is kept.
         let (mut sum, mut left) = (0.0, kept);
         for block in around {
             if block.mean.to_bits() < least {
@@ -144,8 +148,8 @@ impl Blocks {
         sum / kept as f32
     }
 
-    /// Compares the blocks that have changed, and those that they are the floor of. What does not exceed
-    /// its floor by `least` does not stand out.
+    /// Compares the blocks that have changed, and the blocks whose floor depends on them. A block that does not exceed its floor by the
+    /// factor `least` does not stand out.
     fn compare(&mut self, changed: u64, least: f32) {
         // No floor is below the quietest block.
         let quietest = quietest_of(&self.all);
@@ -158,7 +162,7 @@ impl Blocks {
             let Some(block) = self.all.get_mut(index) else { return };
             let most = block.most;
             (block.floor, block.rise) = (f32::INFINITY, 0.0);
-            // Nor is it below the quietest block around, which rules out nearly all.
+            // No floor is below the quietest block around, either, which rules out nearly all blocks.
             if most <= bar || most <= least * quietest_of(self.around(index)) {
                 continue;
             }
@@ -171,7 +175,7 @@ impl Blocks {
         }
     }
 
-    /// The one that stands out most.
+    /// The block that stands out most.
     fn highest(&self) -> Option<&Block> {
         let mut highest: Option<&Block> = None;
         let mut risen = self.risen;
@@ -186,7 +190,7 @@ impl Blocks {
     }
 }
 
-/// Takes the lowest bit that is set, and tells which it was.
+/// Clears the lowest bit that is set, and returns its index.
 fn next_of(bits: &mut u64) -> Option<usize> {
     let lowest = bits.trailing_zeros();
     *bits &= bits.wrapping_sub(1);
@@ -201,11 +205,11 @@ fn quietest_of(blocks: &[Block]) -> f32 {
 }
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
-    /// The bin that exceeds its neighbourhood most, if noise does not.
+    /// The bin that exceeds its neighbourhood most, if noise alone does not explain the bin.
     pub(super) fn search(&mut self) -> Option<Candidate> {
         let stale = core::mem::take(&mut self.blocks.stale);
         let (count, width) = (self.blocks.all.len(), self.blocks.width);
-        // As many neighbours at once as there is room for.
+        // The most neighbours for which there is room at once.
         let room = (CHUNK as i32 / width.max(1)).max(1) as usize;
         let mut left = stale;
         while let index = left.trailing_zeros() as usize
@@ -216,15 +220,15 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             self.renew(index, run);
             left &= u64::MAX.checked_shl((index + run) as u32).unwrap_or(0);
         }
-        // The floor is that of six blocks of eight or more.
-        const FREEDOM: f32 = 80.0;
-        self.blocks.compare(stale, self.options.threshold.beside(FREEDOM, Relaxation::SOME));
+        // Degrees of freedom of the floor, which is a mean over six blocks of eight or more bins.
+        const DOF: f32 = 80.0;
+        self.blocks.compare(stale, self.options.threshold.beside(DOF, Relaxation::SOME));
         let &Block { bin, floor, .. } = self.blocks.highest()?;
         Some(Candidate { bin: self.summit(bin), floor })
     }
 
-    /// The strongest bin up the slope from this one: the slope of a strong tone may stand out of its
-    /// block more than the tone of the next.
+    /// The strongest bin up the slope from this one: the slope of a strong tone may stand out of its block more than the neighbouring
+    /// block's tone.
     fn summit(&self, bin: i32) -> i32 {
         let (mut summit, mut here) = (bin, self.power(bin));
         for _ in 0..BLOCK {
@@ -284,7 +288,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         }
     }
 
-    /// Calls for every hidden bin, with the bins on each side of it that are hidden, too.
+    /// Calls `see` for every hidden bin, with the number of hidden bins on each side.
     fn each_hidden(&self, mut see: impl FnMut(i32, i32)) {
         let n = N as i32;
         let mut each = |bin: i32, width: i32| {
@@ -333,7 +337,7 @@ impl Gathered {
         Self { sum: 0.0, most: 0.0, bin, count: 0 }
     }
 
-    /// Adds the differences around the bins from `first` on. Those that are 0 may be hidden.
+    /// Adds the differences around the bins from `first` on. Differences that are 0 may be hidden.
     fn add(&mut self, first: i32, differences: &[Complex<f32>], hidden: bool) {
         let (mut sum, mut most, mut bin, mut k) = (self.sum, self.most, self.bin, first);
         for difference in differences {
@@ -351,7 +355,7 @@ impl Gathered {
         (self.sum, self.most, self.count) = (sum, most, self.count + count as i32);
     }
 
-    /// Adds the differences of points around the bins from `first` on, which no tone reaches.
+    /// Adds the differences of points around the bins from `first` on, for bins that no tone reaches.
     fn add_plain(&mut self, first: i32, points: &[Point], unit: f32) {
         let [Some(&before), Some(&here)] = [points.first(), points.get(1)] else { return };
         let ([mut a, mut b], [mut c, mut d]) = (before, here);
@@ -373,7 +377,7 @@ impl Gathered {
         (self.sum, self.count) = (self.sum + scale * sum, self.count + k - first);
     }
 
-    /// The block, its mean not below `least`. A block of which little is left is no floor.
+    /// The block, its mean not below `least`. A block with few visible bins has no floor.
     #[inline]
     fn block(&self, least: f32) -> Block {
         let mean = (self.sum - self.most) / (self.count - 1).max(1) as f32;

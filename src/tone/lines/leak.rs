@@ -1,4 +1,7 @@
-//! What tones leave in the second differences of bins, which are Hann's window.
+//! The leakage of tones into the second differences of bins, which are Hann's window.
+//!
+//! With c a tone's line and d its offset, half the second difference around a bin x bins from the tone is `c sin(pi d) / (pi x (x^2 - 1))`,
+//! which falls by 18 dB an octave (see [`super::super::noise::ring`]). So a tone reaches at most [`LEAKS`] bins, and a weak tone fewer.
 
 use super::super::noise::ring::{EACH, Stretch};
 use super::rest::Found;
@@ -14,7 +17,7 @@ use core::mem::MaybeUninit;
 use heapless::Vec;
 use num_complex::Complex;
 
-/// A tone leaks into second differences up to so many bins away: beyond by less than -100 dB.
+/// A tone leaks into second differences up to this many bins away: beyond by less than -100 dB.
 pub(super) const LEAKS: i32 = 32;
 
 /// A weak tone's leakage is below the noise beyond this distance.
@@ -23,10 +26,10 @@ const LEAST: i32 = 8;
 /// The most differences that are taken at once.
 pub(super) const CHUNK: usize = 32;
 
-/// A tone is taken to be so far off its bin at least: just on it, its leakage into that bin would be 0/0.
+/// A tone is taken to be at least this far off its bin: exactly on the bin, its leakage there would be 0/0.
 const LEAST_OFFSET: f32 = 1e-4;
 
-/// A tone's leakage into second differences of bins, or that of a real tone's image.
+/// The leakage of a tone, or of a real tone's image, into second differences of bins.
 #[derive(Clone, Copy)]
 pub(super) struct Leak {
     /// The tone's own bin.
@@ -38,7 +41,7 @@ pub(super) struct Leak {
     reach: i32,
 }
 
-/// Half the second difference of three bins, which leave the room that this needs.
+/// Half the second difference of three bins, whose parts leave headroom for the sum.
 #[inline]
 pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
     let part = |before: i32, here: i32, after: i32| {
@@ -48,7 +51,7 @@ pub(super) fn bent([a, b]: Point, [c, d]: Point, [e, f]: Point) -> Point {
 }
 
 impl Leak {
-    pub fn of<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
+    pub fn from_fit<R: Record, const N: usize>(found: &Found, reach: i32) -> Self {
         let Fit { offset, line, .. } = found.fit;
         let offset = if offset.abs() < LEAST_OFFSET { LEAST_OFFSET } else { offset };
         // A real line and an I/Q line are turned by different angles.
@@ -57,8 +60,7 @@ impl Leak {
         Self { tone: found.peak, peak: found.peak, offset, value, reach }
     }
 
-    /// How far the leakage of a tone whose strongest difference has this power exceeds a tenth of the
-    /// power `floor`.
+    /// The distance up to which the leakage of a tone whose strongest difference has this power exceeds a tenth of the power `floor`.
     pub fn reach(power: f32, floor: f32) -> i32 {
         let (mut reach, most) = (LEAST, power / floor);
         let sixth = |x: i32| (x * x * x) as f32 * (x * x * x) as f32;
@@ -91,13 +93,13 @@ impl Leak {
         apart
     }
 
-    /// Whether it reaches any of the `count` bins from `first` on.
+    /// Whether the leakage reaches any of the `count` bins from `first` on.
     pub fn reaches<R: Record, const N: usize>(&self, first: i32, count: i32) -> bool {
         let half = count / 2;
         self.from::<R, N>(first + half).abs() <= self.reach + half
     }
 
-    /// Takes it from the differences around the bins from `first` on.
+    /// Subtracts the leakage from the differences around the bins from `first` on.
     fn take<R: Record, const N: usize>(&self, first: i32, differences: &mut [Complex<f32>]) {
         let mut x = self.from::<R, N>(first) as f32 + self.offset;
         let Complex { re, im } = self.value;
@@ -110,7 +112,7 @@ impl Leak {
     }
 }
 
-/// A leak seen from a bin: how many bins it is off, in units of `1 / scale` codes.
+/// A leak at its distance from a bin, in units of `1 / scale` codes.
 #[derive(Clone, Copy)]
 pub(super) struct Seen {
     away: i32,
@@ -120,9 +122,9 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Takes it from the differences of a stretch whose first one is so many bins from that bin.
+    /// Subtracts the leakage from the differences of a stretch whose first difference is this many bins from the bin.
     pub fn take(&self, first: i32, stretch: &mut Stretch) {
-        /// From a stretch's first difference to the middle of them.
+        /// From the first difference of a stretch to the middle.
         const HALF: i32 = EACH as i32 - 1;
         let away = self.away - first;
         if (away - HALF).abs() > self.reach + HALF {
@@ -139,7 +141,7 @@ impl Seen {
 }
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
-    /// What tones other than the one at this bin leak into the differences up to `reach` from it.
+    /// The leakage of all tones but the one at this bin into the differences up to `reach` from the bin.
     pub(super) fn others_near(&self, peak: i32, reach: i32) -> Vec<Seen, { 2 * ROOM }> {
         let scale = f32::two_to(-self.rest.spectrum.exponent());
         let others = self.leaks.iter().filter(|leak| leak.tone != peak);
@@ -150,7 +152,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         }))
     }
 
-    /// The bins that `count` second differences from `first` on need.
+    /// The bins that are needed for `count` second differences from `first` on.
     pub(super) fn near<'p>(
         &self,
         first: i32,
@@ -160,8 +162,8 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         self.rest.spectrum.fill(first - 1, places.get_mut(..count + 2).unwrap_or_default())
     }
 
-    /// Takes what the tones leave from half the second differences around the bins from `first` on:
-    /// `c sin(pi d) / (pi x (x^2 - 1))`, see [`super::noise::ring`].
+    /// Subtracts the tones' leakage from half the second differences around the bins from `first` on: `c sin(pi d) / (pi x (x^2 - 1))`, see
+    /// [`super::noise::ring`].
     pub(super) fn less_leaks(&self, first: i32, differences: &mut [Complex<f32>]) {
         for leak in &self.leaks {
             if leak.reaches::<R, N>(first, differences.len() as i32) {
@@ -197,12 +199,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         differences.first().map_or(0.0, Complex::norm_sqr)
     }
 
-    /// Takes the leakage of the tones as they are now.
+    /// Computes the leakage of the tones as fitted now.
     pub(super) fn leak(&mut self) {
         self.leaks.clear();
         for (found, mark) in self.rest.found.iter().zip(&self.marks) {
-            let leak = Leak::of::<R, N>(found, mark.reach);
-            // There is room for two of each.
+            let leak = Leak::from_fit::<R, N>(found, mark.reach);
+            // There is room for two leaks of each tone.
             let _ = self.leaks.push(leak);
             if let Some(image) = leak.image::<R, N>() {
                 let _ = self.leaks.push(image);
@@ -217,7 +219,7 @@ mod tests {
     use crate::acquire::sample::Real;
     use crate::tone::fit::Model;
 
-    /// Half the second differences of a line that is just on its bin: all of it there, half beside, nothing else.
+    /// Half the second differences of a line that is exactly on its bin: the whole line there, half of it beside, nothing else.
     #[test]
     fn a_tone_just_on_its_bin_leaks_into_that_alone() {
         let (zero, line) = (Complex::new(0.0, 0.0), Complex::new(1000.0, 0.0));
@@ -233,7 +235,7 @@ mod tests {
         };
         let found = Found { peak: 100, fit, model: Model::new(&fit, 100, 1024) };
         let mut differences = [zero; 9];
-        Leak::of::<Real, 1024>(&found, LEAKS).take::<Real, 1024>(96, &mut differences);
+        Leak::from_fit::<Real, 1024>(&found, LEAKS).take::<Real, 1024>(96, &mut differences);
         for (k, difference) in (96..).zip(differences) {
             let expected = [1000.0, -500.0, 0.0, 0.0, 0.0][usize::abs_diff(k, 100)];
             // The distance loses digits so near a bin.

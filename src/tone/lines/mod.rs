@@ -1,13 +1,12 @@
 //! All the lines of a record that are tones, each with its phase: up to [`MOST`].
 //!
-//! The first tone is the pipeline's own. Each further one is sought in the second differences of the
-//! bins, which are Hann's window: a tone's leakage falls by 18 dB an octave there, and models of the
-//! tones found need to be subtracted only near them. A candidate exceeds the floor of its own
-//! neighbourhood. Then tones are fitted anew to nine bins, each less the models of the others, until
-//! what one leaves in the bins of another does not change. In the end each is fitted once more: to 17 bins,
-//! or to 33 if it shares these with another.
+//! The first tone is the pipeline's own. Each further tone is sought in the second differences of the bins, which are Hann's window: a
+//! tone's leakage falls by 18 dB an octave there, and models of the tones found need to be subtracted only near them. A candidate exceeds
+//! the floor of its own neighbourhood. Then tones are fitted anew to nine bins, each less the models of the others, until the residual of
+//! one in the bins of another does not change. In the end each tone is fitted once more: to 17 bins, or to 33 if it shares the 17 with
+//! another.
 //!
-//! A line that is no target of its own is refused:
+//! A line that is not a target of its own is refused:
 //!
 //! - It does not exceed the noise beside it at the plan's false-alarm rate, with all models subtracted.
 //! - It is the skirt of a tone that moves.
@@ -16,7 +15,7 @@
 //! - It is the image that an I/Q front end makes: at minus the frequency of a stronger tone, and
 //!   [`IMAGE`] weaker. Stronger images give both tones the verdict `Image`.
 //! - It is a step of the converter: weaker than half a code where no noise blurs the steps.
-//! - It is what the transform leaves: [`TRANSFORM`] weaker than the strongest.
+//! - It is an artefact of the transform: [`TRANSFORM`] weaker than the strongest.
 
 mod fit;
 mod floor;
@@ -48,13 +47,13 @@ use rest::{Found, Rest};
 /// The most tones a record is searched for.
 pub const MOST: usize = 4;
 
-/// Room for the tones and for lines that a front end makes of them, which are subtracted, too.
+/// Room for the tones and for lines that a front end makes of them, which are subtracted as well.
 pub(super) const ROOM: usize = 2 * MOST;
 
 /// Bins beside a tone in which no other is sought.
 const BESIDE: i32 = 1;
 
-/// No further tone is sought below this bin, where a drift is.
+/// No further tone is sought below this bin, where a drift lies.
 const DRIFT: i32 = 4;
 
 /// Bins around a tone whose second differences change when another is found.
@@ -63,23 +62,23 @@ const CLOSE: i32 = 4;
 /// The most searches of a record.
 const SEARCHES: usize = 10;
 
-/// Bins in which nothing is sought, around one of them.
+/// Hidden bins, in which nothing is sought, around one bin.
 #[derive(Clone, Copy)]
 struct Hidden {
     bin: i32,
     width: i32,
 }
 
-/// What is known of a line beside its fit.
+/// The properties of a line beside its fit.
 #[derive(Clone, Copy)]
 struct Mark {
-    /// Whether it is a tone of its own, and not made of a stronger one.
+    /// Whether the line is a tone of its own, and not made of a stronger one.
     own: bool,
-    /// Whether it is to be fitted anew.
+    /// Whether the line has to be fitted anew.
     due: bool,
-    /// The noise's power in a bin near it.
+    /// The noise power in a bin near the line.
     noise: f32,
-    /// How far it leaks into second differences of bins.
+    /// The distance up to which the line leaks into second differences of bins.
     reach: i32,
 }
 
@@ -90,21 +89,21 @@ struct Hunt<'a, R: Record, const N: usize, E: Engine> {
     clipped: f32,
     /// Whether the record is of a ramp, on which a target's motion bends the phase.
     bends: bool,
-    /// Whether lines that are made of others count, too.
+    /// Whether harmonics and images are reported as well.
     every: bool,
-    /// Of each line found.
+    /// The mark of each line found.
     marks: Vec<Mark, ROOM>,
     hidden: Vec<Hidden, SEARCHES>,
     leaks: Vec<Leak, { 2 * ROOM }>,
     blocks: Blocks,
-    /// What each line is, when all are found.
+    /// The noise and the class of each line, when all lines are found.
     judged: Vec<(LocalNoise, FitTest), ROOM>,
 }
 
-/// The tones of a record with their phases, the strongest first: `most` of them, at most [`MOST`].
-/// `tone` is the one that was measured in this spectrum, and among them.
+/// The tones of a record with their phases, the strongest first: `most` tones, at most [`MOST`]. `tone` is the tone that was measured in
+/// this spectrum; it is among the result.
 ///
-/// Sigma of each tone is that of the joint fit.
+/// Sigma of each tone comes from the joint fit.
 pub fn lines<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
@@ -131,20 +130,21 @@ pub fn lines<R: Record, const N: usize>(
     as_measured::<N>(&mut phasors, tone);
     for ToneWithPhase { tone, .. } in &mut phasors {
         let outside = tone.is_outside::<N>(band);
-        tone.conclude(&Evidence { outside, ..Evidence::of(tone.said()) });
+        tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
     phasors
 }
 
-/// Says of the measured tone what is known against it. The only tone is known better by what measured it, and so is one of
-/// several whose line looks worse less the others. Else what the others did to it is gone, and nothing else.
+/// Carries the reasons of the measured tone over to its line. If the record has only this tone, the first measurement is the better one;
+/// the same holds for one of several tones whose line looks worse with the others subtracted. Otherwise the reasons that the other lines
+/// caused are dropped, and only these.
 fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
     let is_measured = |phasor: &&mut ToneWithPhase| {
         phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
     };
     let only = phasors.len() == 1;
-    /// What a fit says of a line, and the lines beside it may have caused.
+    /// Verdicts that come from a line's fit, and that lines beside it may have caused.
     const OF_LINE: [Verdict; 3] = [Verdict::Moving, Verdict::Unresolved, Verdict::Weak];
     let others = OF_LINE.into_iter().fold(tone.said(), Reasons::without);
     for phasor in phasors.iter_mut().filter(is_measured) {
@@ -152,13 +152,13 @@ fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
         if only || OF_LINE.contains(&said) && tone.verdict < said {
             phasor.tone = *tone;
         }
-        phasor.tone.conclude(&Evidence::of(phasor.tone.said().and(others)));
+        phasor.tone.conclude(&Evidence::new(phasor.tone.said().and(others)));
     }
 }
 
 /// Orders tones by their amplitude.
 fn strongest_first(phasors: &mut [ToneWithPhase]) {
-    // By insertion: there are four.
+    // By insertion: there are at most four.
     for end in 1..phasors.len() {
         for place in (1..=end).rev() {
             if let Some([before, here]) = phasors.get_mut(place - 1..=place)
@@ -170,8 +170,7 @@ fn strongest_first(phasors: &mut [ToneWithPhase]) {
     }
 }
 
-/// Every line of a record that stands out of the noise, also those that are made of another: up to
-/// [`ROOM`].
+/// Every line of a record that exceeds the noise, harmonics and images included: up to [`ROOM`].
 pub(super) fn every_line<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
@@ -220,7 +219,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
             return false;
         }
         self.blocks.start::<R, N>(band);
-        // A peak at DC is no tone that could be fitted, but there may be others.
+        // A peak at DC is not a tone that could be fitted, but there may be others.
         let noise = noise_power::<R, N>(tone) * N as f32;
         let mark = Mark { own: true, due: false, noise, reach: LEAKS };
         if self.add(peak, FitStart::From(offset, 1), mark) {
@@ -229,7 +228,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         true
     }
 
-    /// The tones as they are now.
+    /// The tones as fitted now.
     fn phasors<const COUNT: usize>(&mut self, stamp: &Stamp) -> Vec<ToneWithPhase, COUNT> {
         if self.judged.is_empty() {
             self.judge_all();
@@ -237,8 +236,8 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         first((0..self.rest.found.len()).filter_map(|index| self.phasor(index, stamp)))
     }
 
-    /// Looks for tones until there are `most`, or no more. What does not stand out of the noise is
-    /// known only when all others are subtracted.
+    /// Looks for tones until there are `most`, or until none is left. Whether a line exceeds the noise is known only when all others are
+    /// subtracted.
     fn seek(&mut self, most: usize) {
         for _ in 0..SEARCHES {
             let own = self.marks.iter().filter(|mark| mark.own).count();
@@ -275,7 +274,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         }
     }
 
-    /// The newest line has changed what is around it, and a little around the others.
+    /// Marks the differences around the newest line as changed, and a few around the others.
     fn renewed(&mut self) {
         let newest = self.rest.found.len().wrapping_sub(1);
         for (index, (found, mark)) in self.rest.found.iter().zip(&self.marks).enumerate() {
@@ -284,7 +283,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         }
     }
 
-    /// Marks the newest line if it is made of another.
+    /// Marks the newest line if a front end made it of another.
     fn disown(&mut self) {
         let target = self.rest.found.last().is_none_or(|newest| self.is_target(newest));
         if let Some(mark) = self.marks.last_mut() {
@@ -292,8 +291,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         }
     }
 
-    /// Judges all lines, and takes out the last further one that does not stand out of the noise.
-    /// Returns whether there is one.
+    /// Judges all lines, and removes the last further line that does not exceed the noise. Returns whether there is one.
     fn refuse(&mut self) -> bool {
         self.judged.clear();
         if self.rest.found.len() < 2 {
@@ -307,7 +305,7 @@ impl<'a, R: Record, const N: usize, E: Engine> Hunt<'a, R, N, E> {
         true
     }
 
-    /// Takes out a line.
+    /// Removes a line.
     fn drop(&mut self, index: usize) {
         let Some(&Found { peak, .. }) = self.rest.found.get(index) else { return };
         self.tell(index, None);

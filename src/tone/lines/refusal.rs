@@ -1,4 +1,4 @@
-//! Which lines are no targets of their own.
+//! The rules by which a line is not a target of its own.
 
 use super::super::detection::Relaxation;
 use super::super::detector::Spread;
@@ -13,16 +13,15 @@ use crate::tone::sigma::CLIPPED;
 /// A harmonic of the front end has at most this share of its tone's power: -40 dB.
 pub const HARMONIC: f32 = 1e-4;
 
-/// The same if samples clip: that of a square wave. Clipping makes so many harmonics that no line 20 dB
-/// weaker can be told from them.
+/// The largest share of a harmonic if samples clip, which is a square wave's. Clipping makes so many harmonics that no line 20 dB weaker
+/// than the tone can be separated from them.
 const CLIPPED_HARMONIC: f32 = 0.12;
 const CLIPPED_LINE: f32 = 1e-2;
 
 /// An image of the front end has at most this share of its tone's power: -20 dB.
 pub const IMAGE: f32 = 1e-2;
 
-/// What the integer transform leaves anywhere has less than this share of the strongest tone's
-/// power: -75 dB.
+/// Artefacts of the integer transform have less than this share of the strongest tone's power: -75 dB.
 pub const TRANSFORM: f32 = 3e-8;
 
 /// The highest harmonic that a front end is expected to make.
@@ -31,19 +30,16 @@ const ORDERS: i32 = 5;
 /// Below this noise power, in squared codes, the steps of a converter are not blurred.
 const BLURRED: f32 = 0.3;
 
-/// A tone that moves has a skirt of so many bins, in which no weak one is sought, and so many in which
-/// none at all is.
+/// Bins of the skirt of a tone that moves: within the first number no weak line is sought, within the second no line at all.
 const SKIRT: i32 = 16;
 const NEAR: i32 = 4;
 
-/// A line in the skirt of another is weak if it has less than this share of its power: -20 dB. In a
-/// series such a line is a part of the other even if that is not known to move, because a machine's
-/// line is seldom steady.
+/// A line in the skirt of another is weak if it has less than this share of the other's power: -20 dB. In a harmonic series such a line is
+/// a part of the other even if that is not known to move, because a machine's line is seldom steady.
 const SKIRT_POWER: f32 = 1e-2;
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
-    /// Whether a candidate lies on the slope of a drift, which falls from DC on. The slope is hidden
-    /// then.
+    /// Whether a candidate lies on the slope of a drift, which falls from DC on. If so, the slope is hidden.
     pub(super) fn is_drift(&mut self, bin: i32) -> bool {
         let from_dc = apart::<R, N>(bin, 0);
         if from_dc >= SKIRT {
@@ -58,12 +54,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         falls
     }
 
-    /// Whether a candidate lies in the skirt of a tone that moves. The skirt is hidden then.
+    /// Whether a candidate lies in the skirt of a tone that moves. If so, the skirt is hidden.
     pub(super) fn is_skirt(&mut self, bin: i32) -> bool {
         (0..self.rest.found.len()).any(|index| self.is_in_skirt_of(index, bin))
     }
 
-    /// Whether the newest line is what a much stronger one left: too near it to be told from it.
+    /// Whether the newest line is the remainder of a much stronger one, too near to be separated from it.
     pub(super) fn is_remainder(&self) -> bool {
         let Some((newest, others)) = self.rest.found.split_last() else { return false };
         let power = newest.fit.line.norm_sqr();
@@ -90,7 +86,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         true
     }
 
-    /// Whether a line is a target of its own, if it is no noise.
+    /// Whether a line is a target of its own, given that it exceeds the noise.
     pub(super) fn is_target(&self, found: &Found) -> bool {
         let power = found.fit.line.norm_sqr();
         let tones = || self.rest.found.iter().zip(&self.marks).filter(|(_, mark)| mark.own);
@@ -105,13 +101,13 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// Whether a line exceeds the noise of the louder side beside it.
     pub(super) fn stands_out(&self, found: &Found, beside: &LocalNoise) -> bool {
         // A hump of noise is wider than a line.
-        let least = Spread::of(&found.fit, found.peak, N, R::IQ).least;
+        let least = Spread::from_fit(&found.fit, found.peak, N, R::IQ).least;
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
         self.options.threshold.detects_beside(ratio, beside.noise.freedom, Relaxation::NOTHING)
     }
 
-    /// Whether a front end makes one line of a stronger one.
+    /// Whether a front end makes the weak line of the strong one.
     fn is_made_of(&self, weak: &Found, strong: &Found) -> bool {
         let share = weak.fit.line.norm_sqr() / strong.fit.line.norm_sqr();
         let place = |found: &Found| found.peak as f32 + found.fit.offset;
@@ -123,7 +119,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             };
             let (x, y) = (order as f32 * place(strong), place(weak));
             let apart = if R::IQ { apart(x - y) } else { apart(x - y).min(apart(x + y)) };
-            // A weak line is off by more where other artefacts are near.
+            // A weak line's frequency is off by more where other artefacts are near.
             apart < 2.0
         };
         let clips = self.clipped > CLIPPED;

@@ -27,7 +27,7 @@ pub(super) fn place<R: Record, const N: usize>(tone: &Tone) -> Option<(i32, f32)
     Some(((nearest as i32).checked_rem_euclid(turn)?, (bins - nearest) as f32))
 }
 
-/// The noise power per sample that a tone was measured in.
+/// The noise power per sample in which a tone was measured.
 pub(super) fn noise_power<R: Record, const N: usize>(tone: &Tone) -> f32 {
     let power = tone.amplitude * tone.amplitude;
     // The ratio lacks the noise within the amplitude.
@@ -35,7 +35,7 @@ pub(super) fn noise_power<R: Record, const N: usize>(tone: &Tone) -> f32 {
     power / (tone.snr + own / N as f32)
 }
 
-/// A good tone with its phase, as it was measured.
+/// A good tone with its phase, as measured.
 pub(super) fn phase_of<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     tone: &Tone,
@@ -48,20 +48,20 @@ pub(super) fn phase_of<R: Record, const N: usize>(
     let (near, course) =
         (Neighbourhood::read(spectrum, peak, &mut places), FitStart::From(offset, steps));
     let fit = fit_near::<R, N>(&near, Arithmetic::Float, options.reach, course)?;
-    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::freedom(N, R::IQ));
+    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::degrees_of_freedom(N, R::IQ));
     let [phase, sigma_phase] = phase::<R>(&fit, peak, N, options.reach, noise);
     Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
 }
 
-/// A tone with no other within so many bins has eight bins on each side for itself.
+/// A tone with no other within this many bins has eight bins on each side for itself.
 const ALONE: i32 = 8;
 
 impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
-    /// The noise beside a line, less what the others leave there.
+    /// The noise beside a line, less the leakage of the others.
     pub(super) fn beside(&self, found: &Found) -> LocalNoise {
         if !has_ring(N, R::IQ) {
-            let freedom = whole::freedom(N, R::IQ) as f32;
-            return ring::of_power(self.rest.noise(), freedom);
+            let dof = whole::degrees_of_freedom(N, R::IQ) as f32;
+            return ring::from_power(self.rest.noise(), dof);
         }
         let &Found { peak, ref fit, .. } = found;
         let mut places = Places::new();
@@ -76,13 +76,13 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         })
     }
 
-    /// The bins that a tone is fitted to in the end. Of several tones each has fewer: 1.02 times the bound
-    /// instead of 1.01, for half the cost. One that shares these with another makes up for it by those farther off.
+    /// The bins of a tone's final fit. With several tones each fit reads fewer bins: 1.02 times the bound instead of 1.01, for half the
+    /// cost. A tone that shares these bins with another reads more bins farther off instead.
     fn reach(&self, peak: i32) -> Reach {
         let within = |found: &&Found| apart::<R, N>(found.peak, peak) <= ALONE;
         let found = &self.rest.found;
         match self.options.reach {
-            // It is itself the one that is near.
+            // The one tone that is near is this tone itself.
             Reach::Sixteen if found.len() > 1 && found.iter().filter(within).count() == 1 => {
                 Reach::Eight
             }
@@ -96,12 +96,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         for index in 0..self.rest.found.len() {
             let Some((found, beside, judgement)) = self.judged(index) else { return };
             self.take(index, found);
-            // There is room for all that were found.
+            // There is room for all lines that were found.
             let _ = self.judged.push((beside, judgement));
         }
     }
 
-    /// One tone as fitted to all its bins less the others, and what it is.
+    /// One tone as fitted to all its bins less the others, with its noise and its class.
     pub(super) fn judged(&self, index: usize) -> Option<(Found, LocalNoise, FitTest)> {
         let &Found { peak, fit: old, .. } = self.rest.found.get(index)?;
         let mut window = Window::new();
@@ -117,7 +117,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let beside = self.beside(&found);
         let from_end = from_end(peak, N, R::IQ);
         let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends, ());
-        // What another line leaves far off may be in the outer bins.
+        // The residual of another line far off may be in the outer bins.
         if judgement.line != Line::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
@@ -135,9 +135,9 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let found = *self.rest.found.get(index)?;
         let &(beside, FitTest { line, variance_inflation }) = self.judged.get(index)?;
         let near = beside.noise.power * variance_inflation;
-        // What is only suspicious widens the frequency's sigma alone.
+        // A residual that is only suspicious widens the frequency's sigma alone.
         let turned = if line == Line::Steady { beside.noise.power } else { near };
-        // The mean of one over an estimated power is larger than one over its mean.
+        // The mean of the reciprocal of an estimated power is larger than the reciprocal of its mean.
         let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
         let sigma = sigma_bins(&found.fit, N, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
@@ -147,7 +147,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
             line: if crowded { Line::Unresolved } else { line },
             clipped: self.clipped,
             image: R::IQ && self.has_image(index),
-            // The record's own tone tells of it.
+            // The record's own tone reports a fault of the front end.
             front_end: false,
             gap: stamp.gap,
             weak: index == 0 && !self.stands_out(&found, &beside),
@@ -161,7 +161,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         Some(ToneWithPhase { tone, phase, sigma_phase })
     }
 
-    /// Whether another tone is at minus this one's frequency, and stronger than a front end should make it.
+    /// Whether another tone is at minus this tone's frequency, and stronger than a front end should make it.
     fn has_image(&self, index: usize) -> bool {
         let Some(found) = self.rest.found.get(index) else { return false };
         let least = IMAGE * found.fit.line.norm_sqr();

@@ -1,4 +1,4 @@
-//! A spectrum less the models of the tones that were found. A model is evaluated where it is needed.
+//! A spectrum less the models of the tones that were found. A model is evaluated where needed.
 
 use super::super::noise::rounding;
 use super::super::noise::whole;
@@ -61,7 +61,7 @@ impl<R: Record, const N: usize, E: Engine> Rest<'_, R, N, E> {
         self.found.iter().filter(|other| apart(other) < UNRESOLVED).count() > 1
     }
 
-    /// The noise power per sample: what all models leave in all bins of a record without a ring.
+    /// The noise power per sample: the residual of all models in all bins, of a record without a ring.
     pub fn noise(&self) -> f32 {
         let count = whole::count(N, R::IQ) as i32;
         let sum = (1..=count).fold(0.0, |sum, k| sum + self.bin(k, None).norm_sqr());

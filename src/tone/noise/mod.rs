@@ -1,6 +1,6 @@
-//! How strong the noise is.
+//! The noise power of a record.
 //!
-//! - [`ring`]: beside the tone, in records that are long enough for that.
+//! - [`ring`]: beside the tone, in records that are long enough.
 //! - [`whole`], [`whole_fixed`]: in bins all over the spectrum, for shorter records.
 
 mod own;
@@ -20,8 +20,7 @@ pub struct Noise {
     /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's
     /// rounding.
     pub power: f32,
-    /// The number of independent real numbers whose mean square is as accurate. The relative
-    /// variance of the power is two over this.
+    /// Degrees of freedom: the relative variance of the power is two over this number.
     pub freedom: f32,
 }
 

@@ -1,4 +1,8 @@
 //! A tone's own share of the second differences of bins, in floats and in integers.
+//!
+//! With c the tone's line, d its offset and x the distance of a bin from the tone in bins, the share is `c sin(pi d) / (pi x (x^2 - 1))`,
+//! see [`super::ring`]. Near DC the mirror image of a real tone has the conjugate of this share at minus the tone's frequency, near Nyquist
+//! the negative conjugate at the rate less the tone's frequency.
 
 use super::ring::{STEP, Stretch};
 use crate::math::scalar::{Scalar as _, inverses};
@@ -10,7 +14,7 @@ use num_complex::Complex;
 
 /// A tone's own share of the second differences.
 pub(super) struct Own {
-    /// `line sin(pi d) / pi` in stored units, and the same of its mirror image.
+    /// `line sin(pi d) / pi` in stored units, for the tone and for its mirror image.
     value: Complex<f32>,
     image: Complex<f32>,
     /// The tone's bin and its offset.
@@ -41,8 +45,8 @@ impl Own {
         Self { value, image, peak, offset: d, mirror }
     }
 
-    /// The power of a stretch, whose first difference is around bin `k`, less what others leave in the
-    /// differences around `k`, `k + 2` and so on.
+    /// The power of a stretch, whose first difference is around bin `k`, less the others' leakage into the differences around `k`, `k + 2`
+    /// and so on.
     #[inline(always)]
     pub(super) fn power(
         &self,
@@ -91,17 +95,17 @@ pub(super) struct Whole {
 }
 
 impl Whole {
-    pub(super) fn of(own: &Own) -> Self {
+    pub(super) fn from_own(own: &Own) -> Self {
         let integers = |z: Complex<f32>| [z.re as i32, z.im as i32];
         let (value, image) = (integers(own.value), integers(own.image));
         let offset = quantised(own.offset, 25);
         Self { value, image, peak: own.peak, offset, mirror: own.mirror }
     }
 
-    /// As [`Own::power`].
+    /// [`Own::power`] in integers.
     #[inline(always)]
     pub(super) fn power(&self, bins: &[Point; STEP + 1], k: i32) -> f32 {
-        /// A bin, in steps of the offset.
+        /// One bin, in steps of the offset.
         const ONE: i32 = 1 << 25;
         let mut x = (self.peak - k).wrapping_mul(ONE).wrapping_add(self.offset);
         let mut mirrored = self.mirror.map(|mirror| self.peak + k - mirror);

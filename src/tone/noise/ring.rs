@@ -1,12 +1,10 @@
 //! The noise beside a tone, from the bins of a ring around it. There the noise is as strong as
 //! under the tone itself.
 //!
-//! Noise is seldom white. A filter, a converter's own noise and hum make it as much as a hundred
-//! times stronger in one part of a spectrum than in another. So only the noise near the tone tells
-//! how far the tone may be off. But the tone leaks into the bins near it, and so does anything
-//! that moves along with the tone. Second differences of the bins, which are Hann's window, lessen
-//! leakage by 18 dB an octave. The tone's own leakage is known and subtracted. With c the tone's
-//! line, d its offset and x the distance of a bin from the tone in bins,
+//! Noise is seldom white. A filter, a converter's own noise and hum can make it a hundred times stronger in one part of a spectrum than in
+//! another. So only the noise near the tone determines the tone's error. But the tone leaks into the bins near it, and so does any signal
+//! that moves along with the tone. Second differences of the bins, which are Hann's window, lessen leakage by 18 dB an octave. The tone's
+//! own leakage is known and subtracted. With c the tone's line, d its offset and x the distance of a bin from the tone in bins,
 //!
 //! ```text
 //! (X[k-1] + X[k+1]) / 2 - X[k]  =  noise + c sin(pi d) / (pi x (x^2 - 1))          white noise of power P: 3/2 P
@@ -15,12 +13,11 @@
 //! The error of this equation is of the order of `(pi x / N)^4`: a tone's bins are cotangents less
 //! a constant, and the difference of a cotangent from `1/x` is nearly a straight line.
 //!
-//! The estimate takes every second difference from 7 bins off, in stretches of four. Other lines
-//! are no noise, so it leaves out the loudest third of each side's stretches. That lowers white
-//! noise by a known factor. The geometric mean of both sides cancels any slope in decibels.
+//! The estimate takes every second difference from 7 bins off, in stretches of four. Other lines are not noise, so the loudest third of
+//! each side's stretches is left out. Censoring lowers white noise by a known factor. The geometric mean of both sides cancels any slope in
+//! decibels.
 //!
-//! With four stretches on each side the standard deviation is 0.85 dB, as good as fifty
-//! independent numbers.
+//! With four stretches on each side the standard deviation is 0.85 dB: 50 degrees of freedom.
 
 use super::own::{Own, Whole};
 use super::{Noise, rounding, whole, whole_fixed};
@@ -46,8 +43,8 @@ pub struct LocalNoise {
     pub noise: Noise,
     /// The power on the louder side, which a peak must exceed.
     pub loud: f32,
-    /// Two powers that enclose the noise: the quieter side's and the louder side's. If there is
-    /// only one side, they are that of its quieter stretches and that of its loudest one.
+    /// Two powers that enclose the noise: the quieter side's and the louder side's. If there is only one side, the powers of its quieter
+    /// stretches and of its loudest one.
     range: [f32; 2],
     sides: [Side; 2],
 }
@@ -62,13 +59,12 @@ pub(crate) const EACH: usize = STEP / 2;
 /// The differences of a stretch, in stored units.
 pub(crate) type Stretch = [[f32; 2]; EACH];
 
-/// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most
-/// two more: the noise farther away is a different one.
+/// Stretches on each side. If an end of the spectrum cuts one side short, the other takes at most two more: the noise farther away is
+/// different.
 const WANTED: usize = GROUPS;
 const MOST: usize = WANTED + LENT;
 
-/// For each number of stretches: the mean of all but the loudest third, as a share of white
-/// noise's power, and its relative variance.
+/// Share of white noise's power and relative variance of the censored mean (all but the loudest third), by number of stretches.
 const KEPT: [(f32, f32); WIDE + 1] = [
     (1.0, 1.0),
     (1.0, 0.2600),
@@ -80,13 +76,13 @@ const KEPT: [(f32, f32); WIDE + 1] = [
     (0.7738, 0.0472),
 ];
 
-/// Bins from the tone to the last one of the ring, if there is room on one side alone.
+/// Bins from the tone to the last difference of the ring, if there is room on one side alone.
 pub(crate) const OUTERMOST: i32 = FIRST - 1 + (STEP * MOST) as i32;
 
 /// The bins of one side.
 type Window = [MaybeUninit<Point>; STEP * MOST + 1];
 
-/// The freedom of a side of three stretches: it tells little by itself.
+/// Degrees of freedom of a side of three stretches: such a side says little by itself.
 const FEW: f32 = 24.0;
 
 /// Stretches on each side of the wide ring, which decides whether a weak peak is a tone.
@@ -108,15 +104,15 @@ pub fn beside<R: Record, const N: usize>(
             Arithmetic::Float => whole::power(near, fit),
             Arithmetic::Fixed => whole_fixed::power(near, fit),
         };
-        return of_power(power.max(least(near)), whole::freedom(n, iq) as f32);
+        return from_power(power.max(least(near)), whole::degrees_of_freedom(n, iq) as f32);
     }
     let own = Own::new(iq, near.peak, n, fit, near.exponent);
     let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
-    of_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), least(near))
 }
 
-/// The noise beside one tone of several, in a record that has room for a ring. `less_others(k, stretch)` takes what the others
-/// leave in the differences around `k`, `k + 2` and so on.
+/// The noise beside one tone of several, in a record that has room for a ring. `less_others(k, stretch)` subtracts the others' leakage from
+/// the differences around `k`, `k + 2` and so on.
 pub(crate) fn beside_others(
     near: &Neighbourhood,
     fit: &Fit<f32>,
@@ -125,25 +121,24 @@ pub(crate) fn beside_others(
     let own = Own::new(near.iq, near.peak, near.n, fit, near.exponent);
     let sides = sides(near)
         .map(|(bins, first)| powers(bins, first, |bins, k| own.power(bins, k, &less_others)));
-    of_sides(sides, unit(near), least(near))
+    from_sides(sides, unit(near), least(near))
 }
 
-/// The bins of the ring below a peak and above it, and the first one's place.
+/// The bins of the ring below a peak and above it, and the place of the first bin.
 fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
     let [left, right] = near.groups.map(|groups| STEP * groups);
     let (low, high) = (near.peak - FIRST + 1 - left as i32, near.peak + FIRST - 1);
     [(near.from(low, left + 1), low), (near.from(high, right + 1), high)]
 }
 
-/// The same from a power per sample that an average of `freedom` real numbers gave.
-pub(crate) fn of_power(power: f32, freedom: f32) -> LocalNoise {
-    let noise = Noise { power, freedom };
+/// The noise beside a tone, from a power per sample with these degrees of freedom.
+pub(crate) fn from_power(power: f32, dof: f32) -> LocalNoise {
+    let noise = Noise { power, freedom: dof };
     LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
-/// The same from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] +
-/// X[k+1]) / 2 - X[k]|^2` for a record of `n` samples. The noise is at least the smallest normal
-/// float.
+/// The noise beside a tone, from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] + X[k+1]) / 2 - X[k]|^2` for a
+/// record of `n` samples. The noise is at least the smallest normal float.
 pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> LocalNoise {
     let [left, right] = groups(n, iq, peak);
     let side = |towards: i32, count: usize| {
@@ -154,11 +149,11 @@ pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> Loca
         }
         side
     };
-    of_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
+    from_sides([side(-1, left), side(1, right)], 1.0 / (6.0 * n.max(1) as f32), f32::MIN_POSITIVE)
 }
 
-/// The noise in a ring nearly twice as wide as the one of `beside`. A peak that is hardly stronger
-/// than the noise must exceed this one, too.
+/// The noise in a ring nearly twice as wide as the ring of `beside`. A peak that is hardly stronger than the noise must exceed this one,
+/// too.
 ///
 /// Cost: up to 50 bins read, 24 differences.
 #[inline(never)]
@@ -185,30 +180,34 @@ pub fn loud<R: Record, const N: usize>(
     let (quieter, louder) = if left.0 < right.0 { (left, right) } else { (right, left) };
     let power = (louder.0 * unit(at)).max(least(at));
     let spread = (2.0 / louder.1.max(1.0) + 2.0 / quieter.1.max(1.0)).root();
-    // A side that is quieter by more than chance is of another noise, and makes the louder one no more accurate.
+    // A side that is quieter by more than chance has another noise, and makes the louder side no more accurate.
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
-    let freedom = if apart { louder.1 } else { louder.1 + quieter.1 };
-    (freedom > 0.0).then_some(LocalNoise {
-        noise: Noise { power, freedom },
+    let dof = if apart { louder.1 } else { louder.1 + quieter.1 };
+    (dof > 0.0).then_some(LocalNoise {
+        noise: Noise { power, freedom: dof },
         loud: power,
         range: [power; 2],
         sides: beside.sides,
     })
 }
 
-/// The freedom of the noise beside a tone away from the ends of the spectrum.
-pub(crate) const fn freedom(n: usize, iq: bool) -> f32 {
-    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::freedom(n, iq) as f32 }
+/// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
+pub(crate) const fn degrees_of_freedom(n: usize, iq: bool) -> f32 {
+    if has_ring(n, iq) {
+        const { 4.0 / KEPT[WANTED].1 }
+    } else {
+        whole::degrees_of_freedom(n, iq) as f32
+    }
 }
 
-/// The noise power of a sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves
-/// of four differences; a bin's power is N times a sample's.
+/// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves of four
+/// differences; a bin's power is N times a sample's.
 fn unit(near: &Neighbourhood) -> f32 {
     f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32) / 6.0
 }
 
-/// The least noise power of a sample: the converter's rounding, or the engine's. A tone just on its bin leaves nothing in the
-/// others that a rounding would show in.
+/// The least noise power per sample: the converter's rounding, or the engine's. A tone exactly on its bin leaves nothing in the other bins
+/// that would show a rounding.
 fn least(near: &Neighbourhood) -> f32 {
     let rounding = rounding(near.iq);
     if near.rounding == 0.0 {
@@ -218,13 +217,12 @@ fn least(near: &Neighbourhood) -> f32 {
     rounding.max(bin / near.n as f32)
 }
 
-/// The noise power of a sample that moves a fit besides, where an engine's rounding is no white noise; 0 of engines whose rounding is
+/// The noise power per sample that also moves a fit, where an engine's rounding is not white noise; 0 for engines whose rounding is
 /// negligible.
 ///
-/// Where a tone lies on its bin, numbers that are alike are rounded alike. Such errors have one sign on each side of the
-/// line and change little from bin to bin: second differences are blind to them, and the ring shows less than half of
-/// what is rounded away. What it lacks of that half moves the offset as far as errors of `1/i` in bin `i` do that add up,
-/// not those that are independent.
+/// Where a tone lies on its bin, equal numbers are rounded equally. Such errors have one sign on each side of the line and change little
+/// from bin to bin: second differences are blind to them, and the ring shows less than half of the rounding error. The missing part of that
+/// half moves the offset as errors of `1/i` in bin `i` do that add up, not as independent errors.
 pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 {
     /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
     const ALIKE: f32 = {
@@ -249,7 +247,7 @@ pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 
 const EDGE: f32 = 8.0;
 
 impl LocalNoise {
-    /// Whether the noise is that of a ring.
+    /// Whether the noise comes from a ring.
     pub(crate) fn has_sides(&self) -> bool {
         self.sides.iter().any(|side| side.count > 0)
     }
@@ -267,29 +265,28 @@ impl LocalNoise {
         Test { statistic: Statistic::NoiseEdge, value: loud / quiet, limit: EDGE }
     }
 
-    /// At an edge of the noise near the tone the ring does not tell which side the tone is on. The
-    /// fit's residual from five bins off does: this power, an average of `freedom` real numbers,
-    /// held between the powers of both sides.
+    /// At an edge of the noise near the tone the ring cannot decide on which side the tone is. The fit's residual from five bins off can:
+    /// this power, with these degrees of freedom, held between the powers of both sides.
     #[inline]
-    pub fn on_an_edge(self, power: f32, freedom: f32) -> Self {
+    pub fn on_an_edge(self, power: f32, dof: f32) -> Self {
         let [quiet, loud] = self.range;
         let power = power.max(quiet).min(loud);
-        Self { noise: Noise { power, freedom }, loud: self.loud.max(power), ..self }
+        Self { noise: Noise { power, freedom: dof }, loud: self.loud.max(power), ..self }
     }
 
-    /// The noise of the quieter side, where the louder one's is a line that leaks into the tone's bins.
+    /// The noise of the quieter side, where the louder side has a line that leaks into the tone's bins.
     #[inline]
-    pub fn quieter(self, freedom: f32) -> Self {
+    pub fn quieter(self, dof: f32) -> Self {
         let [power, _] = self.range;
-        Self { noise: Noise { power, freedom }, loud: power, ..self }
+        Self { noise: Noise { power, freedom: dof }, loud: power, ..self }
     }
 }
 
 /// The noise from both sides.
 #[inline]
-fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
+fn from_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     if let [Side { count: WANTED, .. }, Side { count: WANTED, .. }] = sides {
-        return of_whole_sides(sides, scale, least);
+        return from_whole_sides(sides, scale, least);
     }
     let [left, right] = sides.map(|side| {
         let (share, variance) = side.kept();
@@ -312,10 +309,10 @@ fn of_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     LocalNoise { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
 }
 
-/// The same, of four stretches on each side.
+/// The noise from both sides, with four stretches on each.
 #[inline]
-fn of_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
-    /// Of the mean of both sides: the share of white noise's power, and half the relative variance.
+fn from_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
+    /// The mean of both sides: its share of white noise's power, and half its relative variance.
     const SHARE: f32 = KEPT[WANTED].0;
     const VARIANCE: f32 = KEPT[WANTED].1 * 0.5;
     let scale = scale * const { 1.0 / (SHARE * (WANTED - WANTED / 3) as f32) };
@@ -390,7 +387,7 @@ impl Own {
         self.side(bins, first, arithmetic)
     }
 
-    /// The bins of stretches on one side, and the first one's place.
+    /// The bins of stretches on one side, and the place of the first bin.
     #[inline(always)]
     fn window<'w, R: Record, const N: usize>(
         &self,
@@ -413,7 +410,7 @@ impl Own {
         match arithmetic {
             Arithmetic::Float => powers(bins, first, |bins, k| self.power(bins, k, |_, _| ())),
             Arithmetic::Fixed => {
-                let own = Whole::of(self);
+                let own = Whole::from_own(self);
                 powers(bins, first, |bins, k| own.power(bins, k))
             }
         }

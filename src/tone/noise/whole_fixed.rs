@@ -25,7 +25,7 @@ pub(crate) fn turned([a, b]: Turn, [c, d]: Turn) -> Turn {
     ]
 }
 
-/// As [`whole::power`](super::whole::power).
+/// [`whole::power`](super::whole::power) in integers.
 pub fn power(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
     let scale = f32::two_to(near.exponent + ROOM as i32);
     let (residual, weight) = if near.iq { iq(near, fit, scale) } else { real(near, fit, scale) };

@@ -22,9 +22,9 @@ pub struct Equality<R: Record, const N: usize, E: Engine> {
     compared: u32,
     /// Blocks that differ.
     unequal: u32,
-    /// The number of the first of them.
+    /// The number of the first block that differs.
     first: Option<u32>,
-    /// After so many blocks only spectra and whole bands are compared, which is several times faster.
+    /// After this number of blocks only spectra and whole bands are compared, which is several times faster.
     pub whole: u32,
 }
 
@@ -64,7 +64,7 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         self.compared = self.compared.wrapping_add(1);
     }
 
-    /// Whether kernel and definition find the same between the rails, of another tone at each block.
+    /// Whether kernel and definition give equal fits between the rails, for another tone in each block.
     fn same_between_the_rails(&self, samples: &[R::Sample; N], codes: Codes) -> bool {
         let steps = self.compared.wrapping_mul(0x9E37_79B9) >> if R::IQ { 0 } else { 1 };
         let frequency = Frequency(I0F32::from_bits(steps as i32));
@@ -99,7 +99,7 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         }
     }
 
-    /// Reports what was compared.
+    /// Reports the comparison.
     pub fn report(&self) {
         figure(Uart::ONE, "compared", self.compared.into());
         figure(Uart::ONE, "unequal", self.unequal.into());

@@ -10,10 +10,10 @@ use picket_dsp::spectrum::peak::{Band, Peak, find, find_portably};
 use picket_firmware::mps2::Timer;
 use picket_firmware::mps2::count::Random;
 
-/// How many ticks later an interrupt comes than in the run before: four instructions. The first comes
-/// before the kernels begin, the last after they end.
+/// The delay of an interrupt against the run before, in ticks: four instructions. The first interrupt comes before the kernels begin, the
+/// last after they end.
 const STEP: u32 = 9;
-/// How often the kernels run: nine thousand instructions are eighteen thousand ticks.
+/// The number of runs of the kernels: nine thousand instructions are eighteen thousand ticks.
 const RUNS: u32 = 2_200;
 
 static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
@@ -40,7 +40,7 @@ impl<const N: usize, E: Engine> Record<N, E> {
         Self { samples, kernel: Spectrum::new(), definition, found }
     }
 
-    /// Transforms and searches by the kernels. True if they gave what the definition gave.
+    /// Transforms and searches by the kernels. Returns true if the results equal the definition's.
     fn run(&mut self) -> bool {
         self.kernel.transform(&self.samples, Self::CODES);
         let found = find(&self.kernel, Band::real(N));
@@ -48,8 +48,8 @@ impl<const N: usize, E: Engine> Record<N, E> {
     }
 }
 
-/// Runs the kernels of both engines, each time with an interrupt at another place. Returns how many
-/// interrupts came, and in how many runs or interrupts something differed.
+/// Runs the kernels of both engines, each time with an interrupt at another place. Returns the number of interrupts, and the number of runs
+/// or interrupts with a difference.
 pub fn drive() -> (u32, u32) {
     drive_engine::<I32>();
     drive_engine::<Q15>();

@@ -1,8 +1,7 @@
-//! Transform and search of both engines of ours alone, for every length: compares the kernels with
-//! their definition, on the M55 under interrupts, too, and counts them. It builds in a tenth of the
-//! time of `bench`.
+//! Transform and search of both own engines, for every length: compares the kernels with their definition, on the M55 under interrupts,
+//! too, and counts them. The image builds in a tenth of the time of `bench`.
 //!
-//! As there, the header's period is the number of random blocks, and its stride their seed.
+//! Like `bench`, it reads the number of random blocks from the header's period, and their seed from its stride.
 #![no_std]
 #![no_main]
 
@@ -37,7 +36,7 @@ fn main() -> ! {
     exit(Exit::Done)
 }
 
-/// So many blocks are compared in everything.
+/// This number of blocks is compared in everything.
 const WHOLE: u32 = 2_000;
 
 struct Kernels(Playback);

@@ -1,6 +1,5 @@
-//! Counts instructions: of every stage of a measurement of the capture's blocks and, with the
-//! feature `rivals`, of other people's transforms of the same blocks. It also compares the kernels
-//! with their definition, on the capture's blocks and on random ones.
+//! Counts instructions: of every stage of a measurement of the capture's blocks and, with the feature `rivals`, of third-party transforms
+//! of these blocks. It also compares the kernels with their definition, on the capture's blocks and on random ones.
 //!
 //! Two fields of the header have another meaning here: the period is the number of random blocks, the
 //! stride their seed.

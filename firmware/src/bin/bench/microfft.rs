@@ -1,8 +1,8 @@
-//! Counts how microfft's transform finds a tone: the transform, the largest bin, and Jacobsen's interpolation of the three bins there
-//! (E. Jacobsen and P. Kootsookos, "Fast, Accurate Frequency Estimators", IEEE Signal Processing Magazine 24(3), 2007). The bin and the
-//! offset from it are the results.
+//! Counts the instructions in which microfft's transform finds a tone: the transform, the largest bin, and Jacobsen's interpolation of the
+//! three bins there (E. Jacobsen and P. Kootsookos, "Fast, Accurate Frequency Estimators", IEEE Signal Processing Magazine 24(3), 2007).
+//! The bin and the offset from it are the results.
 //!
-//! The crate may panic, so this image is not part of the proof of freedom from panics.
+//! The crate may panic, so this image is not part of the proof that no panic is reachable.
 #![no_std]
 #![no_main]
 
@@ -71,7 +71,7 @@ fn strongest(spectrum: &[Complex32]) -> usize {
     strongest
 }
 
-/// How many bins the tone is above this bin.
+/// The tone's distance above this bin, in bins.
 fn offset(spectrum: &[Complex32], bin: usize) -> f32 {
     let Some(&[below, here, above]) =
         spectrum.get(bin.saturating_sub(1)..).and_then(<[_]>::first_chunk)

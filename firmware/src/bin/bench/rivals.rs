@@ -1,5 +1,4 @@
-//! Other people's transforms. They may panic, so this image is not part of the proof of freedom
-//! from panics.
+//! Third-party transforms. They may panic, so this image is not part of the proof that no panic is reachable.
 
 use core::hint::black_box;
 use fixed_dsp::transform::{RfftI16, RfftI32};

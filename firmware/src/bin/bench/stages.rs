@@ -21,7 +21,8 @@ use picket_firmware::mps2::playback::{Playback, Results};
 use picket_firmware::mps2::{Timer, Uart, figure};
 use picket_wire::capture::decode;
 
-/// The beats of a trapezoid whose range beats at half the frequency of a tone, and whose Doppler shift is an eighth of it.
+/// The beats of a trapezoid whose range beats at half the frequency of a tone, and whose Doppler shift is an eighth of the tone's
+/// frequency.
 fn beats<R: Record>(tone: &Tone) -> [Tone; 3] {
     let steps = tone.frequency.0.to_bits();
     let (range, shift) = (steps / 2, steps / 8);
@@ -31,7 +32,7 @@ fn beats<R: Record>(tone: &Tone) -> [Tone; 3] {
         .map(|steps| Tone { frequency: Frequency(I0F32::from_bits(steps)), ..*tone })
 }
 
-/// The first so many blocks give the host their spectra, ours and the rivals'.
+/// The number of blocks whose spectra go to the host, own and third-party.
 const SPECTRA: u32 = 8;
 
 /// Counts the stages for the blocks of the capture.

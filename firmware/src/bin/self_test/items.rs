@@ -1,4 +1,4 @@
-//! The items of the list: each is tried by itself after a reset, and says in a line what it found.
+//! The items of the list: each is tried by itself after a reset, and reports its result in a line.
 
 use crate::line::Line;
 use crate::stages::{STAGES, Work, cycles};
@@ -20,15 +20,15 @@ use picket_wire::settings::{Drive, Settings};
 use picket_wire::stored;
 use static_cell::ConstStaticCell;
 
-/// What an item has to work with.
+/// The tools of an item.
 pub struct Bench<'a> {
     pub board: Nucleo,
     pub state: &'a mut State,
-    /// Why the chip was reset before this item.
+    /// The causes of the chip's reset before this item.
     pub causes: Causes,
 }
 
-/// Whether it holds, and the figures.
+/// Whether the item holds, and the figures.
 pub type Outcome = (bool, Line);
 
 /// One item.
@@ -91,7 +91,7 @@ fn level(_: &mut Bench) -> Outcome {
     let line = Line::new("option word ").hex(options).text(": a reset below 2.7 V is ");
     let is_set = brown_out(options).is_none();
     let told = if is_set { "set" } else { "not set, picket flash --brown-out sets it" };
-    // Either is as it should be.
+    // Either result is right.
     (true, line.text(told))
 }
 
@@ -148,20 +148,21 @@ fn rate(bench: &mut Bench, rate_hz: f64) -> Outcome {
         line.decimal(sigma, 3).text(", wrong by ").decimal(error, 2).text(" sigma, good in ");
     let line = line.number(good);
     let whole = blocks > 0 && lost == 0 && faults == 0 && punctual && peak <= 1_000;
-    // A tenth of a bin is no measurement.
+    // A sigma of a tenth of a bin is not a measurement.
     let fine = sigma > 0.0 && sigma < 0.1 * rate_hz / N as f64;
-    // Nearly all are good, and the deviations are what their sigmas say.
+    // Nearly all blocks are good, and the deviations agree with their sigmas.
     (whole && fine && error < 1.5 && good >= blocks - blocks / 20, line)
 }
 
-/// Blocks with a measure against noise, before the next one takes its turn; and those of them that began before it, or were under way.
+/// Blocks with a measure against noise, before the next measure takes its turn; and the first blocks of a turn, which began before it or
+/// were under way.
 const TURN: u32 = 8;
 const MIXED: u32 = 2;
-/// The most that the codes of an input at rest may scatter. The converter's own noise is 64 dB below the largest sine at least (DS
-/// table 77), 4096 / 8^0.5 / 10^(64 / 20) codes; the DAC may have as much.
+/// The largest scatter of the codes of an input at rest. The converter's own noise is at least 64 dB below the largest sine (DS table 77),
+/// 4096 / 8^0.5 / 10^(64 / 20) codes; the DAC may have an equal noise.
 const SCATTER: f64 = 2.0 * 0.914;
 
-/// The codes of an input that rests, while the core measures blocks of them, with each measure against the chip's noise.
+/// Measures the codes of an input at rest, while the core measures blocks of them, with each measure against the chip's noise.
 fn noise(bench: &mut Bench) -> Outcome {
     const MEASURES: [(&str, Quiet); 4] = [
         (" with prefetch ", Quiet::Ahead),
@@ -175,7 +176,7 @@ fn noise(bench: &mut Bench) -> Outcome {
     let Some(table) = TABLE.try_take() else { return (false, line) };
     *table = [tone::MIDDLE; 2];
     chirp::play(tone::MIDDLE, table, u16::MAX);
-    // The last is for converters of 36 MHz.
+    // The last measure is for converters of 36 MHz.
     let count = if mhz == 144 { MEASURES.len() } else { MEASURES.len() - 1 };
     let mut scatters = [Scatter::default(); MEASURES.len()];
     let mut blocks = 0;
@@ -204,7 +205,7 @@ fn noise(bench: &mut Bench) -> Outcome {
     (used < SCATTER && found.lost == 0 && found.faults == 0 && found.punctual, line)
 }
 
-/// How samples scatter around their mean.
+/// The scatter of samples around their mean.
 #[derive(Clone, Copy, Default)]
 struct Scatter {
     count: u32,
@@ -222,7 +223,7 @@ impl Scatter {
         }
     }
 
-    /// The standard deviation; no number of nothing.
+    /// The standard deviation; NaN without samples.
     fn deviation(&self) -> f64 {
         let count = f64::from(self.count);
         let mean = self.sum as f64 / count;
@@ -255,7 +256,7 @@ fn ramps(bench: &mut Bench) -> Outcome {
     let wave = bench.board.plan(&settings).ok().and_then(|(_, words)| words.waveform);
     let Some(wave) = wave else { return (false, Line::new("chirp: it cannot be played")) };
     let found = stream(bench, &settings, MOMENT, |stamp, samples| {
-        // The code on the DAC at the middle of the block; the ADC's average tells it.
+        // The DAC's code at the middle of the block; the ADC's average shows it.
         let steps = usize::from(wave.steps);
         let first = stamp.sequence as usize % 3 * steps;
         let hold = usize::from(wave.hold).max(1);
@@ -278,7 +279,7 @@ fn since(bench: &Bench, begun: u32) -> u32 {
     ticks.checked_div(bench.board.ticks_hz() / 1_000).unwrap_or(0)
 }
 
-/// Settings that nobody else saves, stored beside what lies there.
+/// Settings that no other program saves, stored beside the present ones.
 fn marked(before: &[u8]) -> Payload {
     stored::encode(&Settings { start: false, ..tone_at(12_345.0, 180) }, N, before)
 }
@@ -295,7 +296,7 @@ fn save(bench: &mut Bench) -> Outcome {
 
 fn reload(bench: &mut Bench) -> Outcome {
     let loaded = storage::load(&Flash).map(|(_, _, loaded)| loaded);
-    // The former ones lie in the other page.
+    // The former settings lie in the other page.
     let former = storage::before(&Flash);
     let marked = marked(former.as_deref().unwrap_or(&[]));
     let found = loaded.is_some_and(|loaded| loaded == marked);
@@ -307,10 +308,10 @@ fn reload(bench: &mut Bench) -> Outcome {
     (back, line)
 }
 
-/// The longest that a watchdog with the slowest oscillator takes, with a margin, ms.
+/// The longest time of a watchdog with the slowest oscillator, with a margin, ms.
 const TOO_LONG: u32 = 10_000;
 
-/// The last item ends by a reset; [`bitten`] tells its outcome.
+/// The last item ends by a reset; [`bitten`] judges its outcome.
 fn starve(bench: &mut Bench) -> Outcome {
     let begun = bench.board.ticks();
     bench.board.feed();
@@ -326,7 +327,7 @@ fn starve(bench: &mut Bench) -> Outcome {
     }
 }
 
-/// What the watchdog's reset shows.
+/// Judges the watchdog's reset.
 pub fn bitten(bench: &mut Bench) -> Outcome {
     let State { watchdog_hz, starved_ms, .. } = *bench.state;
     let expected = WATCHDOG.milliseconds(watchdog_hz.max(1));

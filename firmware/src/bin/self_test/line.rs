@@ -6,24 +6,23 @@ use heapless::Vec;
 pub struct Line(Vec<u8, 256>);
 
 impl Line {
-    /// A line that begins so.
+    /// A line that begins with this text.
     pub fn new(text: &str) -> Self {
         Line(Vec::new()).text(text)
     }
 
-    /// The same with this text behind it; what does not fit is left out.
+    /// Appends a text; a part that does not fit is left out.
     pub fn text(mut self, text: &str) -> Self {
         text.bytes().for_each(|byte| self.push(byte));
         self
     }
 
-    /// The same with this number behind it.
+    /// Appends a number.
     pub fn number(self, number: u32) -> Self {
         self.digits(number.into(), 1)
     }
 
-    /// The same with this number behind it, with so many decimals; a dash if it is no number or too
-    /// large.
+    /// Appends a number with this many decimals; a dash if it is NaN or too large.
     pub fn decimal(mut self, number: f64, decimals: u32) -> Self {
         let scale = 10_u64.saturating_pow(decimals);
         let scaled = libm::round(libm::fabs(number) * scale as f64);
@@ -40,7 +39,7 @@ impl Line {
         if decimals == 0 { line } else { line.text(".").digits(part, decimals) }
     }
 
-    /// The same with this word in hexadecimal behind it.
+    /// Appends a word in hexadecimal.
     pub fn hex(mut self, word: u32) -> Self {
         for place in (0..8).rev() {
             let digit = (word >> (4 * place) & 15) as u8;
@@ -49,7 +48,7 @@ impl Line {
         self
     }
 
-    /// Decimal digits, at least so many.
+    /// Appends at least this many decimal digits.
     fn digits(mut self, number: u64, least: u32) -> Self {
         for place in (0..20).rev() {
             let power = 10_u64.saturating_pow(place);
@@ -66,7 +65,7 @@ impl Line {
         let _ = self.0.push(byte);
     }
 
-    /// Its bytes.
+    /// The bytes of the line.
     pub fn bytes(&self) -> &[u8] {
         &self.0
     }

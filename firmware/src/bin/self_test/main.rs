@@ -1,9 +1,8 @@
-//! The list of docs/board.md, gone through by the board itself, with one wire from A2 to A0. It
-//! prints each item as a line, ticked or not, to be pasted into a report.
+//! The list of docs/board.md, tried by the board itself, with one wire from A2 to A0. The image prints each item as a line, ticked or not,
+//! to be pasted into a report.
 //!
-//! Each item begins with a reset, as the instrument's settings do, so it meets the board as the
-//! instrument would. After its end any byte from the host begins the list anew; the byte `q` during it
-//! shortens it to a moment at each rate.
+//! Each item begins with a reset, as new settings of the instrument do, so it finds the board in the instrument's state. After the list's
+//! end any byte from the host begins the list anew; the byte `q` during it shortens it to a moment at each rate.
 #![no_std]
 #![no_main]
 
@@ -37,8 +36,7 @@ fn main() -> ! {
     let item = ITEMS.get(state.item as usize);
     let settings = Settings { core_mhz: item.map_or(0, |item| item.mhz), ..Settings::default() };
     let Some(board) = Nucleo::start(&settings) else {
-        // Memory is taken once, here, so this cannot happen; if it did, the watchdog would restart
-        // the chip.
+        // Memory is taken only once, here, so this case cannot happen; if it did, the watchdog would restart the chip.
         loop {
             cortex_m::asm::nop();
         }
@@ -60,7 +58,7 @@ fn main() -> ! {
     next(bench)
 }
 
-/// The item that starves the watchdog ends by a reset, and so do those that fail.
+/// Judges the last item after a reset: the item that starves the watchdog ends by a reset, and so do items that fail.
 fn broken_off(bench: &mut Bench, last: LastEnd) {
     if bench.causes.message() == "watchdog" && bench.state.starved_ms > 0 {
         let outcome = items::bitten(bench);
@@ -90,7 +88,7 @@ fn head(bench: &mut Bench) {
     say(bench, &line);
 }
 
-/// Says what an item showed, and counts it.
+/// Reports an item's result, and counts it.
 fn tell(bench: &mut Bench, (holds, line): items::Outcome) {
     let [held, failed] = &mut bench.state.outcomes;
     *(if holds { held } else { failed }) += 1;
@@ -115,7 +113,7 @@ fn end(bench: &mut Bench) {
     let (stack, room) = (bench.state.stack, Stack::room());
     let line = Line::new("stack: ").number(stack).text(" of ").number(room).text(" B");
     tell(bench, (stack > 0 && stack < room, line));
-    // What was sent during the list begins no other.
+    // Bytes sent during the list begin no other list.
     while bench.board.receive().is_some() {}
     let [held, failed] = bench.state.outcomes;
     let line = Line::new("result: ").number(held).text(" of ").number(held + failed);

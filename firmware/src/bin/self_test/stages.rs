@@ -14,7 +14,7 @@ use picket_firmware::nucleo_f446re::N;
 const CODES: Codes = Codes::unsigned::<12>();
 const PLAN: Plan<Real, N> = Plan::tone(1.0, CODES);
 
-/// A block and what became of it.
+/// A block and its intermediate results.
 pub struct Work {
     pub samples: [i16; N],
     spectrum: Spectrum<Real, N>,

@@ -1,13 +1,13 @@
-//! How far the list has come: each of its items begins with a reset.
+//! The progress of the list: each of its items begins with a reset.
 
 use picket_firmware::instrument::retained::Retained;
 
-/// What one item leaves to the next.
+/// The state that one item leaves to the next.
 #[derive(Clone, Copy, Default)]
 pub struct State {
     /// The item under way, or the next one.
     pub item: u32,
-    /// Whether it has begun.
+    /// Whether the item has begun.
     pub begun: bool,
     /// Whether each rate is watched for a moment only.
     pub quick: bool,
@@ -17,7 +17,7 @@ pub struct State {
     pub stack: u32,
     /// The watchdog's oscillator, Hz.
     pub watchdog_hz: u32,
-    /// How long the watchdog was not fed, ms.
+    /// The time without a feed of the watchdog, ms.
     pub starved_ms: u32,
 }
 
@@ -28,7 +28,7 @@ const LENGTH: usize = 9;
 static KEPT: Retained<LENGTH> = Retained::new();
 
 impl State {
-    /// What the last item left; `None` after power-on.
+    /// The state that the last item left; `None` after power-on.
     pub fn load() -> Option<Self> {
         let words = KEPT.words();
         let [magic, item, flags, held, failed, stack, watchdog_hz, starved_ms, sum] = words;
@@ -44,7 +44,7 @@ impl State {
         (magic == MAGIC && sum == state.sum()).then_some(state)
     }
 
-    /// Leaves this.
+    /// Leaves this state to the next item.
     pub fn save(&self) {
         let [magic, rest @ ..] = self.words();
         let [item, flags, held, failed, stack, watchdog_hz, starved_ms] = rest;

@@ -1,4 +1,4 @@
-//! Blocks as the instrument takes them, and what is counted over them.
+//! Blocks in the instrument's way, and counts over them.
 
 use crate::items::Bench;
 use picket_dsp::acquire::sample::{Real, Stamp};
@@ -10,7 +10,7 @@ use picket_firmware::nucleo_f446re::N;
 use picket_wire::settings::Settings;
 use static_cell::ConstStaticCell;
 
-/// What the blocks showed.
+/// The results of the blocks.
 #[derive(Default)]
 pub struct Found {
     pub blocks: u32,
@@ -18,7 +18,7 @@ pub struct Found {
     pub faults: u32,
     /// Blocks with the verdict `good`.
     pub good: u32,
-    /// As many blocks came as time passed.
+    /// Whether the number of blocks agrees with the time passed.
     pub punctual: bool,
     /// The longest measurement of a block, and the time awake, permille of their time.
     pub peak: u32,
@@ -32,12 +32,12 @@ pub struct Found {
     pub worst: u32,
 }
 
-/// How long a rate is watched, seconds; and blocks for a moment only.
+/// The duration at a rate, seconds; and the number of blocks in a quick test.
 const SECONDS: u32 = 10;
 pub const MOMENT: u32 = 8;
 
-/// Measures blocks by these settings, `moment` of them if it is to be quick; `None` if the board does not start. `deviation` judges
-/// each.
+/// Measures blocks by these settings, only `moment` of them in a quick test; `None` if the board does not start. `deviation` judges each
+/// block.
 pub fn stream(
     bench: &mut Bench,
     settings: &Settings,
@@ -65,7 +65,7 @@ pub fn stream(
     while found.blocks < wanted {
         let now = board.ticks();
         let Some(block) = blocks.receive() else {
-            // Two blocks' time and a tenth of a second: it hangs.
+            // Two blocks' time and a tenth of a second: the stream hangs.
             idle = idle.saturating_add(now.wrapping_sub(last));
             last = now;
             if idle > block_ticks.saturating_mul(2).saturating_add(board.ticks_hz() / 10) {

@@ -3,7 +3,7 @@
 use picket_firmware::nucleo_f446re::chirp;
 use static_cell::ConstStaticCell;
 
-/// Samples that the DAC holds a code.
+/// Samples for which the DAC holds a code.
 pub const HOLD: usize = 2;
 /// Codes in the table, a prime: no two blocks begin alike.
 const CODES: usize = 5003;
@@ -16,7 +16,7 @@ pub const MIDDLE: u16 = 2048;
 /// Cycles per sample.
 pub const FREQUENCY: f64 = CYCLES as f64 / (CODES * HOLD) as f64;
 
-/// The code at a step. Noise of some codes covers what the steps and the DAC's unevenness leave.
+/// The code at a step. Noise of some codes covers the effect of the steps and of the DAC's unevenness.
 pub fn code(step: usize) -> u16 {
     let step = step % CODES;
     let turns = (step * CYCLES % CODES) as f32 / CODES as f32;
@@ -24,7 +24,7 @@ pub fn code(step: usize) -> u16 {
     libm::rintf(f32::from(MIDDLE) + tone + noise(step as u32)) as u16
 }
 
-/// From -7 to 7, evenly: a step's number, stirred.
+/// Noise from -7 to 7, evenly distributed: a step's number, scrambled.
 fn noise(step: u32) -> f32 {
     let word = step.wrapping_mul(0x9E37_79B9);
     let word = (word ^ word >> 15).wrapping_mul(0x85EB_CA6B);
@@ -32,11 +32,11 @@ fn noise(step: u32) -> f32 {
     ((word ^ word >> 16) >> 16) as f32 * (14.0 / 65536.0) - 7.0
 }
 
-/// Has the DAC play it from the next start of the samples on.
+/// Lets the DAC play the tone from the next start of the samples on.
 pub fn play() {
     static TABLE: ConstStaticCell<[u16; CODES]> = ConstStaticCell::new([0; CODES]);
     if let Some(table) = TABLE.try_take() {
-        // The first code is out when the table begins.
+        // The first code is already on the output when the table begins.
         table.iter_mut().enumerate().for_each(|(step, place)| *place = code(step + 1));
         chirp::play(code(0), table, HOLD as u16);
     }

@@ -76,8 +76,7 @@ pub struct Tree {
     pub apb1_hz: u32,
     /// Clock of the second peripheral bus, Hz: the ADC before its prescaler.
     pub apb2_hz: u32,
-    /// Clock of the timers on the first bus, Hz: twice the bus if that is divided (RM 6.2, figure
-    /// 14).
+    /// Clock of the timers on the first bus, Hz: twice the bus's clock if that is divided (RM 6.2, figure 14).
     pub timer_hz: u32,
     /// Clock of the converter, Hz.
     pub adc_hz: u32,

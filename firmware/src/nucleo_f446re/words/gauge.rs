@@ -1,11 +1,11 @@
-//! Clocks held against each other (RM 6.2.11, internal/external clock measurement): the watchdog's
-//! oscillator and the probe's clock, in ticks of timers.
+//! Clocks compared with each other (RM 6.2.11, internal/external clock measurement): the watchdog's oscillator and the probe's clock, in
+//! ticks of timers.
 //!
-//! **At the start** the core runs by its internal oscillator, and counts the probe's clock by it. A clock outside of what that
-//! oscillator's tolerance leaves is none of 8 MHz, and is not used: multiplied it would drive the core beyond its limits.
+//! **At the start** the core runs by its internal oscillator, and counts the probe's clock by it. A clock outside of the internal
+//! oscillator's tolerance around 8 MHz is wrong, and is not used: multiplied it would drive the core beyond its limits.
 //!
-//! **In operation** the probe's clock drives the timers, and counts the watchdog's oscillator ten times a second. If that once was
-//! within its own tolerance and then seems to be outside, one of the two has changed.
+//! **In operation** the probe's clock drives the timers, and counts the watchdog's oscillator ten times a second. If this oscillator once
+//! was within its own tolerance and then seems to be outside, one of the two has changed.
 
 use super::clock::HSI_HZ;
 use super::guard::LSI_HZ;
@@ -14,7 +14,7 @@ use super::guard::LSI_HZ;
 pub const APB2: u32 = 1 << 18;
 /// RCC_CFGR (RM 6.3.3): RTCPRE 20:16 = 8 makes 1 MHz of the probe's 8 MHz.
 pub const EIGHTH: u32 = 8 << 16;
-/// TIM11_OR: TI1_RMP 1:0 = 2, that 1 MHz is channel 1's input.
+/// TIM11_OR: TI1_RMP 1:0 = 2, this 1 MHz is channel 1's input.
 pub const TIM11_INPUT: u32 = 2;
 /// TIM5_OR: TI4_RMP 7:6 = 1, the watchdog's oscillator is channel 4's input.
 pub const TIM5_INPUT: u32 = 1 << 6;
@@ -22,7 +22,7 @@ pub const TIM5_INPUT: u32 = 1 << 6;
 pub const PERIODS: u32 = 8;
 /// TIM11_CCMR1 (RM 17.4.7): CC1S 1:0 = 1 its own input, IC1PSC 3:2 = 3.
 pub const TIM11_CAPTURE: u32 = 1 | 3 << 2;
-/// TIM5_CCMR2: the same for channel 4, CC4S 9:8 and IC4PSC 11:10.
+/// TIM5_CCMR2: the capture of channel 4, CC4S 9:8 and IC4PSC 11:10.
 pub const TIM5_CAPTURE: u32 = TIM11_CAPTURE << 8;
 /// TIM11_CCER: CC1E 0.
 pub const TIM11_ENABLE: u32 = 1;
@@ -33,17 +33,17 @@ pub const TIM5_INTERRUPT: u32 = 1 << 4;
 
 /// Captures of the probe's clock at the start: half a millisecond, in which a tick is 120 ppm.
 pub const START_CAPTURES: u32 = 64;
-/// How slow and how fast the internal oscillator may be, permille, at -40 to 105 degrees (DS table 42).
+/// The slowest and the fastest rate of the internal oscillator, permille, at -40 to 105 degrees (DS table 42).
 const INTERNAL: [u32; 2] = [920, 1_045];
 
-/// Whether [`START_CAPTURES`] of the probe's clock may take so many ticks of the internal oscillator.
+/// Whether [`START_CAPTURES`] of the probe's clock may take this number of ticks of the internal oscillator.
 pub fn probe_fits(ticks: u32) -> bool {
     const EXACT: u32 = START_CAPTURES * PERIODS * (HSI_HZ / 1_000_000);
     let [slow, fast] = INTERNAL.map(|permille| EXACT * permille);
     (slow..=fast).contains(&ticks.saturating_mul(1_000))
 }
 
-/// Whether a capture of the watchdog's oscillator may take so many ticks of a timer.
+/// Whether a capture of the watchdog's oscillator may take this number of ticks of a timer.
 pub fn period_fits(ticks: u32, timer_hz: u32) -> bool {
     let [_, slow, fast] = LSI_HZ.map(|hz| (hz / 1_000).saturating_mul(ticks));
     (slow..=fast).contains(&(PERIODS * (timer_hz / 1_000)))
@@ -54,7 +54,7 @@ pub const PROBE_CAPTURES: u32 = 1_000;
 /// Captures of the watchdog's oscillator: 16 ms.
 pub const WATCHDOG_CAPTURES: u32 = 64;
 
-/// The frequency of a clock, Hz, of which so many captures took so many ticks of a timer.
+/// The frequency of a clock, Hz, of which `captures` took this number of ticks of a timer.
 pub fn hz(captures: u32, ticks: u32, timer_hz: u32) -> f64 {
     let periods = f64::from(captures) * f64::from(PERIODS);
     periods * f64::from(timer_hz) / f64::from(ticks.max(1))
@@ -72,7 +72,7 @@ mod tests {
         assert!(hz(1, 0, 1).is_finite());
     }
 
-    /// What 512 microseconds of a clock of this many times 8 MHz are, of an oscillator of this many times 16 MHz.
+    /// The ticks of an oscillator of `internal` times 16 MHz in 512 microseconds of a clock of `probe` times 8 MHz.
     fn ticks(probe: f64, internal: f64) -> u32 {
         (512.0 * 16.0 * internal / probe) as u32
     }
@@ -87,7 +87,7 @@ mod tests {
             }
         }
         assert!(!probe_fits(0) && !probe_fits(u32::MAX));
-        // By an oscillator that is right, 8 MHz may be 4 % slow and 8 % fast.
+        // By a correct oscillator, 8 MHz may be 4 % slow and 8 % fast.
         assert!(probe_fits(ticks(0.96, 1.0)) && !probe_fits(ticks(0.95, 1.0)));
         assert!(probe_fits(ticks(1.08, 1.0)) && !probe_fits(ticks(1.09, 1.0)));
     }
@@ -99,7 +99,7 @@ mod tests {
             for lsi in [17_010.0, 32_000.0, 46_990.0] {
                 assert!(period_fits(ticks(lsi), timer_hz), "{lsi}");
             }
-            // The typical oscillator, counted by a clock that is half or twice as fast as it says.
+            // The typical oscillator, counted by a clock with half or twice its stated rate.
             for lsi in [16_000.0, 64_000.0] {
                 assert!(!period_fits(ticks(lsi), timer_hz), "{lsi}");
             }

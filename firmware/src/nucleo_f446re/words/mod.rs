@@ -1,9 +1,8 @@
-//! The values of the NUCLEO's registers, computed from its settings by pure functions. Tests on the
-//! host hold them against the reference manual. The modules one level up only write them.
+//! The values of the NUCLEO's registers, computed from its settings by pure functions. Tests on the host compare them with the reference
+//! manual. The modules one level up only write them.
 //!
-//! The words agree with ST's machine-readable description of the registers
-//! (host-tests/tests/registers.rs). Sections named RM are of ST's reference manual RM0390
-//! (STM32F446xx), DS of the data sheet DS10693.
+//! The words agree with ST's machine-readable description of the registers (host-tests/tests/registers.rs). Sections named RM are in ST's
+//! reference manual RM0390 (STM32F446xx), DS in the data sheet DS10693.
 
 pub mod clock;
 pub mod gauge;
@@ -34,7 +33,7 @@ pub struct Words {
     pub sampling: Sampling,
     /// The waveform of the DAC; `None` if the DAC does not play.
     pub waveform: Option<Waveform>,
-    /// The words for the synthesiser; `None` if it is not the drive.
+    /// The words for the synthesiser; `None` without it.
     pub synthesiser: Option<adf4159::Words>,
     /// Ticks of the timers from a block to the next; `None` where an external source sets the pace.
     pub block_ticks: Option<u64>,
@@ -43,8 +42,8 @@ pub struct Words {
 /// Core cycles in which a fundamental is sought among eight lines, by 1.4 cycles an instruction.
 const HARMONICS_CYCLES: u64 = 1_000_000;
 
-/// Core cycles that the further tones of a block and its fundamental take at most, by 1.4 cycles an
-/// instruction, which are modelled and not measured: a search, and what each of them costs.
+/// The most core cycles for the further tones of a block and its fundamental, by 1.4 cycles an instruction, modelled and not measured: a
+/// search, and the cost of each tone.
 const fn lines_cycles(settings: &Settings) -> u64 {
     let tones = match settings.further() {
         0 => 0,
@@ -53,18 +52,18 @@ const fn lines_cycles(settings: &Settings) -> u64 {
     tones + if settings.order() > 0 { HARMONICS_CYCLES } else { 0 }
 }
 
-/// Core cycles that the sum of a real and of an I/Q block takes, and those of a sum's line, by 1.4 cycles an instruction: host-tests
-/// hold the counted instructions against them (`nucleo::signals`).
+/// Core cycles for the sum of a real and of an I/Q block, by 1.4 cycles an instruction: host-tests compare the counted instructions with
+/// them (`nucleo::signals`).
 pub const ADD_CYCLES: [u64; 2] = [90_000, 180_000];
-/// See above.
+/// Core cycles for the line of a sum, real and I/Q, as in [`ADD_CYCLES`].
 pub const SUM_CYCLES: [u64; 2] = [800_000, 1_200_000];
-/// Core cycles in which a burst is sought in a block, and measured.
+/// Core cycles in which a burst is sought in a block, real and I/Q.
 pub const SEEK_CYCLES: [u64; 2] = [40_000, 60_000];
-/// See above.
+/// Core cycles in which a burst is measured, real and I/Q.
 pub const BURST_CYCLES: [u64; 2] = [1_300_000, 1_800_000];
 
-/// The fewest core cycles that a block may last, whatever its samples are. What a sum's last block or a burst takes more, the blocks
-/// wait for in slots that the stream does not fill.
+/// The fewest core cycles that a block may last, whatever its samples are. While a sum's last block or a burst takes longer, the blocks
+/// wait in slots that the stream does not fill.
 fn least_cycles(settings: &Settings, slots: u16) -> u64 {
     let of = |[real, iq]: [u64; 2]| if settings.iq { iq } else { real };
     let wait = u64::from(slots.saturating_sub(2).max(1));
@@ -74,7 +73,7 @@ fn least_cycles(settings: &Settings, slots: u16) -> u64 {
             let wait = wait.min(blocks.max(1).into());
             of(BLOCK_CYCLES) + of(ADD_CYCLES) + of(SUM_CYCLES).div_ceil(wait)
         }
-        // At most one burst in so many blocks, on average.
+        // On average at most one burst in this number of blocks.
         Mode::Bursts(_) => of(SEEK_CYCLES) + of(BURST_CYCLES).div_ceil(wait),
     }
 }
@@ -101,7 +100,7 @@ impl Words {
         let settings = Settings { core_mhz: speed.mhz(), slots, config, ..*settings };
         let plan = Plan::new(&settings, sampling.rate_hz)?;
         let ticks = u64::from(plan.length) * u64::from(sampling.period.ticks());
-        // What follows tones rarely searches a whole block. The slow clock is a way out of a failure.
+        // A tracker rarely searches a whole block. The slow clock is a way out of a failure.
         let searches = settings.config.following.most == 0 && tree.pll.is_some();
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
         if searches && settings.start && cycles < least_cycles(&settings, slots) {
@@ -204,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Each time they were set again, a correction of the clock once moved the rate a little further.
+    /// Each time settings were set again, a correction of the clock once moved the rate a little further.
     #[test]
     fn settings_that_were_answered_stay_when_they_are_set_again() {
         for rate_hz in [500e3, 48e3, 100.0, 3.3, 1.0] {
@@ -248,7 +247,7 @@ mod tests {
         }
     }
 
-    /// A longer one once ran without its gate. 3 segments of 1024 samples in 2^32 ticks of 90 MHz are 64.4 samples a second.
+    /// A longer chirp once ran without its gate. 3 segments of 1024 samples in 2^32 ticks of 90 MHz are 64.4 samples a second.
     #[test]
     fn a_chirp_of_a_source_is_no_longer_than_its_gate_counts() {
         for (rate_hz, fits) in [(500e3, true), (65.0, true), (64.0, false), (1.0, false)] {

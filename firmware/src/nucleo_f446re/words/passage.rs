@@ -1,20 +1,19 @@
-//! How many blocks the stream has completed and passed: by its flags, by a timer, and by the segments
-//! of a chirp. Registers are read elsewhere, so a model of the stream can drive this, too.
+//! The number of blocks that the stream has completed and passed: by its flags, by a timer, and by the segments of a chirp. Registers are
+//! read elsewhere, so a model of the stream can drive this module, too.
 
 use super::sampling::{STREAM_0_COMPLETE, STREAM_0_ERRORS};
 use crate::progress::Progress;
 use picket_dsp::acquire::frontend::Status;
 
-/// What one look at the stream and the converters shows.
+/// One look at the stream and the converters.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// The timer, read first: a block that ends after it is counted by the flags alone, while one
-    /// that ended before the time and after the flags would count twice.
+    /// The timer, read first: a block that ends after this read is counted by the flags alone, while a block that ended before the time and
+    /// after the flags would count twice.
     pub now: u32,
-    /// The stream's flags, as [`STREAM_0_FLAGS`](super::sampling::STREAM_0_FLAGS) has them.
+    /// The stream's flags, see [`STREAM_0_FLAGS`](super::sampling::STREAM_0_FLAGS).
     pub flags: u32,
-    /// Which slot is being filled (CT), read after the flags: a block that ends in between is counted
-    /// now or next time, never twice.
+    /// The slot that is being filled (CT), read after the flags: a block that ends in between is counted now or next time, never twice.
     pub target: bool,
     /// A converter had a sample before the last one was fetched.
     pub adc_overrun: bool,
@@ -31,23 +30,23 @@ pub struct Passage {
     stopped: bool,
     /// Blocks completed or passed.
     progress: Progress,
-    /// When blocks end.
+    /// The ends of blocks.
     time: Elapsed,
 }
 
 impl Passage {
-    /// Of a stream that stands still. `segments` are those of a chirp; none is one.
+    /// The passage of a stream that stands still. `segments` is a chirp's number of segments; none is one.
     pub fn new(segments: usize, time: Elapsed) -> Self {
         Self { target: false, stopped: false, progress: Progress::new(segments), time }
     }
 
-    /// The stream begins its first block now, in the first slot.
+    /// Begins the stream's first block now, in the first slot.
     pub fn begin(&mut self, now: u32) {
         (self.target, self.stopped) = (false, false);
         self.time.begin(now);
     }
 
-    /// A late exchange has stopped the stream.
+    /// Notes that a late exchange has stopped the stream.
     pub fn stop(&mut self) {
         self.stopped = true;
     }
@@ -57,13 +56,13 @@ impl Passage {
         self.target
     }
 
-    /// Counts what a look shows.
+    /// Counts the blocks in a look.
     pub fn status(&mut self, look: Look) -> Status {
         let Look { now, flags, target, adc_overrun, underrun } = look;
         let dma_error = flags & STREAM_0_ERRORS != 0 || self.stopped || underrun;
         let seen = completed(flags, target != self.target);
         let completed = if dma_error || adc_overrun {
-            // Of a stream that stands still, the flags do not tell how many blocks passed since.
+            // The flags of a stream that stands still do not count the blocks that passed since.
             self.time.beside(seen)
         } else {
             self.time.completed(seen, now)
@@ -75,7 +74,7 @@ impl Passage {
         Status { completed, dma_error, adc_overrun }
     }
 
-    /// Blocks that have to be left out if the stream begins again now: see [`Elapsed::late`].
+    /// Blocks to leave out if the stream begins again now: see [`Elapsed::late`].
     pub fn late(&self, now: u32) -> u32 {
         self.time.late(now)
     }
@@ -97,7 +96,7 @@ const fn completed(flags: u32, target_changed: bool) -> u32 {
     }
 }
 
-/// When blocks end, by a timer that never stops: how many have passed while nobody looked.
+/// The ends of blocks, by a timer that never stops: the number that have passed unseen.
 #[derive(Clone, Copy, Debug)]
 pub struct Elapsed {
     /// Ticks of a block; 0 if blocks do not follow the clock, or are too long for the timer.
@@ -107,7 +106,7 @@ pub struct Elapsed {
 }
 
 impl Elapsed {
-    /// For blocks of this many ticks; `None` if they do not follow the clock.
+    /// The ends of blocks of this many ticks; `None` if blocks do not follow the clock.
     pub const fn new(block_ticks: Option<u64>) -> Self {
         match block_ticks {
             // Half of the timer's range, so that a difference is never ambiguous.
@@ -116,13 +115,12 @@ impl Elapsed {
         }
     }
 
-    /// The first block begins now.
+    /// Begins the first block now.
     pub fn begin(&mut self, now: u32) {
         self.last = now;
     }
 
-    /// The completed blocks, where the stream's flags show `seen` of them: the flags tell an odd
-    /// number from an even one, and time tells how many.
+    /// The completed blocks, where the stream's flags show `seen` of them: the flags give the parity, and time gives the number.
     pub fn completed(&mut self, seen: u32, now: u32) -> u32 {
         if seen == 0 || self.block == 0 {
             return seen;
@@ -135,14 +133,13 @@ impl Elapsed {
         completed
     }
 
-    /// Of `seen` completed blocks before a fault, those that [`Elapsed::late`] will not count: by the
-    /// clock it counts them all.
+    /// Of `seen` completed blocks before a fault, the ones that [`Elapsed::late`] will not count: by the clock it counts them all.
     pub fn beside(&self, seen: u32) -> u32 {
         if self.block == 0 { seen } else { 0 }
     }
 
-    /// Blocks that begin now have to leave out so many: those whose time has come since the last
-    /// one that was counted, begun ones included, and at least one.
+    /// The number of blocks to leave out by a stream that begins now: blocks whose time has come since the last counted one, begun ones
+    /// included, and at least one.
     pub fn late(&self, now: u32) -> u32 {
         now.wrapping_sub(self.last).checked_div(self.block).map_or(1, |whole| whole + 1)
     }
@@ -179,7 +176,7 @@ mod tests {
         time.begin(start);
         assert_eq!(time.completed(2, start.wrapping_add(1999)), 2);
         assert_eq!(time.completed(1, start.wrapping_add(3000)), 1);
-        // Before a fault, what the flags say counts only where time tells nothing.
+        // Before a fault, the flags count only where the time is unknown.
         assert_eq!((time.beside(2), Elapsed::new(None).beside(2)), (0, 2));
         // Without a clock the flags alone count.
         for mut time in [Elapsed::new(None), Elapsed::new(Some(1 << 31))] {

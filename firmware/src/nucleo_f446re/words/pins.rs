@@ -6,7 +6,7 @@
 //! | PA2, PA3 | - | USART2 to the probe |
 //! | PA4 | A2 | DAC: the chirp |
 //! | PA5, PA7 | D13, D11 | SPI1 to a synthesiser: clock, data |
-//! | PB6, PB5 | D10, D4 | its LE and CE |
+//! | PB6, PB5 | D10, D4 | the synthesiser's LE and CE |
 //! | PB10 | D6 | sync output |
 //! | PB3 | D3 | sync input |
 

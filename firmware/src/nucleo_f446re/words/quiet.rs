@@ -1,22 +1,22 @@
-//! What the chip has against the noise that its flash puts on the converters' results (errata ES0298, "Internal noise impacting the
-//! ADC accuracy"; application note AN4073).
+//! The chip's measures against the noise that its flash puts on the converters' results (errata ES0298, "Internal noise impacting the ADC
+//! accuracy"; application note AN4073).
 
-/// A measure against it. The self-test measures the noise with each.
+/// A measure against this noise. The self-test measures the noise with each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quiet {
-    /// None: flash is read ahead of the program.
+    /// No measure: flash is read ahead of the program.
     Ahead,
     /// Flash is read when the program needs it, and both caches stay on.
     Still,
-    /// The same, and ADCDC1, which is for flash that is not read ahead (RM 5.4.1).
+    /// Flash without read-ahead, and ADCDC1, which requires it (RM 5.4.1).
     First,
-    /// Flash as before, and ADC1DC2 with ADC2DC2 in place of ADCDC1: for converters of 30 MHz or more that sample at the same time
+    /// Flash without read-ahead, and ADC1DC2 with ADC2DC2 in place of ADCDC1: for converters of 30 MHz or more that sample simultaneously
     /// (RM 8.2.3).
     Second,
 }
 
 impl Quiet {
-    /// What the images use.
+    /// The measure that the images use.
     pub const USED: Self = Quiet::First;
 
     /// FLASH_ACR (RM 3.8.1), PRFTEN 8.

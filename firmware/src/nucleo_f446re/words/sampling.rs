@@ -3,13 +3,11 @@
 //! TIM3 counts the sample period. Each of its updates triggers ADC1, and ADC2 in step for I/Q
 //! records. Stream 0 of DMA2 moves every result into one of two slots in turn.
 //!
-//! **No jitter.** The converter's clock samples the trigger. A period that is not a whole number of
-//! its cycles would vary by one cycle: 28 or 44 ns of jitter. So the period is a whole number of
-//! cycles.
+//! **No jitter.** The converter's clock samples the trigger. A period that is not a whole number of the converter's cycles would vary by
+//! one cycle: 28 or 44 ns of jitter. So the period is a whole number of cycles.
 //!
-//! **At the fastest rate** a conversion fills the whole period, and the next trigger would find the
-//! converter busy. Then only the first sample is triggered and the conversions follow each other by
-//! themselves, with the same period.
+//! **At the fastest rate** a conversion fills the whole period, and the next trigger would find the converter busy. Then only the first
+//! sample is triggered and the conversions follow each other by themselves, with an equal period.
 
 use super::clock::Tree;
 use picket_wire::settings_error::RateError;
@@ -35,7 +33,7 @@ impl Period {
 pub struct Sampling {
     /// TIM3's period.
     pub period: Period,
-    /// The rate that this period makes, Hz: the nearest to the wanted one.
+    /// The rate of this period, Hz: the nearest to the wanted one.
     pub rate_hz: f64,
     /// Cycles of the converter's clock in which it samples the input; the conversion takes 12 more
     /// (RM 13.5).
@@ -65,13 +63,13 @@ pub const TIMER_CR2_UPDATE: u32 = 2 << 4;
 /// (RM 17.4.3, table 101).
 pub const TIMER_SMCR_COUNT_TIM3: u32 = 2 << 4 | 7;
 
-/// Cycles of the converter's clock from a conversion to the next, if so many are wanted.
+/// Cycles of the converter's clock from a conversion to the next, for this number of wanted cycles.
 fn apart(wanted: u32) -> u32 {
     let shortest = SAMPLING_CYCLES[0] + CONVERSION;
     if wanted <= shortest { shortest } else { wanted.max(shortest + SLACK) }
 }
 
-/// The fastest rate at which a block of `samples` lasts so many cycles of the core, Hz.
+/// The fastest rate at which a block of `samples` lasts `cycles` of the core, Hz.
 pub fn fastest(tree: &Tree, samples: u32, cycles: u64) -> f64 {
     let ratio = tree.core_hz.checked_div(tree.adc_hz).unwrap_or(1).max(1);
     let wanted = cycles.div_ceil(u64::from(samples.max(1)) * u64::from(ratio));
@@ -102,8 +100,8 @@ impl Sampling {
         }
         let cycles = apart(wanted);
         let ticks = cycles.saturating_mul(ratio);
-        // The prescaler itself is a whole number of the converter's cycles, and doubles from step to
-        // step: so a rate that was answered comes out as it is when it is set again.
+        // The prescaler itself is a whole number of the converter's cycles, and doubles from step to step: so a rate that was answered does
+        // not change when it is set again.
         let scale = match ticks.div_ceil(1 << 16) {
             0 | 1 => 1,
             more => more.next_power_of_two().max(ratio),
@@ -209,12 +207,11 @@ pub const STREAM_0_ERRORS: u32 = 1 << 3 | 1 << 2;
 /// All of stream 0's flags, in DMA_LISR and DMA_LIFCR.
 pub const STREAM_0_FLAGS: u32 = 0x3D;
 
-/// Cycles in which the core measures and reports a block of 1024 by the usual method, real and I/Q,
-/// while it sends as many records as the line takes, with some room. Counted on an emulated core
-/// without wait states (host-tests/tests/rsemu/streams.rs).
+/// Cycles in which the core measures and reports a block of 1024 by the usual method, real and I/Q, while it sends as many records as the
+/// line carries, with some margin. Counted on an emulated core without wait states (host-tests/tests/rsemu/streams.rs).
 pub const BLOCK_CYCLES: [u64; 2] = [115_000, 212_000];
 
-/// Cycles that no block is known to take more of at the efforts `look` and `one`, real and I/Q: the instructions of the worst block that a
+/// The largest number of cycles known for a block at the efforts `look` and `one`, real and I/Q: the instructions of the worst block that a
 /// search over signals finds (host-tests, `nucleo::instructions`), 1.64 cycles each, and 37,000 for its record.
 pub const WORST_CYCLES: [[u64; 2]; 2] = [[166_000, 256_000], [398_000, 398_500]];
 
@@ -305,13 +302,13 @@ mod tests {
         }
     }
 
-    /// Of slow rates, in which the prescaler takes part, one in some ten thousand once moved.
+    /// Of slow rates, for which the prescaler is used, one in some ten thousand once moved.
     #[test]
     fn a_rate_that_was_answered_stays_when_it_is_set_again() {
         for speed in [Speed::Mhz144, Speed::Mhz180] {
             for source in [Source::HsePll, Source::Hsi] {
                 let tree = Tree::new(speed, source);
-                // Rates about each place where the prescaler changes, which is where they moved.
+                // Rates about each prescaler step, where they once moved.
                 for scale in 1..=1500u32 {
                     let edge = f64::from(tree.timer_hz) / (65536.0 * f64::from(scale));
                     for near in -40..40 {

@@ -1,4 +1,4 @@
-//! USART2, which the board's probe shows to the host as a serial port.
+//! USART2, which appears on the host as a serial port of the board's probe.
 
 /// Bits per second.
 pub const BAUD: u32 = 921_600;

@@ -1,9 +1,8 @@
 //! A chirp on the board's own DAC, locked to the sampling.
 //!
-//! TIM4 counts the updates of TIM3, which are samples, and steps the DAC once every `hold` samples.
-//! Stream 5 of DMA1 feeds the DAC from a table of one whole chirp, round and round. A segment is a
-//! whole number of steps, and both start at the same edge. So block and segment cannot drift apart,
-//! whatever the clock does.
+//! TIM4 counts the updates of TIM3, which are samples, and steps the DAC once every `hold` samples. Stream 5 of DMA1 feeds the DAC from a
+//! table of one whole chirp, round and round. A segment is a whole number of steps, and both start at one edge. So block and segment cannot
+//! drift apart, whatever the clock does.
 //!
 //! ```text
 //! DAC        /‾‾‾‾‾‾\            one table: up, flat, down
@@ -65,7 +64,7 @@ impl Waveform {
         self.steps as usize * self.shape.segments().len()
     }
 
-    /// Always false: a waveform has at least two steps. It is here for clippy.
+    /// Always false: a waveform has at least two steps. Clippy asks for this function.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -85,9 +84,8 @@ impl Waveform {
         }
     }
 
-    /// Fills the table. Returns the part that the DMA plays, which begins with the second step. The
-    /// first step is already in the DAC's register: a trigger puts it out before it requests the
-    /// next.
+    /// Fills the table. Returns the part that the DMA plays, which begins with the second step. The first step is already in the DAC's
+    /// register: a trigger outputs it before requesting the next.
     pub fn fill<'a>(&self, table: &'a mut [u16; STEPS]) -> &'a [u16] {
         for (step, code) in table.iter_mut().enumerate() {
             *code = self.code(if step + 1 < self.len() { step + 1 } else { 0 });
@@ -99,7 +97,7 @@ impl Waveform {
 /// DAC_CR (RM 14.5.1) for channel 1: EN 0, TEN 2, TSEL 5:3 = 5 TIM4_TRGO, DMAEN 12. DMAUDRIE 13
 /// stays off: an underrun shows in DAC_SR.
 pub const DAC_CR: u32 = 1 | 1 << 2 | 5 << 3 | 1 << 12;
-/// DAC_CR while the chirp stands: no trigger and no request, so that a code appears as it is written. TSEL stays, because it must
+/// DAC_CR while the chirp stands: no trigger and no request, so that a code appears as soon as it is written. TSEL stays, because it must
 /// not change while EN is set.
 pub const DAC_REST: u32 = 1 | 5 << 3;
 /// DAC_SR (RM 14.5.14): the table was not read in time.
@@ -137,8 +135,8 @@ impl SyncOutput {
     }
 }
 
-/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp
-/// through, so each chirp of an external source is met anew.
+/// TIM2 as the gate of TIM3. A rise on PB3 (Arduino D3) lets exactly the samples of one chirp through, so the samples synchronise anew to
+/// each chirp of an external source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncInput {
     /// TIM2_ARR: ticks in a chirp; the gate is open from 1 to this count.
@@ -153,8 +151,7 @@ pub struct SyncInput {
     pub slave: u32,
     /// TIM2_CCMR1 (RM 17.4.7): OC1M 6:4 = 7 high from the compare value on, CC2S 9:8 = 1 an input.
     pub mode: u32,
-    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101); SMS 2:0 = 5 counts while that is
-    /// high.
+    /// TIM3_SMCR: TS 6:4 = 1 ITR1, which is TIM2 (table 101); SMS 2:0 = 5 counts while ITR1 is high.
     pub gate: u32,
 }
 

@@ -13,7 +13,7 @@ pub struct Summary {
     pub summary: bool,
     /// Chirps.
     pub chirps: usize,
-    /// Those in which the target was tracked.
+    /// Chirps in which the target was tracked.
     pub tracked: usize,
     /// Single answers with the verdict good that are more than two metres or 1 m/s off.
     pub single_wrong: usize,

@@ -1,6 +1,6 @@
 //! The loops that read a real record's points: the search and the bins around a peak.
 //!
-//! A branch to a wide instruction across two words takes a cycle more (Cortex-M4 TRM, 3.3.1), so loops begin at a word.
+//! A branch to a wide instruction across two words takes an extra cycle (Cortex-M4 TRM, 3.3.1), so loops begin at a word.
 
 use super::{Packed, Point};
 use crate::spectrum::fft::assembly::{kernel, worth};
@@ -13,13 +13,12 @@ pub(super) struct Seen {
     pub at: *const Point,
 }
 
-/// Adds the powers of the pairs of points beside the middle to `seen`, outwards to the point after `end` and
-/// its mirror. Splits those that may hold the strongest bin and keeps that, of equals the lowest (see
-/// [`crate::spectrum::scan`] for the bound).
+/// Adds the powers of the pairs of points beside the middle to `seen`, outwards to the point after `end` and its mirror. Splits the pairs
+/// that may hold the strongest bin and keeps that bin, of equals the lowest (see [`crate::spectrum::scan`] for the bound).
 ///
 /// # Safety
-/// There must be points from `end` to `middle`, and as many from there on. `factors` must be the factor of
-/// the pair nearest the middle; the factors of the other pairs must lie before it.
+/// There must be points from `end` to `middle`, and equally many from there on. `factors` must be the factor of the pair nearest the
+/// middle; the factors of the other pairs must lie before it.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn pairs_outwards(
     seen: &mut Seen,
@@ -115,9 +114,9 @@ pub(super) unsafe extern "C" fn pairs_outwards(
     )
 }
 
-/// Defines a search of bins in ascending order, each split by itself: as the search above splits a pair, but of one bin.
-/// `$lower` and `$upper` load the point below the middle and the one above it, `$factor` the factor; `$re` and `$im` make the
-/// bin of the even part in lr, r6 and the odd one in r7, r4.
+/// Defines a search of bins in ascending order, each split by itself as the search above splits a pair. `$lower` and `$upper` load the
+/// point below the middle and the point above it, `$factor` the factor; `$re` and `$im` make the bin from the even part in lr, r6 and the
+/// odd part in r7, r4.
 #[cfg(not(mve))]
 macro_rules! alone {
     ($(#[$doc:meta])* $name:ident, $lower:literal, $upper:literal, $factor:literal, $re:literal, $im:literal) => {
@@ -182,11 +181,11 @@ macro_rules! alone {
 
 #[cfg(not(mve))]
 alone! {
-    /// Adds the powers of bins below the middle to `seen` and keeps the strongest, of equals the lowest: the place after it.
+    /// Adds the powers of bins below the middle to `seen` and keeps the strongest, of equals the lowest, by the place after it.
     ///
     /// # Safety
-    /// For each point in `here..end` there must be one from `there` downwards, and a factor from `factors`
-    /// upwards. There must be at least one.
+    /// For each point in `here..end` there must be one from `there` downwards, and a factor from `factors` upwards. There must be at least
+    /// one.
     alone_below, "ldrd r4, r5, [r0], #8", "ldrd r6, r7, [r1], #-8", "ldr r12, [r2], #4",
     "add r5, r7, lr, asr #1", "add r12, r4, r6, asr #1"
 }
@@ -196,13 +195,13 @@ alone! {
     /// [`alone_below`] for bins above the middle.
     ///
     /// # Safety
-    /// As [`alone_below`], but with the factors from `factors` downwards.
+    /// The conditions of [`alone_below`], but with the factors from `factors` downwards.
     alone_above, "ldrd r4, r5, [r1], #-8", "ldrd r6, r7, [r0], #8", "ldr r12, [r2], #-4",
     "rsb r5, r7, lr, asr #1", "sub r12, r4, r6, asr #1"
 }
 
-/// The two halves of `integer::split_pair` up to its last sums. From the point $p in r5, r6 and its
-/// mirror $q in r7, r8 it gives re in r8, im in r5, and twice the even part in r9, r7.
+/// The two halves of `integer::split_pair` up to its last sums. From the point $p in r5, r6 and its mirror $q in r7, r8 the macro makes re
+/// in r8, im in r5, and twice the even part in r9, r7.
 macro_rules! split_pair {
     () => {
         "add r9, r5, r7
@@ -251,7 +250,7 @@ pub unsafe extern "C" fn span_below(
 /// Bins above the middle, in ascending order.
 ///
 /// # Safety
-/// As [`span_below`], but with the factors from `factors` downwards.
+/// The conditions of [`span_below`], but with the factors from `factors` downwards.
 #[unsafe(naked)]
 pub unsafe extern "C" fn span_above(
     here: *const Point,
@@ -278,10 +277,9 @@ pub unsafe extern "C" fn span_above(
     )
 }
 
-/// Defines bins in ascending order, each from the point at r0 and its mirror at r1, with factors of
-/// 32 bits: `integer::split_here`. The sine is in `$sin` and the cosine in `$cos`: r9 is read upwards,
-/// r10 downwards. The products with the cosine are added to the real part by `$re` and to the
-/// imaginary one by `$im`.
+/// Defines bins in ascending order, each from the point at r0 and its mirror at r1, with factors of 32 bits: `integer::split_here`. The
+/// sine is in `$sin` and the cosine in `$cos`: r9 is read upwards, r10 downwards. `$re` adds the products with the cosine to the real part,
+/// `$im` to the imaginary part.
 macro_rules! fine_span {
     ($(#[$doc:meta])* $name:ident, $sin:literal, $cos:literal, $re:literal, $im:literal) => {
         $(#[$doc])*
@@ -326,8 +324,7 @@ fine_span! {
     /// [`span_below`] with factors of 32 bits.
     ///
     /// # Safety
-    /// As [`span_below`], but with the sines from `upwards` upwards and the cosines from `downwards`
-    /// downwards.
+    /// The conditions of [`span_below`], but with the sines from `upwards` upwards and the cosines from `downwards` downwards.
     fine_below, "r9", "r10", "smmla", "smmls"
 }
 
@@ -335,7 +332,6 @@ fine_span! {
     /// [`span_above`] with factors of 32 bits.
     ///
     /// # Safety
-    /// As [`span_below`], but with the negated cosines from `upwards` upwards and the sines from
-    /// `downwards` downwards.
+    /// The conditions of [`span_below`], but with the negated cosines from `upwards` upwards and the sines from `downwards` downwards.
     fine_above, "r10", "r9", "smmls", "smmla"
 }

@@ -11,7 +11,7 @@ macro_rules! store {
     };
 }
 
-/// Loads a point as `store!` stores it, from further than LDRD reaches. Two LDR take three cycles, as LDRD does.
+/// Loads a point stored by `store!`, from beyond the reach of LDRD. Two LDR take three cycles, as LDRD does.
 macro_rules! load {
     ($x:literal, $y:literal, $base:literal, $at:literal) => {
         concat!(
@@ -21,7 +21,7 @@ macro_rules! load {
     };
 }
 
-/// Stores the point `$x`, `$y` at `$to`, and advances that to the next point.
+/// Stores the point `$x`, `$y` at `$to`, and advances `$to` to the next point.
 macro_rules! store_and_go {
     ($x:literal, $y:literal, $to:literal) => {
         concat!("str ", $y, ", [", $to, ", #4]\n str ", $x, ", [", $to, "], #8\n")
@@ -64,9 +64,8 @@ macro_rules! sum_all_legs {
     };
 }
 
-/// `integer::turn` of r5, r6 and of r5, r7, which are legs 1 and 3; then their sum r5, r8 and
-/// difference r12, r6. The factors are in `$one` and `$three`. The caller gives the loads, and may
-/// load a factor between them.
+/// `integer::turn` of r5, r6 and of r5, r7, which are legs 1 and 3; then their sum r5, r8 and difference r12, r6. The factors are in `$one`
+/// and `$three`. The caller supplies the loads, and may load a factor between them.
 macro_rules! outer_legs {
     ($load1:expr, $one:literal, $load3:expr, $three:literal) => {
         concat!(
@@ -172,7 +171,7 @@ macro_rules! plain_legs {
     };
 }
 
-/// The first butterfly of four legs at r0 to r3, and advances those.
+/// The first butterfly of four legs at r0 to r3; advances the four pointers.
 macro_rules! plain_of_legs {
     () => {
         concat!(
@@ -184,7 +183,7 @@ macro_rules! plain_of_legs {
     };
 }
 
-/// Stores the result of [`sum_all_legs`] to four legs at r0 to r3, and advances those.
+/// Stores the result of [`sum_all_legs`] to four legs at r0 to r3, and advances the four pointers.
 macro_rules! store_to_legs {
     () => {
         concat!(

@@ -3,11 +3,9 @@
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 
-/// Begins four groups, 4 h to 4 h + 3. Their first digits are the last ones of their place. Sets lr
-/// to the place of the first group.
+/// Begins four groups, 4 h to 4 h + 3. Their first digits are the last digits of their place. Sets lr to the place of the first group.
 ///
-/// r3 counts in its upper half, which [`widen`] ignores: h, and above it the group, in two bits
-/// that carry.
+/// r3 counts in its upper half, which [`widen`] ignores: h, and above it the group, in two bits that carry.
 macro_rules! begin {
     () => {
         "rbit r5, r3
@@ -46,8 +44,8 @@ macro_rules! widen {
     };
 }
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is one
-/// shifted up, by at most 14, and `root` is `integer::DIAGONAL` shifted up by as much.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits. `one` is 1 shifted up, by at most 14 bits, and `root`
+/// is `integer::DIAGONAL` shifted up by equally many.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 8 4^d of at most 2048.
@@ -98,8 +96,8 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         "sasx r10, r12, r10",
         widen!("r11", "16"),
         widen!("r10", "48"),
-        // Points 1 and 5. The sum and the difference of an odd point's parts fit in 16 bits, because
-        // four of the eight codes are at most 2^12 - 1. Where p is added to e, e - p is 2 e less that.
+        // Points 1 and 5. The sum and the difference of an odd point's parts fit in 16 bits, because four of the eight codes are at most
+        // 2^12 - 1. Where p is added to e, e - p is 2 e less this sum.
         "ssax r6, r5, r5",
         "smulbb r7, r4, r3",
         "smultb r4, r4, r3",
@@ -122,15 +120,14 @@ pub(super) unsafe extern "C" fn eights<const M: usize>(
         "add r1, r1, #64",
         end!(),
         "pop {{r4-r11, pc}}",
-        // No caller asks for more than 2048 points, but the assembler sees such lengths.
+        // No caller needs more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         outer = const M / 32,
         digits = const digits(M / 32),
     )
 }
 
-/// The first pass in groups of four: `integer::first4` for codes of at most 13 bits. `one` is one
-/// shifted up.
+/// The first pass in groups of four: `integer::first4` for codes of at most 13 bits. `one` is 1 shifted up.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M points, M = 4^d of at most 1024.

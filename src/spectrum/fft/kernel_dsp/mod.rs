@@ -7,7 +7,7 @@
 //! The functions are naked: they change only the registers and memory that their instructions name.
 //! All save `r4` to `r11` and return by `pop`.
 
-// This module is first because macros are known only to what follows.
+// This module is first because a macro is known only to the code after it.
 #[macro_use]
 mod butterfly;
 
@@ -36,7 +36,7 @@ use passes::{even, fine, long, near, short, short_finely};
 #[cfg(not(mve))]
 use rails::{all_outside, first_outside, first_strong};
 
-/// As [`integer::transform`].
+/// The kernels for [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
     if pairs.len() != M || points.len() != M {
@@ -62,7 +62,7 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     // One shifted up must fit in half a word.
     let (narrow, one) = (bits <= 13 && scale.shift <= 14, 1u32.wrapping_shl(scale.shift));
-    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many.
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes M.
     unsafe {
         match scale.first {
             8 if narrow => eights::<M>(from, to, DIAGONAL << scale.shift, one),
@@ -114,17 +114,17 @@ const fn is_even(m: usize) -> bool {
     Scale::new(m, 12).first == 4
 }
 
-/// As [`pass`], with factors of 32 bits.
+/// [`pass`] with factors of 32 bits.
 ///
 /// # Safety
-/// As [`pass`].
+/// The conditions of [`pass`].
 unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[FineTriple]) {
     let leg = length * size_of::<Point>();
     let stride = table.len() / length.max(1) * size_of::<FineTriple>();
     // SAFETY: the caller guarantees it; the blocks of 4 `length` points fill M points.
     unsafe {
         let end = points.add(M);
-        // As in `pass`, with four blocks at the least.
+        // Like `pass`, with at least four blocks.
         match length {
             4 if const { is_even(M) } => {
                 return short_finely::<4>(points, end, table.as_ptr(), stride);
@@ -145,7 +145,7 @@ unsafe fn fine_pass<const M: usize>(points: *mut Point, length: usize, table: &[
     }
 }
 
-/// As [`crate::spectrum::scan::real`].
+/// The kernel for [`crate::spectrum::scan::real`].
 pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     if points.len() != M || table.len() < middle || !(1..=middle).contains(&outermost) {
@@ -166,7 +166,7 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
     Scan { power: seen.best, total: seen.total, ..Scan::from(bin) }
 }
 
-/// As `pairs::alone` of the bins that [`integer::window`] gives.
+/// The kernel for `pairs::alone` of the bins of [`integer::window`].
 #[cfg(not(mve))]
 pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
     let (length, middle) = (points.len(), points.len() / 2);
@@ -202,7 +202,7 @@ pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
     Scan { power: seen.best, total: seen.total, ..Scan::from(next.wrapping_sub(1)) }
 }
 
-/// As [`integer::window`].
+/// The kernels for [`integer::window`].
 pub fn window<'a>(
     points: &[Point],
     table: &[Packed],
@@ -247,7 +247,7 @@ fn quarter(points: &[Point]) -> Point {
     integer::split(points, &[], points.len() / 2)
 }
 
-/// As [`integer::window_finely`].
+/// The kernels for [`integer::window_finely`].
 pub fn window_finely<'a>(
     points: &[Point],
     sines: &[i32],
@@ -262,8 +262,7 @@ pub fn window_finely<'a>(
     let Range { start, end } = places.as_mut_ptr_range();
     let (mut to, end) = (start.cast::<Point>(), end.cast::<Point>());
     let mut next = first;
-    // SAFETY: as in `window`; the sines are those of 0 to `middle`, and a bin is no further from the
-    // middle than that.
+    // SAFETY: as in `window`; the sines run from 0 to `middle`, and no bin is further from the middle.
     unsafe {
         if next < middle && to < end {
             let below = to.add(places.len().min(middle - next));
@@ -285,9 +284,9 @@ pub fn window_finely<'a>(
     }
 }
 
-/// How many parts of pairs are at or beyond a rail. It reads whole groups of eight pairs.
+/// The number of parts of pairs that are at or beyond a rail. The kernel reads whole groups of eight pairs.
 pub fn touching(pairs: &[Pair], low: i16, high: i16) -> u32 {
-    // Codes of which the square is less are inside.
+    // Codes with a smaller square are inside.
     #[cfg(not(mve))]
     let pairs = beyond_weak(pairs, i32::from(high.min(low.saturating_neg())));
     let both = |code: i16| u32::from(code as u16) * 0x1_0001;

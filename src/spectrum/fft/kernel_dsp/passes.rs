@@ -19,13 +19,13 @@ macro_rules! finish {
             store!("r8", "r6", "r0", "8*{l}"),
             store!("r11", "r7", "r0", "16*{l}"),
             store!("r10", "r9", "r0", "24*{l}"),
-            // Further than STR advances.
+            // Beyond the reach of a STR that advances.
             "strd lr, r5, [r0], #32*{l}\n",
         )
     };
 }
 
-/// The butterflies of all blocks with factors of 1, and advances r0 from the first to the end.
+/// The butterflies of all blocks with factors of 1; advances r0 from the first to the end.
 macro_rules! plain_blocks {
     () => {
         concat!(
@@ -87,11 +87,10 @@ pub(super) unsafe extern "C" fn short<const L: usize>(
     )
 }
 
-/// [`short`] with factors of 32 bits. Three of a triple's six numbers are in registers, the others on
-/// the stack.
+/// [`short`] with factors of 32 bits. Three of a triple's six numbers are in registers, the others on the stack.
 ///
 /// # Safety
-/// As [`short`].
+/// The conditions of [`short`].
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn short_finely<const L: usize>(
     points: *mut Point,
@@ -143,11 +142,10 @@ pub(super) unsafe extern "C" fn short_finely<const L: usize>(
     )
 }
 
-/// A radix-4 pass over one block with legs of `leg` bytes, 64 or more, and every `STRIDE`-th
-/// factor.
+/// A radix-4 pass over one block with legs of `leg` bytes, 64 or more, and every `STRIDE`-th factor.
 ///
 /// # Safety
-/// `block` must be the four legs, `table` the factors of that many points.
+/// `block` must be the four legs, `table` the factors of a block's number of points.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
     block: *mut Point,
@@ -178,7 +176,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
         "str r3, [sp]",
         "add r2, r3, r1",
         "add r1, r2, r1",
-        // r3, r2, r1 are legs 1, 2, 3; this puts them in order.
+        // r3, r2, r1 are legs 1, 2, 3; this instruction sequence puts them in order.
         "mov r5, r1",
         "mov r1, r3",
         "mov r3, r5",
@@ -200,7 +198,7 @@ pub(super) unsafe extern "C" fn long<const STRIDE: usize>(
 /// [`long`] with factors of 32 bits, which lie `stride` bytes apart; legs of 128 bytes or more.
 ///
 /// # Safety
-/// `block` must be the four legs, `table` the factors of that many points.
+/// `block` must be the four legs, `table` the factors of a block's number of points.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn fine(
     block: *mut Point,
@@ -251,11 +249,10 @@ pub(super) unsafe extern "C" fn fine(
     )
 }
 
-/// [`long`] for legs of 32 points, which one pointer reaches, so registers are free to load a
-/// triple at once.
+/// [`long`] for legs of 32 points, which one pointer reaches, so registers are free to load a triple at once.
 ///
 /// # Safety
-/// `block` must be 128 points, `table` the factors of that many times `STRIDE`.
+/// `block` must be 128 points, `table` the factors of 128 `STRIDE` points.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, table: *const Triple) {
     kernel!(
@@ -291,7 +288,7 @@ pub(super) unsafe extern "C" fn near<const STRIDE: usize>(block: *mut Point, tab
 /// [`long`] with every factor, for legs of 128 points, which one pointer reaches.
 ///
 /// # Safety
-/// `block` must be 512 points, `table` the factors of that many.
+/// `block` must be 512 points, `table` the factors of 512 points.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn even(block: *mut Point, table: *const Triple) {
     kernel!(

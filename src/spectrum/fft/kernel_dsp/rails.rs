@@ -2,8 +2,8 @@
 
 use crate::spectrum::fft::assembly::kernel;
 
-/// The first group of 32 words of which a word's halves have squares that add up to `2^31 - room` or more; `to` if there is none.
-/// Codes of a record that is weak enough are seen to be inside any rails beyond, in a third of the time of a look at each.
+/// The first group of 32 words in which the squares of a word's halves add up to `2^31 - room` or more; `to` if there is none. A record
+/// with weak codes is found to be inside any rails beyond in a third of the time of comparing each code.
 ///
 /// # Safety
 /// `from..to` must be groups of 32 words, at least one. `room` must not be below 0.
@@ -42,8 +42,8 @@ pub(super) unsafe extern "C" fn first_strong(
     )
 }
 
-/// The first group of eight words of which a word has a half outside `low..=high`, each of which is given in both
-/// halves; `to` if there is none.
+/// The first group of eight words in which a word has a half outside `low..=high`, each of which is given in both halves; `to` if there is
+/// none.
 ///
 /// # Safety
 /// `from..to` must be groups of eight words, at least one.
@@ -56,7 +56,7 @@ pub(super) unsafe extern "C" fn first_outside(
 ) -> *const u32 {
     macro_rules! look {
         ($($x:literal),*) => {
-            // How far a half is above the lowest, and how far that is beyond the highest.
+            // The distance of a half above the lowest code, and the excess of this distance over the highest.
             concat!($(
                 "usub16 ", $x, ", ", $x, ", r2\n uqsub16 ", $x, ", ", $x, ", r3\n orrs r12, r12, ", $x, "\n",
             )*)
@@ -80,7 +80,7 @@ pub(super) unsafe extern "C" fn first_outside(
     )
 }
 
-/// How many halves of words are outside `low..=high`, each of which is given in both halves.
+/// The number of halves of words that are outside `low..=high`, each of which is given in both halves.
 ///
 /// # Safety
 /// `from..to` must be groups of four words, at least one, and at most 2^16 words.

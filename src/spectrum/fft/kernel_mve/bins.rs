@@ -4,10 +4,10 @@ use super::{Packed, Point};
 use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::kernel_dsp::bins;
 
-/// As [`bins::span_below`].
+/// The bins of [`bins::span_below`] by vectors.
 ///
 /// # Safety
-/// As there.
+/// The conditions of [`bins::span_below`].
 pub unsafe fn span_below(
     here: *const Point,
     there: *const Point,
@@ -30,10 +30,10 @@ pub unsafe fn span_below(
     }
 }
 
-/// As [`bins::span_above`].
+/// The bins of [`bins::span_above`] by vectors.
 ///
 /// # Safety
-/// As there.
+/// The conditions of [`bins::span_above`].
 pub unsafe fn span_above(
     here: *const Point,
     there: *const Point,
@@ -41,7 +41,7 @@ pub unsafe fn span_above(
     to: *mut Point,
     end: *mut Point,
 ) {
-    // SAFETY: as below. The mirrors ascend as the bins descend.
+    // SAFETY: as in `span_below`. The mirrors ascend as the bins descend.
     unsafe {
         let count = end.offset_from_unsigned(to);
         if count < 4 {
@@ -85,7 +85,7 @@ macro_rules! split {
     };
 }
 
-/// Sets q7 to the places of four points from r1 downwards, 32 bytes behind them, and lr to count.
+/// Sets q7 to the places of four points from r1 downwards, 32 bytes behind them, and lr to the count.
 macro_rules! begin {
     () => {
         lines!(
@@ -101,11 +101,11 @@ macro_rules! begin {
     };
 }
 
-/// Fours of bins below the middle, as many as `count`, in ascending order.
+/// Fours of bins below the middle, `count` of them, in ascending order.
 ///
 /// # Safety
-/// For each bin there must be a point from `here` upwards, one from `there` downwards, a factor from
-/// `factors` upwards and a place from `to` upwards. `count` must be 1 or more.
+/// For each bin there must be a point from `here` upwards, one from `there` downwards, a factor from `factors` upwards and a place from
+/// `to` upwards. `count` must be 1 or more.
 #[unsafe(naked)]
 unsafe extern "C" fn fours_below(
     here: *const Point,
@@ -127,10 +127,10 @@ unsafe extern "C" fn fours_below(
     )
 }
 
-/// Fours of bins above the middle, as many as `count`, in descending order.
+/// Fours of bins above the middle, `count` of them, in descending order.
 ///
 /// # Safety
-/// As [`fours_below`], for the mirrors of the bins, but with the places from `to` downwards.
+/// The conditions of [`fours_below`], for the mirrors of the bins, but with the places from `to` downwards.
 #[unsafe(naked)]
 unsafe extern "C" fn fours_above(
     here: *const Point,

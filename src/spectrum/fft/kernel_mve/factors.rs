@@ -4,8 +4,7 @@ use crate::spectrum::fft::twiddle::{q15, q31, sin_cos};
 
 /// The factors of four butterflies in a row: cosine and sine of legs 1, 3 and 2.
 ///
-/// A factor 1 is `2^31 - 1`, which halves an odd number as a shift does: the passes leave the
-/// points that have this factor odd.
+/// A factor 1 is `2^31 - 1`, which halves an odd number exactly as a shift does: the passes leave the points that have this factor odd.
 pub(super) type Vectors = [[i32; 4]; 6];
 
 /// The legs in the order of [`Vectors`].
@@ -28,7 +27,7 @@ pub(super) const fn short(length: usize) -> &'static [Vectors] {
     }
 }
 
-/// As [`short`], of 32 bits, and the sine as it is.
+/// The factors of 32 bits of a pass, in the order of [`short`], with the sine not negated.
 pub(super) const fn fine(length: usize) -> &'static [Vectors] {
     match length {
         4 => &FINE_4,

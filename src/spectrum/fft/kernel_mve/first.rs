@@ -1,16 +1,15 @@
-//! The first pass, which reads the record in sequence and writes it in digit-reversed order: four
-//! groups at a time, one in each quarter of the points. Codes of at most 13 bits leave room for the
-//! sum of eight in 16 bits. Samples are loaded as halfwords, because a record may begin at any.
+//! The first pass, which reads the record in sequence and writes it in digit-reversed order: four groups at a time, one in each quarter of
+//! the points. Codes of at most 13 bits leave room for the sum of eight in 16 bits. Samples are loaded as halfwords, because a record may
+//! begin at any halfword.
 
 use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::integer::DIAGONAL;
 
-/// Begins a pass of M = r2 points in groups of 2^`$digits`, whose places are at the fifth
-/// argument. Afterwards r0 is that, r2 the bytes of a leg of the record, r3 half of one shifted up,
-/// r12 the shift less 16, r4 the record, and lr a quarter of
-/// all vectors. The stack has the points of the first four groups, and above them how many vectors
-/// the others are. The pass owns `$frame` bytes of the stack, from the 32nd on.
+/// Begins a pass of M = r2 points in groups of 2^`$digits`, whose places are at the fifth argument. Afterwards r0 is this address, r2 the
+/// bytes of a leg of the record, r3 half of 1 shifted up, r12 the shift less 16, r4 the record, and lr a quarter of all vectors. The stack
+/// has the points of the first four groups, and above them the number of the other vectors. The pass owns `$frame` bytes of the stack, from
+/// the 32nd on.
 macro_rules! begin {
     ($digits:literal, $frame:literal) => {
         lines!(
@@ -98,10 +97,9 @@ macro_rules! widen {
     };
 }
 
-/// Stores points `$at` and `$at` + 4 of the groups in q3 by `$add` and `$sub`: sum and difference of
-/// the even part in `$e` and the odd part at `$odd`. That has the product of its lower halves in q5
-/// and of its upper ones in q4: `$re` is the real part and `$im` the imaginary one, or with `$plus`
-/// and `$minus` exchanged its negative. Uses q2, q6 and `$e`.
+/// Stores points `$at` and `$at` + 4 of the groups in q3 by `$add` and `$sub`: sum and difference of the even part in `$e` and the odd part
+/// at `$odd`. The odd part has the product of its lower halves in q5 and of its upper halves in q4: `$re` is the real part and `$im` the
+/// imaginary part, or with `$plus` and `$minus` exchanged its negative. Uses q2, q6 and `$e`.
 macro_rules! diagonal {
     (
         $e:literal, $odd:literal, $at:literal, $re:literal, $im:literal,
@@ -178,12 +176,12 @@ macro_rules! eight {
     };
 }
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, shifted up by
-/// `shift`, with points as the next pass takes them.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, shifted up by `shift`, with points in the form that
+/// the next pass takes.
 ///
 /// # Safety
-/// `from` and `to` must be `m` pairs and `m` points, m = 8 4^d of 32 or more; `shift` 2 to 15;
-/// `places` those of [`places`] for as many vectors.
+/// `from` and `to` must be `m` pairs and `m` points, m = 8 4^d of 32 or more; `shift` 2 to 15; `places` the table [`places`] for an
+/// `m`-point transform.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn eights(
     from: *const Pair,
@@ -232,10 +230,10 @@ macro_rules! four {
     };
 }
 
-/// The first pass in groups of four: `integer::first4`, as [`eights`].
+/// The first pass in groups of four: `integer::first4` with the parameters of [`eights`].
 ///
 /// # Safety
-/// As [`eights`], m = 4^d of 64 or more.
+/// The conditions of [`eights`], m = 4^d of 64 or more.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn fours(
     from: *const Pair,

@@ -1,18 +1,15 @@
-//! The transform and the search on cores with Helium, the vectors of M-profile cores (MVE with
-//! integers: Cortex-M55, M85). Each kernel equals its portable definition in [`super::integer`] and
-//! [`crate::spectrum::scan`] bit for bit, on every input; the tests on an emulated core drive both.
-//! [`q15`] has those of the 16-bit engine.
+//! The transform and the search on cores with Helium, the vectors of M-profile cores (MVE with integers: Cortex-M55, M85). Each kernel
+//! equals its portable definition in [`super::integer`] and [`crate::spectrum::scan`] bit for bit, on every input; the tests on an emulated
+//! core drive both. [`q15`] has the kernels of the 16-bit engine.
 //!
-//! `VMULH.S32` by a factor in the upper half of its lane is `SMULWB`: a vector holds four real parts
-//! or four imaginary ones. A factor 1 has no path of its own. It is `2^31 - 1`, and for an odd x the
-//! upper word of `x (2^31 - 1)` is `x >> 1`. So every pass sets the lowest bit of what the next one
-//! multiplies by 1: nothing but its half is read. What the next one would only halve, it halves as
-//! it adds it up.
+//! `VMULH.S32` by a factor in the upper half of its lane is `SMULWB`: a vector holds four real parts or four imaginary ones. A factor 1 has
+//! no path of its own. It is `2^31 - 1`, and for an odd x the upper word of `x (2^31 - 1)` is `x >> 1`. So every pass sets the lowest bit
+//! of each number that the next pass multiplies by 1: only its half is read. Numbers that the next pass would only halve are halved in its
+//! additions.
 //!
-//! The functions are naked: they change only the registers and memory that their instructions name.
-//! They leave no predicate and no loop behind. An interrupt needs no care beyond the stacking of the
-//! FPU's registers, lazy or not, which holds the vectors' state, too: the image `kernels` interrupts
-//! them everywhere by a handler that runs them.
+//! The functions are naked: they change only the registers and memory that their instructions name. They leave no predicate and no loop
+//! behind. An interrupt needs no care beyond the stacking of the FPU's registers, lazy or not, which holds the vectors' state, too: the
+//! image `kernels` interrupts them everywhere by a handler that runs them.
 
 /// Instructions, each with its own line end.
 macro_rules! lines {
@@ -48,7 +45,7 @@ pub use search::{alone, powers, scan, scan_iq};
 use super::integer::{self, Pair, Point, Scale};
 use super::twiddle::{self, Packed};
 
-/// As [`integer::transform`].
+/// The kernels for [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
     if pairs.len() != M || points.len() != M {
@@ -59,8 +56,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
         ($($length:literal)*) => {$(
             if const { has_pass(M, $length) } {
                 let (leg, blocks) = (size_of::<Point>() * $length, M / 4 / $length);
-                // SAFETY: `points` are M points, the tables hold the factors of this length, and M
-                // has such a pass.
+                // SAFETY: `points` are M points, the tables hold the factors of this length, and M has a pass of this length.
                 unsafe {
                     if const { is_fine(M) } {
                         let table = const { factors::fine($length) };
@@ -88,12 +84,11 @@ const fn is_fine(m: usize) -> bool {
     !twiddle::fine_passes(m).is_empty()
 }
 
-/// The first pass, with points as [`passes`] takes them.
+/// The first pass, with points in the form that [`passes`] takes.
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let places = const { first::places(M) }.as_ptr();
-    // SAFETY: both slices hold M elements. Codes of so few bits are shifted by 8 to 15. The table
-    // is that of M.
+    // SAFETY: both slices hold M elements. Codes of at most 13 bits are shifted by 8 to 15. The table belongs to M.
     unsafe {
         match (scale.first, bits <= 13) {
             (8, true) if const { M > 32 } => first::eights(from, to, M, scale.shift, places),

@@ -168,13 +168,11 @@ macro_rules! pass {
 }
 
 pass! {
-    /// A radix-4 pass over blocks of four legs of `leg` bytes: one block, or four or a multiple. Leg
-    /// 0 is already halved, and the first points of the other legs are odd. Where there are several
-    /// blocks, there is another pass, which takes every fourth block as its leg 0.
+    /// A radix-4 pass over blocks of four legs of `leg` bytes: one block, or four or a multiple. Leg 0 is already halved, and the first
+    /// points of the other legs are odd. Where there are several blocks, another pass follows, which takes every fourth block as its leg 0.
     ///
     /// # Safety
-    /// `points` must be the blocks, `leg` 32 or a multiple, and `table` the factors of that many
-    /// points.
+    /// `points` must be the blocks, `leg` 32 or a multiple, and `table` the factors of a block's number of points.
     short, "vsub.i32",
 }
 
@@ -182,6 +180,6 @@ pass! {
     /// [`short`] with factors of 32 bits.
     ///
     /// # Safety
-    /// As [`short`].
+    /// The conditions of [`short`].
     fine, "vadd.i32", "vneg.s32"
 }

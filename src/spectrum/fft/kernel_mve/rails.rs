@@ -40,7 +40,7 @@ pub unsafe extern "C" fn any_outside(from: *const u32, to: *const u32, low: u32,
     )
 }
 
-/// How many halves of words are outside `low..=high`, each of which is given in both halves.
+/// The number of halves of words that are outside `low..=high`, each of which is given in both halves.
 ///
 /// # Safety
 /// `from..to` must be groups of eight words, at least one, and at most 2^16 words.

@@ -14,8 +14,8 @@ const GROUP: usize = 16;
 /// The most groups of a record.
 const GROUPS: usize = MAX_LENGTH / 4 / GROUP;
 
-/// As [`crate::spectrum::scan::real`], but not in its order. It adds up the powers of groups of
-/// pairs, and then splits pairs of the strongest group, and of those that may hold a stronger bin.
+/// The search of [`crate::spectrum::scan::real`] in another order. The kernel adds up the powers of groups of pairs, and then splits pairs
+/// of the strongest group, and of the groups that may hold a stronger bin.
 pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&M) && (1..=middle).contains(&outermost);
@@ -48,8 +48,8 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
     };
     // SAFETY: all places are written.
     let powers = unsafe { places.assume_init_ref() };
-    // The strongest pair of the strongest group has a sixteenth of its power or more, and one of
-    // the pair's bins half of that.
+    // The strongest pair of the strongest group has a sixteenth of the group's power or more, and one of the pair's bins half of the
+    // pair's.
     let best = centre.max(worth(sums.most / (2 * GROUP as u64)).wrapping_sub(1));
     let at = start.wrapping_add(middle);
     let mut seen = Seen { best, least: worth(best), at };
@@ -70,8 +70,7 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
     Scan { power: seen.best, total, ..Scan::from(bin) }
 }
 
-/// As `pairs::alone`: bins in a row by vectors, of which only those are looked at that have as much power as the
-/// strongest so far.
+/// The scan of `pairs::alone` by vectors: bins in a row, of which only bins with at least the power of the strongest so far are looked at.
 pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
     let mut places = [MaybeUninit::uninit(); 2 * GROUP];
     let (mut scan, mut next) = (Scan::from(bins.start), bins.start);
@@ -90,8 +89,7 @@ pub fn alone(points: &[Point], table: &[Packed], bins: Range<usize>) -> Scan {
     scan
 }
 
-/// As [`crate::spectrum::scan::over`] over all bins of an I/Q record. A group has points at both
-/// ends.
+/// The scan of [`crate::spectrum::scan::over`] over all bins of an I/Q record. A group has points at both ends.
 pub fn scan_iq(points: &[Point]) -> Scan {
     let mut places = [const { MaybeUninit::<u64>::uninit() }; MAX_LENGTH / 2 / GROUP];
     let (count, rest) = (points.len() / 2 / GROUP, points.len() % (2 * GROUP));
@@ -119,14 +117,13 @@ pub fn scan_iq(points: &[Point]) -> Scan {
     Scan { power: seen.best, total: sums.total, ..Scan::from(bin) }
 }
 
-/// Calls `visit` with the strongest group, then with every other whose power is what `visit`
-/// returned last, or more.
+/// Calls `visit` with the strongest group, then with every other group whose power is at least the number that `visit` returned last.
 #[inline(always)]
 fn visit_groups(powers: &[u64], strongest: usize, mut visit: impl FnMut(usize) -> u64) {
     let mut least = visit(strongest);
     let mut left = powers.len();
     while left > 0 {
-        // SAFETY: so many powers are left.
+        // SAFETY: `left` powers are left.
         left = unsafe { next_group(powers.as_ptr_range().end.sub(left), left, least) };
         let group = powers.len() - left;
         if left > 0 && group != strongest {
@@ -136,7 +133,7 @@ fn visit_groups(powers: &[u64], strongest: usize, mut visit: impl FnMut(usize) -
     }
 }
 
-/// The sum of the powers of `count` points, and of `sum`.
+/// `sum` plus the powers of `count` points.
 ///
 /// # Safety
 /// All these points must be readable.
@@ -157,7 +154,7 @@ unsafe extern "C" fn power_sum(points: *const Point, count: usize, sum: u64) -> 
     )
 }
 
-/// The sum of the powers of these points, and of `sum`.
+/// `sum` plus the powers of these points.
 pub fn powers(sum: u64, points: &[Point]) -> u64 {
     // SAFETY: the points are readable.
     unsafe { power_sum(points.as_ptr(), points.len(), sum) }
@@ -166,19 +163,19 @@ pub fn powers(sum: u64, points: &[Point]) -> u64 {
 /// The powers of groups.
 #[repr(C)]
 struct Sums {
-    /// Their sum.
+    /// The sum of all groups.
     total: u64,
-    /// The largest.
+    /// The largest group.
     most: u64,
-    /// How many groups were left when that one came, with it.
+    /// The number of groups left at the largest one, itself included.
     left: usize,
 }
 
-/// Adds to `sums` the powers of as many groups as `count`, and stores each at `to`. The groups are
-/// pairs of [`GROUP`] points from `lower` upwards and as many from `upper` downwards.
+/// Adds the powers of `count` groups to `sums`, and stores each at `to`. A group is [`GROUP`] points from `lower` upwards and equally many
+/// from `upper` downwards.
 ///
 /// # Safety
-/// All these points must be readable, `to` must be as many places, and `count` 1 or more.
+/// All these points must be readable, `to` must have a place for each group, and `count` must be 1 or more.
 #[unsafe(naked)]
 unsafe extern "C" fn group_powers(
     sums: &mut Sums,
@@ -241,7 +238,7 @@ unsafe extern "C" fn group_powers(
     )
 }
 
-/// How many powers are left, with it, when one of `count` is `least` or more; 0 if none is.
+/// The number of powers left, itself included, at the first of `count` powers that is `least` or more; 0 if none is.
 ///
 /// # Safety
 /// All these powers must be readable.
@@ -267,12 +264,12 @@ unsafe extern "C" fn next_group(powers: *const u64, count: usize, least: u64) ->
 #[repr(C)]
 struct Seen {
     best: u64,
-    /// From it, [`worth`].
+    /// The least power of a group that may hold a stronger bin, by [`worth`].
     least: u64,
     at: *const Point,
 }
 
-/// Keeps the strongest of these points, of equals the lowest.
+/// Keeps the strongest of these points; of equals the lowest.
 ///
 /// # Safety
 /// The points must be readable. `count` must be 1 or more.
@@ -312,11 +309,10 @@ unsafe extern "C" fn keep_strongest(seen: &mut Seen, points: *const Point, count
     )
 }
 
-/// Splits pairs that may hold the strongest bin and keeps that, of equals the lowest.
+/// Splits pairs that may hold the strongest bin and keeps that bin; of equals the lowest.
 ///
 /// # Safety
-/// `count` pairs must be readable, from `lower` upwards and from `upper` downwards, and as many
-/// factors. `count` must be 1 or more.
+/// `count` pairs must be readable, from `lower` upwards and from `upper` downwards, and equally many factors. `count` must be 1 or more.
 #[unsafe(naked)]
 unsafe extern "C" fn split_pairs(
     seen: &mut Seen,
@@ -325,8 +321,7 @@ unsafe extern "C" fn split_pairs(
     factors: *const Packed,
     count: usize,
 ) {
-    // A bin of power r6, r11 at $at, which is $from and 8 bytes $way. If it is no stronger than r8,
-    // r9, goes to $not.
+    // A bin of power r6, r11 at $at, which is $from and 8 bytes $way. If the bin is no stronger than r8, r9, the code goes to $not.
     macro_rules! keep {
         ($way:literal, $from:literal, $not:literal) => {
             lines!(

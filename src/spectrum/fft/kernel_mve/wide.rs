@@ -4,9 +4,8 @@ use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::integer::DIAGONAL;
 
-/// Four points by `integer::dft4` of the legs at `$a` to `$d`: points 0 in q6, q7 and 2 in q4, q5.
-/// Points 1 and 3 come from the difference of legs 1 and 3 in q3, q2 and that of legs 0 and 2 at
-/// `$at` and 16 bytes above it.
+/// Four points by `integer::dft4` of the legs at `$a` to `$d`: points 0 in q6, q7 and 2 in q4, q5. Points 1 and 3 come from the difference
+/// of legs 1 and 3 in q3, q2 and the difference of legs 0 and 2 at `$at` and 16 bytes above it.
 macro_rules! four_points {
     ($a:literal, $b:literal, $c:literal, $d:literal, $at:literal) => {
         lines!(
@@ -55,8 +54,8 @@ macro_rules! fetch {
     ($($q:literal $at:literal),*) => { concat!($("vldrw.u32 ", $q, ", [sp, #", $at, "]\n",)*) };
 }
 
-/// Stores at `$at` of the groups in q0 what `$first` makes of the even part at `$e` and the odd part
-/// in `$o`, and `$second` 32 bytes above. Uses q2 and `$free`.
+/// Stores the result of `$first` on the even part at `$e` and the odd part in `$o` at `$at` of the groups in q0, and the result of
+/// `$second` 32 bytes above. Uses q2 and `$free`.
 macro_rules! sums {
     ($e:literal, $o:literal, $at:literal, $first:literal, $second:literal, $free:literal $(, $then:literal)?) => {
         lines!(
@@ -94,7 +93,7 @@ macro_rules! eight {
             sums!("48", "q7", "4", $add, $sub, "q1" $(, $odd)?),
             sums!("96", "q5", "16", $add, $sub, "q1"),
             sums!("112", "q4", "20", $sub, $add, "q1"),
-            // Points 1 and 3 of it, by an eighth of a turn.
+            // Points 1 and 3 of the odd part, by an eighth of a turn.
             fetch!("q4" "160", "q5" "176", "q6" "192", "q7" "208"),
             "vadd.i32 q1, q4, q7",
             "vsub.i32 q2, q5, q6",
@@ -117,10 +116,10 @@ macro_rules! eight {
     };
 }
 
-/// As [`super::first::eights`]: `integer::first8` for codes of any width.
+/// The pass of [`super::first::eights`] for codes of any width: `integer::first8`.
 ///
 /// # Safety
-/// As there.
+/// The conditions of [`super::first::eights`].
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn eights(
     from: *const Pair,
@@ -169,10 +168,10 @@ macro_rules! four {
     };
 }
 
-/// As [`super::first::fours`]: `integer::first4` for codes of any width.
+/// The pass of [`super::first::fours`] for codes of any width: `integer::first4`.
 ///
 /// # Safety
-/// As there.
+/// The conditions of [`super::first::fours`].
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn fours(
     from: *const Pair,

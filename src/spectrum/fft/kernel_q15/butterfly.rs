@@ -124,7 +124,7 @@ macro_rules! sums {
     };
 }
 
-/// Loads the rounding of products into r5 and that of halves into r6.
+/// Loads the rounding of products into r5 and the rounding of halves into r6.
 macro_rules! rounding {
     () => {
         lines!("mov r5, #0x8000", "mov r6, #0x10001")

@@ -5,14 +5,14 @@ use super::super::q15::{self, DIAGONAL, first_radix};
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
 
-/// Points are taken as they are.
+/// Points are not shifted.
 const NONE: u32 = 0;
-/// A product shifts a point up: its lower half is not negative, and pushes nothing into the upper.
+/// A product shifts a point up: its lower half is not negative, and carries nothing into the upper half.
 const WORDS: u32 = 1;
-/// A number is added to both halves before that, which makes the lower one so.
+/// A number is added to both halves before the shift, so that the lower half is not negative.
 const HALVES: u32 = 2;
 
-/// As [`q15::first_pass`]; `points` must be aligned to words. The record must allow the shift.
+/// The kernels for [`q15::first_pass`]; `points` must be aligned to words. The record must allow the shift.
 pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &mut [Pair]) -> bool {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let Ok(up) = u32::try_from(shift) else {
@@ -22,7 +22,7 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
     // A shifted part is within -OFFSET..OFFSET about the centre.
     let (offset, centre) = (const { 0x8000 / first_radix(M) as i32 }, i32::from(codes.middle()));
     let added = offset.unbounded_shr(up) - centre;
-    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many; `points` is aligned.
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes M; `points` is aligned.
     let q = unsafe {
         if up == 0 {
             let centre = twice(q15::first_centre::<M>(codes, 0).into());
@@ -40,7 +40,7 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
 /// The pass in groups of the first radix.
 ///
 /// # Safety
-/// As [`eights`] or [`fours`].
+/// The conditions of [`eights`] or [`fours`].
 #[inline(always)]
 unsafe fn groups<const M: usize, const UP: u32>(
     from: *const Pair,
@@ -75,8 +75,8 @@ macro_rules! next_groups {
     };
 }
 
-/// Shifts packed pairs up by what is at [sp, #8], with the number in lr. What that adds to each part
-/// is 2^15 over the radix in the end. Uses r12.
+/// Shifts packed pairs up by the number at [sp, #8], with the offset in lr. In the end the offset adds 2^15 over the radix to each part.
+/// Uses r12.
 macro_rules! up {
     ($($x:literal),*) => {
         concat!(
@@ -89,7 +89,7 @@ macro_rules! up {
     };
 }
 
-/// Takes the centre, or what [`up`] added, from the sum of a group.
+/// Subtracts the centre, or the offset that [`up`] added, from the sum of a group.
 macro_rules! centre {
     ($to:literal, $x:literal) => {
         concat!(
@@ -196,9 +196,9 @@ macro_rules! diagonal {
     };
 }
 
-/// The first pass in groups of eight: `q15::first8`. `UP` says how parts are shifted up: by [`NONE`]
-/// not, by [`WORDS`] with the factor `shift`, by [`HALVES`] by so many bits. `number` is the centre of a
-/// group's sum, what is added to a product, or what is added to parts before the shift.
+/// The first pass in groups of eight: `q15::first8`. `UP` is the way parts are shifted up: [`NONE`] leaves them, [`WORDS`] multiplies by
+/// the factor `shift`, [`HALVES`] shifts by `shift` bits. `number` is the centre of a group's sum, the number added to a product, or the
+/// number added to parts before the shift.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M aligned points, M = 8 4^d of at most 2048.
@@ -269,7 +269,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: u32>(
         leave!(16),
         diagonal = const DIAGONAL,
         up = const UP,
-        // No caller asks for more than 2048 points, but the assembler sees such lengths.
+        // No caller needs more than 2048 points, but the assembler sees such lengths.
         leg = const if M <= 2048 { M / 8 * 4 } else { 4 },
         leg_ = const if M <= 512 { M / 8 * 4 } else { 4 },
         outer = const M / 32,
@@ -277,7 +277,7 @@ unsafe extern "C" fn eights<const M: usize, const UP: u32>(
     )
 }
 
-/// The first pass in groups of four: `q15::first4`, otherwise as [`eights`].
+/// The first pass in groups of four: `q15::first4`. The parameters are those of [`eights`].
 ///
 /// # Safety
 /// `from` and `to` must be M pairs and M aligned points, M = 4^d of at most 4096.

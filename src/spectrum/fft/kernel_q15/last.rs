@@ -6,16 +6,16 @@ use super::super::twiddle::Triple;
 use super::passes::LONGEST;
 use crate::spectrum::fft::assembly::kernel;
 
-/// The last pass by two neighbouring butterflies at a time. If `TWICE`, it halves a second time.
+/// The last pass by two neighbouring butterflies at a time. If `TWICE`, the pass halves a second time.
 ///
 /// # Safety
-/// `block` must be 4 L aligned points, L from 4 to 128, and `table` the factors of that many.
+/// `block` must be 4 L aligned points, L from 4 to 128, and `table` the factors of 4 L points.
 #[unsafe(naked)]
 pub unsafe extern "C" fn by_twos<const L: usize, const TWICE: bool>(
     block: *mut Pair,
     table: *const Triple,
 ) -> u32 {
-    // Two neighbours of a leg; r0 is 8 bytes before those of leg 2.
+    // Two neighbours of a leg; r0 is 8 bytes before leg 2's neighbours.
     macro_rules! leg {
         ($do:literal, $x:literal, $y:literal, $leg:literal) => {
             concat!($do, " ", $x, ", ", $y, ", [r0, #8-8*{l}+", $leg, "*4*{l}]\n")
@@ -93,15 +93,15 @@ pub unsafe extern "C" fn by_twos<const L: usize, const TWICE: bool>(
         leave!(4),
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
-        // No caller asks for longer legs, but the assembler sees such lengths.
+        // No caller needs longer legs, but the assembler sees such lengths.
         l = const if L <= LONGEST { L } else { 4 },
     )
 }
 
-/// The last pass with long legs. If `TWICE`, it halves a second time.
+/// The last pass with long legs. If `TWICE`, the pass halves a second time.
 ///
 /// # Safety
-/// `block` must be 4 L aligned points, `table` the factors of that many.
+/// `block` must be 4 L aligned points, `table` the factors of 4 L points.
 #[unsafe(naked)]
 pub unsafe extern "C" fn by_ones<const L: usize, const TWICE: bool>(
     block: *mut Pair,

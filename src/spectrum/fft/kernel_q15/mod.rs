@@ -2,9 +2,8 @@
 //! an instruction, and the sticky flag Q for headroom. Each kernel equals its portable definition
 //! in [`super::q15`] and [`crate::spectrum::q15_bins`] bit for bit.
 //!
-//! The functions are naked, as in [`super::kernel_dsp`]. Those of the passes clear Q first and
-//! return whether `SSAT16` has set it. An interrupt in between does not disturb Q, because its
-//! return restores the flags.
+//! The functions are naked, as in [`super::kernel_dsp`]. The passes clear Q first and return whether `SSAT16` has set it. An interrupt in
+//! between does not disturb Q, because its return restores the flags.
 
 /// Instructions, each with its own line end.
 macro_rules! lines {
@@ -55,7 +54,7 @@ use super::q15;
 use super::twiddle;
 use crate::acquire::codes::Codes;
 
-/// As [`q15::transform`].
+/// The kernels for [`q15::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
     if pairs.len() != M || points.len() != M || !points.as_ptr().cast::<u32>().is_aligned() {
         return q15::transform::<M>(pairs, codes, points);
@@ -68,8 +67,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pai
         ($($length:literal)*) => {$(
             if const { q15::has_pass(M, $length) } {
                 exponent += 1 + i32::from(large);
-                // SAFETY: `points` are M aligned points, the table holds the factors of M, and M
-                // has such a pass.
+                // SAFETY: `points` are M aligned points, the table holds the factors of M, and M has a pass of this length.
                 large = unsafe { passes::pass::<M, $length>(points, table, large) };
             }
         )*};

@@ -6,10 +6,10 @@ use super::super::twiddle::Triple;
 use super::last;
 use crate::spectrum::fft::assembly::kernel;
 
-/// The pass over sub-transforms of L points, as [`q15::radix4`](super::super::q15::radix4).
+/// The pass over sub-transforms of L points: the kernels for [`q15::radix4`](super::super::q15::radix4).
 ///
 /// # Safety
-/// `points` must be M aligned points and `table` the factors of M, and M must have such a pass.
+/// `points` must be M aligned points and `table` the factors of M, and M must have a pass of this length.
 #[inline(always)]
 pub unsafe fn pass<const M: usize, const L: usize>(
     points: *mut Pair,
@@ -109,7 +109,7 @@ unsafe extern "C" fn blocks<const M: usize, const L: usize, const TWICE: bool>(
             ".if {next} == 0\n add r0, r0, #16*{l}\n .endif\n"
         };
     }
-    // Goes on with the next four blocks at $label, then to the next points of all.
+    // Continues with the next four blocks at $label, then with the next points of all blocks.
     macro_rules! advance {
         ($label:literal) => {
             concat!(
@@ -153,7 +153,7 @@ unsafe extern "C" fn blocks<const M: usize, const L: usize, const TWICE: bool>(
         leave!(4),
         twice = const TWICE as u32,
         turns = const 0x1_0001 * (1 ^ second(TWICE)),
-        // No caller asks for a longer pass, but the assembler sees such lengths.
+        // No caller needs a longer pass, but the assembler sees such lengths.
         l = const if L <= 256 { L } else { 4 },
         m = const M,
         stride = const M / 4 / L * size_of::<Triple>(),

@@ -1,4 +1,4 @@
-//! The search.
+//! The search over a spectrum of 16 bits.
 
 use super::super::integer::Pair;
 use super::super::twiddle::Packed;
@@ -6,7 +6,7 @@ use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::q15_bins;
 use crate::spectrum::scan::{SPARSE, Scan};
 
-/// As [`q15_bins::scan`].
+/// The kernel for [`q15_bins::scan`].
 ///
 /// `outermost` is the middle or one above a multiple of four.
 pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
@@ -55,8 +55,7 @@ unsafe extern "C" fn pairs_outwards(
     middle: *const Pair,
     factors: usize,
 ) {
-    // Points $p and $q, below and above. Puts the sum of their powers into $sum. If it is as strong
-    // as r8, the code jumps out of line.
+    // Points $p and $q, below and above. Puts the sum of their powers into $sum. If the sum is at least r8, the code jumps out of line.
     macro_rules! pair {
         ($p:literal, $q:literal, $sum:literal, $out:literal, $back:literal) => {
             concat!(
@@ -93,8 +92,8 @@ unsafe extern "C" fn pairs_outwards(
             )
         };
     }
-    // The lower bin wins a tie against any above it; the upper bin must be stronger than all below
-    // it. $down and $up are how far r0 and r2 have moved beyond the bins.
+    // The lower bin wins a tie against any above it; the upper bin must be stronger than all below it. $down and $up are the distances that
+    // r0 and r2 have moved beyond the bins.
     macro_rules! risen {
         ($p:literal, $q:literal, $sum:literal, $w:literal, $out:literal, $back:literal, $down:literal, $up:literal) => {
             concat!(

@@ -1,16 +1,15 @@
-//! How far a record is shifted up.
+//! The number of bits by which a record is shifted up.
 //!
-//! Few points decide that. So the kernel guesses it from every eighth part of the record, and then
-//! only checks that no point is stronger than the guess allows. If one is, the record is shifted one
-//! bit less. What was checked before fits that too, so no point is checked twice but those of one
-//! group.
+//! Few points decide the shift. So the kernel guesses it from every eighth part of the record, and then only checks that no point is
+//! stronger than the guess allows. If one is, the record is shifted one bit less. The points checked before fit this shift, too, so no
+//! point is checked twice but the points of one group.
 
 use super::super::integer::Pair;
 use super::super::q15::{self, MOST, allowed, worthwhile};
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
 
-/// How many bits the M pairs are shifted up, as [`q15::shift_of`].
+/// The shift of the M pairs in bits: the kernel for [`q15::shift_of`].
 pub fn of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
     let from = pairs.as_ptr().cast::<u32>();
     if !q15::is_narrow(codes) || pairs.len() != M || !from.is_aligned() {
@@ -23,8 +22,8 @@ pub fn of<const M: usize>(pairs: &[Pair], codes: Codes) -> i32 {
     })
 }
 
-/// The most bits, up to [`MOST`], by which all points can be shifted about `centre`, a pair of
-/// codes; 0 if none. `CENTRED` says that it is not 0.
+/// The most bits, up to [`MOST`], by which all points can be shifted about `centre`, a pair of codes; 0 if none. `CENTRED` says that
+/// `centre` is not 0.
 ///
 /// # Safety
 /// `from` must be M aligned words, a multiple of 32.

@@ -115,11 +115,10 @@ macro_rules! cross {
     };
 }
 
-/// Adds up the powers of pairs of points outwards from the place in `state`. Returns true if it
-/// stopped after a pair that has `least` or more.
+/// Adds up the powers of pairs of points outwards from the place in `state`. Returns true if it stopped after a pair that has `least` or
+/// more.
 ///
-/// The products of a point's lower and upper halves fit in a sum of two: the parts of a point add
-/// up to 2^31 at most.
+/// The products of a point's lower and upper halves fit in a sum of two: the parts of a point add up to at most 2^31.
 ///
 /// # Safety
 /// `state` must come from [`Outwards::new`] and this function, with at most `least` changed.

@@ -4,10 +4,9 @@ use super::{Pair, Point};
 use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::integer::DIAGONAL;
 
-/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, M of at most
-/// 2048.
+/// The first pass in groups of eight: `integer::first8` for codes of at most 13 bits, M of at most 2048.
 ///
-/// It adds two codes at once, as `re + 2^16 im`: the sum of eight fits in 16 bits.
+/// The kernel adds two codes at once, as `re + 2^16 im`: the sum of eight fits in 16 bits.
 ///
 /// # Safety
 /// `from` and `to` must be M pairs, aligned to words, and M points, M = 8 4^d.

@@ -39,7 +39,7 @@ use passes::pass;
 
 pub(crate) use integer::{window, window_finely};
 
-/// As [`integer::transform`].
+/// The kernels for [`integer::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]) -> i32 {
     let scale = Scale::new(M, bits);
     if pairs.len() != M || points.len() != M {
@@ -78,8 +78,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], bits: u32, points: &mut [Point]
 fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: &mut [Point]) {
     let (from, to) = (pairs.as_ptr(), points.as_mut_ptr());
     let fits = bits <= 13 && from.cast::<u32>().is_aligned();
-    // SAFETY: both slices hold M elements, and a kernel for M reads and writes as many. The kernel
-    // is selected by its built-in shift.
+    // SAFETY: both slices hold M elements, and a kernel for M reads and writes M. The kernel is selected by its built-in shift.
     unsafe {
         match scale.shift {
             14 if fits && const { shifts(M, 14) } => eights::<M, 14>(from, to),
@@ -91,16 +90,16 @@ fn first_pass<const M: usize>(pairs: &[Pair], scale: &Scale, bits: u32, points: 
     }
 }
 
-/// Whether an `m`-point transform with a first pass of radix 8 shifts codes of 12 or 13 bits by
-/// `shift`. An image then holds no kernel that it cannot use.
+/// Whether an `m`-point transform with a first pass of radix 8 shifts codes of 12 or 13 bits by `shift`. So an image links no kernel that
+/// it cannot use.
 const fn shifts(m: usize, shift: u32) -> bool {
     let [short, long] = [Scale::new(m, 12), Scale::new(m, 13)];
     short.first == 8 && (short.shift == shift || long.shift == shift)
 }
 
-/// As [`crate::spectrum::scan::real`].
+/// The kernel for [`crate::spectrum::scan::real`].
 ///
-/// The kernel adds up the powers of pairs. It stops after a pair that may hold the strongest bin.
+/// It adds up the powers of pairs, and stops after a pair that may hold the strongest bin.
 pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     let mut scan = Scan::from(middle);
@@ -125,9 +124,8 @@ pub fn scan<const M: usize>(points: &[Point], table: &[Packed], outermost: usize
     Scan { total: scan.total.wrapping_add(state.total), ..scan }
 }
 
-/// As `scan::sure`, from the largest part of some of the pairs of points, because a power is slow
-/// here. The strongest bin has at least half the square of a part, less the rounding of factors and
-/// products.
+/// The bound of `scan::sure`, from the largest part of some of the pairs of points, because a power is slow here. The strongest bin has at
+/// least half the square of a part, less the rounding of factors and products.
 fn sure<const M: usize>(points: &[Point; M], outermost: usize) -> u64 {
     let size = |part: i32| (part ^ (part >> 31)) as u32;
     let mut most = 0;

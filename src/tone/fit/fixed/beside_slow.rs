@@ -1,7 +1,7 @@
 //! The fit beside slow terms, see [`super::super::slow`], for cores without an FPU.
 //!
-//! Every bin has three vectors of length 1 over all bins, orthogonal to one another: a line's, a parabola's, and that of the rest. Line and
-//! rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
+//! Every bin has three vectors of length 1 over all bins, orthogonal to one another: one for a line, one for a parabola, one for the rest.
+//! Line and rest lie along `j exp(j t)`, the parabola along `exp(j t)`, with `t = pi k / N`.
 
 use super::equations::Place;
 use super::real::{Distance, Peak, Side, cosine, limit, read, sinc, sums};
@@ -36,7 +36,7 @@ struct Slow {
 /// The vectors' products with the model's basis and its derivative.
 type Shares = [[Scaled; 4]; TERMS];
 
-/// As [`super::super::real::fit_beside_slow`], from the bins as [`super::real::fit`] takes them.
+/// The fit of [`super::super::real::fit_beside_slow`], from bins in the form that [`super::real::fit`] takes.
 pub(super) fn fit(
     n: i32,
     peak: i32,
@@ -90,14 +90,14 @@ impl Turn {
 /// The turn of a bin, and the sizes of line, parabola and rest there, in Q30.
 type Shape = (Turn, [i32; TERMS]);
 
-/// One over the square root of a positive number.
+/// The reciprocal square root of a positive number.
 fn inverse_root(square: Scaled) -> Scaled {
-    Scaled::one() / Scaled::of_float(square.float(0).root(), 0)
+    Scaled::one() / Scaled::from_float(square.float(0).root(), 0)
 }
 
 impl Slow {
     fn new(n: i32, peak: i32, place: &Peak, sides: &[Side]) -> Option<Self> {
-        // What a drift leaks falls with the sine: over that at the lowest bin nothing is above 1.
+        // A drift's leakage falls with the sine: relative to the lowest bin no value is above 1.
         let lowest = sides.iter().map(|side| side.i).fold(0, i32::min) + peak;
         let from = Scaled::new(Turn::new(lowest, n).shape, 0) * Scaled::new(lowest, 0);
         let mut shapes = Vec::<_, { 2 * REACH + 1 }>::new();
@@ -108,7 +108,7 @@ impl Slow {
             let line = near.bits(30);
             let square = times(line, line);
             let (parabola, rest) = (times(square, turn.cos), times(square, line));
-            // The vector holds the peak and as many as there are sides.
+            // The vector has room for the peak and all sides.
             let _ = shapes.push((turn, [line, parabola, rest]));
             lines += i64::from(times(line, line));
             parabolas += i64::from(times(parabola, parabola));
@@ -116,9 +116,9 @@ impl Slow {
             rests += i64::from(times(rest, rest));
         }
         let [lines, parabolas, both, rests] =
-            [lines, parabolas, both, rests].map(|sum| Scaled::of_sum(sum, -30));
+            [lines, parabolas, both, rests].map(|sum| Scaled::from_sum(sum, -30));
         let share = both / lines;
-        let left = Scaled::of_sum(i64::from((rests - share * both).bits(28).max(1)), -28);
+        let left = Scaled::from_sum(i64::from((rests - share * both).bits(28).max(1)), -28);
         let scales = [lines, parabolas, left].map(inverse_root);
         let share = share.bits(30);
         let terms =
@@ -150,14 +150,14 @@ impl Slow {
         for (side, shape) in sides.iter().zip(rest) {
             let terms = terms(shape, side.s, shifted::<27>(place.e, side.u));
             seen(&terms, side.x);
-            // The vector holds as many as there are sides.
+            // The vector has room for all sides.
             let _ = slow.sides.push(terms);
         }
-        slow.data = data.map(|sum| Scaled::of_sum(sum, -30));
+        slow.data = data.map(|sum| Scaled::from_sum(sum, -30));
         Some(slow)
     }
 
-    /// The inner products at p, without what lies along the vectors, and the vectors' shares of them.
+    /// The inner products at p, without the parts along the vectors, and the vectors' shares of them.
     #[inline(never)]
     fn products(
         &self,
@@ -183,10 +183,10 @@ impl Slow {
         }
         let shares = shares.map(|[f1, f2, g1, g2]| {
             [
-                Scaled::of_sum(f1, -56),
-                Scaled::of_sum(f2, -52),
-                Scaled::of_sum(g1, -52),
-                Scaled::of_sum(g2, -48),
+                Scaled::from_sum(f1, -56),
+                Scaled::from_sum(f2, -52),
+                Scaled::from_sum(g1, -52),
+                Scaled::from_sum(g2, -48),
             ]
         });
         for (&[f1, f2, g1, g2], data) in shares.iter().zip(self.data) {
@@ -195,7 +195,7 @@ impl Slow {
         (products, shares)
     }
 
-    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
+    /// Subtracts the slow terms from the bins, given the line and the terms' shares.
     fn take(&self, line: Complex<Scaled>, shares: &Shares, place: &mut Peak, sides: &mut [Side]) {
         let mut heights = [0; TERMS];
         for ((height, data), &[f1, f2, ..]) in heights.iter_mut().zip(self.data).zip(shares) {
@@ -224,7 +224,7 @@ mod tests {
     use crate::{Arithmetic, Codes, Config, Pipeline, Real, Stamp};
     use std::f64::consts::TAU;
 
-    /// Tones at every bin up to Nyquist, beside drifts: the answers are those of the fit in floats, and no number is too large for its
+    /// Tones at every bin up to Nyquist, beside drifts: the answers agree with the fit in floats, and no number is too large for its
     /// format.
     fn compare<const N: usize>() {
         let [mut fixed, mut float] = [Arithmetic::Fixed, Arithmetic::Float].map(|arithmetic| {

@@ -8,8 +8,8 @@ use crate::tone::fit::real::Products;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// The sums over the bins beside the peak that change with p. They are those of the float fit,
-/// except `r2 = sum h s Im` and `q2 = sum h' s Im`.
+/// The sums over the bins beside the peak that change with p. They are the sums of the float fit, except `r2 = sum h s Im` and
+/// `q2 = sum h' s Im`.
 pub(super) struct Sums {
     pub aa: Scaled,
     pub s1: Scaled,
@@ -21,7 +21,7 @@ pub(super) struct Sums {
     pub q2: Scaled,
 }
 
-/// What the equations need beside the sums.
+/// The inputs of the equations beside the sums.
 pub(super) struct Place {
     pub e: Scaled,
     pub twice_c: Scaled,
@@ -42,7 +42,7 @@ pub(super) struct Step {
 }
 
 impl Place {
-    /// The inner products from the sums at p, as [`super::super::real`] has them.
+    /// The inner products from the sums at p, in the form of [`super::super::real`].
     pub fn products(&self, p: Scaled, sums: Sums) -> Products<Scaled> {
         let Sums { aa, s1, bb, dd, r1, r2, q1, q2 } = sums;
         let (e, c2, lean, rest) = (self.e, self.twice_c, self.e * p, s1 - bb);
@@ -85,7 +85,7 @@ impl Place {
         let second = Scaled::one() / (aa - c2 * (p * ps) - share * g12);
         let b = (r2 - share * r1) * second;
         let a = (r1 - g12 * b) * inverse;
-        // Those of the model's derivative with the basis, with itself and with the data.
+        // Products of the model's derivative with the basis, with itself and with the data.
         let (cb, pr) = (c2 * b, p * rest);
         let b2 = e * pr;
         let x1 = a * bb + b * b2;

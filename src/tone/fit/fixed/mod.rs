@@ -1,5 +1,5 @@
-//! Both fits for cores without an FPU. The sums over the bins are integers. What follows from the
-//! sums uses numbers that are cheaper there than floats. Only the [`Fit`] itself is `f32`.
+//! Both fits for cores without an FPU. The sums over the bins are integers. The numbers that follow from the sums have a format that is
+//! cheaper there than floats. Only the [`Fit`] itself is `f32`.
 //!
 //! Formats: offsets, p and angles in Q30; frequencies u in Q23 (their differences stay below 256);
 //! h in Q26, h' in Q22, sines in Q26; bins as the FFT stores them, less two bits. The rms
@@ -70,7 +70,7 @@ pub(crate) fn quantised(x: f32, bits: u32) -> i32 {
 #[inline(always)]
 pub(crate) fn product(a: i32, b: i32) -> i64 {
     if cfg!(short_products) {
-        // Without an instruction for it a library would multiply 64 bits by 64.
+        // Without a multiply-long instruction a library would multiply 64 bits by 64.
         let [a, b] = [a, b].map(|x| [x >> 16, x & 0xffff]);
         let low = (a[1] as u32).wrapping_mul(b[1] as u32);
         let middle = i64::from(a[0].wrapping_mul(b[1])) + i64::from(a[1].wrapping_mul(b[0]));
@@ -103,11 +103,11 @@ fn zeros(x: u32) -> u32 {
     if cfg!(short_products) { zeros_by_table(x) } else { x.leading_zeros() }
 }
 
-/// [`zeros`] in half the time of a library's search, for cores without an instruction for it. It
-/// sets all bits below the highest; a product tells which of the 32 such numbers it is.
+/// [`zeros`] in half the time of a library's search, for cores without an instruction for it. The function sets all bits below the highest;
+/// a product identifies which of the 32 such numbers results.
 #[inline(always)]
 fn zeros_by_table(x: u32) -> u32 {
-    /// A de Bruijn sequence: five successive bits of it are different at each of its 32 places.
+    /// A de Bruijn sequence: five successive bits of it differ at each of its 32 places.
     const FACTOR: u32 = 0x07c4_acdd;
     /// The number of zeros by these five bits.
     const TABLE: [u8; 32] = {
@@ -169,8 +169,8 @@ pub(crate) fn held(x: i64) -> i32 {
     x.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32
 }
 
-/// One over a number of 1 to 2^11, and how far another number that is less than it times 2^20 in size must go up
-/// for [`times`] to give the quotient with ten bits more.
+/// Reciprocal of a number in 1..2^11, and the left shift of the dividend that lets [`times`] yield a quotient with ten fractional bits. The
+/// dividend is less than the number times 2^20.
 pub(crate) fn inverted(number: u32) -> (i32, u32) {
     let room = zeros(number).wrapping_sub(1) & 31;
     ((inverse::of(number << room) >> 1) as i32, room.saturating_sub(20))
@@ -183,7 +183,7 @@ fn shape(p: i32, u: i32) -> (i32, i32) {
     let difference = p.wrapping_sub(u);
     let size = difference.unsigned_abs().max((1 << 19) + 1).min(i32::MAX as u32);
     let room = zeros(size).wrapping_sub(1) & 31;
-    // 1/(size 2^room) = inverse / 2^61 and 1/|p - u| = 2^(23 + room) times that: in Q26, inverse >> (12 - room).
+    // 1/(size 2^room) = inverse / 2^61 and 1/|p - u| = 2^(23 + room) / (size 2^room): in Q26, inverse >> (12 - room).
     let inverse = (inverse::of(size << room) >> 12u32.saturating_sub(room)) as i32;
     let inverse = if difference < 0 { -inverse } else { inverse };
     let h = shifted::<23>(p, inverse);
@@ -200,7 +200,7 @@ fn add(sum: &mut i64, a: i32, b: i32) {
 
 /// The square root of a positive number in Q28.
 fn root(square: i32) -> Scaled {
-    Scaled::of_float((square.max(1) as f32).root(), -14)
+    Scaled::from_float((square.max(1) as f32).root(), -14)
 }
 
 #[cfg(test)]

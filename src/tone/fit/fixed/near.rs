@@ -33,8 +33,8 @@ impl Near {
         }
     }
 
-    /// For a tone at the offset d, in Q30, and bins whose unit is `2^unit` codes. `turned` is the length's logarithm if they have
-    /// the turn by half a sample, see [`super::super::rest`].
+    /// The residual's projections for a tone at the offset d, in Q30, and bins whose unit is `2^unit` codes. `turned` is the length's
+    /// logarithm if the bins have the turn by half a sample, see [`super::super::rest`].
     pub fn rest(&self, d: i32, unit: i32, turned: Option<u32>) -> Rest<f32> {
         let all = self.sides.iter().flatten().flatten().chain(&self.centre);
         let bits = all.fold(1, |bits, &part| bits | part.unsigned_abs() as i32) as u32;
@@ -91,7 +91,7 @@ struct Functions {
     cosine: i32,
 }
 
-/// One over each, in Q28.
+/// The reciprocal of each, in Q28.
 const fn inverted([a, b, c]: [f64; 3]) -> [i32; 3] {
     [nearest(1.0 / a, 28), nearest(1.0 / b, 28), nearest(1.0 / c, 28)]
 }
@@ -141,7 +141,7 @@ impl Functions {
         // j (re + j im) = -im + j re
         let quarter =
             |sum: [i32; 2], [re, im]: [i32; 2]| [sum[0].wrapping_sub(im), sum[1].wrapping_add(re)];
-        // Two bits less: seventeen residuals of an impulse are alike.
+        // Two bits less: the seventeen residuals of an impulse are alike.
         let times = |x: i32| all.map(|part| share((part >> 2).wrapping_mul(x)) << 2);
         let (cosine, sine) = (times(self.cosine), times(self.sine));
         let pair =
@@ -153,7 +153,7 @@ impl Functions {
         ]
     }
 
-    /// The functions of the bin i bins from it, without alternating signs.
+    /// The functions of the bin i bins from the peak, without alternating signs.
     #[inline(always)]
     fn beside(&self, i: i32) -> [i32; 3] {
         let y = reciprocal(self.d, i);
@@ -171,7 +171,7 @@ fn reciprocal(d: i32, i: i32) -> i32 {
     let x = d.wrapping_sub(i << 26);
     let size = x.unsigned_abs().max(1 << 25).min(i32::MAX as u32);
     let room = zeros(size).wrapping_sub(1) & 31;
-    // size = m / 2^room, and rough(m) = 2^46 / m: 1/(d - i) is that over 2^(20 - room).
+    // size = m / 2^room, and rough(m) = 2^46 / m: 1/(d - i) is rough(m) over 2^(20 - room).
     let inverse = inverse::rough(size << room) as i32;
     let y = (inverse.wrapping_mul(const { nearest(FRAC_1_PI, 14) })) >> 20u32.saturating_sub(room);
     if x < 0 { -y } else { y }

@@ -18,8 +18,8 @@ use heapless::Vec;
 use num_complex::Complex;
 use num_traits::One as _;
 
-/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 -
-/// cos e i)/e^2` in Q22 and `1 - cos e i` in Q26.
+/// The constants of a bin `i` bins from the peak, with `e = 2 pi/N`: `sin(e i)/e` in Q23, `(1 - cos e i)/e^2` in Q22 and `1 - cos e i` in
+/// Q26.
 pub(super) struct Distance {
     near: i32,
     bend: i32,
@@ -166,7 +166,7 @@ pub(super) fn sinc(z: i32) -> i32 {
 }
 
 impl Peak {
-    /// Of the middle one of these bins; `None` at DC and Nyquist, and without a signal.
+    /// The problem of the middle one of these bins; `None` at DC and Nyquist, and without a signal.
     pub fn new(n: i32, peak: i32, bins: &[Point]) -> Option<Self> {
         let centre = around(bins, 0)?;
         if peak < 1 || peak >= n / 2 || centre == [0; 2] {
@@ -185,17 +185,17 @@ impl Peak {
         (low, high)
     }
 
-    /// What the normal equations need beside their sums.
+    /// The inputs of the normal equations beside their sums.
     pub fn equations(&self, sides: &[Side]) -> Place {
         Place {
             e: Scaled::new(self.e, -30),
             twice_c: Scaled::new(self.c, -29),
             centre: Complex::new(Scaled::new(self.centre[0], 0), Scaled::new(self.centre[1], 0)),
-            total: Scaled::of_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
+            total: Scaled::from_sum(sides.iter().map(|side| i64::from(side.x[0])).sum(), 0),
         }
     }
 
-    /// As [`super::super::real::Problem::fit`].
+    /// The steps of [`super::super::real::Problem::fit`].
     fn fit(
         &self,
         peak: i32,
@@ -207,8 +207,10 @@ impl Peak {
         let (start, steps, settled) = match course {
             FitStart::Usual if peak < 3 || peak > last - 2 => (self.start(sides), 3, SETTLED),
             FitStart::Usual => (self.start(sides), 2, SETTLED),
-            FitStart::From(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, 0.0),
-            FitStart::Further(start, steps) => (Scaled::of_float(start, 0).bits(30), steps, ENDED),
+            FitStart::From(start, steps) => (Scaled::from_float(start, 0).bits(30), steps, 0.0),
+            FitStart::Further(start, steps) => {
+                (Scaled::from_float(start, 0).bits(30), steps, ENDED)
+            }
         };
         let (low, high) = Self::limits(peak, last);
         let mut at = self.at(limit(start, START_LIMIT).max(low).min(high));
@@ -244,7 +246,7 @@ impl Peak {
         }
         let mut information = step.information * speed * speed;
         if pace.further {
-            information = information * Scaled::of_float(pace.sharpness(), 0);
+            information = information * Scaled::from_float(pace.sharpness(), 0);
         }
         self.finish(&at, line, information, onward, sides, unit)
     }
@@ -277,9 +279,9 @@ impl Peak {
             let re = (side.x[0] - a).wrapping_add(shifted::<26>(slant, b));
             let im = side.x[1].wrapping_sub(shifted::<26>(side.s, b));
             let across = product(side.x[0], re).wrapping_add(product(side.x[1], im));
-            above = above + Scaled::new(side.u, -23) * Scaled::of_sum(across, 0);
+            above = above + Scaled::new(side.u, -23) * Scaled::from_sum(across, 0);
             let size = square(re).wrapping_add(square(im));
-            below = below + Scaled::of_sum(size, 0);
+            below = below + Scaled::from_sum(size, 0);
         }
         let p = limit((above / below).bits(30), START_LIMIT);
         let half = (Scaled::new(p, -30) / (Scaled::one() + self.root(p))).bits(30);
@@ -288,7 +290,7 @@ impl Peak {
         times(half, ONE - third) << 1
     }
 
-    /// As [`super::super::real::Problem::finish`], `onward` in p from the last sums.
+    /// The result as in [`super::super::real::Problem::finish`], `onward` in p from the last sums.
     pub fn finish(
         &self,
         at: &Offset,
@@ -322,9 +324,8 @@ impl Peak {
         }
     }
 
-    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e
-    /// p b`, and its imaginary part `b s h`. A last step that has settled changes h as h' says,
-    /// with an error below a hundredth of the residual.
+    /// The power that the model leaves. As `u h = p (h - 1)`, its real part is `(a - e p b) h + e p b`, and its imaginary part `b s h`. A
+    /// last step that has settled changes h as h' says, with an error below a hundredth of the residual.
     fn residual(
         &self,
         at: &Offset,
@@ -349,11 +350,11 @@ impl Peak {
             near.take(side.i, left);
             sum = sum.wrapping_add(squares(left[0], left[1]));
         }
-        (Scaled::of_sum((sum >> 1) as i64, 1), near)
+        (Scaled::from_sum((sum >> 1) as i64, 1), near)
     }
 }
 
-/// Powers of bins sum to less than 2^60; the residuals of a fitted model to less than that.
+/// Squared size of a bin. Powers of bins sum to less than 2^60, and so do the residuals of a fitted model.
 fn squares(re: i32, im: i32) -> u64 {
     (square(re) as u64).wrapping_add(square(im) as u64)
 }
@@ -376,14 +377,14 @@ pub(super) fn sums(sides: &mut [Side], p: i32) -> Sums {
         add(&mut q2, slope, side.y);
     }
     Sums {
-        aa: Scaled::of_sum(aa, -52),
-        s1: Scaled::of_sum(s1, -22),
-        bb: Scaled::of_sum(bb, -48),
-        dd: Scaled::of_sum(dd, -44),
-        r1: Scaled::of_sum(r1, -26),
-        r2: Scaled::of_sum(r2, -26),
-        q1: Scaled::of_sum(q1, -22),
-        q2: Scaled::of_sum(q2, -22),
+        aa: Scaled::from_sum(aa, -52),
+        s1: Scaled::from_sum(s1, -22),
+        bb: Scaled::from_sum(bb, -48),
+        dd: Scaled::from_sum(dd, -44),
+        r1: Scaled::from_sum(r1, -26),
+        r2: Scaled::from_sum(r2, -26),
+        q1: Scaled::from_sum(q1, -22),
+        q2: Scaled::from_sum(q2, -22),
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Scaled {
 const WIDTH: u32 = 30;
 
 impl Scaled {
-    /// Below every other number's exponent, so that adding it loses nothing.
+    /// Zero. Its exponent is below every other number's, so that adding zero loses nothing.
     pub const ZERO: Self = Self { mantissa: 0, exponent: -(1 << 20) };
 
     /// `integer * 2^exponent`.
@@ -39,7 +39,7 @@ impl Scaled {
     }
 
     /// `sum * 2^exponent`.
-    pub fn of_sum(sum: i64, exponent: i32) -> Self {
+    pub fn from_sum(sum: i64, exponent: i32) -> Self {
         let (high, low) = ((sum >> 32) as i32, sum as u32);
         // If the upper word is the sign alone, the lower word without its top bits is the number.
         if high == high >> 31 && (low as i32 >> 31) == high {
@@ -52,7 +52,7 @@ impl Scaled {
     }
 
     /// `x * 2^exponent`; 0 if `x` is not a number or too small to be normal.
-    pub fn of_float(x: f32, exponent: i32) -> Self {
+    pub fn from_float(x: f32, exponent: i32) -> Self {
         let bits = x.to_bits();
         let power = (bits >> 23 & 0xff) as i32;
         if power == 0 || power == 255 {
@@ -63,7 +63,7 @@ impl Scaled {
         Self { mantissa, exponent: power - 156 + exponent }
     }
 
-    /// With this many fractional bits, saturated.
+    /// The number with this many fractional bits, saturated.
     pub fn bits(self, fraction: u32) -> i32 {
         let up = self.exponent.wrapping_add(fraction as i32);
         match up {
@@ -75,7 +75,7 @@ impl Scaled {
         }
     }
 
-    /// As a float, times `2^exponent`; 0 if that is too small for a float.
+    /// The number times `2^exponent` as a float; 0 if it is too small for a float.
     pub fn float(self, exponent: i32) -> f32 {
         let bits = (self.mantissa as f32).to_bits();
         let power = (bits >> 23 & 0xff) as i32 + self.exponent + exponent;
@@ -164,7 +164,7 @@ mod tests {
 
     fn scaled(x: f64) -> Scaled {
         let exponent = if x == 0.0 { 0 } else { x.abs().log2().floor() as i32 - 40 };
-        Scaled::of_sum((x / 2f64.powi(exponent)) as i64, exponent)
+        Scaled::from_sum((x / 2f64.powi(exponent)) as i64, exponent)
     }
 
     fn value(x: Scaled) -> f64 {
@@ -188,7 +188,7 @@ mod tests {
                 near(x / y, if b == 0.0 { 0.0 } else { a / b }, (a / b).abs().min(1e30));
             }
             assert!((f64::from(scaled(a).float(0)) - a).abs() <= 1e-7 * a.abs(), "{a}");
-            assert_eq!(value(Scaled::of_float(a as f32, 3)) / 8.0, f64::from(a as f32));
+            assert_eq!(value(Scaled::from_float(a as f32, 3)) / 8.0, f64::from(a as f32));
             let bits = scaled(a).bits(20);
             let exact = (a * 1_048_576.0).clamp(i32::MIN.into(), i32::MAX.into());
             assert!((f64::from(bits) - exact).abs() <= 1.0 + 1e-8 * exact.abs(), "{a}: {bits}");
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(Scaled::new(-1, -100).float(-100), 0.0);
         for sum in [i64::MAX, i64::MIN, 1 << 31, -(1 << 31), (1 << 32) - 1, 1 << 40, -1, 0] {
             assert!(
-                (value(Scaled::of_sum(sum, 3)) / 8.0 / sum as f64 - 1.0).abs() < 4e-9 || sum == 0
+                (value(Scaled::from_sum(sum, 3)) / 8.0 / sum as f64 - 1.0).abs() < 4e-9 || sum == 0
             );
         }
     }

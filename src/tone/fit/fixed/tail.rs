@@ -1,4 +1,4 @@
-//! How a tone's leakage falls away from it.
+//! The decay of a tone's leakage with the distance from the tone.
 
 use super::{inverse, shifted, square, zeros};
 

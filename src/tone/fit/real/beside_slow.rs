@@ -12,7 +12,7 @@ use num_complex::Complex;
 struct Slow<T> {
     centre: slow::Values<T>,
     sides: Vec<slow::Values<T>, { 2 * REACH }>,
-    /// Their products with the data.
+    /// The terms' products with the data.
     data: [T; slow::TERMS],
 }
 
@@ -27,8 +27,7 @@ fn dot<T: Scalar>(a: Complex<T>, b: Complex<T>) -> T {
 /// Gauss-Newton steps of a fit beside slow terms.
 pub(in super::super) const STEPS: u32 = 2;
 
-/// The same beside the leakage of a drift and of a hum of up to one and a half cycles, whose own
-/// bins lie below: see [`slow`].
+/// The fit beside the leakage of a drift and of a hum of up to one and a half cycles, whose own bins lie below: see [`slow`].
 pub(in super::super) fn fit_beside_slow<T: Scalar>(
     n: i32,
     peak: i32,
@@ -69,10 +68,10 @@ impl<T: Scalar> Problem<T> {
             data: [T::zero(); slow::TERMS],
         };
         for side in &self.sides {
-            // The vector holds as many as there are sides.
+            // The vector has room for all sides.
             let _ = slow.sides.push(slow::values(self.peak + side.i, n));
         }
-        let basis = slow::Basis::of(core::iter::once(&slow.centre).chain(&slow.sides));
+        let basis = slow::Basis::from_values(core::iter::once(&slow.centre).chain(&slow.sides));
         slow.centre = basis.turned(&slow.centre);
         slow.data = slow.centre.map(|q| dot(q, self.centre));
         for (terms, side) in slow.sides.iter_mut().zip(&self.sides) {
@@ -102,8 +101,7 @@ impl<T: Scalar> Problem<T> {
         shares
     }
 
-    /// [`Problem::step`] with slow terms as further linear unknowns: what lies along them is taken
-    /// out of every inner product.
+    /// [`Problem::step`] with slow terms as further linear unknowns: the part along the terms is taken out of every inner product.
     #[inline(never)]
     fn step_beside(&self, p: T, slow: &Slow<T>) -> (Step<T>, Shares<T>) {
         let shares = self.shares(p, slow);
@@ -114,7 +112,7 @@ impl<T: Scalar> Problem<T> {
         (products.step(), shares)
     }
 
-    /// Subtracts the slow terms from the bins, as this line with these shares leaves them.
+    /// Subtracts the slow terms from the bins, given the line and the terms' shares.
     fn take_slow_terms(&mut self, line: Complex<T>, shares: &Shares<T>, slow: &Slow<T>) {
         let mut heights = slow.data;
         for (height, &[f1, f2, ..]) in heights.iter_mut().zip(shares) {

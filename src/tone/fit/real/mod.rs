@@ -54,16 +54,16 @@ struct Problem<T> {
     cotangent: T,
     c: T,
     centre: Complex<T>,
-    /// The nearest first.
+    /// The bins beside the peak, the nearest first.
     sides: Vec<Side<T>, { 2 * REACH }>,
     /// The bins below the peak and above it that a fit may read.
     room: [i32; 2],
 }
 
-/// The bins below and above the peak, and what is known of their distance.
+/// The bins below and above the peak, and the constants of their distance.
 pub(super) type Both<T> = ([Complex<T>; 2], Distance<T>);
 
-/// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own and those beside it, the nearest
+/// Fits a tone to the bins around `peak` of a record of `n` samples: the peak's own bin and the bins beside it, the nearest
 /// first, at most [`REACH`] on each side.
 #[inline(always)]
 pub(super) fn fit<T: Scalar>(
@@ -87,7 +87,7 @@ impl<T: Scalar> Problem<T> {
         peak >= 1 && peak < n / 2 && centre.norm_sqr() > T::zero()
     }
 
-    /// Without sides: they are read in place, because a problem with all of them would be copied.
+    /// A problem without sides: they are read in place, because a problem with all of them would be copied.
     #[inline(always)]
     fn new(n: i32, peak: i32, centre: Complex<T>) -> Self {
         let last = n / 2 - 1;
@@ -190,7 +190,7 @@ impl<T: Scalar> Problem<T> {
         // Inner products of the basis (1, 0) h and (-e u, s) h.
         let g12 = lean * p * s1;
         let g22 = aa - c2 * p * p * s1;
-        // Those of the model's derivative with the basis, with itself and with the data.
+        // Products of the model's derivative with the basis, with itself and with the data.
         let b2 = lean * rest;
         Products {
             g11: aa,
@@ -262,7 +262,7 @@ impl<T: Scalar> Problem<T> {
         Sums { aa, s1: e * s1, bb: e * bb, dd: e * e * dd, r1, r2, q1: e * q1, q2: e * q2 }
     }
 
-    /// The power that the model leaves and its places; the peak's own bin leaves `centre`.
+    /// The power that the model leaves, and its projections; `centre` is the residual of the peak's own bin.
     fn residual(&self, d: T, p: T, line: Complex<T>, centre: Complex<T>) -> (T, Rest<T>) {
         let (ep, own) = (self.e * p, centre.norm_sqr());
         let mut sums = rest::Sums::new(d, centre);
@@ -279,7 +279,7 @@ impl<T: Scalar> Problem<T> {
         (Self::far(far, ep, line, sum), rest)
     }
 
-    /// `sum` and the power that is left in bins near the line, which are added to `sums` as well.
+    /// Adds the residual power in bins near the line to `sum`, and to `sums` as well.
     #[inline(always)]
     fn near(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T, sums: &mut rest::Sums<T>) -> T {
         let (pairs, rest) = sides.as_chunks::<2>();
@@ -302,7 +302,7 @@ impl<T: Scalar> Problem<T> {
         sum
     }
 
-    /// `sum` and the power that is left in bins farther off.
+    /// Adds the residual power in bins farther off to `sum`.
     #[inline(always)]
     fn far(sides: &[Side<T>], ep: T, line: Complex<T>, sum: T) -> T {
         let mut sum = sum;

@@ -21,7 +21,7 @@ pub(super) struct Sums<T> {
 
 /// One evaluation of the normal equations at an offset.
 pub(in super::super) struct Step<T> {
-    /// The gradient: one over the information of it is the step, in units of p.
+    /// The gradient; divided by the gradient's information it is the step, in units of p.
     pub gradient: T,
     pub information: T,
     pub line: Complex<T>,
@@ -89,8 +89,7 @@ impl<T: Number> Products<T> {
         }
     }
 
-    /// Takes out what lies along a vector of length 1, from its products with F1, F2, G1, G2 and the
-    /// data.
+    /// Removes the part along a vector of length 1, given its products with F1, F2, G1, G2 and the data.
     pub fn less(&mut self, f1: T, f2: T, g1: T, g2: T, data: T) {
         self.g11 = self.g11 - f1 * f1;
         self.g12 = self.g12 - f1 * f2;

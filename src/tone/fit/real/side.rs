@@ -24,7 +24,7 @@ impl<T: Scalar> Side<T> {
         Side { i, w, s, x, v: s * x.im - w * x.re }
     }
 
-    /// What the tone leaves of a bin in which the model is h times the basis.
+    /// The residual of a bin in which the model is h times the basis.
     #[inline(always)]
     pub fn left(&self, line: Complex<T>, h: T) -> Complex<T> {
         let model = Complex::new(line.re - line.im * self.w, line.im * self.s);

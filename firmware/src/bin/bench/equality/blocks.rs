@@ -7,19 +7,18 @@ use picket_firmware::mps2::count::Random;
 /// Draws blocks.
 pub struct Blocks(Random);
 
-/// What a block holds.
+/// The contents of a block.
 #[derive(Clone, Copy)]
 enum Kind {
-    /// Noise of any level about the middle or any code, periodic in a part of the blocks: then bins are equally
-    /// strong.
+    /// Noise of any level about the middle or any code, periodic in some of the blocks: then bins are equally strong.
     Noise { low: i32, span: u32, period: usize },
     /// Two codes, by chance.
     Two([i32; 2]),
-    /// Two codes, each so many times after the other.
+    /// Two codes, each `half` times after the other.
     Square { codes: [i32; 2], half: u32 },
-    /// One code, and another in one of so many samples: 0 is none.
+    /// One code, and another in one of `among` samples: 0 is none.
     Impulses { codes: [i32; 2], among: u32 },
-    /// A tone of any strength, clipped where it is too strong, in noise of so many codes.
+    /// A tone of any strength, clipped where it is too strong, in noise of `noise` codes.
     Tone { centre: f32, amplitude: f32, turn: [f32; 2], noise: u32 },
 }
 
@@ -68,7 +67,7 @@ impl Blocks {
         match self.below(8) {
             kind @ 0..3 => {
                 let within = span >> weaker;
-                // Weak ones about the middle are shifted up, those elsewhere are not.
+                // Weak blocks about the middle are shifted up, blocks elsewhere are not.
                 let rest = span - within;
                 let below = if self.below(2) == 0 { rest / 2 } else { self.below(rest + 1) };
                 let low = low.wrapping_add(below as i32);

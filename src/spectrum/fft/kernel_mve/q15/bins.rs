@@ -7,8 +7,7 @@ use crate::spectrum::fft::twiddle::Packed;
 use crate::spectrum::q15_bins;
 use core::mem::MaybeUninit;
 
-/// The bins from `first` on, all within 1..M, as [`q15_bins::split`] gives each of them. No bins if
-/// they are not.
+/// The bins from `first` on, all within 1..M, equal to [`q15_bins::split`] of each. No bins if they are not within this range.
 pub fn window<'a>(
     points: &[Pair],
     table: &[Packed],
@@ -26,9 +25,8 @@ pub fn window<'a>(
     let (from, factors) = (points.as_ptr(), table.as_ptr());
     let (below, above) = (end.min(middle), first.max(middle + 1));
     let place = |bin: usize| bin.wrapping_sub(first);
-    // SAFETY: the bins lie within 1..length, and so do their mirrors. Every place is written: those
-    // of the bins below the middle, of the middle, and of the bins above. The factor of each lies
-    // before the middle.
+    // SAFETY: the bins lie within 1..length, and so do their mirrors. Every place is written: the bins below the middle, the middle, and
+    // the bins above. The factor of each lies before the middle.
     unsafe {
         let to = places.as_mut_ptr().cast::<Point>();
         if first < below {
@@ -47,8 +45,8 @@ pub fn window<'a>(
     }
 }
 
-/// Defines bins of pairs of points in a row: what loads the next points and factors, and by which
-/// operations the sum and the turned difference become the bin.
+/// Defines bins of pairs of points in a row: the loads of the next points and factors, and the operations by which the sum and the turned
+/// difference become the bin.
 macro_rules! bins {
     (
         $(#[$doc:meta])*
@@ -119,7 +117,7 @@ macro_rules! bins {
 }
 
 bins! {
-    /// So many bins from points from `here` upwards and their mirrors from `there` downwards.
+    /// `count` bins from points from `here` upwards and their mirrors from `there` downwards.
     ascending,
     "vldrw.u32 q0, [r0], #16",
     lines!("vldrw.u32 q1, [r1, q7]", "sub r1, r1, #16"),

@@ -2,8 +2,8 @@
 
 use crate::spectrum::fft::twiddle::{Packed, factor};
 
-/// The factors of four butterflies in a row: of legs 1, 3 and 2, each packed as
-/// `cos | -sin << 16`. The first of all is 1, which no loop reads.
+/// The factors of four butterflies in a row: of legs 1, 3 and 2, each packed as `cos | -sin << 16`. The very first factor is 1, which no
+/// loop reads.
 pub(super) type Vectors = [[Packed; 4]; 3];
 
 /// The legs in the order of [`Vectors`].

@@ -1,5 +1,5 @@
-//! The record's magnitude and the first pass, which reads the record in sequence and writes it in
-//! digit-reversed order, four groups at a time, as that of [`super::super::first`].
+//! The record's magnitude and the first pass, which reads the record in sequence and writes it in digit-reversed order, four groups at a
+//! time, like [`super::super::first`].
 
 use crate::acquire::codes::Codes;
 use crate::spectrum::fft::assembly::kernel;
@@ -7,26 +7,25 @@ use crate::spectrum::fft::integer::Pair;
 use crate::spectrum::fft::kernel_mve::first::places;
 use crate::spectrum::fft::q15::{self, DIAGONAL, first_radix};
 
-/// The power of the strongest point about `centre`. A part further from it than 32767 counts as that
-/// far. It reads whole groups of 32 pairs.
+/// The power of the strongest point about `centre`. A part further from it than 32767 counts as 32767 away. The kernel reads whole groups
+/// of 32 pairs.
 pub fn strongest(pairs: &[Pair], centre: i16) -> u32 {
     let groups = pairs.as_chunks::<32>().0;
-    // SAFETY: so many groups lie inside `pairs`.
+    // SAFETY: these groups lie inside `pairs`.
     unsafe { power(groups.as_ptr().cast(), 2 * groups.len(), centre.into()) }
 }
 
-/// The largest distance of a part from `centre`, or 32767 or 32768 if it is more. It reads whole
-/// groups of 32 pairs.
+/// The largest distance of a part from `centre`, or 32767 or 32768 if it is more. The kernel reads whole groups of 32 pairs.
 pub fn largest(pairs: &[Pair], centre: i16) -> i32 {
     let groups = pairs.as_chunks::<32>().0;
-    // SAFETY: so many groups lie inside `pairs`.
+    // SAFETY: these groups lie inside `pairs`.
     unsafe { farthest(groups.as_ptr().cast(), groups.len(), centre.into()) }
 }
 
 /// The largest power of a point of `groups` groups of 16 pairs about `centre`.
 ///
 /// # Safety
-/// So many groups must be readable.
+/// `groups` groups must be readable.
 #[unsafe(naked)]
 unsafe extern "C" fn power(from: *const Pair, groups: usize, centre: i32) -> u32 {
     // A vector's points are squared while the next one is loaded.
@@ -69,7 +68,7 @@ unsafe extern "C" fn power(from: *const Pair, groups: usize, centre: i32) -> u32
 /// The largest distance of a part of `groups` groups of 32 pairs from `centre`.
 ///
 /// # Safety
-/// So many groups must be readable.
+/// `groups` groups must be readable.
 #[unsafe(naked)]
 unsafe extern "C" fn farthest(from: *const Pair, groups: usize, centre: i32) -> i32 {
     kernel!(
@@ -91,7 +90,7 @@ unsafe extern "C" fn farthest(from: *const Pair, groups: usize, centre: i32) -> 
     )
 }
 
-/// As [`q15::first_pass`], for codes within the growth bound. `points` must be aligned to words.
+/// The kernels for [`q15::first_pass`], for codes within the growth bound. `points` must be aligned to words.
 pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &mut [Pair]) -> bool {
     if pairs.len() != M || points.len() != M {
         return false;
@@ -101,7 +100,7 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
         centre: q15::first_centre::<M>(codes, shift).into(),
         places: const { doubled::<M>() }.as_ptr(),
     };
-    // SAFETY: both slices hold M elements, `points` is aligned, and the places are those of M.
+    // SAFETY: both slices hold M elements, `points` is aligned, and the places belong to M.
     let q = unsafe {
         match first_radix(M) {
             8 => eights(pairs.as_ptr(), points.as_mut_ptr(), M, &pass),
@@ -111,8 +110,8 @@ pub fn pass<const M: usize>(pairs: &[Pair], codes: Codes, shift: i32, points: &m
     q != 0
 }
 
-/// The places of the first of four groups, vector by vector: in bytes for groups of eight, twice that
-/// for groups of four. A group of eight of these points is as long as one of four of 64 bits each.
+/// The places of the first of four groups, vector by vector: in bytes for groups of eight, twice the bytes for groups of four. A group of
+/// eight of these points is as long as a group of four points of 64 bits.
 const fn doubled<const M: usize>() -> &'static [u16] {
     match first_radix(M) {
         8 if M > 32 => places(M / 2),
@@ -120,14 +119,14 @@ const fn doubled<const M: usize>() -> &'static [u16] {
     }
 }
 
-/// What a first pass needs beside the record.
+/// The parameters of a first pass beside the record.
 #[repr(C)]
 struct Pass {
-    /// How many bits codes are shifted up.
+    /// The number of bits by which codes are shifted up.
     shift: i32,
     /// The centre of a group's sum.
     centre: i32,
-    /// As [`doubled`].
+    /// The table [`doubled`].
     places: *const u16,
 }
 
@@ -171,7 +170,7 @@ macro_rules! legs {
     ($last:literal) => { "" };
 }
 
-/// Loads four pairs from each of two legs, shifted, and gives their sum and difference.
+/// Loads four pairs from each of two legs, shifted, and computes their sum and difference.
 macro_rules! two {
     ($x:literal $xs:literal, $y:literal $ys:literal, $sum:literal) => {
         lines!(
@@ -185,7 +184,7 @@ macro_rules! two {
     };
 }
 
-/// Sets q7 to the places of the next four groups, after `$then` with that of the first.
+/// Sets q7 to the places of the next four groups, after `$then` with the place of the first.
 macro_rules! next {
     ($($then:literal)?) => {
         lines!("ldrh r1, [r0], #2", "vldrw.u32 q7, [sp]", $($then,)? "vadd.i32 q7, q7, r1")
@@ -202,11 +201,10 @@ macro_rules! store {
     };
 }
 
-/// The first pass in groups of eight: `q15::first8`. Not 0 if a part is large.
+/// The first pass in groups of eight: `q15::first8`. Returns nonzero if a part is large.
 ///
 /// # Safety
-/// `from` and `to` must be `m` pairs and `m` aligned points, m = 8 4^d of 32 or more, and the
-/// places those of `m`.
+/// `from` and `to` must be `m` pairs and `m` aligned points, m = 8 4^d of 32 or more, and the places must belong to `m`.
 #[unsafe(naked)]
 unsafe extern "C" fn eights(from: *const Pair, to: *mut Pair, m: usize, pass: &Pass) -> u32 {
     kernel!(
@@ -254,10 +252,10 @@ unsafe extern "C" fn eights(from: *const Pair, to: *mut Pair, m: usize, pass: &P
     )
 }
 
-/// The first pass in groups of four: `q15::first4`, as [`eights`].
+/// The first pass in groups of four: `q15::first4` with the parameters of [`eights`].
 ///
 /// # Safety
-/// As [`eights`], m = 4^d of 64 or more.
+/// The conditions of [`eights`], m = 4^d of 64 or more.
 #[unsafe(naked)]
 unsafe extern "C" fn fours(from: *const Pair, to: *mut Pair, m: usize, pass: &Pass) -> u32 {
     kernel!(

@@ -1,13 +1,12 @@
 //! The 16-bit transform and its search on cores with Helium. Each kernel equals its portable
 //! definition in [`q15`] and [`q15_bins`](crate::spectrum::q15_bins) bit for bit.
 //!
-//! A vector holds four points as they are stored. `VQDMLSDH` and `VQDMLADHX` give the real and the
-//! imaginary part of their products, doubled and floored: `floor(s / 2^15)` of a sum s of two
-//! products. Halved and rounded that is `floor((s + 2^15) / 2^16)`, a turned point. Nothing
-//! saturates while no point exceeds 32752, which the growth bound says of codes between the rails.
-//! Samples beyond them go through the definition.
+//! A vector holds four points as they are stored. `VQDMLSDH` and `VQDMLADHX` give the real and the imaginary part of their products,
+//! doubled and floored: `floor(s / 2^15)` of a sum s of two products. Halved and rounded this becomes `floor((s + 2^15) / 2^16)`, a turned
+//! point. Nothing saturates while no point exceeds 32752, which the growth bound guarantees for codes between the rails. Samples beyond the
+//! rails go through the definition.
 //!
-//! The sticky flag QC is the headroom: `VQSHL` by 2 sets it if a part is large.
+//! The sticky flag QC tests the headroom: `VQSHL` by 2 sets it if a part is large.
 
 mod bins;
 mod factors;
@@ -24,7 +23,7 @@ use crate::acquire::codes::Codes;
 use crate::spectrum::fft::integer::Pair;
 use crate::spectrum::fft::q15;
 
-/// As [`q15::transform`].
+/// The kernels for [`q15::transform`].
 pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pair]) -> i32 {
     let power = first::strongest(pairs, codes.middle());
     let fits = pairs.len() == M && points.len() == M && is_bounded::<M>(pairs, codes, power);
@@ -38,7 +37,7 @@ pub fn transform<const M: usize>(pairs: &[Pair], codes: Codes, points: &mut [Pai
         ($($length:literal)*) => {$(
             if const { q15::has_pass(M, $length) } {
                 exponent += 1 + i32::from(large);
-                // SAFETY: `points` are M aligned points, and M has such a pass.
+                // SAFETY: `points` are M aligned points, and M has a pass of this length.
                 large = unsafe { passes::pass::<M, $length>(points.as_mut_ptr(), large) };
             }
         )*};
@@ -53,7 +52,7 @@ pub fn is_aligned(points: &[Pair]) -> bool {
     points.as_ptr().cast::<u32>().is_aligned()
 }
 
-/// Whether the growth bound holds for these samples: it does for all between the rails.
+/// Whether the growth bound holds for these samples: it does for all samples between the rails.
 fn is_bounded<const M: usize>(pairs: &[Pair], codes: Codes, power: u32) -> bool {
     if q15::is_narrow(codes) {
         power <= const { q15::allowed(M) }

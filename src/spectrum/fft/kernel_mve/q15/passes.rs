@@ -1,23 +1,23 @@
 //! The later passes, of radix 4: four butterflies at a time.
 //!
-//! The first butterflies of a block have a factor 1. A predicate keeps their points as they are.
+//! The first butterflies of a block have a factor 1. A predicate leaves their points unchanged.
 
 use super::factors::{Vectors, factors};
 use crate::spectrum::fft::assembly::kernel;
 use crate::spectrum::fft::integer::Pair;
 use crate::spectrum::fft::q15::second;
 
-/// The pass over sub-transforms of L points, as [`q15::radix4`](crate::spectrum::fft::q15::radix4).
+/// The pass over sub-transforms of L points: the kernels for [`q15::radix4`](crate::spectrum::fft::q15::radix4).
 ///
 /// # Safety
-/// `points` must be M aligned points, and M must have such a pass.
+/// `points` must be M aligned points, and M must have a pass of this length.
 #[inline(always)]
 pub unsafe fn pass<const M: usize, const L: usize>(points: *mut Pair, twice: bool) -> bool {
     let table = const { factors(L) }.as_ptr();
     let blocks = const { M / 4 / L };
     // SAFETY: the caller guarantees it. If there is more than one block, there are at least four.
     let q = unsafe {
-        match (const { Loop::of(M, L) }, twice) {
+        match (const { Loop::from_lengths(M, L) }, twice) {
             (Loop::Only, false) => only::<false>(points, L, table, blocks),
             (Loop::Only, true) => only::<true>(points, L, table, blocks),
             (Loop::Rows, false) => rows::<false>(points, L, table, blocks),
@@ -31,7 +31,7 @@ pub unsafe fn pass<const M: usize, const L: usize>(points: *mut Pair, twice: boo
 
 /// The order of a pass.
 enum Loop {
-    /// The last one, whose headroom nobody needs.
+    /// The last pass, whose headroom is not tested.
     Only,
     /// One block after the other.
     Rows,
@@ -40,7 +40,7 @@ enum Loop {
 }
 
 impl Loop {
-    const fn of(m: usize, length: usize) -> Self {
+    const fn from_lengths(m: usize, length: usize) -> Self {
         match length {
             _ if 4 * length == m => Loop::Only,
             ..32 => Loop::Columns,
@@ -49,8 +49,8 @@ impl Loop {
     }
 }
 
-/// Saves the registers that a pass changes, clears QC, and sets the rounding of four points in q7
-/// and the predicate that leaves out the first. Uses r12.
+/// Saves the registers that a pass changes, clears QC, and sets the rounding of four points in q7 and the predicate that leaves out the
+/// first. Uses r12.
 macro_rules! begin {
     () => {
         lines!(
@@ -83,7 +83,7 @@ macro_rules! turn {
     };
 }
 
-/// As [`turn`], but the point alone where there is no predicate.
+/// [`turn`] where there is a predicate, the point alone elsewhere.
 macro_rules! turn_others {
     ($to:literal, $x:literal, $w:literal) => {
         lines!(
@@ -114,7 +114,7 @@ macro_rules! inner {
     };
 }
 
-/// As [`outer`], of the first four butterflies of a block.
+/// [`outer`] for the first four butterflies of a block.
 macro_rules! first_outer {
     ($b:literal, $d:literal) => {
         lines!(
@@ -129,7 +129,7 @@ macro_rules! first_outer {
     };
 }
 
-/// As [`inner`], of the first four butterflies of a block.
+/// [`inner`] for the first four butterflies of a block.
 macro_rules! first_inner {
     ($c:literal, $w:literal) => {
         lines!(
@@ -142,8 +142,7 @@ macro_rules! first_inner {
     };
 }
 
-/// Four butterflies of leg 0 at $a, and what gives the other legs. Points 0, 1, 2, 3 are q4, q0,
-/// q3, q2.
+/// Four butterflies of leg 0 at $a; the other arguments load the other legs. Points 0, 1, 2, 3 are q4, q0, q3, q2.
 macro_rules! butterflies {
     ($outer:expr, $inner:expr, $a:literal) => {
         lines!(
@@ -197,8 +196,7 @@ macro_rules! look {
     };
 }
 
-/// A pass over blocks of at most 64 points, at least two. If `TWICE`, it halves a second time. Not
-/// 0 if a part is large.
+/// A pass over blocks of at most 64 points, at least two. If `TWICE`, the pass halves a second time. Returns nonzero if a part is large.
 ///
 /// # Safety
 /// `points` must be `blocks` blocks of 4 L aligned points, `table` the factors of L.
@@ -252,12 +250,12 @@ unsafe extern "C" fn columns<const L: usize, const TWICE: bool>(
         end!(),
         twice = const TWICE as u32,
         second = const 0x1_0001 * second(TWICE),
-        // No caller asks for a longer pass, but the assembler sees such lengths.
+        // No caller needs a longer pass, but the assembler sees such lengths.
         l = const if L <= 16 { L } else { 4 },
     )
 }
 
-/// Defines a pass over one block after the other, with what looks for large parts.
+/// Defines a pass over one block after the other; the last argument tests for large parts.
 macro_rules! blocks {
     ($(#[$doc:meta])* $name:ident, $look:expr) => {
         $(#[$doc])*
@@ -317,8 +315,8 @@ macro_rules! blocks {
 }
 
 blocks! {
-    /// A pass over sub-transforms of `length` points, 8 or more. If `TWICE`, it halves a second
-    /// time. Not 0 if a part is large.
+    /// A pass over sub-transforms of `length` points, 8 or more. If `TWICE`, the pass halves a second time. Returns nonzero if a part is
+    /// large.
     ///
     /// # Safety
     /// `points` must be `blocks` blocks of 4 `length` aligned points, `table` the factors.
@@ -326,9 +324,9 @@ blocks! {
 }
 
 blocks! {
-    /// As [`rows`], but does not look for large parts.
+    /// [`rows`] without the test for large parts.
     ///
     /// # Safety
-    /// As [`rows`].
+    /// The conditions of [`rows`].
     only, ""
 }

@@ -7,16 +7,16 @@ use core::mem::offset_of;
 
 /// Pairs of points in a group.
 pub(super) const GROUP: usize = 16;
-/// A group's power is stored shifted down by so many bits, which then fits in 32.
+/// A group's power is stored shifted down by this many bits, and then fits in 32.
 pub(super) const SHARE: u32 = 5;
 
-/// The powers of these points in units of bins, and `sum`.
+/// `sum` plus the powers of these points in units of bins.
 pub fn powers(sum: u64, points: &[Pair]) -> u64 {
     // SAFETY: the points are readable.
     sum.wrapping_add(unsafe { power_sum(points.as_ptr(), points.len(), 0) } << SQUARES)
 }
 
-/// The sum of the powers of `count` points, and of `sum`.
+/// `sum` plus the powers of `count` points.
 ///
 /// # Safety
 /// All these points must be readable.
@@ -40,21 +40,19 @@ pub(super) unsafe extern "C" fn power_sum(points: *const Pair, count: usize, sum
 /// The powers of groups.
 #[repr(C)]
 pub(super) struct Sums {
-    /// Their sum.
+    /// The sum of all groups.
     pub total: u64,
-    /// The largest, shifted down by [`SHARE`].
+    /// The largest group, shifted down by [`SHARE`].
     pub most: u32,
-    /// How many groups were left when that one came, with it.
+    /// The number of groups left at the largest one, itself included.
     pub left: usize,
 }
 
-/// Adds to `sums` the powers of as many groups as `count`, and stores each at `to`, shifted down by
-/// [`SHARE`]. The groups are [`GROUP`] points from `lower` upwards and as many from `upper`
-/// downwards.
+/// Adds the powers of `count` groups to `sums`, and stores each at `to`, shifted down by [`SHARE`]. A group is [`GROUP`] points from
+/// `lower` upwards and equally many from `upper` downwards.
 ///
 /// # Safety
-/// All these points must be readable and aligned, `to` must be as many places, and `count` 1 or
-/// more.
+/// All these points must be readable and aligned, `to` must have a place for each group, and `count` must be 1 or more.
 #[unsafe(naked)]
 pub(super) unsafe extern "C" fn group_powers(
     sums: &mut Sums,
@@ -185,8 +183,8 @@ pub(super) unsafe extern "C" fn strongest_of(points: *const Pair, count: usize) 
     )
 }
 
-/// How many of `count` pairs are left when one of the next four is as strong as `best`; 0 if none
-/// is. The pairs are points from `lower` downwards and from `upper` upwards.
+/// The number of pairs left, of `count`, when one of the next four is as strong as `best`; 0 if none is. The pairs are points from `lower`
+/// downwards and from `upper` upwards.
 ///
 /// # Safety
 /// All these points must be readable and aligned.
@@ -227,8 +225,8 @@ pub(super) unsafe extern "C" fn next_strong(
     )
 }
 
-/// How many groups are left, with it, when one is `least` or more, from the last of `count` groups
-/// to the first; 0 if none is.
+/// The number of groups left, itself included, at the first that is `least` or more, from the last of `count` groups to the first; 0 if
+/// none is.
 ///
 /// # Safety
 /// The powers of all these groups must be readable below `end`.

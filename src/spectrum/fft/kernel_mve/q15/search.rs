@@ -16,7 +16,7 @@ const GROUPS: usize = MAX_LENGTH / 2 / GROUP;
 /// Bytes of a point.
 const BYTES: usize = size_of::<Pair>();
 
-/// As [`q15_bins::scan`]: in its order, but only in groups of pairs whose power is [`worth`] it.
+/// The search of [`q15_bins::scan`] in its order, but only in groups of pairs whose power is [`worth`] it.
 pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize) -> Scan {
     let middle = M / 2;
     let fits = (2 * GROUP..=MAX_LENGTH / 2).contains(&M) && (1..=middle).contains(&outermost);
@@ -68,8 +68,7 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize)
     let mut left = powers.len();
     while left > 0 {
         let worth = (least.max(seen.power) as u32) >> SHARE;
-        // SAFETY: so many powers are left. So are the pairs of a group inside `points`, and their
-        // factors inside `table`.
+        // SAFETY: `left` powers are left. So are the pairs of a group inside `points`, and their factors inside `table`.
         unsafe {
             left = last_group(powers.as_ptr().add(left), left, worth);
             if left > 0 {
@@ -83,26 +82,23 @@ pub fn scan<const M: usize>(points: &[Pair], table: &[Packed], outermost: usize)
     q15_bins::scanned(bin, seen.power, total)
 }
 
-/// The first pair of a group of a real record, and how many it has from the outermost of all on.
+/// The first pair of a group of a real record, and the number of its pairs from the outermost of all on.
 const fn pairs(group: usize, outermost: usize) -> (usize, usize) {
     let first = if GROUP * group > outermost { GROUP * group } else { outermost };
     (first, GROUP * group + GROUP - first)
 }
 
-/// The least power of a group of pairs that [`q15_bins::scan`] cannot do without, if some bin has
-/// the power `sure`.
+/// The least power of a group of pairs that [`q15_bins::scan`] needs, if some bin has the power `sure`.
 ///
-/// That scan splits a pair of power S if S is as much as the strongest bin so far, and by its
-/// rounding a bin of the pair has at most `S + S 2^-15 + 4`. So a pair of less than `worth` that is
-/// left out matters only to which of the pairs after it are split that have no more than that bound.
-/// Such a pair again matters only to pairs up to its own bound, and so on: over 1024 pairs the bound
-/// grows by 3.2 % and 4300. That is still less than `sure`, so it has no part in the result.
+/// The scan splits a pair of power S if S is at least the strongest bin so far, and by its rounding a bin of the pair has at most
+/// `S + S 2^-15 + 4`. So a pair of less than `worth` that is left out affects only which of the later pairs within its bound are split.
+/// Such a pair again affects only pairs up to its own bound, and so on: over 1024 pairs the bound grows by 3.2 % and 4300. That is still
+/// less than `sure`, so it does not affect the result.
 const fn worth(sure: i32) -> i32 {
     (sure - (sure >> 3)).saturating_sub(1 << 14)
 }
 
-/// Looks at the pairs of a group outwards, as [`q15_bins::scan`] does, but not at those of less than
-/// `least`.
+/// Looks at the pairs of a group outwards, like [`q15_bins::scan`], but not at pairs of less than `least`.
 ///
 /// # Safety
 /// `points` must be M aligned points, `table` their factors, the pairs below their middle.
@@ -122,7 +118,7 @@ unsafe fn visit<const M: usize>(
             let (lower, upper) = (points.add(inmost), points.add(M - inmost));
             left = next_strong(lower, upper, left, least.max(seen.power));
             if left > 0 {
-                // It is one of four.
+                // The pair is one of four.
                 let (inmost, count) = (first + left - 1, left.min(4));
                 let (lower, upper) = (points.add(inmost), points.add(M - inmost));
                 split_pairs(seen, lower, upper, factors, count);
@@ -132,7 +128,7 @@ unsafe fn visit<const M: usize>(
     }
 }
 
-/// As [`q15_bins::over`] over all bins of an I/Q record. A group has points at both ends.
+/// The scan of [`q15_bins::over`] over all bins of an I/Q record. A group has points at both ends.
 pub fn scan_iq(points: &[Pair]) -> Scan {
     let mut places = [const { MaybeUninit::<u32>::uninit() }; GROUPS];
     let (count, rest) = (points.len() / 2 / GROUP, points.len() % (2 * GROUP));
@@ -153,7 +149,7 @@ pub fn scan_iq(points: &[Pair]) -> Scan {
         // SAFETY: both halves of a group lie inside `points`.
         let spans = unsafe { [start.add(before), start.add(points.len() - GROUP - before)] };
         spans.into_iter().fold(most, |most, span| {
-            // SAFETY: likewise.
+            // SAFETY: both halves of a group lie inside `points`, as above.
             let power = unsafe { strongest_of(span, GROUP) };
             if power > most || (power == most && span < at) {
                 at = span;
