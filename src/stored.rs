@@ -152,12 +152,12 @@ fields! {
     }
 }
 
-/// That of [`Config::new`].
+/// The default of [`Config::new`].
 const fn usual_false_alarm() -> f64 {
     FALSE_ALARM
 }
 
-/// By which a positive shift approaches, see [`Scene::Doppler`].
+/// The mixing by which a positive shift approaches, see [`Scene::Doppler`].
 const fn usual_mixing() -> Mixing {
     Mixing::RxConjTx
 }
