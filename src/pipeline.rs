@@ -302,7 +302,7 @@ impl core::fmt::Display for LengthError {
         let Self { samples, wanted } = self;
         write!(
             f,
-            "a record has {wanted} samples, not {samples}: an framer makes records of a stream"
+            "a record has {wanted} samples, not {samples}: a framer makes records of a stream"
         )
     }
 }
