@@ -42,7 +42,7 @@
 //! ```
 //!
 //! The sums are kept for j - i = 0 to 3 and all i: each bin has the sums for a fit to the bins around it, wherever a line turns out to be.
-//! Line and frequency are fitted to them by least squares.
+//! Line and frequency are fitted to the sums by least squares.
 //!
 //! # Drift
 //!
