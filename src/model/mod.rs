@@ -94,8 +94,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
     };
     let mut rivals = Belief::NEVER;
     for number in 0..=most {
-        let round =
-            Round::from_solution(window, &joint, &solution, noise.degrees_of_freedom, &answer.kept);
+        let round = Round::new(window, &joint, &solution, noise.degrees_of_freedom, &answer.kept);
         let Belief { offset, variance, .. } = round.all().or(rivals);
         (answer.offset, answer.variance) = (offset, variance);
         answer.weights = round.weights();

@@ -111,16 +111,10 @@ fn place_prior(width: f32, distance: f32) -> f32 {
 }
 
 impl Round {
-    /// Weighs every cause that may still join.
+    /// Weighs every cause that may still join, beside a ring with `dof` degrees of freedom.
     #[inline(never)]
-    pub fn from_solution(
-        window: &Window,
-        joint: &Joint,
-        solution: &Solution,
-        ring: f32,
-        kept: &Kept,
-    ) -> Self {
-        let leftover = Leftover::new(solution.energy, solution.free, ring);
+    pub fn new(window: &Window, joint: &Joint, solution: &Solution, dof: f32, kept: &Kept) -> Self {
+        let leftover = Leftover::new(solution.energy, solution.free, dof);
         let strength = joint.tone.value.norm_sqr();
         let ground = Ground { leftover, variance: solution.variance(), strength };
         let [_, _, step, ..] = solution.values;

@@ -212,7 +212,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::from_bins(points.len(), &bins, 1)?;
+        let pairs = Pairs::new(points.len(), &bins, 1)?;
         let table = const { splits(N) };
         #[cfg(mve)]
         let (add, alone) =
@@ -234,7 +234,7 @@ impl Engine for I32 {
             let first = *bins.start();
             return Some(scan::over(points.get(bins)?, first, identity));
         }
-        let pairs = Pairs::from_bins(points.len(), &bins, 1)?;
+        let pairs = Pairs::new(points.len(), &bins, 1)?;
         let table = const { splits(N) };
         let alone = |bins| alone_portably(points, table, bins);
         let last = pairs.outermost();
@@ -319,7 +319,7 @@ impl Engine for Q15 {
                 return Some(kernel::scan_iq(points));
             }
             if !R::IQ {
-                let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
+                let pairs = Pairs::new(points.len(), &bins, STEP)?;
                 let table = const { splits(N) };
                 let scan = pairs
                     .outermost()
@@ -329,7 +329,7 @@ impl Engine for Q15 {
         }
         #[cfg(all(dsp, not(mve)))]
         if !R::IQ {
-            let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
+            let pairs = Pairs::new(points.len(), &bins, STEP)?;
             let table = const { splits(N) };
             let last = pairs.outermost();
             let scan =
@@ -347,7 +347,7 @@ impl Engine for Q15 {
             let first = *bins.start();
             return Some(q15_bins::over(points.get(bins)?, first));
         }
-        let pairs = Pairs::from_bins(points.len(), &bins, STEP)?;
+        let pairs = Pairs::new(points.len(), &bins, STEP)?;
         let table = const { splits(N) };
         let last = pairs.outermost();
         let scan = last.map(|last| by_length!(R, N, q15_bins::scan, (points, table, last)));

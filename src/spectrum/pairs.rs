@@ -32,11 +32,7 @@ pub(super) struct Pairs {
 impl Pairs {
     /// The pairs of a band of bins. The number of pairs without the middle is a multiple of `step`, less one if `step` is not 1; `None` if
     /// the band has bins that come from one point alone.
-    pub const fn from_bins(
-        length: usize,
-        bins: &RangeInclusive<usize>,
-        step: usize,
-    ) -> Option<Self> {
+    pub const fn new(length: usize, bins: &RangeInclusive<usize>, step: usize) -> Option<Self> {
         let (low, high, middle) = (*bins.start(), *bins.end(), length / 2);
         if low < 1 || high < low || high >= length {
             return None;
@@ -176,7 +172,7 @@ mod tests {
 
     fn search<const M: usize>(points: &[Point], bins: RangeInclusive<usize>, step: usize) -> Scan {
         let table = twiddle::splits(2 * M);
-        let pairs = Pairs::from_bins(M, &bins, step).unwrap();
+        let pairs = Pairs::new(M, &bins, step).unwrap();
         let single = |bins| alone(bins, |first, places| window(points, table, first, places));
         let inner = pairs.outermost().map(|last| scan::real::<M>(points, table, last));
         let found = pairs.with_alone(inner, single);
@@ -202,7 +198,7 @@ mod tests {
         let floor_bins = (high - low + 1) as u32 - skirt.points;
         assert!(floor_bins == peak.floor_bins || 2 * floor_bins as usize > high - low, "{name}");
         // The floor is the power of these bins, but for the rounding of a split (see `scan`).
-        let pairs = Pairs::from_bins(M, &bins, step).unwrap();
+        let pairs = Pairs::new(M, &bins, step).unwrap();
         let inner = pairs.outermost().map_or(0..0, |last| last..M + 1 - last);
         let near = |k: usize| k.abs_diff(peak.bin as usize) <= REACH;
         let mirrored = |k: usize| inner.contains(&k) && near(M - k);
@@ -253,15 +249,15 @@ mod tests {
         for (low, high, step) in
             (1..64).flat_map(|l| (l..64).flat_map(move |h| [(l, h, 1), (l, h, 4)]))
         {
-            let pairs = Pairs::from_bins(64, &(low..=high), step).unwrap();
+            let pairs = Pairs::new(64, &(low..=high), step).unwrap();
             let inner = pairs.outermost().map_or(0..0, |last| last..65 - last);
             assert!(inner.is_empty() || step == 1 || inner == (32..33) || inner.start % 4 == 1);
             let [below, above] = pairs.alone();
             let all: Vec<usize> = below.chain(inner).chain(above).collect();
             assert_eq!(all, (low..=high).collect::<Vec<_>>(), "{low}..={high} by {step}");
         }
-        assert_eq!(Pairs::from_bins(64, &(0..=9), 1), None);
-        assert_eq!(Pairs::from_bins(64, &(9..=64), 1), None);
+        assert_eq!(Pairs::new(64, &(0..=9), 1), None);
+        assert_eq!(Pairs::new(64, &(9..=64), 1), None);
     }
 
     /// A line outside of a band does not show in the band's floor, though it shares points with the band's bins.

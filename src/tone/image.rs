@@ -21,7 +21,7 @@ pub(super) fn mirrored(
     observer: impl Observer,
 ) -> bool {
     let Neighbourhood { n, peak, .. } = *near;
-    let Some(least) = Least::from_fit(n, peak, fit) else {
+    let Some(least) = Least::new(n, peak, fit) else {
         return false;
     };
     let unit = near.unit();
@@ -48,8 +48,7 @@ pub fn mirrored_in_rest(
     observer: impl Observer,
     rest: impl Fn(i32) -> f32,
 ) -> bool {
-    Least::from_fit(n, peak, fit)
-        .is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
+    Least::new(n, peak, fit).is_some_and(|least| least.is_exceeded(n, fit, noise, observer, rest))
 }
 
 /// Half-way between two bins a line loses 3.9 dB.
@@ -73,7 +72,7 @@ struct Least {
 
 impl Least {
     #[inline(always)] // the length is a constant
-    fn from_fit(n: usize, peak: i32, fit: &Fit<f32>) -> Option<Self> {
+    fn new(n: usize, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let n = n as i32;
         let half = n / 2;
         let from_dc = (peak.wrapping_add(half).checked_rem_euclid(n)? - half).abs();

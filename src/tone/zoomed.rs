@@ -130,7 +130,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn from_height(height: f32) -> Self {
+    fn new(height: f32) -> Self {
         Self { height, ..Self::default() }
     }
 
@@ -329,8 +329,7 @@ impl Cells {
         // Relative to the strongest bin, so that the sums are of small numbers.
         let (middle, [sin_i, cos_i]) = (self.z[MIDDLE], image.parts[MIDDLE]);
         let q = if R::IQ { 0.0 } else { height / (sin * cos_i + cos * sin_i) };
-        let (mut re, mut im) =
-            (Sums::from_height(middle.re / (1.0 + q)), Sums::from_height(middle.im / (1.0 - q)));
+        let (mut re, mut im) = (Sums::new(middle.re / (1.0 + q)), Sums::new(middle.im / (1.0 - q)));
         let places = OWN.iter().zip(image.parts).zip(self.weights);
         for (z, ((own, &[sin_i, cos_i]), &weight)) in self.z.iter().zip(places) {
             // One over sin x_i.

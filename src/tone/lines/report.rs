@@ -48,7 +48,7 @@ pub(super) fn phase_of<R: Record, const N: usize>(
     let (near, course) =
         (Neighbourhood::read(spectrum, peak, &mut places), FitStart::From(offset, steps));
     let fit = fit_near::<R, N>(&near, Arithmetic::Float, options.reach, course)?;
-    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::degrees_of_freedom(N, R::IQ));
+    let noise = noise_power::<R, N>(tone) * (1.0 + 2.0 / ring::dof(N, R::IQ));
     let [phase, sigma_phase] = phase::<R>(&fit, peak, N, options.reach, noise);
     Some(ToneWithPhase { tone: *tone, phase, sigma_phase })
 }
@@ -60,7 +60,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
     /// The noise beside a line, less the leakage of the others.
     pub(super) fn beside(&self, found: &Found) -> LocalNoise {
         if !has_ring(N, R::IQ) {
-            let dof = whole::degrees_of_freedom(N, R::IQ) as f32;
+            let dof = whole::dof(N, R::IQ) as f32;
             return ring::from_power(self.rest.noise(), dof);
         }
         let &Found { peak, ref fit, .. } = found;

@@ -104,7 +104,7 @@ pub fn beside<R: Record, const N: usize>(
             Arithmetic::Float => whole::power(near, fit),
             Arithmetic::Fixed => whole_fixed::power(near, fit),
         };
-        return from_power(power.max(least(near)), whole::degrees_of_freedom(n, iq) as f32);
+        return from_power(power.max(least(near)), whole::dof(n, iq) as f32);
     }
     let own = Own::new(iq, near.peak, n, fit, near.exponent);
     let sides = sides(near).map(|(bins, first)| own.side(bins, first, arithmetic));
@@ -192,12 +192,8 @@ pub fn loud<R: Record, const N: usize>(
 }
 
 /// Degrees of freedom of the noise beside a tone away from the ends of the spectrum.
-pub(crate) const fn degrees_of_freedom(n: usize, iq: bool) -> f32 {
-    if has_ring(n, iq) {
-        const { 4.0 / KEPT[WANTED].1 }
-    } else {
-        whole::degrees_of_freedom(n, iq) as f32
-    }
+pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
+    if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) as f32 }
 }
 
 /// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves of four

@@ -34,7 +34,7 @@ pub fn power(near: &Neighbourhood, fit: &Fit<f32>) -> f32 {
 
 /// The degrees of freedom of the estimate. A bin has two, but bins have different weights: with weights w the estimate has
 /// `2 (sum w)^2 / sum w^2`, 4/3 a bin for I/Q and for a real tone in the middle of the spectrum.
-pub const fn degrees_of_freedom(n: usize, iq: bool) -> u32 {
+pub const fn dof(n: usize, iq: bool) -> u32 {
     let count = count(n, iq) as u32;
     count + count / 3
 }
