@@ -127,7 +127,8 @@ impl Default for Following {
 }
 
 impl Config {
-    /// A configuration for this rate in Hz and these codes: one tone anywhere, by least squares.
+    /// A configuration for this rate in Hz and these codes: one tone anywhere, by least squares with [`Reach::Sixteen`] in the core's own
+    /// arithmetic, at [`Effort::One`], with one false alarm in a million blocks of noise, and no solver.
     pub fn new(rate_hz: f64, codes: Codes) -> Self {
         Self {
             rate_hz,

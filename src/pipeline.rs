@@ -1,5 +1,4 @@
-//! From a block of samples to a target. The firmware, the tests and the host tools all call this
-//! and nothing else.
+//! From a block of samples to a target. Firmware and tools measure their blocks by the types here.
 
 mod alternating;
 mod frequency_only;
@@ -121,7 +120,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         self.ramps.segments.forget();
     }
 
-    /// Measures one block. Cost: one transform, one search, one fit.
+    /// Measures one block. Cost: one transform, one search, one fit and one estimate of the noise; where the line is no steady tone, up to
+    /// two more fits, see [`Effort`](crate::tone::effort::Effort).
     pub fn block(&mut self, stamp: &Stamp, samples: &[R::Sample; N]) -> Measurement {
         let (clipped, tone) = self.tone(stamp, samples);
         Measurement { stamp: *stamp, clipped, tone, result: self.solve(stamp, tone) }

@@ -105,7 +105,7 @@ impl<R: Record, const N: usize> Deref for Plan<R, N> {
 }
 
 impl<R: Record, const N: usize> Plan<R, N> {
-    /// The plan of [`Config::new`](crate::config::Config::new) with eight bins on each side, made
+    /// The plan of [`Config::new`](crate::config::Config::new), but with eight bins on each side and not sixteen, made
     /// by the compiler. A program that sets nothing else needs no code to check it. The rate, Hz,
     /// must be positive.
     pub const fn tone(rate_hz: f64, codes: Codes) -> Self {

@@ -1,5 +1,9 @@
 //! The documents as a book: every chapter exists, every page is a chapter, and every link leads somewhere.
 
+use picket_firmware::nucleo_f446re::N;
+use picket_firmware::nucleo_f446re::words::Words;
+use picket_firmware::nucleo_f446re::words::clock::{Source, Speed, Tree};
+use picket_host::watch::settings;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -143,6 +147,25 @@ fn the_page_on_c_states_the_headers_memory() {
             2 * bytes
         );
         assert!(page.contains(&row), "docs/c.md does not say: {row}");
+    }
+}
+
+/// The board takes the settings files of its page.
+#[test]
+fn the_boards_page_has_settings_that_the_board_takes() {
+    let page = read("docs/board.md");
+    let files: Vec<&str> =
+        page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert_eq!(files.len(), 2);
+    let tree = Tree::new(Speed::of_mhz(180).unwrap(), Source::HsePll);
+    for (number, file) in files.into_iter().enumerate() {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("settings-{number}.json"));
+        fs::write(&path, file).unwrap();
+        let (settings, n) = settings::read(&path).unwrap();
+        assert_eq!(n, N);
+        let (plan, _) =
+            Words::plan::<N>(&settings, &tree).unwrap_or_else(|error| panic!("{error}"));
+        assert!(plan.settings.iq == (number == 0), "{number}");
     }
 }
 

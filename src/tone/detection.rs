@@ -98,7 +98,7 @@ impl Threshold {
     }
 
     /// The threshold for a peak that must also exceed the noise beside it. The ring test rejects 1/7 of the false alarms that the floor
-    /// test passes, so the floor test may pass 1/7 more.
+    /// test passes, so the floor test may pass 1/6 more.
     pub const fn with_another(self) -> Self {
         /// `-ln(1 - 1/7)`.
         const REFUSED: f32 = 0.15;

@@ -13,7 +13,8 @@ pub enum Effort {
     /// One fit, and tests on its residual, see [`judge`](crate::tone::judge). Where the tests find no steady tone, the fit goes on for two
     /// steps. Another line near the tone is `unresolved`, and so is a tone at low bins beside a drift or hum.
     Look = 1,
-    /// Where the tests find no steady tone, all steps to the fit's end, and one more fit beside a drift or slow hum.
+    /// One tone, fitted as well as it can be: where the tests find no steady tone, all steps to the fit's end, and one more fit beside a
+    /// drift of the samples or slow hum.
     #[default]
     One = 0,
     /// Where these steps find no steady tone either, a joint fit of the tone and of at most three causes. The effort needs the feature

@@ -76,9 +76,8 @@ impl Evidence {
         }
     }
 
-    /// The rules, each with the verdict that it leads to if it applies: the only place where evidence becomes a verdict. In
-    /// order: no peak, not detected, a sigma as wide as the spectrum, a change, several tones, an image, a faulty front end, an
-    /// edge, outside of the band, clipped, wrong codes, a gap.
+    /// The rules, each with the verdict that it leads to if it applies: the only place where an `Evidence` becomes a verdict. Their order is
+    /// that of `picket explain`, and has no effect on the verdict. Sums and bursts add rules of their own.
     #[inline]
     pub fn rules(&self) -> [(bool, Verdict); 12] {
         // A sigma or a frequency that is NaN is not good.

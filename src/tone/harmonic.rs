@@ -167,7 +167,7 @@ impl Series {
             variance += (share * sigma) * (share * sigma);
             harmonic.orders |= 1u32.checked_shl(order as u32 - 1).unwrap_or(0);
             harmonic.tone.snr += tone.snr;
-            said = said.and(tone.said());
+            said = said.union(tone.said());
             if order == 1 {
                 harmonic.tone.amplitude = tone.amplitude;
             }

@@ -65,7 +65,7 @@ pub struct Tone {
     pub rate_hz: f64,
 }
 
-/// Prints hertz, with two digits of sigma: `1000.198 Hz ± 0.010 Hz, SNR 31.2 dB, good`. Other reasons follow the verdict:
+/// Prints hertz, with two digits of sigma: `999.995 Hz ± 0.041 Hz, SNR 25.9 dB, good`. Other reasons follow the verdict:
 /// `clipped, moving`.
 impl core::fmt::Display for Tone {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {

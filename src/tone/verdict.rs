@@ -143,7 +143,8 @@ impl Verdict {
         matches!(self.usable(), Usable::No) || sigma >= 0.0 && sigma < f32::INFINITY
     }
 
-    /// The verdict's place in the order of severity.
+    /// The verdict's place in the order of severity. The severities 1 to 7 are the bits of [`Verdicts`] in telemetry, which never change,
+    /// and which have no room for an eighth: a new verdict comes above them, and stands in no set.
     const fn severity(self) -> u8 {
         match self {
             Verdict::Good => 0,
@@ -160,6 +161,18 @@ impl Verdict {
         }
     }
 }
+
+/// A verdict's place in the list is its severity, and its bit in a set stands for that.
+const _: () = {
+    let mut place = 0;
+    while place < Verdict::ALL.len() {
+        let verdict = Verdict::ALL[place];
+        assert!(verdict.severity() as usize == place);
+        let bit = Verdicts::bit(verdict);
+        assert!(bit == 0 || bit == 1 << (place - 1));
+        place += 1;
+    }
+};
 
 impl Ord for Verdict {
     fn cmp(&self, other: &Self) -> core::cmp::Ordering {
@@ -315,16 +328,16 @@ impl Reasons {
         Self(self.0 & !(1 << verdict.severity()) | 1)
     }
 
-    /// The reasons of both.
+    /// The reasons of either.
     #[must_use]
-    pub const fn and(self, other: Self) -> Self {
+    pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
     /// The most severe reason.
     pub fn verdict(self) -> Verdict {
         let worst = self.0.checked_ilog2().unwrap_or(0) as usize;
-        Verdict::ALL.get(worst).copied().unwrap_or(Verdict::Good)
+        Verdict::ALL.get(worst).copied().unwrap_or(Verdict::WrongCodes)
     }
 
     /// The reasons beside the most severe.

@@ -6,7 +6,7 @@
 //! | 0 | version: u8 |
 //! | 1 | segment: u8 |
 //! | 2 | verdict: u8 |
-//! | 3 | zero: u8 |
+//! | 3 | what applies beside the verdict: u8 |
 //! | 4 | sequence: u32 |
 //! | 8 | orders that were seen: u32, bit k stands for order k + 1 |
 //! | 12 | frequency: i32 in 2^-32 cycles per sample |

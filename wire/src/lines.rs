@@ -12,7 +12,7 @@
 //!
 //! A tone: frequency i32 in 2^-32 cycles per sample, its sigma f32 in cycles per sample,
 //! signal-to-noise ratio f32 as a power ratio, amplitude f32 in codes, phase at the block's middle and
-//! its sigma f32 in radians, verdict u8, zero: 3 bytes.
+//! its sigma f32 in radians, verdict u8, what applies beside it u8, zero: 2 bytes.
 
 use super::frame::{self, Frame, Kind};
 use crate::bytes::{Reader, Writer};

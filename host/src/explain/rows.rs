@@ -161,13 +161,17 @@ const fn of_step(step: Step) -> &'static str {
     }
 }
 
-/// The rules of the verdict itself, with what they are about in the order of [`Evidence::rules`].
+/// The number of rules in [`Evidence::rules`].
+const RULES: usize = 12;
+
+/// The rules of the verdict itself, with what each is about, one line for each of [`Evidence::rules`].
 pub fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
     let n = n as f64;
     let sigma = Some((f64::from(evidence.sigma) * n, f64::from(WHOLE_SPECTRUM) * n));
     let edge = Some((f64::from(evidence.edge_bins), f64::from(EDGE_BINS)));
     let clipped = Some((f64::from(evidence.clipped) * 100.0, f64::from(CLIPPED) * 100.0));
-    let about = [
+    let rules: [(bool, Verdict); RULES] = evidence.rules();
+    let about: [_; RULES] = [
         ("found", "there is a peak in the band, and a fit to it", None, ""),
         ("detection", "the line is told from noise", None, ""),
         ("sigma", "sigma is less than the whole spectrum", sigma, "bins"),
@@ -202,5 +206,5 @@ pub fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
                 followed: if fired { verdict.name() } else { "-" }.to_owned(),
             }
         };
-    about.into_iter().zip(evidence.rules()).map(row).collect()
+    about.into_iter().zip(rules).map(row).collect()
 }

@@ -2,8 +2,7 @@
 //!
 //! Without noise the bins around a line are an exact function of the line's offset and complex
 //! amplitude. Gauss-Newton fits that function to `2 K + 1` bins and so uses nearly all the
-//! information of the record: 1.00 to 1.03 times the Cramer-Rao bound for K = 16, 1.05 for K = 8,
-//! at any offset and at any SNR above the threshold. It reads nothing but bins: no second pass
+//! information of the record, at any offset and at any SNR above the threshold: [`Reach`] has the figures. It reads nothing but bins: no second pass
 //! over the samples, no window. Both fits are this project's own.
 //!
 //! - [`iq`]: complex tones.
@@ -211,7 +210,8 @@ fn gain<T: Scalar>(iq: bool, n: usize) -> T {
     T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
 }
 
-/// The bins that a fit reads on each side of the peak.
+/// The bins that a fit reads on each side of the peak. The figures are the rms error over the Cramer-Rao bound; tests hold the error of tones
+/// at any offset, from 2 dB above the threshold to 60 dB, to at most 1.035 with sixteen bins and 1.05 with eight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -448,7 +448,7 @@ pub fn least_squares<T: Scalar, const K: usize>(bins: &Bins<T, Iq, Rectangular>)
 /// `least-squares-real`: the offset of a real tone, in bins, within -0.9..=0.9; 0 if there is no
 /// signal. Valid for 1.5 < f < N/2 - 1.5 bins. A DC offset has no effect.
 ///
-/// 1.03 (K = 16) to 1.05 (K = 8) times the Cramer-Rao bound. Cost for K = 16, counted at 20 dB:
+/// Accuracy: see [`Reach`]. Cost for K = 16, counted at 20 dB:
 /// about 1250 multiplications and 120 divisions beyond the FFT.
 pub fn least_squares_real<T: Scalar, const K: usize>(bins: &Bins<T, Real, Rectangular>) -> T {
     fit_bins(bins, K, FitStart::Usual).map_or(T::zero(), |fit| fit.offset)

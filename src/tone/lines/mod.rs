@@ -152,7 +152,7 @@ fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
         if only || OF_LINE.contains(&said) && tone.verdict < said {
             phasor.tone = *tone;
         }
-        phasor.tone.conclude(&Evidence::new(phasor.tone.said().and(others)));
+        phasor.tone.conclude(&Evidence::new(phasor.tone.said().union(others)));
     }
 }
 
