@@ -4,7 +4,7 @@
 /// by the ceilings in `docs/performance.md`.
 ///
 /// A block that shows one steady tone has the same answer at every effort. More effort hardly ever takes an answer's usefulness
-/// away: `docs/trust.md` says which lines become usable, and how wrong they are.
+/// away: `docs/effort.md` says which lines become usable, and how wrong they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]

@@ -133,7 +133,7 @@ fn cells<R: Kind, const N: usize>(
         .collect()
 }
 
-/// The table of all efforts, by groups, as `docs/trust.md` has it, the least first: shares are means over the cells, sigma the median.
+/// The table of all efforts, by groups, as `docs/effort.md` has it, the least first: shares are means over the cells, sigma the median.
 fn table(cells: &[(Scene, [Row; 3])]) -> Vec<String> {
     let mut groups = BTreeMap::<&str, Vec<[Row; 3]>>::new();
     for (scene, rows) in cells {
@@ -159,7 +159,7 @@ fn table(cells: &[(Scene, [Row; 3])]) -> Vec<String> {
     rows
 }
 
-/// The table of claims of `docs/trust.md`: 100 blocks a cell, of 256 and 1024 samples. `PICKET_LONG=1` makes 1,000 blocks a cell, 4096
+/// The table of claims of `docs/effort.md`: 100 blocks a cell, of 256 and 1024 samples. `PICKET_LONG=1` makes 1,000 blocks a cell, 4096
 /// samples among them, `PICKET_BLOCKS=300` so many; with `PICKET_CLAIMS=jump` only that group is printed.
 #[test]
 fn the_campaign() {
@@ -187,15 +187,15 @@ fn the_campaign() {
     }
     hold(&all);
     if !long && count == 100 {
-        let docs = include_str!("../../../docs/trust.md");
+        let docs = include_str!("../../../docs/effort.md");
         for row in rows {
-            assert!(docs.contains(&row), "docs/trust.md says otherwise: {row}");
+            assert!(docs.contains(&row), "docs/effort.md says otherwise: {row}");
         }
     }
 }
 
 /// A tone 60 dB below the noise is none. In white noise each effort finds as many as the next; in noise of another shape the joint fit
-/// may find twice as many, see "Noise of other shapes" in docs/trust.md.
+/// may find twice as many, see docs/effort.md.
 #[test]
 fn noise_alone_is_no_tone_at_full_effort() {
     fn found<R: Kind, const N: usize>(scene: Scene, count: u64) -> [usize; 2] {
