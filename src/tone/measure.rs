@@ -116,21 +116,21 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         return NOTHING;
     };
     let ring = ring::beside::<R, N>(around, fit, arithmetic);
-    let mut beside = ring;
+    let mut local_noise = ring;
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
-    let few = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
+    let may_refine = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::from_neighbourhood(around);
     let mut leakage = Leakage::default();
-    observer.hear(|| beside.edge());
-    if beside.has_edge() {
-        leakage = leakage_at_edge(&mut beside, few.then(nearest).as_ref(), fit, N);
+    observer.hear(|| local_noise.edge());
+    if local_noise.has_edge() {
+        leakage = leakage_at_edge(&mut local_noise, may_refine.then(nearest).as_ref(), fit, N);
     }
-    let noise = beside.noise.power;
+    let noise = local_noise.noise.power;
     let from_end = around.from_end();
     let judged = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        judged(fit, N, from_end, &beside, clipped, stamp.segment.bends(), observer)
+        judged(fit, N, from_end, &local_noise, clipped, stamp.segment.bends(), observer)
     };
     let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
@@ -153,30 +153,32 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             observer.judged(&beside_slow, beside_slow.line < judgement.line);
             if beside_slow.line < judgement.line {
                 judgement = match beside_slow.line {
-                    Line::Steady => chosen(&other, N, &beside, beside_slow),
+                    Line::Steady => chosen(&other, N, &local_noise, beside_slow),
                     _ => beside_slow,
                 };
                 *fit = other;
             }
         }
     }
-    let FitTest { line, variance_inflation } = judgement;
-    let mut near = noise * variance_inflation;
-    let mut free = None;
+    let FitTest { line: class, variance_inflation } = judgement;
+    let mut inflated = noise * variance_inflation;
+    let mut censored = None;
     if clipped > CLIPPED {
-        free = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
+        censored = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
-        if line == Line::Steady {
-            near = near_of(&free, fit, N, clipped, near);
+        if class == Line::Steady {
+            inflated = near_of(&censored, fit, N, clipped, inflated);
         }
     }
-    let sigma = sigma_bins(fit, N, near + ring::unseen_rounding(around, &beside));
-    let sigma = if clipped > CLIPPED { widened(&free, sigma, near, clipped) } else { sigma };
-    beside.loud = beside.loud.max(leakage.loud);
-    let mut standing = stands_out(spectrum, around, peak, fit, &beside, options, observer);
-    let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
+    let sigma = sigma_bins(fit, N, inflated + ring::unseen_rounding(around, &local_noise));
+    let sigma =
+        if clipped > CLIPPED { widened(&censored, sigma, inflated, clipped) } else { sigma };
+    local_noise.loud = local_noise.loud.max(leakage.loud);
+    // The factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
+    let mut selection = stands_out(spectrum, around, peak, fit, &local_noise, options, observer);
+    let image = R::IQ && mirrored(around, fit, &local_noise.noise, observer);
     let mut sigma = sigma;
-    if few && line == Line::Unresolved {
+    if may_refine && class == Line::Unresolved {
         let refined = leakage.refined(&nearest(), noise, fit, sigma);
         observer.hear(|| Test {
             statistic: Statistic::Nearest,
@@ -186,26 +188,28 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         sigma = refined;
     }
     observer.fitted(peak.bin, fit, noise);
-    let (mut line, mut quiet) = (line, free.map_or(noise, |free| free.noise));
-    if line != Line::Steady
+    let (mut class, mut reported_noise) =
+        (class, censored.map_or(noise, |censored| censored.noise));
+    // At effort `Full` alone.
+    if class != Line::Steady
         && let (threshold, bends) = (options.threshold, stamp.segment.bends())
         && let Some((answer, noise)) = joint(around, fit, &ring, threshold, options.effort, bends)
     {
         observer.joint(&answer);
         if !answer.unresolved {
-            line = if answer.moves { Line::Moving } else { Line::Steady };
+            class = if answer.moves { Line::Moving } else { Line::Steady };
             (fit.offset, fit.line) = (answer.offset, answer.line);
-            (sigma, quiet, near) = (answer.variance.root(), noise, noise);
-            standing = Some(standing.unwrap_or(1.0));
+            (sigma, reported_noise, inflated) = (answer.variance.root(), noise, noise);
+            selection = Some(selection.unwrap_or(1.0));
         }
     }
-    // Another verdict already covers the other records.
-    let looks = standing.is_some()
-        && line != Line::Unresolved
+    // A record with another verdict needs no test of its front end.
+    let check_front_end = selection.is_some()
+        && class != Line::Unresolved
         && !image
         && clipped <= CLIPPED
         && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS;
-    let front_end = looks && {
+    let front_end = check_front_end && {
         let unit = around.unit();
         let others = || peak.floor as f32 * (unit * unit);
         observer.hear(|| other_lines(others(), fit));
@@ -227,23 +231,23 @@ pub(crate) fn weigh<R: Record, const N: usize>(
             sight.is_faulty(glance, observer)
         }
     };
-    let mut sigma = sigma * standing.unwrap_or(1.0);
+    let mut sigma = sigma * selection.unwrap_or(1.0);
     if let Some(offset) = answer {
-        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), near);
+        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), inflated);
         let theirs = method.efficiency() * bound_bins::<R>(N, snr);
         sigma = sigma.max(theirs).max((offset - fit.offset).abs());
         fit.offset = offset;
     }
     let seen = Seen {
-        noise: quiet,
-        line,
+        noise: reported_noise,
+        line: class,
         clipped,
         image,
         front_end,
         gap: stamp.gap,
-        weak: standing.is_none(),
+        weak: selection.is_none(),
         sigma,
-        unseen: unseen(around.engine, &options.width, sigma, fit, N, quiet),
+        unseen: unseen(around.engine, &options.width, sigma, fit, N, reported_noise),
     };
     seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
 }
