@@ -1,6 +1,7 @@
 //! The joint fit of the bins around a peak: their window, their noise, and whether the line is a tone at all.
 
 use super::{Answer, Noise, Window, measure};
+use crate::spectrum::engine::RESIDUE;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::detection::{Relaxation, Threshold};
 use crate::tone::effort::Effort;
@@ -13,7 +14,7 @@ fn window_of(near: &Neighbourhood) -> Window {
 }
 
 /// The share of a line's power that the integer transform itself leaves in the bins around it.
-const TRANSFORM: f32 = 1e-9;
+const TRANSFORM: f32 = RESIDUE as f32;
 
 /// The noise of a bin beside a fit: the ring's, and the engine's own.
 fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise {

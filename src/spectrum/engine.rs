@@ -25,6 +25,9 @@ use core::mem::MaybeUninit;
 use core::ops::{Range, RangeInclusive};
 use integer::{Pair, Point};
 
+/// The share of a line's power that the integer transform leaves in other bins: -90 dB.
+pub const RESIDUE: f64 = 1e-9;
+
 /// Calls a transform with the number of points in a record.
 macro_rules! by_length {
     ($record:ident, $n:ident, $transform:path, $arguments:tt) => {{

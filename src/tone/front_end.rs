@@ -25,7 +25,7 @@ use crate::acquire::sample::{Iq, Real, Record};
 use crate::math::products;
 use crate::math::scalar::Scalar as _;
 use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
+use crate::spectrum::engine::{Engine, RESIDUE};
 use crate::spectrum::peak::Peak;
 #[cfg(doc)]
 use crate::tone::evidence::EDGE_BINS;
@@ -87,8 +87,8 @@ const REST: f32 = 22.5;
 /// leakage is `(4 / 16 pi)^2`.
 const MODEL: f32 = 0.006_33;
 
-/// The share of a line that the integer transform leaves, -90 dB.
-const TRANSFORM: f32 = 1e-9;
+/// The share of a line that the integer transform leaves.
+const TRANSFORM: f32 = RESIDUE as f32;
 
 /// The faults that are possible, by the search of a record.
 #[derive(Clone, Copy, Debug)]

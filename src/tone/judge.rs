@@ -13,6 +13,7 @@
 use super::noise::ring::LocalNoise;
 use super::observer::{Observer, Statistic, Test};
 use crate::math::scalar::Scalar as _;
+use crate::spectrum::engine::RESIDUE;
 use crate::tone::FrequencyDrift;
 use crate::tone::fit::Fit;
 
@@ -42,7 +43,7 @@ impl FitTest {
 }
 
 /// The share of a line that the integer transform itself leaves.
-const TRANSFORM: f32 = 1e-9;
+const TRANSFORM: f32 = RESIDUE as f32;
 
 /// The threshold of four tests in normal deviations: each fires by chance in 2.5e-7 of all blocks.
 const FIRES: f32 = 5.026;

@@ -34,7 +34,7 @@ use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
 use crate::model::block::joint;
 use crate::spectrum::Spectrum;
-use crate::spectrum::engine::Engine;
+use crate::spectrum::engine::{Engine, RESIDUE};
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::Peak;
 use crate::tone::clipped::CensoredFit;
@@ -462,14 +462,12 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
-    /// The share of a line's power that the integer transform leaves beside it.
-    const TRANSFORM: f64 = 1e-9;
     let expected = T::of(noise.power.into()) * expected(fit, n);
     // No fit has enough degrees of freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
     }
-    let rest = fit.residual - T::of(TRANSFORM) * fit.line.norm_sqr();
+    let rest = fit.residual - T::of(RESIDUE) * fit.line.norm_sqr();
     let ratio = rest / expected;
     if ratio > T::of(excess_limit(fit.freedom, noise).into()) { ratio } else { T::one() }
 }

@@ -164,13 +164,12 @@ impl Verdict {
 
 /// A verdict's place in the list is its severity, and its bit in a set stands for that.
 const _: () = {
-    let mut place = 0;
-    while place < Verdict::ALL.len() {
-        let verdict = Verdict::ALL[place];
-        assert!(verdict.severity() as usize == place);
-        let bit = Verdicts::bit(verdict);
+    let (mut place, mut rest) = (0, Verdict::ALL.as_slice());
+    while let [verdict, worse @ ..] = rest {
+        assert!(verdict.severity() == place);
+        let bit = Verdicts::bit(*verdict);
         assert!(bit == 0 || bit == 1 << (place - 1));
-        place += 1;
+        (place, rest) = (place + 1, worse);
     }
 };
 

@@ -15,7 +15,7 @@
 //! - It is the image that an I/Q front end makes: at minus the frequency of a stronger tone, and
 //!   [`IMAGE`] weaker. Stronger images give both tones the verdict `Image`.
 //! - It is a step of the converter: weaker than half a code where no noise blurs the steps.
-//! - It is an artefact of the transform: [`TRANSFORM`] weaker than the strongest.
+//! - It is an artefact of the transform: [`ARTEFACT`] weaker than the strongest.
 
 mod fit;
 mod floor;
@@ -40,7 +40,7 @@ use crate::tone::{Reasons, Tone, Verdict};
 use floor::{Blocks, Candidate};
 use heapless::Vec;
 use leak::{LEAKS, Leak};
-pub use refusal::{HARMONIC, IMAGE, TRANSFORM};
+pub use refusal::{ARTEFACT, HARMONIC, IMAGE};
 use report::{noise_power, phase_of, place};
 use rest::{Found, Rest};
 

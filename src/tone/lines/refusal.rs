@@ -22,7 +22,7 @@ const CLIPPED_LINE: f32 = 1e-2;
 pub const IMAGE: f32 = 1e-2;
 
 /// Artefacts of the integer transform have less than this share of the strongest tone's power: -75 dB.
-pub const TRANSFORM: f32 = 3e-8;
+pub const ARTEFACT: f32 = 3e-8;
 
 /// The highest harmonic that a front end is expected to make.
 const ORDERS: i32 = 5;
@@ -93,7 +93,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let others = || tones().map(|(other, _)| other).filter(|other| other.peak != found.peak);
         let strongest = others().map(|other| other.fit.line.norm_sqr()).fold(0.0, f32::max);
         let steps = found.fit.amplitude_squared::<R>(N) < 0.25;
-        power > TRANSFORM * strongest
+        power > ARTEFACT * strongest
             && !(steps && self.beside(found).noise.power < BLURRED)
             && !others().any(|stronger| self.is_made_of(found, stronger))
     }
