@@ -45,11 +45,11 @@ struct Budgets {
     /// Instructions on the Cortex-M55, by record length and stage: the median, and the most of records without a sample at
     /// a rail and of those with.
     helium: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
-    /// The same of the 16-bit engine, whose stages have its name before theirs.
+    /// Instructions of the 16-bit engine on the Cortex-M55, as in `helium`; its stages have its name before theirs.
     helium_q15: BTreeMap<usize, BTreeMap<String, [u64; 3]>>,
     /// Bytes of program memory of an image for that core that measures one tone, and of one without verdicts.
     helium_images: [u64; 2],
-    /// The same by core: start-up, code and tables.
+    /// Bytes of program memory of both images by core: start-up, code and tables.
     single_images: BTreeMap<String, [u64; 2]>,
     /// Bytes of program memory and of RAM of the board's self-test.
     self_test_image: [u64; 2],
@@ -407,7 +407,7 @@ fn assert_equal<R: Record>(
     equality
 }
 
-/// The same on the Cortex-M55, on both engines of ours, and what its kernels take.
+/// The kernels of the Cortex-M55, of both engines of ours: their bits, and what they take.
 #[test]
 fn the_kernels_of_helium_equal_their_definition_and_keep_their_budget() {
     let (budgets, core, engine, mut excess) =

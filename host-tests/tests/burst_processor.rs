@@ -257,7 +257,7 @@ fn the_mean_and_the_rms_of_a_turbulent_flow() {
     assert!((rms / 0.1 - 1.0).abs() < 0.03 + 0.7 * chance, "{rms}");
 }
 
-/// The same bursts from chunks of any length; none across a gap; unsigned codes; a steady tone is long.
+/// Chunks of any length have equal bursts; none goes across a gap; unsigned codes; a steady tone is long.
 #[test]
 fn chunks_gaps_and_what_is_no_burst() {
     let mut rng = rng(4495, 0);
@@ -289,7 +289,7 @@ fn chunks_gaps_and_what_is_no_burst() {
     for chunk in [1, 15, 16, 1000] {
         assert_eq!(run(&samples, chunk).0, whole, "chunks of {chunk}");
     }
-    // The same converter's codes from 0 on.
+    // That converter, with codes from 0 on.
     let raised: Vec<i16> = samples.iter().map(|x| x + 2048).collect();
     let unsigned = Config::new(1.0, Codes::unsigned::<12>()).plan::<Real, 1024>().unwrap();
     let mut processor = BurstProcessor::<Real, 1024>::new(unsigned);

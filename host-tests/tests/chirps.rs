@@ -266,7 +266,7 @@ fn a_triangle_is_right_within_its_sigmas() {
 
 #[test]
 fn chirps_of_other_lengths_are_right_within_their_sigmas() {
-    // The same bins per metre as 1024 samples at the rates above: a quarter and four times as many in a ramp.
+    // A ramp has as many bins per metre as 1024 samples at the rates above give: a quarter and four times as many samples.
     let with = |factor: f64| RADARS.map(|radar| Radar { rate_hz: radar.rate_hz * factor, ..radar });
     are_right(cells::<Iq, 256>(&with(0.25)[..1], Shape::Trapezoid), "I/Q trapezoid, 256");
     are_right(cells::<Iq, 4096>(&with(4.0)[..2], Shape::Trapezoid), "I/Q trapezoid, 4096");

@@ -1,8 +1,7 @@
 //! From a block's last sample to the last byte of its record.
 
-use crate::board::{Emulated, Sectors, file};
 use crate::settings::tone;
-use crate::streams::{moving, table};
+use crate::streams::{fed, moving, table};
 use host_tests::figures::Document;
 use host_tests::sized;
 use picket_firmware::nucleo_f446re::N;
@@ -12,12 +11,7 @@ const STEP: u64 = 10;
 
 /// The delays of this many blocks at 500 kS/s, us, from the least to the longest.
 fn delays(codes: &[u16], blocks: usize) -> Option<Vec<u64>> {
-    let mut board = Emulated::plug()?;
-    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
-    board.order(&format!("input 0 table {}", file(&bytes).display()));
-    let mut sectors = Sectors::new();
-    sectors.save(&tone(500e3));
-    board.load(&sectors);
+    let mut board = fed(&tone(500e3), codes)?;
     board.order("power");
     let (mut left, mut ended, mut delays) = (0, Vec::new(), Vec::new());
     while delays.len() < blocks {

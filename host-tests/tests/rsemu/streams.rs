@@ -33,6 +33,17 @@ pub fn table(amplitude: f64) -> Vec<u16> {
 const LINE: u32 = 92_160;
 const FAST: u32 = 3 * LINE;
 
+/// A board without power that was saved these settings, with these codes at its input.
+pub fn fed(settings: &Settings, codes: &[u16]) -> Option<Emulated> {
+    let mut board = Emulated::plug()?;
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
+    board.order(&format!("input 0 table {}", file(&bytes).display()));
+    let mut sectors = Sectors::new();
+    sectors.save(settings);
+    board.load(&sectors);
+    Some(board)
+}
+
 /// Blocks without a pause, each record right to the bit. Returns what the board says at the end.
 fn stream(
     settings: &Settings,
@@ -40,13 +51,8 @@ fn stream(
     blocks: u64,
     line: u32,
 ) -> Option<picket_wire::status::Status> {
-    let mut board = Emulated::plug()?;
-    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
-    board.order(&format!("input 0 table {}", file(&bytes).display()));
+    let mut board = fed(settings, codes)?;
     board.order(&format!("line {line}"));
-    let mut sectors = Sectors::new();
-    sectors.save(settings);
-    board.load(&sectors);
     let (mut board, boot) = board.power();
     assert!(boot.measuring);
     let speed = Speed::of_mhz(settings.core_mhz).unwrap();
