@@ -156,8 +156,9 @@ fn bursts_on_the_board_are_those_of_this_machine() {
             let noise = 20.0 * rng.sample::<f64, _>(StandardNormal);
             (1500.0 + light + noise).round().clamp(0.0, 4095.0) as i16
         });
-        // The converter overruns once, in the middle.
+        // The converter overruns once, in the middle, with no block waiting.
         if block == blocks / 2 {
+            said.extend(board.turn().unwrap());
             board.adc_overrun().unwrap();
             let counters = status(&mut board).counters;
             lost_blocks = counters.lost();
