@@ -78,7 +78,7 @@ pub fn fill<R: Record>(samples: &mut [R::Sample], codes: Codes, random: &mut Ran
             let code = if nothing { offset } else { offset + tone + noise };
             code.clamp(low.into(), high.into()) as i16
         };
-        *sample = R::of_parts([part(phase.wrapping_add(1 << 30)), part(phase)]);
+        *sample = R::from_parts([part(phase.wrapping_add(1 << 30)), part(phase)]);
         phase = phase.wrapping_add(step);
     }
 }

@@ -220,7 +220,7 @@ impl Config {
     /// # Errors
     /// A value is out of its range, or contradicts another.
     pub fn plan<R: Record, const N: usize>(&self) -> Result<Plan<R, N>, ConfigError> {
-        Plan::of_terms(self.terms::<R>(N)?)
+        Plan::from_terms(self.terms::<R>(N)?)
     }
 
     /// The terms of a plan whose length is known only at run time: at most 2^22 samples. Lengths other than 64, 128, ... 4096 need a
@@ -235,7 +235,7 @@ impl Config {
         if !RATES_HZ.contains(&self.rate_hz) {
             return Err(ConfigError::Rate);
         }
-        let method = self.method.of_kind::<R>();
+        let method = self.method.from_kind::<R>();
         if !method.fits::<R>() {
             return Err(ConfigError::Method);
         }

@@ -113,9 +113,9 @@ impl<R: Record, const N: usize> Plan<R, N> {
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
         let threshold = Threshold::new(band.width(), FALSE_ALARM);
         let options = Options {
-            method: Method::LeastSquares.of_kind::<R>(),
+            method: Method::LeastSquares.from_kind::<R>(),
             reach: Reach::Eight,
-            arithmetic: Arithmetic::of_core(),
+            arithmetic: Arithmetic::from_core(),
             threshold: if has_ring(N, R::IQ) { threshold.with_another() } else { threshold },
             effort: Effort::One,
             width: Width::NONE,
@@ -131,7 +131,7 @@ impl<R: Record, const N: usize> Plan<R, N> {
     ///
     /// # Errors
     /// The terms are for records of another kind or length.
-    pub const fn of_terms(terms: Terms) -> Result<Self, ConfigError> {
+    pub const fn from_terms(terms: Terms) -> Result<Self, ConfigError> {
         Self::supported();
         if terms.n as usize == N && terms.iq == R::IQ {
             Ok(Self { terms, kind: PhantomData })

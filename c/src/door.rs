@@ -160,7 +160,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
             let (clipped, tone) = meter.pipeline.tone(&stamp, samples);
             let last = Measurement { stamp, clipped, tone, ..Measurement::default() };
             meter.last = Some(last);
-            answer.put(CTone::of(&tone, clipped));
+            answer.put(CTone::from_tone(&tone, clipped));
         }
         Ok(())
     }
@@ -187,7 +187,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
             meter.number = stamp.sequence.wrapping_add(1);
             let measurement = meter.pipeline.block(&stamp, samples);
             meter.last = Some(measurement);
-            answer.put(CMeasurement::of(&measurement));
+            answer.put(CMeasurement::from_measurement(&measurement));
         }
         Ok(())
     }
@@ -208,7 +208,7 @@ impl<R: Record, const N: usize> Meter<R, N> {
             let (lines, found) = (Out::at(lines)?, Out::at(found)?);
             let last = meter.last.as_ref().ok_or(Status::NoBlock)?;
             let phasors = meter.pipeline.lines(last, room);
-            let rows = phasors.iter().map(|phasor| CLine::of(phasor, last.clipped));
+            let rows = phasors.iter().map(|phasor| CLine::from_phasor(phasor, last.clipped));
             found.put(lines.put_all(room, rows));
         }
         Ok(())
@@ -265,9 +265,11 @@ impl<R: Record, const N: usize> Follower<R, N> {
                 None => follower.timing.stamp(follower.number.into(), false),
             };
             follower.number = stamp.sequence.wrapping_add(1);
-            answer.put(CMeasurement::of(&follower.tracker.block(&stamp, samples)));
+            answer.put(CMeasurement::from_measurement(&follower.tracker.block(&stamp, samples)));
             let all = follower.tracker.tracks(stamp.segment).iter();
-            found.put(tracks.put_all(room, all.map(|track| CTrack::of(track, follower.rate_hz))));
+            found.put(
+                tracks.put_all(room, all.map(|track| CTrack::from_track(track, follower.rate_hz))),
+            );
         }
         Ok(())
     }
@@ -294,10 +296,11 @@ impl<R: Record, const N: usize> Follower<R, N> {
             let moving = held.zip(&velocities).map(|(track, velocity)| {
                 let Velocity { velocity, sigma: sigma_velocity, verdict } = *velocity;
                 let target = Target { velocity, sigma_velocity, verdict, ..Target::default() };
-                CTarget::of(&target, track.number)
+                CTarget::from_target(&target, track.number)
             });
             let solved = tracker.targets();
-            let solved = solved.iter().map(|(track, target)| CTarget::of(target, (*track).into()));
+            let solved =
+                solved.iter().map(|(track, target)| CTarget::from_target(target, (*track).into()));
             let rows = moving.chain(solved);
             found.put(targets.put_all(room, rows));
         }
@@ -343,7 +346,7 @@ impl<R: Record, const N: usize> Sum<R, N> {
             let last = meter.last.as_ref().ok_or(Status::NoBlock)?;
             let seen = sum.add(last, &meter.pipeline);
             if let Some(seen) = &seen {
-                answer.put(CAccumulated::of(seen));
+                answer.put(CAccumulated::from_sum(seen));
             }
             complete.put(seen.is_some().into());
         }
@@ -398,7 +401,7 @@ impl<R: Record, const N: usize> Bursts<R, N> {
             let mut number = 0;
             processor.push(core::slice::from_raw_parts(first, count), |burst| {
                 if number < room {
-                    bursts.put_at(number, CBurst::of(burst));
+                    bursts.put_at(number, CBurst::from_burst(burst));
                 }
                 number += 1;
             });
@@ -425,7 +428,7 @@ impl<R: Record, const N: usize> Bursts<R, N> {
         // SAFETY: as the caller promises.
         unsafe {
             let Self(processor) = Slot::open(memory, Self::NUMBER)?;
-            Out::at(counts)?.put(CCounts::of(processor.counters()));
+            Out::at(counts)?.put(CCounts::from_counters(processor.counters()));
         }
         Ok(())
     }

@@ -31,7 +31,7 @@ pub struct CTone {
 
 impl CTone {
     /// A tone of a block in which so many samples touch a rail.
-    pub fn of(tone: &Tone, clipped: u32) -> Self {
+    pub fn from_tone(tone: &Tone, clipped: u32) -> Self {
         Self {
             frequency_hz: tone.hertz(),
             sigma_hz: tone.sigma_hertz(),
@@ -55,9 +55,9 @@ pub struct CLine {
 }
 
 impl CLine {
-    pub fn of(phasor: &ToneWithPhase, clipped: u32) -> Self {
+    pub fn from_phasor(phasor: &ToneWithPhase, clipped: u32) -> Self {
         Self {
-            tone: CTone::of(&phasor.tone, clipped),
+            tone: CTone::from_tone(&phasor.tone, clipped),
             phase_rad: phasor.phase,
             sigma_phase_rad: phasor.sigma_phase,
         }
@@ -82,7 +82,7 @@ pub struct CTarget {
 
 impl CTarget {
     /// A target whose rising beat is followed by the track of this number.
-    pub fn of(target: &Target, track: u32) -> Self {
+    pub fn from_target(target: &Target, track: u32) -> Self {
         let (ambiguity, other_range_m, other_velocity_mps) = match target.ambiguity {
             Ambiguity::None => (0, 0.0, 0.0),
             Ambiguity::Exchange { range, velocity } => (1, range.to_num(), velocity.to_num()),
@@ -114,7 +114,7 @@ pub struct CMeasurement {
 }
 
 impl CMeasurement {
-    pub fn of(measurement: &Measurement) -> Self {
+    pub fn from_measurement(measurement: &Measurement) -> Self {
         let (outcome, target) = match &measurement.result {
             Outcome::None => (0, CTarget::default()),
             Outcome::Velocity(velocity) => {
@@ -124,12 +124,12 @@ impl CMeasurement {
                     verdict: velocity.verdict,
                     ..Target::default()
                 };
-                (1, CTarget::of(&target, 0))
+                (1, CTarget::from_target(&target, 0))
             }
-            Outcome::Target(target) => (2, CTarget::of(target, 0)),
+            Outcome::Target(target) => (2, CTarget::from_target(target, 0)),
         };
         Self {
-            tone: CTone::of(&measurement.tone, measurement.clipped),
+            tone: CTone::from_tone(&measurement.tone, measurement.clipped),
             target,
             outcome,
             reserved: [0; 7],
@@ -151,10 +151,10 @@ pub struct CTrack {
 }
 
 impl CTrack {
-    pub fn of(track: &Track, rate_hz: f64) -> Self {
+    pub fn from_track(track: &Track, rate_hz: f64) -> Self {
         let tone = Tone { rate_hz, ..track.tone };
         Self {
-            tone: CTone::of(&tone, 0),
+            tone: CTone::from_tone(&tone, 0),
             rate_hz_per_block: (f64::from(track.rate()) * rate_hz) as f32,
             number: track.number,
             age: track.age,
@@ -207,7 +207,7 @@ impl CConfig {
         let codes = Codes::between(self.low_code, self.high_code).ok_or(Status::Codes)?;
         let mut config = Config::new(self.rate_hz, codes);
         config.arithmetic = match self.arithmetic {
-            0 => Arithmetic::of_core(),
+            0 => Arithmetic::from_core(),
             1 => Arithmetic::Float,
             2 => Arithmetic::Fixed,
             _ => return Err(Status::Option),
@@ -359,8 +359,8 @@ pub struct CAccumulated {
 }
 
 impl CAccumulated {
-    pub fn of(sum: &Accumulated) -> Self {
-        Self { tone: CTone::of(&sum.tone, 0), ln_chance: sum.ln_chance, blocks: sum.blocks }
+    pub fn from_sum(sum: &Accumulated) -> Self {
+        Self { tone: CTone::from_tone(&sum.tone, 0), ln_chance: sum.ln_chance, blocks: sum.blocks }
     }
 }
 
@@ -398,9 +398,9 @@ pub struct CBurst {
 }
 
 impl CBurst {
-    pub fn of(burst: &Burst) -> Self {
+    pub fn from_burst(burst: &Burst) -> Self {
         Self {
-            tone: CTone::of(&burst.tone, 0),
+            tone: CTone::from_tone(&burst.tone, 0),
             arrival: burst.arrival,
             deviation: burst.deviation,
             validation: burst.validation as u8,
@@ -422,7 +422,7 @@ pub struct CCounts {
 }
 
 impl CCounts {
-    pub fn of(counters: &Counters) -> Self {
+    pub fn from_counters(counters: &Counters) -> Self {
         let Counters { samples, bursts, lost, long, dead } = *counters;
         Self { samples, dead, bursts, lost, long, reserved: 0 }
     }

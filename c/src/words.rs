@@ -82,7 +82,7 @@ pub extern "C" fn picket_verdict_usable(verdict: u8) -> u8 {
 /// 1 if a verdict is among a tone's `also`, else 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn picket_verdict_is_among(verdict: u8, also: u8) -> u8 {
-    Verdict::from_u8(verdict).is_some_and(|verdict| Verdicts::of_bits(also).has(verdict)) as u8
+    Verdict::from_u8(verdict).is_some_and(|verdict| Verdicts::from_bits(also).has(verdict)) as u8
 }
 
 /// What is known against a burst: "valid", "two-particles". Never NULL.

@@ -222,12 +222,14 @@ impl Port<N, SLOT> for World {
             let Some(frame) = self.host.push(byte) else { continue };
             let frame = frame.expect("what the instrument sends is whole");
             self.seen.push(match frame.kind {
-                Kind::Boot => Seen::Boot(Boot::of_frame(&frame).expect("a boot record")),
-                Kind::Status => Seen::Status(Status::of_frame(&frame).expect("a status")),
-                Kind::Telemetry => Seen::Telemetry(Telemetry::of_frame(&frame).expect("a record")),
-                Kind::Raw => Seen::Raw(Raw::of_frame(&frame).expect("a piece")),
+                Kind::Boot => Seen::Boot(Boot::from_frame(&frame).expect("a boot record")),
+                Kind::Status => Seen::Status(Status::from_frame(&frame).expect("a status")),
+                Kind::Telemetry => {
+                    Seen::Telemetry(Telemetry::from_frame(&frame).expect("a record"))
+                }
+                Kind::Raw => Seen::Raw(Raw::from_frame(&frame).expect("a piece")),
                 Kind::Reply | Kind::Refusal => {
-                    let (answer, said) = Answer::of_frame(&frame).expect("an answer");
+                    let (answer, said) = Answer::from_frame(&frame).expect("an answer");
                     Seen::Answer(answer, said.map(<[u8]>::to_vec))
                 }
                 _ => Seen::Other,
@@ -515,14 +517,14 @@ impl Knows {
         let mut seen = world.seen.drain(..);
         let Some(Seen::Boot(boot)) = seen.next() else { panic!("no boot record") };
         let Some(Seen::Answer(_, Ok(body))) = seen.next() else { panic!("no settings") };
-        let (settings, n) = Settings::of_bytes(&body).expect("settings");
+        let (settings, n) = Settings::from_bytes(&body).expect("settings");
         assert_eq!((n, boot.n, boot.unfit, boot.halted), (N, N as u32, false, halted));
         assert_eq!(boot.settings, checksum::of_bytes(&body));
         assert_eq!(boot.measuring, settings.start);
         // By which settings of a host or of the flash this may be.
         let told = |start: bool| Settings { start, ..settings }.to_bytes(N).to_vec();
         let is = |wanted: &[u8]| {
-            let (wanted, _) = Settings::of_bytes(wanted).expect("settings that were answered");
+            let (wanted, _) = Settings::from_bytes(wanted).expect("settings that were answered");
             wanted.to_bytes(N)[..] == told(wanted.start)[..]
                 && settings.start == (wanted.start && !halted)
         };
@@ -724,7 +726,7 @@ impl Knows {
             (Command::Capture(_), Some(said)) => assert_eq!(said.is_ok(), self.measuring),
             (Command::GetSettings, Some(said)) => assert_eq!(said.as_deref(), Ok(&body[..])),
             (Command::Identify, Some(said)) => {
-                let boot = Boot::of_bytes(&said.expect("a boot record")).expect("a boot record");
+                let boot = Boot::from_bytes(&said.expect("a boot record")).expect("a boot record");
                 assert_eq!((boot.settings, boot.measuring), (self.label, self.measuring));
             }
             (Command::Status, Some(said)) => assert_eq!(said, Ok(Vec::new())),

@@ -44,25 +44,25 @@ pub fn message(bytes: &[u8]) {
     let Some(kind) = Kind::from_u8(kind) else { return };
     let frame = Frame { kind, payload };
     match kind {
-        Kind::Telemetry => same(&frame, |it| Telemetry::of_frame(it).ok(), |it| it.to_frame()),
-        Kind::Boot => same(&frame, Boot::of_frame, |it| it.to_frame()),
-        Kind::Status => same(&frame, Status::of_frame, |it| it.to_frame()),
-        Kind::Raw => same(&frame, Raw::of_frame, |it| it.to_frame()),
-        Kind::Follow => same(&frame, |it| Follow::of_frame(it).ok(), |it| it.to_frame()),
-        Kind::Lines => same(&frame, |it| Lines::of_frame(it).ok(), |it| it.to_frame()),
-        Kind::Fundamental => same(&frame, Fundamental::of_frame, |it| it.to_frame()),
-        Kind::Burst => same(&frame, Burst::of_frame, |it| it.to_frame()),
-        Kind::Sum => same(&frame, Sum::of_frame, |it| it.to_frame()),
-        Kind::Command => drop(Request::of_frame(&frame)),
+        Kind::Telemetry => same(&frame, |it| Telemetry::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::Boot => same(&frame, Boot::from_frame, |it| it.to_frame()),
+        Kind::Status => same(&frame, Status::from_frame, |it| it.to_frame()),
+        Kind::Raw => same(&frame, Raw::from_frame, |it| it.to_frame()),
+        Kind::Follow => same(&frame, |it| Follow::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::Lines => same(&frame, |it| Lines::from_frame(it).ok(), |it| it.to_frame()),
+        Kind::Fundamental => same(&frame, Fundamental::from_frame, |it| it.to_frame()),
+        Kind::Burst => same(&frame, Burst::from_frame, |it| it.to_frame()),
+        Kind::Sum => same(&frame, Sum::from_frame, |it| it.to_frame()),
+        Kind::Command => drop(Request::from_frame(&frame)),
         Kind::Reply | Kind::Refusal => {
-            if let Some((answer, said)) = Answer::of_frame(&frame) {
+            if let Some((answer, said)) = Answer::from_frame(&frame) {
                 let again = match said {
                     Ok(body) => answer.reply(body),
                     Err(refusal) => answer.refusal(refusal),
                 };
                 // A body that no frame holds is not sent.
                 let again = (!again.is_empty()).then(|| read(&again));
-                let told = again.as_ref().map(|it| Answer::of_frame(it).expect("an answer"));
+                let told = again.as_ref().map(|it| Answer::from_frame(it).expect("an answer"));
                 assert!(told.is_none_or(|told| told == (answer, said)));
             }
         }
@@ -83,12 +83,12 @@ fn same<T, W: AsRef<[u8]>>(frame: &Frame, of: impl Fn(&Frame) -> Option<T>, to: 
 /// A command whose checksum was right.
 pub fn command(bytes: &[u8]) {
     let Ok(payload) = bytes.try_into() else { return };
-    let Ok(request) = Request::of_frame(&Frame { kind: Kind::Command, payload }) else { return };
+    let Ok(request) = Request::from_frame(&Frame { kind: Kind::Command, payload }) else { return };
     assert_eq!([request.tag, request.command.number()], bytes[..2]);
     match request.command {
         Command::SetSettings(settings, n) => {
             let again = settings.to_bytes(n);
-            let (told, length) = Settings::of_bytes(&again).expect("settings of ours");
+            let (told, length) = Settings::from_bytes(&again).expect("settings of ours");
             assert_eq!((told.to_bytes(length), length), (again, n));
         }
         Command::Capture(blocks) => assert_eq!(blocks.to_le_bytes(), bytes[2..]),
@@ -105,9 +105,9 @@ pub fn settings(bytes: &[u8]) {
         assert_eq!((told.to_bytes(length), length), (settings.to_bytes(n), n));
         assert_eq!(stored::encode(&told, length, &again), again);
     }
-    let Ok((settings, n)) = Settings::of_bytes(bytes) else { return };
-    assert_eq!(Settings::of_bytes(&settings.to_bytes(n)).map(|(_, n)| n), Ok(n));
-    let speed = Speed::of_mhz(settings.core_mhz).unwrap_or_default();
+    let Ok((settings, n)) = Settings::from_bytes(bytes) else { return };
+    assert_eq!(Settings::from_bytes(&settings.to_bytes(n)).map(|(_, n)| n), Ok(n));
+    let speed = Speed::from_mhz(settings.core_mhz).unwrap_or_default();
     let tree = Tree::new(speed, Source::HsePll);
     if let Ok((plan, _)) = Words::plan::<1024>(&settings, &tree) {
         let again = Words::plan::<1024>(&plan.settings, &tree);

@@ -37,7 +37,7 @@ pub fn pipeline(bytes: &[u8]) {
         if short[0] == 5 {
             bytes.extend(input.take::<{ Settings::BYTES - Settings::SHORT }>());
         }
-        let Ok((settings, _)) = Settings::of_bytes(&bytes) else { return };
+        let Ok((settings, _)) = Settings::from_bytes(&bytes) else { return };
         let Ok(plan) = Plan::<N>::new(&settings, settings.config.rate_hz) else { return };
         let calibration = settings.calibration;
         for sequence in 2 * sequence..2 * sequence + 2 {
@@ -95,10 +95,10 @@ fn follow<R: Record>(config: &Config, input: &mut Input) {
         for track in tracker.tracks(stamp.segment) {
             assert!(track.tone.sigma >= 0.0 && !track.rate().is_nan(), "{track:?}");
         }
-        let report = Follow::of(&tracker, &stamp).to_frame();
+        let report = Follow::from_tracker(&tracker, &stamp).to_frame();
         let mut reader = Reader::default();
         let frame = report.iter().find_map(|&byte| reader.push(byte)).expect("a frame");
-        assert!(Follow::of_frame(&frame.expect("a whole frame")).is_ok());
+        assert!(Follow::from_frame(&frame.expect("a whole frame")).is_ok());
     }
 }
 
@@ -109,7 +109,9 @@ pub(super) fn samples<R: Record, const N: usize>(input: &mut Input) -> [R::Sampl
         return std::array::from_fn(|_| {
             let [a, b, c, d] = input.take();
             let bits = shift & 15;
-            R::of_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])].map(|x| x >> bits))
+            R::from_parts(
+                [i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])].map(|x| x >> bits),
+            )
         });
     }
     let amplitude = f64::from(1u32 << (shift & 15));
@@ -121,7 +123,7 @@ pub(super) fn samples<R: Record, const N: usize>(input: &mut Input) -> [R::Sampl
         noise ^= noise << 5;
         let random = f64::from(noise >> 16) * f64::from(kind >> 1) / 65536.0;
         let (sin, cos) = (std::f64::consts::TAU * cycles * n as f64).sin_cos();
-        R::of_parts([cos, sin].map(|part| (amplitude * part + random) as i16))
+        R::from_parts([cos, sin].map(|part| (amplitude * part + random) as i16))
     })
 }
 
@@ -200,6 +202,6 @@ fn number(measurement: &Measurement) {
     let mut reader = Reader::default();
     let frame = record.to_frame();
     let frame = frame.iter().find_map(|&byte| reader.push(byte)).expect("a frame");
-    let told = Telemetry::of_frame(&frame.expect("a whole frame")).expect("telemetry of ours");
+    let told = Telemetry::from_frame(&frame.expect("a whole frame")).expect("telemetry of ours");
     assert_eq!(told, record);
 }

@@ -34,7 +34,7 @@ pub fn archive(bytes: &[u8]) {
 
 /// JSON lines.
 pub fn json(bytes: &[u8]) {
-    let Ok(records) = Records::of_bytes(NAME.as_ref(), bytes.to_vec(), Options::default()) else {
+    let Ok(records) = Records::from_bytes(NAME.as_ref(), bytes.to_vec(), Options::default()) else {
         return;
     };
     for record in records {
@@ -64,7 +64,7 @@ fn recording(format: Format, bytes: &[u8]) {
         },
         decimal_comma: how & 32 != 0,
     };
-    let recording = Recording::of_bytes(Path::new(NAME), rest.to_vec(), options);
+    let recording = Recording::from_bytes(Path::new(NAME), rest.to_vec(), options);
     let mut blocks = match recording {
         Ok(recording) => recording.blocks(N, 1 + usize::from(how >> 6) * N, 0),
         Err(error) => return one_line(&error),

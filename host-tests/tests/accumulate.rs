@@ -32,7 +32,7 @@ fn summed<R: Record, const N: usize>(
             let (sin, cos) = (TAU * place * n as f64 / N as f64 + phase).sin_cos();
             let noise = |rng: &mut ChaCha8Rng| NOISE * rng.sample::<f64, _>(StandardNormal);
             let part = |x: f64, rng: &mut ChaCha8Rng| quantise(amplitude * x + noise(rng));
-            R::of_parts([part(cos, rng), if R::IQ { part(sin, rng) } else { 0 }])
+            R::from_parts([part(cos, rng), if R::IQ { part(sin, rng) } else { 0 }])
         });
         let stamp = Stamp { sequence: block, ..Stamp::default() };
         let measurement = pipeline.block(&stamp, &samples);

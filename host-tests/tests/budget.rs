@@ -354,7 +354,7 @@ fn the_smallest_images_keep_their_sizes() {
 fn the_self_test_keeps_its_size() {
     let (budgets, mut excess) = (budgets(), Excess::default());
     let image = self_test().unwrap_or_else(|error| panic!("{error}"));
-    let Footprint { flash, ram } = Footprint::of(&image).unwrap();
+    let Footprint { flash, ram } = Footprint::from_elf(&image).unwrap();
     for (what, spent, allowed) in ["flash", "RAM"]
         .into_iter()
         .zip([flash, ram])

@@ -46,7 +46,7 @@ fn stream<R: Record>(
         .map(|part| {
             let mut draw = |x: f64| quantise(x + noise * rng.sample::<f64, _>(StandardNormal));
             let i = draw(part[0]);
-            R::of_parts([i, if R::IQ { draw(part[1]) } else { 0 }])
+            R::from_parts([i, if R::IQ { draw(part[1]) } else { 0 }])
         })
         .collect()
 }

@@ -44,7 +44,7 @@ fn shares<R: Record>(
             .map(|n| {
                 let level = amplitude * envelope(n as f64 / N as f64, place);
                 let (sin, cos) = (TAU * bins * n as f64 / N as f64 + phase).sin_cos();
-                R::of_parts([cos, sin].map(|part| {
+                R::from_parts([cos, sin].map(|part| {
                     quantise(level * part + noise * rng.sample::<f64, _>(StandardNormal))
                 }))
             })

@@ -224,7 +224,7 @@ fn ten_thousand_blocks_of_each_kind_are_those_of_picket_analyze() {
                 let what = format!("{kind}, {word}, block {index}");
                 let verdict = picket_dsp::Verdict::from_u8(verdict).unwrap();
                 assert_eq!(answer.verdict, verdict.name(), "{what}");
-                let also = picket_dsp::Verdicts::of_bits(also);
+                let also = picket_dsp::Verdicts::from_bits(also);
                 assert_eq!(
                     answer.also,
                     also.iter().map(|v| v.name()).collect::<Vec<_>>(),
@@ -332,7 +332,7 @@ fn a_program_in_c_is_little_larger_than_a_small_one_in_rust() {
         return;
     }
     let Some(image) = bare("single.c", M4F, &[]) else { return };
-    let ours = Footprint::of(&image).unwrap();
+    let ours = Footprint::from_elf(&image).unwrap();
     let rust = Firmware {
         bin: "single",
         target: Target::M4f,
@@ -340,7 +340,7 @@ fn a_program_in_c_is_little_larger_than_a_small_one_in_rust() {
         profile: Profile::Release,
     };
     let Some(rust) = had(rust.build()) else { return };
-    let rust = Footprint::of(&rust).unwrap();
+    let rust = Footprint::from_elf(&rust).unwrap();
     println!("C: {ours:?}, Rust: {rust:?}");
     // As docs/c.md has it.
     assert!(ours.flash <= rust.flash + 8_192, "C takes {ours:?}, Rust {rust:?}");

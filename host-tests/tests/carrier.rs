@@ -42,7 +42,7 @@ fn records<R: Record, const N: usize>(
     let receiver = Receiver::ideal(RATE_HZ, R::IQ, Mixing::RxConjTx).with_snr(amplitude, snr_db);
     let wave = Waveform::continuous(CARRIER_HZ);
     let codes = receiver.record(&wave, &[target], (0, 0.0), count, normal);
-    let samples: Vec<R::Sample> = codes.into_iter().map(R::of_parts).collect();
+    let samples: Vec<R::Sample> = codes.into_iter().map(R::from_parts).collect();
     (samples.chunks(N).map(<[_]>::to_vec).collect(), cycles)
 }
 
@@ -201,7 +201,7 @@ fn the_spot_has_the_bandwidth() {
         .map(|seed| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let mut normal = || rng.sample(StandardNormal);
-            let speckle = Speckle::of_spot((0.0, lag_s), speed, diameter, &mut normal);
+            let speckle = Speckle::from_spot((0.0, lag_s), speed, diameter, &mut normal);
             let [[a, b], [c, d]] = [speckle.at(0.0), speckle.at(lag_s)];
             [a * c + b * d, a * a + b * b]
         })

@@ -107,7 +107,7 @@ fn solved<R: Record, const N: usize>(
         let normal = || rng.sample(StandardNormal);
         let record =
             receiver.record(&waveform, std::slice::from_ref(&reflector), (0, from_s), N, normal);
-        let samples: Vec<_> = record.into_iter().map(R::of_parts).collect();
+        let samples: Vec<_> = record.into_iter().map(R::from_parts).collect();
         let stamp = Stamp { sequence: index as u32, segment, ..Stamp::default() };
         let samples = samples.as_slice().try_into().unwrap();
         if let Outcome::Target(found) = pipeline.block(&stamp, samples).result {

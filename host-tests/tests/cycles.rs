@@ -42,7 +42,7 @@ fn the_model_meets_a_measured_chip() {
         return;
     };
     let mut trace = Trace::new(Clock::of(&CORES[0]).unwrap());
-    let header = Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 64, 0);
+    let header = Header::from_config::<Real>(Config::new(1.0, Codes::signed::<12>()), 64, 0);
     let capture = Capture::create(&header).unwrap();
     capture
         .trace(Machine::An386, &image, Duration::from_secs(120), |line| trace.line(line))

@@ -120,7 +120,7 @@ impl Image {
 
 /// The page states what an image takes, behind these words.
 fn assert_states_footprint(words: &str, image: &Path) {
-    assert_states(words, Footprint::of(image).unwrap());
+    assert_states(words, Footprint::from_elf(image).unwrap());
 }
 
 fn assert_states(words: &str, Footprint { flash, ram }: Footprint) {
@@ -217,7 +217,7 @@ fn assert_ten_records(board: &mut Console, rate_hz: f64, step: u32) {
 
 fn settings_of(board: &mut Console, order: Order) -> Settings {
     let body = board.request(order).unwrap().unwrap();
-    let (settings, n) = Settings::of_bytes(&body).unwrap();
+    let (settings, n) = Settings::from_bytes(&body).unwrap();
     assert_eq!(n, 256);
     settings
 }
@@ -225,7 +225,7 @@ fn settings_of(board: &mut Console, order: Order) -> Settings {
 #[test]
 fn the_skeleton_board_measures_and_follows_commands() {
     let Some(image) = had(SKELETON.build(&[])) else { return };
-    let Footprint { flash, ram } = Footprint::of(&image).unwrap();
+    let Footprint { flash, ram } = Footprint::from_elf(&image).unwrap();
     let phrase = "The image takes # B of flash and # B of RAM without the stack";
     Document::porting().assert_states(phrase, &[flash as f64, ram as f64]);
     let Some((mut board, first)) = skeleton(&image) else { return };

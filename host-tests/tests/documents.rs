@@ -157,7 +157,7 @@ fn the_boards_page_has_settings_that_the_board_takes() {
     let files: Vec<&str> =
         page.split("```json\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     assert_eq!(files.len(), 2);
-    let tree = Tree::new(Speed::of_mhz(180).unwrap(), Source::HsePll);
+    let tree = Tree::new(Speed::from_mhz(180).unwrap(), Source::HsePll);
     for (number, file) in files.into_iter().enumerate() {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("settings-{number}.json"));
         fs::write(&path, file).unwrap();

@@ -57,7 +57,7 @@ fn blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]> {
                     code.round().clamp(low.into(), high.into()) as i16
                 };
                 let mut noise = || noise * rng.random_range(-1.0..1.0);
-                R::of_parts([part(angle.cos(), noise()), part(angle.sin(), noise())])
+                R::from_parts([part(angle.cos(), noise()), part(angle.sin(), noise())])
             })
         })
         .collect()
@@ -111,7 +111,7 @@ fn run(capture: Capture, machine: Machine, image: &Path) -> Result<(Outcome, Vec
 fn records(telemetry: &[u8]) -> Vec<Telemetry> {
     let mut reader = Reader::default();
     let frames = telemetry.iter().filter_map(|&byte| reader.push(byte));
-    frames.map(|frame| Telemetry::of_frame(&frame.unwrap()).unwrap()).collect()
+    frames.map(|frame| Telemetry::from_frame(&frame.unwrap()).unwrap()).collect()
 }
 
 /// The first record that differs says more than two heaps of bytes.
@@ -146,7 +146,8 @@ fn config(method: Method, scene: Scene) -> Config {
 fn headers() -> Vec<Header> {
     let doppler =
         Scene::Doppler { wavelength_m: 1550e-9, angle_rad: 0.1, mixing: Mixing::RxConjTx };
-    let mut headers = vec![Header::of::<Real>(config(Method::default(), LIDAR), 1024, 1000)];
+    let mut headers =
+        vec![Header::from_config::<Real>(config(Method::default(), LIDAR), 1024, 1000)];
     for iq in [false, true] {
         let fits = |method: &&Method| {
             if iq { method.fits::<Iq>() } else { method.fits::<Real>() }
@@ -159,7 +160,7 @@ fn headers() -> Vec<Header> {
             if n % 3 == 1 {
                 config.codes = Codes::signed::<16>();
             }
-            headers.push(Header { iq, ..Header::of::<Real>(config, n, 4) });
+            headers.push(Header { iq, ..Header::from_config::<Real>(config, n, 4) });
         }
     }
     headers
@@ -213,7 +214,7 @@ fn hard_blocks<R: Record, const N: usize>(header: &Header) -> Vec<[R::Sample; N]
                     let value = 800.0 * (level * tone + other * line);
                     (value + noise * rng.random_range(-1.0..1.0)).clamp(-2047.0, 2047.0) as i16
                 };
-                R::of_parts([part(tone.cos(), line.cos()), part(tone.sin(), line.sin())])
+                R::from_parts([part(tone.cos(), line.cos()), part(tone.sin(), line.sin())])
             })
         })
         .collect()
@@ -231,7 +232,7 @@ fn joint_fits_give_the_same_bits() {
         for (iq, n) in [(false, 64), (true, 256), (false, 1024)] {
             let looks = Effort::ALL.iter().map(|&effort| {
                 let config = Config { effort, ..config(Method::default(), Scene::Tone) };
-                let header = Header { iq, ..Header::of::<Real>(config, n, count) };
+                let header = Header { iq, ..Header::from_config::<Real>(config, n, count) };
                 let (capture, ours, verdicts) = for_record(iq, n as usize, Hard(header)).unwrap();
                 let what = format!("{target:?}, iq {iq}, n {n}, {}", effort.name());
                 let (outcome, theirs) =
@@ -331,7 +332,7 @@ fn delivers_in_order(board: Machine) {
     for (iq, n, blocks) in
         [(false, 64, 90), (false, 1024, 300), (true, 4096, 30), (false, 4096, 2500)]
     {
-        let header = Header::of::<Real>(config(Method::ZRife, LIDAR), n, blocks);
+        let header = Header::from_config::<Real>(config(Method::ZRife, LIDAR), n, blocks);
         let header = Header { iq, stride: n + 500, ..header };
         let (capture, ours) = here(&header);
         let (outcome, theirs) = there(capture, board, "frontend_qemu").unwrap();
@@ -359,7 +360,7 @@ fn a_converter_that_is_too_fast_loses_blocks_and_every_one_is_counted() {
 }
 
 fn counts_its_losses(board: Machine) {
-    let header = Header::of::<Real>(config(Method::ZRife, Scene::Tone), 1024, 200);
+    let header = Header::from_config::<Real>(config(Method::ZRife, Scene::Tone), 1024, 200);
     let header = Header { period_us: 1000, ..header };
     let (capture, _) = here(&header);
     let (outcome, telemetry) = there(capture, board, "frontend_qemu").unwrap();
@@ -378,17 +379,23 @@ fn counts_its_losses(board: Machine) {
 #[test]
 fn what_cannot_be_measured_stops_with_one_line() {
     let fast = Config { rate_hz: -1.0, ..Config::new(1.0, Codes::signed::<12>()) };
-    let capture = Capture::create(&Header::of::<Real>(fast, 64, 1)).unwrap();
+    let capture = Capture::create(&Header::from_config::<Real>(fast, 64, 1)).unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: the sample rate must lie between 1e-6 and 1e12 Hz");
-    let capture =
-        Capture::create(&Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 64, 1))
-            .unwrap();
+    let capture = Capture::create(&Header::from_config::<Real>(
+        Config::new(1.0, Codes::signed::<12>()),
+        64,
+        1,
+    ))
+    .unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: the capture ends before its last block");
-    let capture =
-        Capture::create(&Header::of::<Real>(Config::new(1.0, Codes::signed::<12>()), 65, 1))
-            .unwrap();
+    let capture = Capture::create(&Header::from_config::<Real>(
+        Config::new(1.0, Codes::signed::<12>()),
+        65,
+        1,
+    ))
+    .unwrap();
     let error = there(capture, Machine::An505, "frontend_qemu").unwrap_err().to_string();
     assert_eq!(error, "the firmware says: a block must have 64, 128, ... 4096 samples");
 }

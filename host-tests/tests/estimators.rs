@@ -47,7 +47,7 @@ impl<T: Scalar> Tone<T> {
         let exact: Vec<_> = (0..n).map(|k| f64::unit(turns(k)) * amplitude).collect();
         let mut spectrum = exact.clone();
         f64::forward(n).process(&mut spectrum);
-        let narrow = |x: &Complex<f64>| Complex::new(T::of(x.re), T::of(x.im));
+        let narrow = |x: &Complex<f64>| Complex::new(T::new(x.re), T::new(x.im));
         Self {
             samples: exact.iter().map(narrow).collect(),
             spectrum: spectrum.iter().map(narrow).collect(),

@@ -87,7 +87,8 @@ fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
     let codes = [Codes::signed::<12>(), Codes::unsigned::<12>(), Codes::signed::<16>()]
         [N.ilog2() as usize % 3];
     let config = Config { codes, ..Config::new(1.0, Codes::signed::<12>()) };
-    let header = Header { period_us: 0, ..Header::of::<R>(config, N as u32, BLOCKS as u32) };
+    let header =
+        Header { period_us: 0, ..Header::from_config::<R>(config, N as u32, BLOCKS as u32) };
     let (mut capture, mut spectrum) =
         (Capture::create(&header).unwrap(), Spectrum::<R, N, F32>::new());
     let (low, high) = codes.rails();
@@ -99,7 +100,7 @@ fn check_bits<R: Kind, const N: usize>(core: &Core, image: &Path) {
             let code = i32::from(middle) + rng.random_range(-span / 2..=span / 2);
             code.clamp(low.into(), high.into()) as i16
         };
-        let samples: [R::Sample; N] = std::array::from_fn(|_| R::of_parts([code(), code()]));
+        let samples: [R::Sample; N] = std::array::from_fn(|_| R::from_parts([code(), code()]));
         capture.push::<R>(&samples).unwrap();
         spectrum.transform(&samples, codes);
         // The image writes so many, as floats, which these integers are.

@@ -28,13 +28,13 @@ fn samples<R: Record, const N: usize>(
             (middle + amplitude * x + sigma * noise).round().clamp(low, high) as i16
         };
         let noise = [rng.sample(StandardNormal), rng.sample(StandardNormal)];
-        R::of_parts([part(cos, noise[0]), part(sin, noise[1])])
+        R::from_parts([part(cos, noise[0]), part(sin, noise[1])])
     })
 }
 
 fn codes_of_every_width() -> Vec<Codes> {
-    let signed = (8..=16).map(|bits| Codes::of_bits(true, bits));
-    let unsigned = (8..=15).map(|bits| Codes::of_bits(false, bits));
+    let signed = (8..=16).map(|bits| Codes::from_bits(true, bits));
+    let unsigned = (8..=15).map(|bits| Codes::from_bits(false, bits));
     // As of a converter that adds 13 conversions of 12 bits up.
     let sum = [Codes::between(0, 4095 * 7), Codes::between(-3000, 12_000)];
     signed.chain(unsigned).chain(sum).map(Option::unwrap).collect()

@@ -146,7 +146,7 @@ fn several<R: Kind, const N: usize>(
         .collect();
     let crest = samples.as_flattened().iter().fold(0.0f64, |most, x| most.max(x.abs()));
     let code = |x: f64| (x / crest * fill * RAIL).round().clamp(-RAIL, RAIL - 1.0) as i16;
-    let record: Vec<R::Sample> = samples.iter().map(|x| R::of_parts(x.map(code))).collect();
+    let record: Vec<R::Sample> = samples.iter().map(|x| R::from_parts(x.map(code))).collect();
     let plan = Config::new(1.0, Codes::signed::<12>()).plan::<R, N>().unwrap();
     Pipeline::<R, N>::new(plan).record(&record).unwrap().tone
 }

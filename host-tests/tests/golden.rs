@@ -66,9 +66,9 @@ fn float<T: Scalar, R: Record>(
     samples: &[R::Sample],
     peak: i32,
 ) -> f64 {
-    let narrow = |x: Complex<f64>| Complex::new(T::of(x.re), T::of(x.im));
+    let narrow = |x: Complex<f64>| Complex::new(T::new(x.re), T::new(x.im));
     let bins = Bins::<T, R, Rectangular>::gather(samples.len(), peak, |k| narrow(spectrum[k]));
-    let power = |k: i32| T::of(spectrum[k as usize].norm_sqr());
+    let power = |k: i32| T::new(spectrum[k as usize].norm_sqr());
     method.offset(&bins, &Raw::<R>(samples), power).unwrap().wide()
 }
 
@@ -268,7 +268,7 @@ fn the_solver_on_every_vector() {
     };
     for beats in &golden.solver {
         let tones = [beats.f1_hz, beats.f2_hz, beats.f3_hz].map(|hz| Tone {
-            frequency: Frequency::of_bins(0, hz / rate, 1).unwrap(),
+            frequency: Frequency::from_bins(0, hz / rate, 1).unwrap(),
             sigma: 1e-6,
             snr: 1.0,
             amplitude: 1.0,

@@ -166,7 +166,7 @@ fn golden_case<R: Kind>(case: &Case, name: &str) {
 fn target_offset<R: Kind, const N: usize>(case: &Case) -> f64 {
     let mut spectrum = Spectrum::<R, N>::new();
     spectrum.transform(&case.samples::<R, N>(), CODES);
-    fit::<f32, R>(&Bins::of(&spectrum, case.km), Reach::Sixteen, FitStart::Usual)
+    fit::<f32, R>(&Bins::from_spectrum(&spectrum, case.km), Reach::Sixteen, FitStart::Usual)
         .unwrap()
         .offset
         .into()
@@ -190,7 +190,8 @@ fn trial<R: Kind, const N: usize>(rng: &mut ChaCha8Rng, reach: Reach, snr_db: f6
     spectrum.transform(&samples, CODES);
     let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
     let peak = peak::find(&spectrum, band).unwrap();
-    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak.bin), reach, FitStart::Usual).unwrap();
+    let fit =
+        fit::<f32, R>(&Bins::from_spectrum(&spectrum, peak.bin), reach, FitStart::Usual).unwrap();
     let noise = ring::beside::<R, N>(
         &Neighbourhood::read(&spectrum, peak.bin, &mut Places::new()),
         &fit,
@@ -254,7 +255,11 @@ fn table_2_of_the_lidar_paper() {
                     spectrum.transform(&samples, CODES);
                     let band = if R::IQ { Band::iq(1024) } else { Band::real(1024) };
                     let peak = peak::find(&spectrum, band).unwrap().bin;
-                    let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), reach, FitStart::Usual);
+                    let fit = fit::<f32, R>(
+                        &Bins::from_spectrum(&spectrum, peak),
+                        reach,
+                        FitStart::Usual,
+                    );
                     f64::from(peak) + f64::from(fit.unwrap().offset) - bins
                 })
             })
@@ -366,7 +371,8 @@ fn offset_squared<R: Kind, const N: usize>(seed: u64, records: u64) -> f64 {
         let line = Line { bins, amplitude, phase: rng.random_range(0.0..TAU) };
         spectrum.transform(&R::record::<N>(&mut rng, &[line], sigma), CODES);
         let peak = peak::find(&spectrum, band).unwrap().bin;
-        let fit = fit::<f32, R>(&Bins::of(&spectrum, peak), Reach::Sixteen, FitStart::Usual);
+        let fit =
+            fit::<f32, R>(&Bins::from_spectrum(&spectrum, peak), Reach::Sixteen, FitStart::Usual);
         let error = f64::from(peak) + f64::from(fit.unwrap().offset) - bins;
         let error = if R::IQ { error - (error / N as f64).round() * N as f64 } else { error };
         error / bound

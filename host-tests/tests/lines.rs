@@ -143,7 +143,7 @@ fn further<R: Kind>(source: Source, count: u64) -> f64 {
         let mut analogue = source(rng);
         let samples = std::array::from_fn(|n| {
             let noise = [0; 2].map(|_| rng.sample::<f64, _>(StandardNormal));
-            R::of_parts(analogue(n as f64, noise).map(quantise))
+            R::from_parts(analogue(n as f64, noise).map(quantise))
         });
         lines::<R>(&samples, 4).1.len() > 1
     });

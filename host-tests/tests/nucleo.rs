@@ -92,7 +92,7 @@ struct Here<R: Record> {
 impl<R: Record> Here<R> {
     fn new(settings: &Settings) -> Self {
         let (plan, words) = planned(settings);
-        let terms = picket_dsp::plan::Plan::of_terms(*plan.plan);
+        let terms = picket_dsp::plan::Plan::from_terms(*plan.plan);
         Self { plan, words, pipeline: Pipeline::new(terms.unwrap()) }
     }
 
@@ -181,7 +181,7 @@ fn thousands_of_blocks_and_every_record_right() {
     assert_eq!((status.dropped, status.refused, board.listener().bad), (0, 0, 0));
     assert_eq!((board.listener().records, board.listener().missing), (count, 0));
     println!("{count} blocks right, none lost, {:.0} a second", count as f64 / seconds);
-    let footprint = Footprint::of(played()).unwrap();
+    let footprint = Footprint::from_elf(played()).unwrap();
     let ram = footprint.ram + u64::from(status.stack);
     println!(
         "flash {} B, RAM {} B and {} B of stack",
@@ -283,7 +283,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
     assert!(boot(&mut board).measuring);
     let (plan, _) = planned(&settings);
-    let terms = picket_dsp::plan::Plan::of_terms(*plan.plan).unwrap();
+    let terms = picket_dsp::plan::Plan::from_terms(*plan.plan).unwrap();
     let mut tracker = Box::new(Tracker::<Real, N>::new(terms));
     let method = plan.plan.options.method;
     let (mut short, mut whole) = (Vec::new(), Vec::new());
@@ -301,7 +301,11 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
             _ => None,
         });
         let follow = follow.unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(follow.to_frame(), Follow::of(&tracker, &stamp).to_frame(), "block {number}");
+        assert_eq!(
+            follow.to_frame(),
+            Follow::from_tracker(&tracker, &stamp).to_frame(),
+            "block {number}"
+        );
         let way = if follow.locked { &mut short } else { &mut whole };
         way.push(status(&mut board).longest);
     }
@@ -325,7 +329,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     assert!(held < 0.3, "{held}");
     let document = Document::board();
     document.assert_states("in # instructions instead of #", &[locked.into(), searched.into()]);
-    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
     println!("flash {} B, RAM {} B and {stack} B of stack", footprint.flash, footprint.ram);
     assert!(footprint.flash <= flash::TRACKING.flash, "{footprint:?}");
     let ram = footprint.ram + u64::from(stack);
@@ -461,15 +465,15 @@ fn settings_are_checked_used_and_a_chirp_goes_through_segment_by_segment() {
     let refused = board.request(Command::SetSettings(settings, 512)).unwrap();
     assert_eq!(refused, Err(Refusal::Settings([6, 0])));
     let same = board.request(Command::Identify).unwrap().unwrap();
-    assert_eq!(Boot::of_bytes(&same), Some(first));
+    assert_eq!(Boot::from_bytes(&same), Some(first));
     // What can is answered as it will be used, and used after a restart.
     let body = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-    let (used, n) = Settings::of_bytes(&body).unwrap();
+    let (used, n) = Settings::from_bytes(&body).unwrap();
     assert_eq!((used, n), (planned(&settings).0.settings, N));
     let second = boot(&mut board);
     assert!(second.measuring && second.settings != first.settings);
     let body = board.request(Command::GetSettings).unwrap().unwrap();
-    assert_eq!(Settings::of_bytes(&body), Ok((used, N)));
+    assert_eq!(Settings::from_bytes(&body), Ok((used, N)));
     let mut here = Here::<Iq>::new(&settings);
     let radar = scenario::sensor::<Iq>(&used.config, N, 0.0);
     let receiver = Receiver { offset: [150.0, -80.0], ..radar.receiver.with_snr(900.0, 30.0) };
@@ -541,7 +545,7 @@ fn noise_on_the_line_is_refused_and_costs_nothing_else() {
     assert!(after.refused >= before + 100, "{after:?}");
     assert_eq!(after.counters.blocks, 20);
     let same = board.request(Command::Identify).unwrap().unwrap();
-    assert_eq!(Boot::of_bytes(&same), Some(first));
+    assert_eq!(Boot::from_bytes(&same), Some(first));
 }
 
 #[test]

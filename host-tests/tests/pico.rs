@@ -188,7 +188,7 @@ fn settings_outlive_a_restart_and_are_kept_in_flash() {
     assert_eq!((boot.causes.message(), boot.origin, boot.last.kind), ("software", Origin::Host, 0));
     let rate = |pico: &mut Pico| {
         let body = pico.request(Command::GetSettings).unwrap().unwrap();
-        Settings::of_bytes(&body).unwrap().0.config.rate_hz
+        Settings::from_bytes(&body).unwrap().0.config.rate_hz
     };
     assert_eq!(rate(&mut pico), 100e3);
     assert_eq!(pico.request(Command::Save).unwrap(), Ok(vec![]));

@@ -95,7 +95,7 @@ fn requests_come_back_as_they_were() {
     let mut rng = ChaCha8Rng::seed_from_u64(21);
     for _ in 0..10_000 {
         let sent = request(&mut rng);
-        assert_eq!(Request::of_frame(&only(&sent.to_frame())), Ok(sent));
+        assert_eq!(Request::from_frame(&only(&sent.to_frame())), Ok(sent));
     }
 }
 
@@ -103,7 +103,7 @@ fn requests_come_back_as_they_were() {
 fn answers_come_back_as_they_were() {
     let answer = Answer { tag: 7, command: 5 };
     let body = [9; 150];
-    assert_eq!(Answer::of_frame(&only(&answer.reply(&body))), Some((answer, Ok(&body[..]))));
+    assert_eq!(Answer::from_frame(&only(&answer.reply(&body))), Some((answer, Ok(&body[..]))));
     let refusals = [
         Refusal::Damaged,
         Refusal::Unknown,
@@ -113,7 +113,7 @@ fn answers_come_back_as_they_were() {
     ];
     for refusal in refusals {
         let frame = only(&answer.refusal(refusal));
-        assert_eq!(Answer::of_frame(&frame), Some((answer, Err(refusal))));
+        assert_eq!(Answer::from_frame(&frame), Some((answer, Err(refusal))));
         assert!(!refusal.to_string().contains('\n'));
     }
     assert!(answer.reply(&[0; 300]).is_empty(), "what is too long is not cut");
@@ -139,19 +139,19 @@ fn boot_status_and_samples_come_back_as_they_were() {
             core_hz: rng.random(),
             last: LastEnd { kind: rng.random(), pc: rng.random(), more: rng.random() },
         };
-        assert_eq!(Boot::of_frame(&only(&boot.to_frame())), Some(boot));
+        assert_eq!(Boot::from_frame(&only(&boot.to_frame())), Some(boot));
         let [blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns] =
             rng.random();
         let counters =
             Counters { blocks, overruns, missed, late, broken, spurious, dma_errors, adc_overruns };
         let [dropped, refused, load, stack, longest, peak] = rng.random();
         let status = Status { counters, dropped, refused, load, stack, longest, peak };
-        assert_eq!(Status::of_frame(&only(&status.to_frame())), Some(status));
+        assert_eq!(Status::from_frame(&only(&status.to_frame())), Some(status));
         let mut bytes = vec![0; rng.random_range(0..=Raw::PIECE)];
         rng.fill_bytes(&mut bytes);
         let bytes = heapless::Vec::from_slice(&bytes).unwrap();
         let raw = Raw { sequence: rng.random(), offset: rng.random(), bytes };
-        assert_eq!(Raw::of_frame(&only(&raw.to_frame())), Some(raw));
+        assert_eq!(Raw::from_frame(&only(&raw.to_frame())), Some(raw));
     }
 }
 
@@ -178,7 +178,7 @@ fn a_hundred_thousand_damaged_commands_and_none_followed() {
         bytes.push(0);
         for frame in frames(&bytes) {
             // Damage may undo itself: then the command is the one that was sent.
-            followed += u32::from(Request::of_frame(&frame).is_ok_and(|got| got != sent));
+            followed += u32::from(Request::from_frame(&frame).is_ok_and(|got| got != sent));
         }
     }
     assert_eq!(followed, 0);
@@ -187,7 +187,7 @@ fn a_hundred_thousand_damaged_commands_and_none_followed() {
 #[test]
 fn what_is_no_command_is_refused_and_the_tag_comes_back() {
     let told =
-        |kind, payload: &[u8]| Request::of_frame(&only(&frame::encode(kind, payload).unwrap()));
+        |kind, payload: &[u8]| Request::from_frame(&only(&frame::encode(kind, payload).unwrap()));
     let answer = |tag, command| Answer { tag, command };
     assert_eq!(told(Kind::Command, &[3]), Err((answer(0, 0), Refusal::Unknown)));
     for payload in [&[3, 0][..], &[3, 99], &[3, 1, 0], &[3, 7, 1], &[3, 5, 1, 2, 3]] {

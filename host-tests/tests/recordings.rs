@@ -416,7 +416,7 @@ fn the_122_ghz_radar_conjugates_the_transmitted_signal() {
         let text = std::fs::read_to_string(file).unwrap();
         let parts = text.lines().skip(1).map(|line| {
             let (i, q) = line.split_once(',').unwrap();
-            Iq::of_parts([i, q].map(|part| part.trim().parse().unwrap()))
+            Iq::from_parts([i, q].map(|part| part.trim().parse().unwrap()))
         });
         let samples: Vec<_> = parts.collect();
         for mixing in Mixing::ALL {

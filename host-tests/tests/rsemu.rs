@@ -59,7 +59,7 @@ fn it_restarts_twice_in_a_row() {
         assert_eq!((boot.causes.message(), boot.origin, boot.last.kind), ("software", origin, 0));
         assert!(boot.measuring && boot.clock == Clock::External, "{boot:?}");
         let body = board.request(Command::GetSettings).unwrap();
-        let (settings, _) = Settings::of_bytes(&body).unwrap();
+        let (settings, _) = Settings::from_bytes(&body).unwrap();
         assert!((settings.config.rate_hz - rate_hz).abs() < 1.0, "{settings:?}");
         board.request(Command::Reboot).unwrap();
     }

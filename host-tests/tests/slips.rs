@@ -50,7 +50,7 @@ fn an_answer_without_a_sigma_is_not_good() {
         Method::ALL.iter().copied().filter(|method| Alternating::<N, { 2 * N }>::fits(*method))
     {
         let mut config = Config::new(1.0, CODES);
-        config.method = method.of_kind::<Iq>();
+        config.method = method.from_kind::<Iq>();
         let Ok(plan) = config.plan::<Iq, N>() else { continue };
         let mut pipeline = Alternating::<N, { 2 * N }>::new(plan);
         for trial in 0..600 {
@@ -134,7 +134,7 @@ fn usable_and_wrong<R: crate::signal::Kind>(method: Method) -> Option<[(&'static
 
 /// No method's answers are usable and wrong more often than those of least squares, but for chance: five of a thousand.
 fn as_least_squares<R: crate::signal::Kind>() -> usize {
-    let least = usable_and_wrong::<R>(Method::LeastSquaresReal.of_kind::<R>()).unwrap();
+    let least = usable_and_wrong::<R>(Method::LeastSquaresReal.from_kind::<R>()).unwrap();
     println!("least squares: {least:?} of 1000");
     assert!(least.iter().all(|&(_, wrong)| wrong <= 15), "{least:?}");
     let methods = Method::ALL.iter().copied();
@@ -367,7 +367,7 @@ fn alike<R: crate::signal::Kind, const N: usize>(
         let other = std::array::from_fn(|n| (symmetry.sample)(parts[place(n)], n));
         let mut pipeline = Pipeline::<R, N>::new(plan);
         let [it, other] = [parts, other]
-            .map(|parts| pipeline.block(&Stamp::default(), &parts.map(R::of_parts)).tone);
+            .map(|parts| pipeline.block(&Stamp::default(), &parts.map(R::from_parts)).tone);
         let [usable, still] = [it, other].map(|tone| tone.verdict.usable() <= Usable::WithinSigma);
         // Of real records minus the frequency is the frequency.
         let off = |sign: f64| {

@@ -31,7 +31,7 @@ fn equations() -> Equations {
 
 fn tone(cycles: f64, sigma: f32) -> Tone {
     Tone {
-        frequency: Frequency::of_bins(0, cycles, 1).unwrap(),
+        frequency: Frequency::from_bins(0, cycles, 1).unwrap(),
         sigma,
         verdict: Verdict::Good,
         ..Tone::default()

@@ -77,7 +77,7 @@ fn any_record(sequence: u32, rng: &mut impl Rng) -> Telemetry {
                 snr: float(rng),
                 amplitude: float(rng),
                 verdict: verdict(rng),
-                also: Verdicts::of_bits(rng.random()),
+                also: Verdicts::from_bits(rng.random()),
                 rate_hz: rng.random(),
             },
             result,
@@ -108,7 +108,7 @@ fn a_float_without_a_value_keeps_its_bits() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut sent = record(0, &mut rng);
     sent.measurement.tone.sigma = f32::from_bits(0x7fc0_1234);
-    let got = Telemetry::of_bytes(&sent.to_bytes()).unwrap();
+    let got = Telemetry::from_bytes(&sent.to_bytes()).unwrap();
     assert_eq!(got.measurement.tone.sigma.to_bits(), 0x7fc0_1234);
 }
 
@@ -199,7 +199,7 @@ fn errors_name_their_cause() {
         let mut reader = Reader::default();
         bytes.iter().find_map(|&b| reader.push(b)).unwrap()
     };
-    let reply = |bytes: &[u8]| Telemetry::of_frame(&frame(bytes).unwrap()).unwrap_err();
+    let reply = |bytes: &[u8]| Telemetry::from_frame(&frame(bytes).unwrap()).unwrap_err();
     let mut newer = sent.to_bytes();
     newer[0] = 9;
     let bytes = frame::encode(Kind::Telemetry, &newer).unwrap();

@@ -130,7 +130,7 @@ fn errors_of(
 #[test]
 fn full_scale_tones_before_and_after_the_table() {
     let page = Document::pico();
-    let wrong = |a: f64, b: f64| Converter::of_steps([a, b, a, b]);
+    let wrong = |a: f64, b: f64| Converter::from_steps([a, b, a, b]);
     let (less, more) = (2.0 / 3.0, 4.0 / 3.0);
     let rows = [
         ("an ideal converter", Handling::Raw, Converter::ideal()),
@@ -169,7 +169,7 @@ fn full_scale_tones_before_and_after_the_table() {
 /// real record.
 #[test]
 fn sigma_holds_for_pairs_by_turns() {
-    let wrong = |factor: f64| Converter::of_steps([factor; 4]);
+    let wrong = |factor: f64| Converter::from_steps([factor; 4]);
     for (name, how, converter) in [
         ("pairs, an ideal converter", Handling::Raw, Converter::ideal()),
         ("pairs, `uncorrected`", Handling::Uncorrected, Converter::default()),
@@ -194,7 +194,7 @@ fn sigma_holds_on_any_converter() {
             let room = 2_040.0 - amplitude;
             let offset = 2_048.0 + rng.random_range(-room..room);
             let steps = std::array::from_fn(|_| rng.random_range(2.0 / 3.0..4.0 / 3.0));
-            (amplitude, offset, Converter::of_steps(steps))
+            (amplitude, offset, Converter::from_steps(steps))
         });
         assert!(errors.worst_sigmas < 5.5, "{}", errors.worst_sigmas);
         assert!((0.8..1.05).contains(&errors.rms_sigmas), "{}", errors.rms_sigmas);

@@ -128,17 +128,17 @@ const RATES_HZ: RangeInclusive<f64> = 1e-3..=1e12;
 impl Said {
     fn of(frame: &Frame) -> Option<Self> {
         Some(match frame.kind {
-            Kind::Telemetry => Said::Telemetry(Telemetry::of_frame(frame).ok()?),
-            Kind::Boot => Said::Boot(Boot::of_frame(frame)?),
-            Kind::Status => Said::Status(Status::of_frame(frame)?),
-            Kind::Follow => Said::Follow(Follow::of_frame(frame).ok()?),
-            Kind::Lines => Said::Lines(Lines::of_frame(frame).ok()?),
-            Kind::Fundamental => Said::Fundamental(Fundamental::of_frame(frame)?),
-            Kind::Burst => Said::Burst(Burst::of_frame(frame)?),
-            Kind::Sum => Said::Sum(Sum::of_frame(frame)?),
-            Kind::Raw => Said::Raw(Raw::of_frame(frame)?),
+            Kind::Telemetry => Said::Telemetry(Telemetry::from_frame(frame).ok()?),
+            Kind::Boot => Said::Boot(Boot::from_frame(frame)?),
+            Kind::Status => Said::Status(Status::from_frame(frame)?),
+            Kind::Follow => Said::Follow(Follow::from_frame(frame).ok()?),
+            Kind::Lines => Said::Lines(Lines::from_frame(frame).ok()?),
+            Kind::Fundamental => Said::Fundamental(Fundamental::from_frame(frame)?),
+            Kind::Burst => Said::Burst(Burst::from_frame(frame)?),
+            Kind::Sum => Said::Sum(Sum::from_frame(frame)?),
+            Kind::Raw => Said::Raw(Raw::from_frame(frame)?),
             Kind::Reply | Kind::Refusal => {
-                let (answer, said) = Answer::of_frame(frame)?;
+                let (answer, said) = Answer::from_frame(frame)?;
                 Said::Answer(answer, said.map(<[u8]>::to_vec))
             }
             Kind::End | Kind::Command => return None,

@@ -363,7 +363,7 @@ impl Footprint {
     }
 
     /// Reads an ELF file.
-    pub fn of(elf: &Path) -> Result<Self, RunError> {
+    pub fn from_elf(elf: &Path) -> Result<Self, RunError> {
         use object::{Object, ObjectSection, SectionFlags, SectionKind};
         let bytes = fs::read(elf).map_err(io_error(elf.display()))?;
         let file = object::File::parse(&*bytes)

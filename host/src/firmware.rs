@@ -91,7 +91,7 @@ fn size() -> Result<ExitCode, RunError> {
         for &bin in images {
             for &profile in profiles(bin) {
                 let image = Firmware { bin, target, features, profile }.build()?;
-                let Footprint { flash, ram } = Footprint::of(&image)?;
+                let Footprint { flash, ram } = Footprint::from_elf(&image)?;
                 let (core, profile, features) = (target.name(), profile.name(), features.join(","));
                 outln!("{bin:16} {core:26} {features:15} {profile:8} {flash:8} {ram:8}");
             }

@@ -278,7 +278,13 @@ pub fn build(kind: Kind) -> Result<Image, FlashError> {
         Kind::Signals => SIGNALS,
         Kind::SelfTest => SELF_TEST,
     };
-    Ok(Image { footprint: Footprint::of(&elf)?, budget, program: checksum(&elf)?, elf, binary })
+    Ok(Image {
+        footprint: Footprint::from_elf(&elf)?,
+        budget,
+        program: checksum(&elf)?,
+        elf,
+        binary,
+    })
 }
 
 /// The checksum that the board reports of itself: CRC-32 of the parts of its image one after the other, without what lies between

@@ -137,7 +137,7 @@ pub fn codes<R: Kind>(record: &[Complex<f64>]) -> Vec<R::Sample> {
 /// A number rounded to a code, as [`codes`] has it.
 #[inline(always)]
 pub fn code<R: Kind>(x: Complex<f64>) -> R::Sample {
-    R::of_parts([nearest(x.re), if R::IQ { nearest(x.im) } else { 0 }])
+    R::from_parts([nearest(x.re), if R::IQ { nearest(x.im) } else { 0 }])
 }
 
 /// As `x.round() as i16`. The function `round` would be a call for each number, unless the compiler may use a new processor.

@@ -277,7 +277,7 @@ fn board(mut port: serialport::TTYPort, tell: mpsc::Sender<Order>) {
             idle = if count > 0 { 0 } else { idle + 1 };
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
-                let Ok(request) = Request::of_frame(&frame) else { continue };
+                let Ok(request) = Request::from_frame(&frame) else { continue };
                 let body = match request.command {
                     Order::GetSettings => settings.to_bytes(1024).to_vec(),
                     Order::SetSettings(wanted, _) => {

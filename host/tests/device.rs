@@ -35,7 +35,7 @@ pub fn path(name: &str) -> PathBuf {
 /// A tone of an eighth of the rate.
 fn record(sequence: u32) -> Vec<u8> {
     let stamp = Stamp { sequence, clock: u64::from(sequence) * 1024, ..Stamp::default() };
-    let frequency = Frequency::of_bins(128, 0.0_f32, 1024).unwrap();
+    let frequency = Frequency::from_bins(128, 0.0_f32, 1024).unwrap();
     let tone = Tone {
         frequency,
         sigma: 1e-6,
@@ -283,7 +283,7 @@ fn board(mut port: TTYPort, mut answer: impl FnMut(Request) -> Vec<u8> + Send + 
             };
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
-                let Ok(request) = Request::of_frame(&frame) else { continue };
+                let Ok(request) = Request::from_frame(&frame) else { continue };
                 let _ = port.write_all(&answer(request));
             }
             // It measures all the while.

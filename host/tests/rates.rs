@@ -121,7 +121,7 @@ fn answering(
             quiet = if count > 0 { 0 } else { quiet + 1 };
             for &byte in &bytes[..count] {
                 let Some(Ok(frame)) = reader.push(byte) else { continue };
-                let Ok(request) = Request::of_frame(&frame) else { continue };
+                let Ok(request) = Request::from_frame(&frame) else { continue };
                 let settings = request.command == Order::GetSettings;
                 let body = if settings { crate::scenes::settings(rate_hz) } else { Vec::new() };
                 port.write_all(&request.answer().reply(&body)).unwrap();

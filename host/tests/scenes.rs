@@ -38,7 +38,7 @@ pub const SCENES: [Scene; 4] = [Scene::Restart, Scene::Partial, Scene::Elsewhere
 fn block(sequence: u32, rate_hz: f64) -> Vec<u8> {
     let stamp = Stamp { sequence, clock: 1024 * u64::from(sequence), ..Stamp::default() };
     let tone = Tone {
-        frequency: Frequency::of_bins(102, 0.4_f64, 1024).unwrap(),
+        frequency: Frequency::from_bins(102, 0.4_f64, 1024).unwrap(),
         sigma: 1e-6,
         snr: 1000.0,
         amplitude: 900.0,
@@ -52,8 +52,8 @@ fn block(sequence: u32, rate_hz: f64) -> Vec<u8> {
         .to_frame()
         .to_vec();
     let phasor = ToneWithPhase { tone, phase: 0.5, sigma_phase: 0.01 };
-    bytes.extend(Lines::of(&stamp, [phasor, phasor].into_iter().collect()).to_frame());
-    bytes.extend(Fundamental::of(&stamp, Harmonic { tone, orders: 3 }).to_frame());
+    bytes.extend(Lines::from_tones(&stamp, [phasor, phasor].into_iter().collect()).to_frame());
+    bytes.extend(Fundamental::from_harmonic(&stamp, Harmonic { tone, orders: 3 }).to_frame());
     let track = Sighting { frequency: tone.frequency, sigma: tone.sigma, ..Sighting::default() };
     let tracks = [track].into_iter().collect();
     bytes.extend(Follow { sequence, tracks, ..Follow::default() }.to_frame());

@@ -112,7 +112,7 @@ fn every_answer_comes_back() {
         there_and_back(&tone);
     }
     for bits in 0..0x80 {
-        tone.also = Verdicts::of_bits(bits);
+        tone.also = Verdicts::from_bits(bits);
         there_and_back(&tone);
     }
     for validation in Validation::ALL {

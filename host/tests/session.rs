@@ -67,7 +67,7 @@ fn the_tones_of_a_block_are_shown() {
         let basis = Basis { settings: 0x00C0_FFEE, clock: Clock::Internal, effort: 1 };
         let basis = (sequence > 0).then_some(basis);
         bytes.extend(Telemetry { measurement, method, health, basis }.to_frame());
-        bytes.extend(Lines::of(&stamp, phasors.into_iter().collect()).to_frame());
+        bytes.extend(Lines::from_tones(&stamp, phasors.into_iter().collect()).to_frame());
     }
     let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("tones.bin");
     fs::write(&file, bytes).unwrap();

@@ -208,7 +208,7 @@ where
     #[inline(never)]
     pub fn on_byte(&mut self, port: &mut P, byte: u8) -> Option<End> {
         let request = match self.reader.push(byte)? {
-            Ok(frame) if frame.kind == Kind::Command => Request::of_frame(&frame),
+            Ok(frame) if frame.kind == Kind::Command => Request::from_frame(&frame),
             // Frames for others, or echoes, are not commands.
             Ok(_) => return None,
             Err(_) => Err((Answer::default(), Refusal::Damaged)),

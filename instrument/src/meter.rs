@@ -99,7 +99,7 @@ impl<R: Record, const N: usize> Meter<R, N> for Tracker<R, N> {
     }
 
     fn followed(&self, stamp: &Stamp) -> Option<Follow> {
-        self.follows().then(|| Follow::of(self, stamp))
+        self.follows().then(|| Follow::from_tracker(self, stamp))
     }
 }
 
@@ -245,7 +245,7 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
             Measurer::Real(meter) => meter.lines(measurement, most),
             Measurer::Iq(meter) => meter.lines(measurement, most),
         };
-        Some(Lines::of(&measurement.stamp, tones))
+        Some(Lines::from_tones(&measurement.stamp, tones))
     }
 
     /// The fundamental of the last block's harmonics up to an order above 0. The measurement belongs to the last block.
@@ -265,6 +265,6 @@ impl<'a, M, Q> Measurer<'a, M, Q> {
             Measurer::Real(meter) => meter.harmonic(measurement, order.into()),
             Measurer::Iq(meter) => meter.harmonic(measurement, order.into()),
         };
-        Some(Fundamental::of(&measurement.stamp, harmonic?))
+        Some(Fundamental::from_harmonic(&measurement.stamp, harmonic?))
     }
 }

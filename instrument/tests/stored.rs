@@ -98,7 +98,7 @@ fn model(stored: &[u8]) -> Option<Vec<u8>> {
         }
     }
     layout[0] = if layout[144] == 0 { 4 } else { 5 };
-    let (settings, n) = Settings::of_bytes(&layout).ok()?;
+    let (settings, n) = Settings::from_bytes(&layout).ok()?;
     Some(settings.to_bytes(n).to_vec())
 }
 
@@ -267,7 +267,7 @@ proptest! {
         let stored = encode(&settings, n, &[]);
         prop_assert!(stored.len() <= 240 && stored.len().is_multiple_of(4));
         let wire = settings.to_bytes(n);
-        let expected = Settings::of_bytes(&wire).map(|(settings, n)| settings.to_bytes(n).to_vec());
+        let expected = Settings::from_bytes(&wire).map(|(settings, n)| settings.to_bytes(n).to_vec());
         prop_assert_eq!(read(&stored), expected.ok());
         prop_assert_eq!(read(&stored), model(&stored));
     }

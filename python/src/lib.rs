@@ -36,7 +36,7 @@ fn verdicts() -> Vec<VerdictRow> {
 /// The names in a set of verdicts, the most severe first.
 #[pyfunction]
 fn verdicts_in(bits: u8) -> Vec<&'static str> {
-    picket_dsp::Verdicts::of_bits(bits).iter().map(Verdict::name).collect()
+    picket_dsp::Verdicts::from_bits(bits).iter().map(Verdict::name).collect()
 }
 
 /// What is known against bursts: numbers from 0 on have these names.

@@ -265,5 +265,5 @@ const fn parts<R: Record>() -> usize {
 /// The samples in these words.
 pub fn samples_of<R: Record>(words: &[i16]) -> impl Iterator<Item = R::Sample> {
     let samples = words.chunks_exact(parts::<R>());
-    samples.map(|words| R::of_parts([words[0], words.get(1).copied().unwrap_or(0)]))
+    samples.map(|words| R::from_parts([words[0], words.get(1).copied().unwrap_or(0)]))
 }

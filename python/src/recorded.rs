@@ -100,7 +100,8 @@ pub fn telemetry<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyA
     for &byte in bytes {
         match reader.push(byte) {
             None => {}
-            Some(Ok(frame)) if frame.kind == Kind::Telemetry => match Telemetry::of_frame(&frame) {
+            Some(Ok(frame)) if frame.kind == Kind::Telemetry => match Telemetry::from_frame(&frame)
+            {
                 Ok(Telemetry { measurement, health, .. }) => {
                     let head = [
                         f64::from(measurement.stamp.sequence),

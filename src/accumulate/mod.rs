@@ -252,7 +252,7 @@ impl<R: Record, const N: usize> Accumulator<R, N> {
             return nothing;
         };
         let ln_chance = place.ln_chance(blocks, terms.band.width());
-        let Some(frequency) = Frequency::of_bins(place.bin, fit.offset, N) else {
+        let Some(frequency) = Frequency::from_bins(place.bin, fit.offset, N) else {
             return nothing;
         };
         let mut reasons = Reasons::NONE;

@@ -33,7 +33,7 @@ impl Codes {
 
     /// [`Codes::signed`] or [`Codes::unsigned`] with `bits` bits, for a width known only at run time. `None` for a width that these
     /// functions refuse.
-    pub const fn of_bits(signed: bool, bits: u32) -> Option<Self> {
+    pub const fn from_bits(signed: bool, bits: u32) -> Option<Self> {
         match bits {
             8..=16 if signed => {
                 Self::between((-1i32 << (bits - 1)) as i16, ((1i32 << (bits - 1)) - 1) as i16)
@@ -118,11 +118,11 @@ mod tests {
             assert_eq!((codes.rails(), codes.middle(), codes.bits()), (rails, middle, bits));
         }
         for bits in 0..20 {
-            assert_eq!(Codes::of_bits(true, bits).is_some(), (8..=16).contains(&bits));
-            assert_eq!(Codes::of_bits(false, bits).is_some(), (8..=15).contains(&bits));
+            assert_eq!(Codes::from_bits(true, bits).is_some(), (8..=16).contains(&bits));
+            assert_eq!(Codes::from_bits(false, bits).is_some(), (8..=15).contains(&bits));
         }
-        assert_eq!(Codes::of_bits(true, 12), Some(Codes::signed::<12>()));
-        assert_eq!(Codes::of_bits(false, 10), Some(Codes::unsigned::<10>()));
+        assert_eq!(Codes::from_bits(true, 12), Some(Codes::signed::<12>()));
+        assert_eq!(Codes::from_bits(false, 10), Some(Codes::unsigned::<10>()));
         assert_eq!(Codes::between(0, 200), None);
         assert_eq!(Codes::signed::<16>().wider(), None);
     }

@@ -84,9 +84,9 @@ impl Format {
     pub const fn codes(self) -> Codes {
         let bits = self.bits.saturating_sub(self.drop);
         let codes = if !self.signed && bits < 16 {
-            Codes::of_bits(false, bits)
+            Codes::from_bits(false, bits)
         } else {
-            Codes::of_bits(true, if bits < 16 { bits } else { 16 })
+            Codes::from_bits(true, if bits < 16 { bits } else { 16 })
         };
         match codes {
             Some(codes) => codes,

@@ -105,7 +105,7 @@ impl<R: Record, const N: usize> Framer<R, N> {
                     continue;
                 }
             };
-            self.sample(R::of_parts(parts), &mut each);
+            self.sample(R::from_parts(parts), &mut each);
         }
     }
 

@@ -23,7 +23,7 @@ pub trait Record: sealed::Sealed + Copy + core::fmt::Debug + Send + Sync + 'stat
     /// The sample whose parts are 0.
     const ZERO: Self::Sample;
     /// The sample with these parts; a real sample ignores the quadrature part.
-    fn of_parts(parts: [i16; 2]) -> Self::Sample;
+    fn from_parts(parts: [i16; 2]) -> Self::Sample;
     /// The parts of a sample: in phase and quadrature. The quadrature part of a real sample is 0.
     fn parts(sample: Self::Sample) -> [i16; 2];
     /// A whole record as the complex points that the FFT transforms: the pairs of an I/Q record, or
@@ -45,7 +45,7 @@ impl Record for Real {
     const IQ: bool = false;
     const ZERO: i16 = 0;
     #[inline]
-    fn of_parts([value, _]: [i16; 2]) -> i16 {
+    fn from_parts([value, _]: [i16; 2]) -> i16 {
         value
     }
     #[inline]
@@ -63,7 +63,7 @@ impl Record for Iq {
     const IQ: bool = true;
     const ZERO: [i16; 2] = [0; 2];
     #[inline]
-    fn of_parts(parts: [i16; 2]) -> [i16; 2] {
+    fn from_parts(parts: [i16; 2]) -> [i16; 2] {
         parts
     }
     #[inline]
@@ -187,7 +187,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// Statistics of `samples`. Cost: one pass, about six operations a sample.
-    pub fn of<R: Record>(samples: &[R::Sample], codes: Codes) -> Self {
+    pub fn from_samples<R: Record>(samples: &[R::Sample], codes: Codes) -> Self {
         let (low, high) = codes.rails();
         let touches = |part: i16| part <= low || part >= high;
         let mut seen = Statistics { clipped: 0, sum: [0; 2], extremes: [i16::MAX, i16::MIN] };
@@ -325,7 +325,7 @@ mod tests {
                 // SAFETY: a word is two parts, which lie in memory in the order in which they are read here.
                 let pairs = unsafe { &*words.as_ptr().cast::<[[i16; 2]; 24]>() };
                 assert_eq!(*pairs, parts);
-                let clipped = Statistics::of::<Real>(pairs.as_flattened(), codes).clipped;
+                let clipped = Statistics::from_samples::<Real>(pairs.as_flattened(), codes).clipped;
                 assert_eq!(all_inside(pairs, low, high), clipped == 0, "{place}: {a} {b}");
                 assert_eq!(Statistics::clipped::<Real>(pairs.as_flattened(), codes), clipped);
                 for codes in [codes, Codes::signed::<12>(), Codes::signed::<15>()] {

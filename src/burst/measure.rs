@@ -60,7 +60,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
         validation: Validation::Weak,
         tone: Tone { verdict: Verdict::Weak, rate_hz: terms.rate_hz, ..Tone::ZERO },
     };
-    let offset = Statistics::of::<R>(cut.samples, terms.codes).mean(N);
+    let offset = Statistics::from_samples::<R>(cut.samples, terms.codes).mean(N);
     let mut samples = *cut.samples;
     // Codes about the offset: as far from it as the farther rail.
     let codes = around(terms.codes);
@@ -86,7 +86,7 @@ pub(crate) fn measure<R: Record, const N: usize, E: Engine>(
         let Some(line) = Line::fitted(&points, &guess) else {
             return burst;
         };
-        let Some(frequency) = Frequency::of_bins(peak, line.offset, N) else {
+        let Some(frequency) = Frequency::from_bins(peak, line.offset, N) else {
             return burst;
         };
         let bins = frequency.bins(N).abs() as f32;
@@ -166,7 +166,7 @@ fn weigh<R: Record, const N: usize, const STEP: usize>(
                 let product = i32::from(part).wrapping_sub(offset).wrapping_mul(factor);
                 (product.saturating_add(1 << 14) >> 15).max(low.into()).min(high.into()) as i16
             };
-            *place = R::of_parts([weighed(parts[0], i0), weighed(parts[1], q0)]);
+            *place = R::from_parts([weighed(parts[0], i0), weighed(parts[1], q0)]);
         }
     }
 }

@@ -11,11 +11,11 @@ use num_traits::Float;
 /// IEEE 754 and are used directly.
 pub trait Scalar: Float + core::fmt::Debug + Send + Sync + 'static {
     /// The constant `x`, rounded once.
-    fn of(x: f64) -> Self;
+    fn new(x: f64) -> Self;
     /// The integer `x`, rounded once.
-    fn of_i32(x: i32) -> Self;
+    fn from_i32(x: i32) -> Self;
     /// The integer `x`, rounded once.
-    fn of_u64(x: u64) -> Self;
+    fn from_u64(x: u64) -> Self;
     /// `2^exponent`, exact, for exponents -126..=127.
     fn two_to(exponent: i32) -> Self;
     /// The square root. Cost: one instruction on a core with an FPU.
@@ -35,13 +35,13 @@ pub trait Scalar: Float + core::fmt::Debug + Send + Sync + 'static {
 macro_rules! scalar {
     ($t:ty, $word:ty, $unit:path, $sqrt:path, $atan2:path, $atan:path, $log:path, $($wide:tt)*) => {
         impl Scalar for $t {
-            fn of(x: f64) -> Self {
+            fn new(x: f64) -> Self {
                 x as $t
             }
-            fn of_i32(x: i32) -> Self {
+            fn from_i32(x: i32) -> Self {
                 x as $t
             }
-            fn of_u64(x: u64) -> Self {
+            fn from_u64(x: u64) -> Self {
                 x as $t
             }
             fn two_to(exponent: i32) -> Self {
@@ -104,13 +104,13 @@ fn unit_f32(turns: f32) -> Complex<f32> {
 
 /// `c0 + z (c1 + z (...))`, unrolled by the compiler so that the constants cost no conversion.
 macro_rules! horner {
-    ($z:expr, $last:expr) => { T::of($last) };
-    ($z:expr, $c:expr, $($rest:expr),+) => { T::of($c) + $z * horner!($z, $($rest),+) };
+    ($z:expr, $last:expr) => { T::new($last) };
+    ($z:expr, $c:expr, $($rest:expr),+) => { T::new($c) + $z * horner!($z, $($rest),+) };
 }
 
 /// Whether the type is single precision, which needs half the terms.
 fn single<T: Scalar>() -> bool {
-    T::epsilon() > T::of(1e-10)
+    T::epsilon() > T::new(1e-10)
 }
 
 /// `cos x` of `z = x^2`, |x| <= pi/4.

@@ -21,7 +21,7 @@ pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
         let quadrant = (eighths + 1) / 2;
         (quadrant as i32, (4 * i64::from(k) - quadrant * i64::from(n)) as i32)
     };
-    let x = T::of_i32(rest) * (T::of(core::f64::consts::FRAC_PI_2) / T::of_i32(n));
+    let x = T::from_i32(rest) * (T::new(core::f64::consts::FRAC_PI_2) / T::from_i32(n));
     let z = x * x;
     let (cos, sin) = (cosine(z), x * sinc(z));
     match quadrant {
@@ -34,9 +34,9 @@ pub fn circle<T: Scalar>(k: i32, n: i32) -> num_complex::Complex<T> {
 
 /// `sin(pi d) / (pi d)` for |d| < 1, by doubling the angle twice.
 pub fn line_shape<T: Scalar>(d: T) -> T {
-    let x = d * T::of(core::f64::consts::FRAC_PI_4);
+    let x = d * T::new(core::f64::consts::FRAC_PI_4);
     let cos = cosine(x * x);
-    sinc(x * x) * cos * (T::of(2.0) * cos * cos - T::one())
+    sinc(x * x) * cos * (T::new(2.0) * cos * cos - T::one())
 }
 
 #[cfg(test)]

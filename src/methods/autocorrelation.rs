@@ -54,14 +54,14 @@ pub fn improved_autocorrelation<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// Kept as printed. The formula follows from eq 7, which holds for lags up to N/2 only; over all lags 2N/3 is best at every ratio (see
 /// [`fesa_corrected`]).
 pub fn best_lag<T: Scalar>(snr: T, n: usize) -> usize {
-    let two = T::of(2.0);
-    let root = (T::of(4.0) * snr * snr + T::of(28.0) * snr + T::one()).root();
-    let below = T::of(6.0) * (two * snr - T::one());
-    let length = T::of_i32(n as i32);
+    let two = T::new(2.0);
+    let root = (T::new(4.0) * snr * snr + T::new(28.0) * snr + T::one()).root();
+    let below = T::new(6.0) * (two * snr - T::one());
+    let length = T::from_i32(n as i32);
     let most = length / two;
-    let lag = length * (two * snr - T::of(5.0) + root) / below;
+    let lag = length * (two * snr - T::new(5.0) + root) / below;
     // Near 0.5 the quotient is 0/0; eq 9 gives its limit.
-    let near = (snr - T::of(0.5)).abs() < T::of(1e-9).max(T::epsilon());
+    let near = (snr - T::new(0.5)).abs() < T::new(1e-9).max(T::epsilon());
     let lag = if near { most } else { lag.min(most) };
     lag.round().to_usize().unwrap_or(1).max(1).min(n.saturating_sub(1).max(1))
 }
@@ -86,9 +86,9 @@ fn phase<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     }
     let n = bins.n() as i64;
     let whole = i64::from(bins.peak()).wrapping_mul(lag as i64).checked_rem_euclid(n);
-    let turns = T::of_i32(whole.unwrap_or(0) as i32) / bins.length();
+    let turns = T::from_i32(whole.unwrap_or(0) as i32) / bins.length();
     let angle = T::angle(sum * T::unit(-turns));
-    bins.length() * angle / (T::of(2.0 * PI) * T::of_i32(lag as i32))
+    bins.length() * angle / (T::new(2.0 * PI) * T::from_i32(lag as i32))
 }
 
 /// FESA (Yang et al. 2011, section 3) with the thresholds as printed: below -3.1 dB Quinn's second
@@ -114,12 +114,12 @@ pub fn fesa<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     const LOW: f64 = 0.489_778_819_368_446_14; // -3.1 dB
     const HIGH: f64 = 48.977_881_936_844_61; // 16.9 dB
     let quinn = quinn2(bins);
-    let limit = if snr < T::of(LOW) {
+    let limit = if snr < T::new(LOW) {
         T::zero()
-    } else if snr > T::of(HIGH) {
-        T::of(0.4)
+    } else if snr > T::new(HIGH) {
+        T::new(0.4)
     } else {
-        T::of(0.2)
+        T::new(0.2)
     };
     if quinn.abs() >= limit { quinn } else { improved_autocorrelation(bins, samples, snr) }
 }
@@ -134,8 +134,8 @@ pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
     snr: T,
 ) -> T {
     let quinn = quinn2(bins);
-    let half = T::of(0.5);
-    let ours = T::of(1.125) * (T::one() + half / snr);
+    let half = T::new(0.5);
+    let ours = T::new(1.125) * (T::one() + half / snr);
     if ours < quinn_variance(quinn.max(-half).min(half)) {
         let n = bins.n();
         phase(bins, samples, (2 * n + 1) / 3)
@@ -147,10 +147,10 @@ pub fn fesa_corrected<T: Scalar, S: Samples<T, Iq> + ?Sized>(
 /// Quinn's variance over the bound's at offset `d` (Yang et al. 2011, eq 5, printed there as an RMSE ratio):
 /// `pi^4 d^2 (d^2 - 1)^2 (3 d^4 + 1) / (6 (3 d^4 + 6 d^2 + 1) sin^2(pi d))`.
 fn quinn_variance<T: Scalar>(d: T) -> T {
-    let d = if d.abs() < T::of(1e-4) { T::of(1e-4) } else { d };
+    let d = if d.abs() < T::new(1e-4) { T::new(1e-4) } else { d };
     let (d2, one) = (d * d, T::one());
-    let d4 = T::of(3.0) * d2 * d2;
-    let sin = T::unit(d * T::of(0.5)).im;
-    let above = T::of(PI * PI * PI * PI) * d2 * (d2 - one) * (d2 - one) * (d4 + one);
-    above / (T::of(6.0) * (d4 + T::of(6.0) * d2 + one) * sin * sin)
+    let d4 = T::new(3.0) * d2 * d2;
+    let sin = T::unit(d * T::new(0.5)).im;
+    let above = T::new(PI * PI * PI * PI) * d2 * (d2 - one) * (d2 - one) * (d4 + one);
+    above / (T::new(6.0) * (d4 + T::new(6.0) * d2 + one) * sin * sin)
 }

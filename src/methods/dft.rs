@@ -45,7 +45,7 @@ fn turns<T: Scalar, R: Record, W>(bins: &Bins<T, R, W>, samples: usize, offset: 
     let whole = whole.unwrap_or(0);
     // In -N/2..N/2: half a turn has the smaller error.
     let whole = if 2 * whole >= n { whole - n } else { whole };
-    (T::of_i32(whole as i32) + offset * T::of_i32(samples as i32)) / bins.length()
+    (T::from_i32(whole as i32) + offset * T::from_i32(samples as i32)) / bins.length()
 }
 
 /// Aboutanios and Mulgrew's estimator (2005, algorithm 1), two iterations:
@@ -65,7 +65,7 @@ fn half_step<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     samples: &S,
     from: T,
 ) -> T {
-    let half = T::of(0.5);
+    let half = T::new(0.5);
     let upper = at(bins, samples, from + half);
     let lower = at(bins, samples, from - half);
     within(from + half * quotient(upper + lower, upper - lower), T::one())
@@ -82,8 +82,8 @@ pub fn haqse<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
 ) -> T {
     let from = half_step(bins, samples, T::zero());
     let q = inverse_cube_root::<T>(bins.n());
-    let half_turn = T::unit(T::of(0.5) * q); // of the angle pi q
-    let angle = T::of(core::f64::consts::PI) * q;
+    let half_turn = T::unit(T::new(0.5) * q); // of the angle pi q
+    let angle = T::new(core::f64::consts::PI) * q;
     let (sin, cos) = (half_turn.im, half_turn.re);
     let slope = (T::one() - angle * cos / sin) / (q * cos * cos);
     let (upper, lower) = (at(bins, samples, from + q), at(bins, samples, from - q));
@@ -93,9 +93,9 @@ pub fn haqse<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
 /// `n^(-1/3)` by Newton's iteration without divisions, from a power of two at most a factor 2 below it.
 fn inverse_cube_root<T: Scalar>(n: usize) -> T {
     let n = n.max(1);
-    let mut q = T::one() / T::of_i32(1i32.wrapping_shl(n.ilog2() / 3 + 1));
+    let mut q = T::one() / T::from_i32(1i32.wrapping_shl(n.ilog2() / 3 + 1));
     for _ in 0..8 {
-        q = q * (T::of(4.0) - T::of_i32(n as i32) * q * q * q) * T::of(1.0 / 3.0);
+        q = q * (T::new(4.0) - T::from_i32(n as i32) * q * q * q) * T::new(1.0 / 3.0);
     }
     q
 }
@@ -135,20 +135,20 @@ pub fn dual_threshold_rife<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     if offset.abs() >= third() {
         return offset;
     }
-    let clear = offset.abs() >= T::of(0.15);
+    let clear = offset.abs() >= T::new(0.15);
     let up = if clear { offset > T::zero() } else { half_bins_say_up(bins, samples) };
     shifted(bins, samples, up)
 }
 
 fn third<T: Scalar>() -> T {
-    T::of(1.0 / 3.0)
+    T::new(1.0 / 3.0)
 }
 
 fn half_bins_say_up<T: Scalar, R: Record, S: Samples<T, R> + ?Sized>(
     bins: &Bins<T, R, Rectangular>,
     samples: &S,
 ) -> bool {
-    let half = T::of(0.5);
+    let half = T::new(0.5);
     at(bins, samples, half).norm_sqr() > at(bins, samples, -half).norm_sqr()
 }
 

@@ -23,9 +23,9 @@ pub fn jacobsen<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// 1.5 times the bound on complex tones; on real samples the nearest of the three-bin forms to the image-free
 /// answer (1.9e-3 bin at bin 5, 1.7e-6 at 256 of 1024).
 pub fn candan<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
-    let half_turn = T::unit(T::of(0.5) / bins.length());
+    let half_turn = T::unit(T::new(0.5) / bins.length());
     let tangent = half_turn.im / half_turn.re;
-    let scale = bins.length() / T::of(core::f64::consts::PI);
+    let scale = bins.length() / T::new(core::f64::consts::PI);
     within(scale * (tangent * ratio(bins)).arctan(), T::one())
 }
 
@@ -46,7 +46,7 @@ pub fn macleod<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let upper = (right * centre.conj()).re;
     let power = centre.norm_sqr();
     let g = (lower - upper) / (power + power + lower + upper);
-    let root = (T::one() + T::of(8.0) * g * g).root();
+    let root = (T::one() + T::new(8.0) * g * g).root();
     within((g + g) / (root + T::one()), T::one())
 }
 
@@ -57,5 +57,5 @@ pub fn macleod<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 pub fn parabolic<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     // The factor by which log power exceeds log magnitude cancels.
     let [a, b, c] = bins.three().map(|x| x.norm_sqr().max(T::min_positive_value()).log_e());
-    within((a - c) / (T::of(2.0) * (a - b - b + c)), T::one())
+    within((a - c) / (T::new(2.0) * (a - b - b + c)), T::one())
 }

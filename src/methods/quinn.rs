@@ -24,7 +24,7 @@ pub fn quinn1<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// complex tones.
 pub fn quinn2<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let [lower, upper] = both(bins);
-    let middle = (lower + upper) * T::of(0.5);
+    let middle = (lower + upper) * T::new(0.5);
     within(middle + kappa(upper * upper) - kappa(lower * lower), T::one())
 }
 
@@ -39,9 +39,9 @@ fn both<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> [T; 2] {
 
 fn kappa<T: Scalar>(x: T) -> T {
     let one = T::one();
-    let root = T::of(0.816_496_580_927_726); // sqrt(2/3)
-    let quadratic = T::of(3.0) * x * x + T::of(6.0) * x + one;
+    let root = T::new(0.816_496_580_927_726); // sqrt(2/3)
+    let quadratic = T::new(3.0) * x * x + T::new(6.0) * x + one;
     let quotient = (x + one - root) / (x + one + root);
-    let weight = T::of(0.102_062_072_615_965_76); // sqrt(6)/24
-    T::of(0.25) * quadratic.log_e() - weight * quotient.log_e()
+    let weight = T::new(0.102_062_072_615_965_76); // sqrt(6)/24
+    T::new(0.25) * quadratic.log_e() - weight * quotient.log_e()
 }

@@ -308,7 +308,7 @@ methods! {
 }
 
 impl Default for Method {
-    /// The default is least squares, in the form for the kind of record (see [`Method::of_kind`]).
+    /// The default is least squares, in the form for the kind of record (see [`Method::from_kind`]).
     fn default() -> Self {
         Method::LeastSquares
     }
@@ -326,7 +326,7 @@ impl Method {
     }
 
     /// The method in the form for records of kind `R`: least squares has one for each kind.
-    pub const fn of_kind<R: Record>(self) -> Self {
+    pub const fn from_kind<R: Record>(self) -> Self {
         match self {
             Method::LeastSquares | Method::LeastSquaresReal if R::IQ => Method::LeastSquares,
             Method::LeastSquares | Method::LeastSquaresReal => Method::LeastSquaresReal,
@@ -364,7 +364,7 @@ impl Method {
             Method::Rife => Ok(rife::rife_integer(three)),
             Method::ZRife => Ok(rife::z_rife_integer(three)),
             _ => {
-                let bins = Bins::<f32, R, Rectangular>::of(spectrum, peak);
+                let bins = Bins::<f32, R, Rectangular>::from_spectrum(spectrum, peak);
                 // Independent of the length's own type: one copy of the methods serves every length.
                 let power: &dyn Fn(i32) -> f32 = &|k| spectrum.power(k) as f32;
                 let offset = self.offset(&bins, &Raw::<R>(samples), power)?;

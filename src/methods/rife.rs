@@ -43,7 +43,7 @@ pub fn z_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
 /// 2 divisions, 4 roots. 1.25 to 1.40 times the bound on complex tones.
 pub fn a_p_rife<T: Scalar, R: Record>(bins: &Bins<T, R, Rectangular>) -> T {
     let offset = rife(bins);
-    if offset.abs() >= T::of(1.0 / 3.0) {
+    if offset.abs() >= T::new(1.0 / 3.0) {
         return offset;
     }
     let [left, centre, right] = bins.three();

@@ -22,7 +22,7 @@ impl<T: Scalar, R: Record> Samples<T, R> for Raw<'_, R> {
     fn from(&self, start: usize) -> impl Iterator<Item = Complex<T>> {
         self.0.get(start..).unwrap_or_default().iter().map(|&sample| {
             let [re, im] = R::parts(sample);
-            Complex::new(T::of_i32(re.into()), T::of_i32(im.into()))
+            Complex::new(T::from_i32(re.into()), T::from_i32(im.into()))
         })
     }
 }

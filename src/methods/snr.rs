@@ -22,7 +22,7 @@ pub fn parseval<T: Scalar>(n: usize, peak: i32, power: impl Fn(i32) -> T) -> T {
             count += 1;
         }
     }
-    let noise = noise * T::of_i32(length) / T::of_i32(count.max(1));
-    let (least, most) = (T::of(1e-6), T::of(1e12));
+    let noise = noise * T::from_i32(length) / T::from_i32(count.max(1));
+    let (least, most) = (T::new(1e-6), T::new(1e12));
     if noise > T::zero() { ((total - noise) / noise).max(least).min(most) } else { most }
 }

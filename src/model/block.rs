@@ -21,7 +21,7 @@ fn noise_of(near: &Neighbourhood, fit: &Fit<f32>, beside: &LocalNoise) -> Noise 
     let unseen = ring::unseen_rounding(near, beside);
     let engine = TRANSFORM * fit.line.norm_sqr() / super::constants::WIDTH as f32;
     let power = (beside.noise.power + unseen) * near.n as f32 + engine;
-    Noise { power, degrees_of_freedom: beside.noise.freedom }
+    Noise { power, dof: beside.noise.dof }
 }
 
 /// Whether a line exceeds the largest of three noises: after the last kept cause, in the louder half of the residual beside the line, and
@@ -35,7 +35,7 @@ fn is_detected(
 ) -> bool {
     let left = noise.power * answer.scale.max(answer.louder);
     let here = left.max(beside.loud * near.n as f32);
-    let limit = threshold.between().beside(answer.degrees_of_freedom, Relaxation::NOTHING);
+    let limit = threshold.between().beside(answer.dof, Relaxation::NOTHING);
     answer.line.norm_sqr() > here * limit
 }
 

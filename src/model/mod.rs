@@ -45,7 +45,7 @@ pub struct Noise {
     /// The power of a bin, in squared codes.
     pub power: f32,
     /// The estimate's degrees of freedom.
-    pub degrees_of_freedom: f32,
+    pub dof: f32,
 }
 
 /// The model's answer for a tone.
@@ -60,7 +60,7 @@ pub struct Answer {
     /// The noise's power over the ring's.
     pub scale: f32,
     /// Degrees of freedom of the noise.
-    pub degrees_of_freedom: f32,
+    pub dof: f32,
     /// The residual power in a bin of the louder half of the bins beside the tone, over the ring's noise.
     pub louder: f32,
     /// The number of times that each cause joined the fit.
@@ -85,7 +85,7 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
         variance: 0.0,
         line: joint.tone.value * (1.0 / scale),
         scale: 1.0,
-        degrees_of_freedom: noise.degrees_of_freedom,
+        dof: noise.dof,
         louder: 0.0,
         kept: [0; CAUSES],
         weights: [0.0; HYPOTHESES],
@@ -94,14 +94,13 @@ pub fn measure(window: &Window, noise: &Noise, offset: f32, most: usize, bends: 
     };
     let mut rivals = Belief::NEVER;
     for number in 0..=most {
-        let round = Round::new(window, &joint, &solution, noise.degrees_of_freedom, &answer.kept);
+        let round = Round::new(window, &joint, &solution, noise.dof, &answer.kept);
         let Belief { offset, variance, .. } = round.all().or(rivals);
         (answer.offset, answer.variance) = (offset, variance);
         answer.weights = round.weights();
         answer.moves = is_near(&joint, &answer.kept, bends);
         answer.unresolved = round.stays.is_some() || round.lumpy;
-        (answer.scale, answer.degrees_of_freedom) =
-            (round.scale, noise.degrees_of_freedom + round.free);
+        (answer.scale, answer.dof) = (round.scale, noise.dof + round.free);
         // A part of the ring's noise is 1, so a bin of it has 2.
         answer.louder = 0.5 * louder(&solution.left, window.iq, window.n, window.peak);
         answer.line = joint.tone.value * (1.0 / scale);

@@ -81,7 +81,7 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
 
     /// Whether a method works on pairs that are taken by turns: it must work on real records.
     pub const fn fits(method: Method) -> bool {
-        method.of_kind::<Real>().fits::<Real>()
+        method.from_kind::<Real>().fits::<Real>()
     }
 
     /// The plan of the real record.
@@ -91,9 +91,9 @@ impl<const N: usize, const TWICE: usize> Alternating<N, TWICE> {
         terms.band = raised(terms.band, N as i32);
         let method = terms.options.method;
         let method = if Self::fits(method) { method } else { Method::LeastSquares };
-        terms.options.method = method.of_kind::<Real>();
+        terms.options.method = method.from_kind::<Real>();
         // The terms are for these records.
-        Plan::of_terms(terms).unwrap_or(Plan::IDLE)
+        Plan::from_terms(terms).unwrap_or(Plan::IDLE)
     }
 
     /// Measures one block of pairs. The method negates half of the codes in their place, and turns them back.
@@ -237,11 +237,11 @@ mod tests {
     #[test]
     fn the_real_record_is_half_the_rate_higher() {
         for bin in [1, 212, 511, 512, 513, 1023] {
-            let real = Frequency::of_bins(bin, 0.25f32, 2048).unwrap();
+            let real = Frequency::from_bins(bin, 0.25f32, 2048).unwrap();
             assert_eq!(lowered(real).bins(1024), f64::from(bin - 512) + 0.25);
             assert_eq!(peak(real, 2048), bin);
         }
-        assert_eq!(peak(Frequency::of_bins(9, -0.4f32, 128).unwrap(), 128), 9);
+        assert_eq!(peak(Frequency::from_bins(9, -0.4f32, 128).unwrap(), 128), 9);
     }
 
     #[test]

@@ -73,14 +73,14 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
         self.spectrum.transform(samples, codes);
         let band = const { if R::IQ { Band::iq(N) } else { Band::real(N) } };
         let peak = peak::find(&self.spectrum, band)?.bin;
-        let (reach, arithmetic) = (Reach::Eight, Arithmetic::of_core());
+        let (reach, arithmetic) = (Reach::Eight, Arithmetic::from_core());
         let mut places = Places::new();
         let near = Neighbourhood::read(&self.spectrum, peak, &mut places);
         let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual)?;
         let noise = ring::beside::<R, N>(&near, &fit, arithmetic).noise.power;
         let sigma = with_rounding(sigma_bins(&fit, N, noise), near.engine * near.engine, N);
         Some(Unjudged {
-            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, N),
+            frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, N),
             sigma: sigma / N as f32,
         })
     }

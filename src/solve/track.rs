@@ -390,7 +390,7 @@ mod tests {
     };
 
     fn tone(cycles: f64, sigma: f32) -> Tone {
-        let frequency = Frequency::of_bins(0, cycles, 1).unwrap();
+        let frequency = Frequency::from_bins(0, cycles, 1).unwrap();
         Tone { frequency, sigma, snr: 1.0, amplitude: 1.0, rate_hz: 1.0, ..Tone::ZERO }
     }
 

@@ -42,7 +42,7 @@ impl<T: Scalar, R: Record, W> Bins<T, R, W> {
 
     /// The number of samples as a float.
     pub fn length(&self) -> T {
-        T::of_i32(self.n as i32)
+        T::from_i32(self.n as i32)
     }
 
     /// The index of the peak bin.
@@ -101,13 +101,16 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let first = REACH.saturating_sub(points.len() / 2);
         for (cell, &[re, im]) in cells.iter_mut().skip(first).zip(points) {
-            *cell = Complex::new(T::of_i32(re) * unit, T::of_i32(im) * unit);
+            *cell = Complex::new(T::from_i32(re) * unit, T::from_i32(im) * unit);
         }
         Self { n, peak, cells, kind: PhantomData }
     }
 
     /// Bins around `peak` of an integer spectrum. The conversion rounds each part once to `T`.
-    pub fn of<const N: usize>(spectrum: &Spectrum<R, N, impl Engine>, peak: i32) -> Self {
+    pub fn from_spectrum<const N: usize>(
+        spectrum: &Spectrum<R, N, impl Engine>,
+        peak: i32,
+    ) -> Self {
         let mut place = MaybeUninit::<[Point; WIDTH]>::uninit();
         let points = spectrum.window(peak - REACH as i32, &mut place);
         Self::from_points(N, peak, points, spectrum.exponent())
@@ -116,7 +119,7 @@ impl<T: Scalar, R: Record> Bins<T, R, Rectangular> {
     /// The bins under Hann's window: `X/2 - (left + right)/4`, which is exact. The outermost bin on each side has no outer neighbour and is
     /// zero.
     pub fn hann(&self) -> Bins<T, R, Hann> {
-        let (half, quarter) = (T::of(0.5), T::of(0.25));
+        let (half, quarter) = (T::new(0.5), T::new(0.25));
         let mut cells = [Complex::new(T::zero(), T::zero()); WIDTH];
         let inner = cells.iter_mut().skip(1);
         for (cell, around) in inner.zip(self.cells.array_windows()) {

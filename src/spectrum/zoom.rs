@@ -306,7 +306,7 @@ mod tests {
             Complex::new(z.re.round(), if R::IQ { z.im.round() } else { 0.0 })
         };
         let x: std::vec::Vec<_> = (0..N).map(tone).collect();
-        let samples = core::array::from_fn(|n| R::of_parts([x[n].re as i16, x[n].im as i16]));
+        let samples = core::array::from_fn(|n| R::from_parts([x[n].re as i16, x[n].im as i16]));
         let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
         for i in -8..=8 {
             let [re, im] = zoom.bin(centre + i).map(f64::from);

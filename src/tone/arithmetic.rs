@@ -13,7 +13,7 @@ pub enum Arithmetic {
 impl Arithmetic {
     /// Fixed on microcontrollers without a floating-point unit, float elsewhere. Each gives equal bits on every machine. The two differ by
     /// less than a tenth of the Cramer-Rao bound. Only `Float` has the nearest-bin refinement for tones with neighbours.
-    pub const fn of_core() -> Self {
+    pub const fn from_core() -> Self {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"))) {
             Arithmetic::Fixed
         } else {
@@ -30,7 +30,7 @@ impl Arithmetic {
         if cfg!(all(target_os = "none", not(target_abi = "eabihf"), not(feature = "methods"))) {
             Arithmetic::Fixed
         } else if cfg!(all(target_os = "none", feature = "one-arithmetic")) {
-            Self::of_core()
+            Self::from_core()
         } else {
             self
         }
@@ -38,8 +38,8 @@ impl Arithmetic {
 }
 
 impl Default for Arithmetic {
-    /// The default is [`Arithmetic::of_core`].
+    /// The default is [`Arithmetic::from_core`].
     fn default() -> Self {
-        Self::of_core()
+        Self::from_core()
     }
 }

@@ -209,7 +209,7 @@ impl Detector {
         };
         let detects = |statistic, beside: &LocalNoise, less| {
             let noise = least.max(beside.loud * n as f32);
-            self.detects(statistic, noise, beside.noise.freedom, less, observer)
+            self.detects(statistic, noise, beside.noise.dof, less, observer)
         };
         let over_mean =
             || self.detects(Statistic::MeanResidual, mean, dof, less_residual, observer);

@@ -35,14 +35,14 @@ impl Frequency {
     /// The peak's share is exact, the offset's is rounded to the nearest step.
     // Inlined where the length is known, so that its quotients are constants.
     #[inline]
-    pub fn of_bins<T: Scalar>(peak: i32, offset: T, n: usize) -> Option<Self> {
-        let steps = (offset * T::of(4_294_967_296.0 / n.max(1) as f64)).round();
+    pub fn from_bins<T: Scalar>(peak: i32, offset: T, n: usize) -> Option<Self> {
+        let steps = (offset * T::new(4_294_967_296.0 / n.max(1) as f64)).round();
         let steps = steps.to_i64()?;
         Some(Self::from_steps(peak, steps, n))
     }
 
     /// Bin `peak` of an `n`-point record plus an offset in fixed point (Q30, in bins).
-    pub fn of_fixed(peak: i32, offset: I2F30, n: usize) -> Self {
+    pub fn from_fixed(peak: i32, offset: I2F30, n: usize) -> Self {
         // From 2^-30 bin to 2^-32 cycles: times 4 / n, rounded to nearest.
         let shift = n.max(1).trailing_zeros();
         let steps = ((i64::from(offset.to_bits()) << 3) >> shift).wrapping_add(1) >> 1;
@@ -99,10 +99,10 @@ mod tests {
         for n in [64, 1024, 4096] {
             for peak in [0, 1, n as i32 / 2 - 1] {
                 for offset in [-0.5, -0.1, 0.0, 0.25, 0.4999] {
-                    let f = Frequency::of_bins(peak, offset, n).unwrap();
+                    let f = Frequency::from_bins(peak, offset, n).unwrap();
                     let exact = f64::from(peak) + offset;
                     assert!((f.bins(n) - exact).abs() < 0.51 * n as f64 / 4_294_967_296.0);
-                    let fixed = Frequency::of_fixed(peak, I2F30::from_num(offset), n);
+                    let fixed = Frequency::from_fixed(peak, I2F30::from_num(offset), n);
                     assert!((fixed.0.to_bits() - f.0.to_bits()).abs() <= 1);
                 }
             }
@@ -111,8 +111,8 @@ mod tests {
 
     #[test]
     fn the_upper_half_of_an_iq_record_is_negative() {
-        assert_eq!(Frequency::of_bins(1023, 0.0, 1024).unwrap().bins(1024), -1.0);
-        assert_eq!(Frequency::of_bins(512, 0.0f32, 1024).unwrap().bins(1024), -512.0);
-        assert_eq!(Frequency::of_bins(3, f32::NAN, 1024), None);
+        assert_eq!(Frequency::from_bins(1023, 0.0, 1024).unwrap().bins(1024), -1.0);
+        assert_eq!(Frequency::from_bins(512, 0.0f32, 1024).unwrap().bins(1024), -512.0);
+        assert_eq!(Frequency::from_bins(3, f32::NAN, 1024), None);
     }
 }

@@ -104,7 +104,7 @@ impl Least {
         let noise = if has_ring(n, true) {
             *noise
         } else {
-            Noise { power: noise.power.min(residual(fit, n)), freedom: fit.freedom as f32 }
+            Noise { power: noise.power.min(residual(fit, n)), dof: fit.dof as f32 }
         };
         let places = self.places.into_iter().filter(|k| k.checked_rem(n as i32) != Some(0));
         let other = places.map(rest).fold(0.0, f32::max);
@@ -117,7 +117,7 @@ impl Least {
         };
         self.hear(other, fit, observer);
         let over_noise = || {
-            let limit = chance.beside(noise.freedom, Relaxation::NOTHING);
+            let limit = chance.beside(noise.dof, Relaxation::NOTHING);
             observer.exceeds(Statistic::ImageNoise, other / (noise.power * n as f32), limit)
         };
         other > self.power && over_noise()

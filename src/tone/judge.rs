@@ -122,7 +122,7 @@ pub fn judge(
     // In units of half the noise power of a bin, so that each degree of freedom leaves 1.
     let unit = 2.0 / (noise.power * n as f32);
     let rest = &fit.rest;
-    let free = fit.freedom.max(1) as f32;
+    let free = fit.dof.max(1) as f32;
     let along: f32 = rest.along.iter().zip(MOST).map(|(along, most)| along.norm_sqr() * most).sum();
     let [two, four, _] = rest.within;
     let all = fit.residual;
@@ -161,7 +161,7 @@ fn judge_closely(
     let rest = |power: f32| (power - transform).max(0.0) * unit;
     let [two, four, eight] = fit.rest.within.map(rest);
     let all = rest(fit.residual);
-    let free = fit.freedom.max(1) as f32;
+    let free = fit.dof.max(1) as f32;
     let [free2, free4, free8] = SCALES;
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], outside, fourth, .. } =
         Changes::from_fit(fit, bends);
@@ -170,7 +170,7 @@ fn judge_closely(
     let explained = moved + fourth * unit;
     let outside = if free > 2.0 * free8 { outside * unit } else { 0.0 };
     let left = free - DIRECTIONS;
-    let tail = |deviations| Tail { deviations, noise: noise.freedom };
+    let tail = |deviations| Tail { deviations, noise: noise.dof };
     let from_end = from_end as f32;
     let mirror = MIRROR / (from_end * from_end);
     let strange = |deviations: f32| {
@@ -196,7 +196,7 @@ fn judge_closely(
     }
     let soft = 1.0 + HIDDEN * (moved - SUSPICIOUS).max(0.0);
     // On an edge the noise is the fit's residual five bins off. It may rise towards the tone.
-    let soft = if noise.freedom < FEW { soft.max(four / free4).max(two / free2) } else { soft };
+    let soft = if noise.dof < FEW { soft.max(four / free4).max(two / free2) } else { soft };
     // The widest scale is as wide as the ring. At an edge of the noise it takes the noise of the louder side.
     if !(fires(Statistic::Moves, moved, DIRECTIONS)
         || fires(Statistic::Near2, two, free2)
@@ -230,7 +230,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: F
     let unit = 2.0 / (noise.power * n as f32);
     let transform = TRANSFORM * fit.line.norm_sqr();
     let rest = |power: f32| (power - transform).max(0.0) * unit;
-    let tail = Tail { deviations: CLEAN, noise: noise.freedom };
+    let tail = Tail { deviations: CLEAN, noise: noise.dof };
     let clean = |power, free| tail.exceeds(power, free);
     let Changes { amplitude: [a1, a2, a3], phase: [p2, p3], .. } = Changes::from_fit(fit, false);
     let [two, four, _] = fit.rest.within.map(rest);
@@ -239,7 +239,7 @@ pub(super) fn chosen(fit: &Fit<f32>, n: usize, beside: &LocalNoise, judgement: F
     if !(clean(moved, DIRECTIONS)
         || clean(two, free2)
         || clean(four, free4)
-        || clean(rest(fit.residual) * (noise.power / loud), fit.freedom.max(1) as f32))
+        || clean(rest(fit.residual) * (noise.power / loud), fit.dof.max(1) as f32))
     {
         return judgement;
     }
@@ -283,7 +283,7 @@ impl Changes {
         let cosine2 = fit.rest.cosine_squared;
         let sine2 = 1.0 - cosine2;
         let [narrow, wide] = BEYOND;
-        let beyond = if fit.freedom > 2 * 9 { narrow } else { wide };
+        let beyond = if fit.dof > 2 * 9 { narrow } else { wide };
         let size = fit.line.norm_sqr();
         let [n1, n2, n3] = [
             1.0 / 3.0 - beyond * cosine2,

@@ -104,7 +104,7 @@ impl Lock {
         let length = n as f32;
         let sigma = (length * self.noise / (found.information + found.information)).root();
         Some(Tone {
-            frequency: Frequency::of_bins(self.oscillator.centre(), found.offset, n)?,
+            frequency: Frequency::from_bins(self.oscillator.centre(), found.offset, n)?,
             sigma: sigma / length,
             snr: ratio::<f32, R>(n, found.amplitude_squared, self.noise),
             amplitude: found.amplitude_squared.root(),

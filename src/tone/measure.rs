@@ -294,7 +294,7 @@ fn judged(
     observer.hear(|| Test {
         statistic: Statistic::ClippedResidual,
         value: fit.residual / (noise.power * expected(fit, n)),
-        limit: excess_limit(fit.freedom, noise),
+        limit: excess_limit(fit.dof, noise),
     });
     let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
     FitTest { line, variance_inflation }
@@ -330,7 +330,7 @@ fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
     const FAR: f32 = 32.0;
     /// The sum of 16 squares over the sum of 8 squares: noise exceeds this ratio in one block of a hundred (Fisher's distribution).
     const LINE: f32 = 11.0;
-    if fit.freedom < 31 {
+    if fit.dof < 31 {
         return None;
     }
     let [two, four, eight] = fit.rest.within;
@@ -424,7 +424,7 @@ impl Seen {
             ..Evidence::NONE
         };
         let tone = Tone {
-            frequency: Frequency::of_fixed(peak, fit.offset_in_fixed_point()?, n),
+            frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, n),
             sigma: with_rounding(self.sigma, self.unseen, n) / n as f32,
             snr,
             amplitude: power.root(),
@@ -453,7 +453,7 @@ pub fn residual<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 
 /// The residual in a fit's bins for noise of power 1 per sample: half the degrees of freedom times the power of a bin, `n`.
 pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
-    T::of_i32((n as i32 / 2).wrapping_mul(fit.freedom.max(1) as i32))
+    T::from_i32((n as i32 / 2).wrapping_mul(fit.dof.max(1) as i32))
 }
 
 /// The ratio of the residual to the noise power in a record of `n` samples, if less than one record in 10^6 reaches this ratio by chance;
@@ -462,14 +462,14 @@ pub(super) fn expected<T: Scalar>(fit: &Fit<T>, n: usize) -> T {
 /// The ratio of two noise estimates follows Fisher's distribution; its cube root is nearly normal
 /// (Wilson and Hilferty 1931). The integer FFT itself leaves a share of the line.
 pub fn excess_over<T: Scalar>(fit: &Fit<T>, n: usize, noise: Noise) -> T {
-    let expected = T::of(noise.power.into()) * expected(fit, n);
+    let expected = T::new(noise.power.into()) * expected(fit, n);
     // No fit has enough degrees of freedom to make twice the noise improbable.
     if fit.residual <= expected + expected {
         return T::one();
     }
-    let rest = fit.residual - T::of(RESIDUE) * fit.line.norm_sqr();
+    let rest = fit.residual - T::new(RESIDUE) * fit.line.norm_sqr();
     let ratio = rest / expected;
-    if ratio > T::of(excess_limit(fit.freedom, noise).into()) { ratio } else { T::one() }
+    if ratio > T::new(excess_limit(fit.dof, noise).into()) { ratio } else { T::one() }
 }
 
 /// The ratio of a residual with these degrees of freedom to the noise power, exceeded by chance in one record of 10^6.
@@ -477,7 +477,7 @@ pub fn excess_limit(dof: u32, noise: Noise) -> f32 {
     /// A normal distribution exceeds this limit once in 3.5 million times; the cube root, whose tail is a little heavier, once in 10^6.
     const DEVIATIONS: f32 = 5.0;
     let dof = dof.max(1) as f32;
-    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.freedom)).root();
+    let deviation = (2.0 / 9.0 * (1.0 / dof + 1.0 / noise.dof)).root();
     let root = 1.0 + DEVIATIONS * deviation;
     root * root * root
 }

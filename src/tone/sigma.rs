@@ -21,7 +21,7 @@ pub fn bound_bins<R: Record>(n: usize, snr: f32) -> f32 {
 /// bound depends on the phase, for every K and at every offset. The mean of `(error / sigma)^2` is
 /// within 0.88..1.15 from 2 dB above the threshold to 60 dB.
 pub fn sigma_bins<T: Scalar>(fit: &Fit<T>, n: usize, noise: T) -> T {
-    (T::of_i32(n as i32 / 2) * noise / fit.information).root()
+    (T::from_i32(n as i32 / 2) * noise / fit.information).root()
 }
 
 /// A standard deviation in bins, of a record of `n` samples, widened by the errors that do not show as noise: a variance `unseen` of

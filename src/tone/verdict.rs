@@ -289,7 +289,7 @@ impl Verdicts {
     }
 
     /// The set of these seven bits.
-    pub const fn of_bits(bits: u8) -> Self {
+    pub const fn from_bits(bits: u8) -> Self {
         Self(bits & 0x7F)
     }
 }
@@ -341,7 +341,7 @@ impl Reasons {
 
     /// The reasons beside the most severe.
     pub fn also(self) -> Verdicts {
-        Verdicts::of_bits((self.0 >> 1) as u8).without(self.verdict())
+        Verdicts::from_bits((self.0 >> 1) as u8).without(self.verdict())
     }
 }
 
@@ -356,7 +356,7 @@ mod tests {
         for (place, verdict) in Verdict::ALL.into_iter().enumerate() {
             assert_eq!(verdict.severity() as usize, place);
             for bits in 0..0x80 {
-                let also = Verdicts::of_bits(bits);
+                let also = Verdicts::from_bits(bits);
                 if also.iter().all(|other| other < verdict) {
                     let reasons = Reasons::from_verdict(verdict, also);
                     assert_eq!((reasons.verdict(), reasons.also()), (verdict, also));
@@ -369,7 +369,7 @@ mod tests {
     /// Each verdict can be stored, and iteration keeps the order of severity.
     #[test]
     fn sets_keep_the_order_of_severity() {
-        let mut order: Vec<Verdict> = Verdicts::of_bits(0x7F).iter().collect();
+        let mut order: Vec<Verdict> = Verdicts::from_bits(0x7F).iter().collect();
         assert_eq!(order.len(), 7);
         order.reverse();
         assert!(order.is_sorted());

@@ -102,10 +102,10 @@ pub struct Found {
     pub amplitude_squared: f32,
     /// The power of the bins that the tone explains, in squared codes.
     pub explained: f32,
-    /// The residual power; [`Found::degrees_of_freedom`] has its degrees of freedom.
+    /// The residual power; [`Found::dof`] has its degrees of freedom.
     pub residual: f32,
     /// Degrees of freedom of [`Found::residual`].
-    pub degrees_of_freedom: u32,
+    pub dof: u32,
 }
 
 /// The bins of the fit, rotated.
@@ -241,7 +241,7 @@ impl Place {
             amplitude_squared: step.line.norm_sqr() * (scale * scale * power),
             explained: step.explained * power,
             residual: step.residual * power,
-            degrees_of_freedom: dof as u32,
+            dof: dof as u32,
         })
     }
 
@@ -385,7 +385,7 @@ fn near(d: f32) -> f32 {
 pub fn noise<R: Record>(found: &Found, n: usize) -> f32 {
     let parts = if R::IQ { 2.0 } else { 1.0 };
     let floor = ROUNDING as f32 * parts;
-    (2.0 * found.residual / (found.degrees_of_freedom.max(1) as f32 * n as f32)).max(floor)
+    (2.0 * found.residual / (found.dof.max(1) as f32 * n as f32)).max(floor)
 }
 
 /// The effect of a bin's distance from the strongest on the tone's shape.
@@ -474,7 +474,7 @@ mod tests {
         let samples = core::array::from_fn(|n| {
             let turns = (f64::from(centre) + offset) * n as f64 / N as f64 + 0.21;
             let z = f64::unit(turns.fract()) * amplitude;
-            R::of_parts([z.re.round() as i16, z.im.round() as i16])
+            R::from_parts([z.re.round() as i16, z.im.round() as i16])
         });
         let zoom = Oscillator::new::<R>(centre, N).zoom::<R, N>(&samples);
         let found = Place::new(centre, N).fit::<R>(&zoom, 0.0).unwrap();

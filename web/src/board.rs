@@ -137,7 +137,7 @@ impl Board {
 
     /// Settings, if that is what a body holds.
     fn answered(&mut self, body: &[u8], settings: &mut Settings) {
-        let Some((device, n)) = Device::of_bytes(body).ok() else {
+        let Some((device, n)) = Device::from_bytes(body).ok() else {
             return;
         };
         let config = &device.config;
@@ -150,7 +150,7 @@ impl Board {
         };
         // A raw block is measured as a tone: which of a chirp's segments it is, it does not say.
         let plain = picket_dsp::Config { scene: Scene::Tone, ..*config };
-        self.station = station::of_config(&plain, device.iq, n, settings.full_scale()).ok();
+        self.station = station::from_config(&plain, device.iq, n, settings.full_scale()).ok();
         (self.device, self.asks, self.told_hz) = (Some((device, n)), false, None);
     }
 

@@ -3,7 +3,7 @@
 #[path = "../../dependents/same_bits.rs"]
 pub mod same_bits;
 
-use crate::station::of_config;
+use crate::station::from_config;
 use picket_dsp::acquire::sample::{Iq, Real, Record, Stamp};
 use picket_dsp::{Arithmetic, Codes, Config};
 pub use same_bits::Seen;
@@ -30,7 +30,7 @@ fn measure<R: Record>(fixed: bool, n: usize, blocks: u32, random: &mut Random, s
     let codes = Codes::signed::<12>();
     let arithmetic = if fixed { Arithmetic::Fixed } else { Arithmetic::Float };
     let config = Config { arithmetic, ..Config::new(48_000.0, codes) };
-    let Ok(mut station) = of_config(&config, R::IQ, n, 2047.5) else { return };
+    let Ok(mut station) = from_config(&config, R::IQ, n, 2047.5) else { return };
     let mut samples = vec![R::Sample::default(); n];
     for sequence in 0..blocks {
         fill::<R>(&mut samples, codes, random);

@@ -31,7 +31,7 @@ impl File {
             scale: None,
             ..Options::default()
         };
-        let recording = Recording::of_bytes(Path::new(name), bytes, options)
+        let recording = Recording::from_bytes(Path::new(name), bytes, options)
             .map_err(|error| sentence(name, &error))?;
         if !recording.knows_rate() {
             return Err(format!(

@@ -102,7 +102,7 @@ impl Settings {
                 }
             }
             // Unsigned ones as negative widths.
-            "bits" => match Codes::of_bits(value > 0.0, value.abs() as u32) {
+            "bits" => match Codes::from_bits(value > 0.0, value.abs() as u32) {
                 Some(codes) => self.codes = codes,
                 None => return false,
             },

@@ -78,8 +78,8 @@ pub fn station(settings: &Settings) -> Result<Box<dyn Station>, String> {
     }
     let (config, full_scale) = (settings.config(), settings.full_scale());
     let station = match settings.iq {
-        true => of_kind::<Iq>(&config, settings.n, full_scale, settings.sum),
-        false => of_kind::<Real>(&config, settings.n, full_scale, settings.sum),
+        true => from_kind::<Iq>(&config, settings.n, full_scale, settings.sum),
+        false => from_kind::<Real>(&config, settings.n, full_scale, settings.sum),
     };
     station.map_err(|error| error.to_string())
 }
@@ -88,19 +88,19 @@ pub fn station(settings: &Settings) -> Result<Box<dyn Station>, String> {
 ///
 /// # Errors
 /// See [`station`].
-pub fn of_config(
+pub fn from_config(
     config: &Config,
     iq: bool,
     n: usize,
     full_scale: f64,
 ) -> Result<Box<dyn Station>, ConfigError> {
     match iq {
-        true => of_kind::<Iq>(config, n, full_scale, 1),
-        false => of_kind::<Real>(config, n, full_scale, 1),
+        true => from_kind::<Iq>(config, n, full_scale, 1),
+        false => from_kind::<Real>(config, n, full_scale, 1),
     }
 }
 
-fn of_kind<R: Record>(
+fn from_kind<R: Record>(
     config: &Config,
     n: usize,
     full_scale: f64,
@@ -161,7 +161,7 @@ impl<R: Record, const N: usize> Added<R, N> {
 impl<R: Record, const N: usize> Station for Bench<R, N> {
     fn block(&mut self, stamp: Stamp, samples: &[[i16; 2]]) -> Option<Measurement> {
         let mut parts = samples.iter().copied();
-        let record = std::array::from_fn(|_| R::of_parts(parts.next().unwrap_or_default()));
+        let record = std::array::from_fn(|_| R::from_parts(parts.next().unwrap_or_default()));
         if let Some(added) = &mut self.added {
             *self.shown = record;
             return added.block(stamp, &record);

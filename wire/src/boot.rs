@@ -231,7 +231,7 @@ impl Boot {
 
     /// The record in these bytes; `None` if they are too short, of another version, or hold an
     /// unknown number. Bytes appended by a later version are ignored.
-    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let mut reader = Reader(bytes);
         let [VERSION, clock, causes, flags] = reader.take()? else { return None };
         let mut word = || reader.u32();
@@ -254,7 +254,7 @@ impl Boot {
     }
 
     /// The record in a frame; `None` if the frame holds none.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
-        (frame.kind == Kind::Boot).then(|| Self::of_bytes(&frame.payload)).flatten()
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
+        (frame.kind == Kind::Boot).then(|| Self::from_bytes(&frame.payload)).flatten()
     }
 }

@@ -107,7 +107,7 @@ impl Burst {
 
     /// The burst in a frame; `None` for a frame of another kind or version, one that is cut off, or one with an unknown value or one
     /// that its verdict forbids.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
         if frame.kind != Kind::Burst {
             return None;
         }
@@ -122,7 +122,7 @@ impl Burst {
             snr: reader.f32()?,
             amplitude: reader.f32()?,
             verdict: Verdict::from_u8(verdict)?,
-            also: Verdicts::of_bits(also),
+            also: Verdicts::from_bits(also),
             rate_hz: 0.0,
         };
         let [outcome, verdict, _, _] = reader.take()?;
@@ -180,13 +180,13 @@ mod tests {
             let result = Outcome::Velocity(velocity);
             let burst = Burst { number, burst, result, counters, health };
             assert_eq!(validation as u32, number);
-            assert_eq!(Burst::of_frame(&framed(&burst)), Some(burst));
+            assert_eq!(Burst::from_frame(&framed(&burst)), Some(burst));
             let plain = Burst { result: Outcome::None, ..burst };
-            assert_eq!(Burst::of_frame(&framed(&plain)), Some(plain));
+            assert_eq!(Burst::from_frame(&framed(&plain)), Some(plain));
             for (place, value) in [(0, 2), (1, 7), (2, 99), (36, 2), (37, 99)] {
                 let mut frame = framed(&burst);
                 frame.payload[place] = value;
-                assert_eq!(Burst::of_frame(&frame), None, "{place}");
+                assert_eq!(Burst::from_frame(&frame), None, "{place}");
             }
             let mut wrong = [burst; 4];
             wrong[0].burst.tone.sigma = f32::INFINITY;
@@ -194,12 +194,12 @@ mod tests {
             wrong[2].burst.deviation = f32::NAN;
             wrong[3].burst.tone.rate_hz = f64::INFINITY;
             for wrong in wrong {
-                assert_eq!(Burst::of_frame(&framed(&wrong)), None, "{wrong:?}");
+                assert_eq!(Burst::from_frame(&framed(&wrong)), None, "{wrong:?}");
             }
             let mut cut = framed(&burst);
             cut.payload.truncate(Burst::BYTES - 1);
-            assert_eq!(Burst::of_frame(&cut), None);
-            assert_eq!(Burst::of_frame(&Frame { kind: Kind::Lines, ..framed(&burst) }), None);
+            assert_eq!(Burst::from_frame(&cut), None);
+            assert_eq!(Burst::from_frame(&Frame { kind: Kind::Lines, ..framed(&burst) }), None);
         }
     }
 }

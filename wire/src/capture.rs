@@ -53,7 +53,7 @@ impl Header {
 
     /// The header for this configuration: records of kind `R`, blocks of `n` samples that follow
     /// each other without a pause.
-    pub const fn of<R: Record>(config: Config, n: u32, blocks: u32) -> Self {
+    pub const fn from_config<R: Record>(config: Config, n: u32, blocks: u32) -> Self {
         Header { iq: R::IQ, n, blocks, stride: n, period_us: 0, config }
     }
 
@@ -131,11 +131,11 @@ pub fn decode<R: Record>(bytes: &[u8], samples: &mut [R::Sample]) {
     if R::IQ {
         let pairs = bytes.as_chunks::<4>().0.iter();
         for (sample, &[a, b, c, d]) in samples.iter_mut().zip(pairs) {
-            *sample = R::of_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])]);
+            *sample = R::from_parts([i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d])]);
         }
     } else {
         for (sample, word) in samples.iter_mut().zip(words) {
-            *sample = R::of_parts([word, 0]);
+            *sample = R::from_parts([word, 0]);
         }
     }
 }
@@ -161,13 +161,13 @@ mod tests {
         let velocimeter =
             Scene::Doppler { wavelength_m: 0.0125, angle_rad: 0.3, mixing: Mixing::TxConjRx };
         [
-            Header::of::<Real>(config, 64, 7),
+            Header::from_config::<Real>(config, 64, 7),
             Header {
                 stride: 2500,
                 period_us: 9,
-                ..Header::of::<Iq>(Config { scene: lidar, ..config }, 4096, u32::MAX)
+                ..Header::from_config::<Iq>(Config { scene: lidar, ..config }, 4096, u32::MAX)
             },
-            Header::of::<Real>(
+            Header::from_config::<Real>(
                 Config { scene: velocimeter, band_hz: Some((-1.5, 2e3)), ..config },
                 1024,
                 0,

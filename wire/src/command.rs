@@ -143,10 +143,10 @@ impl Request {
         let head = [self.tag, self.command.number()];
         match self.command {
             Command::SetSettings(settings, n) => {
-                of_parts(Kind::Command, &head, &settings.to_bytes(n))
+                from_parts(Kind::Command, &head, &settings.to_bytes(n))
             }
-            Command::Capture(blocks) => of_parts(Kind::Command, &head, &blocks.to_le_bytes()),
-            _ => of_parts(Kind::Command, &head, &[]),
+            Command::Capture(blocks) => from_parts(Kind::Command, &head, &blocks.to_le_bytes()),
+            _ => from_parts(Kind::Command, &head, &[]),
         }
     }
 
@@ -155,7 +155,7 @@ impl Request {
     /// # Errors
     /// The frame holds no request that can be followed. The head and the refusal are the answer to
     /// send.
-    pub fn of_frame(frame: &Frame) -> Result<Self, (Answer, Refusal)> {
+    pub fn from_frame(frame: &Frame) -> Result<Self, (Answer, Refusal)> {
         let Some((&[tag, command], body)) = frame.payload.split_first_chunk() else {
             return Err((Answer::default(), Refusal::Unknown));
         };
@@ -176,7 +176,7 @@ impl Request {
                 ) {
                     return unknown;
                 }
-                let (settings, n) = Settings::of_bytes(body)
+                let (settings, n) = Settings::from_bytes(body)
                     .map_err(|error| (answer, Refusal::Settings(error.code())))?;
                 Command::SetSettings(settings, n)
             }
@@ -199,17 +199,17 @@ impl Request {
 impl Answer {
     /// A reply with this head and this body.
     pub fn reply(self, body: &[u8]) -> Vec<u8, WIRE> {
-        of_parts(Kind::Reply, &[self.tag, self.command], body)
+        from_parts(Kind::Reply, &[self.tag, self.command], body)
     }
 
     /// A refusal with this head.
     pub fn refusal(self, refusal: Refusal) -> Vec<u8, WIRE> {
-        of_parts(Kind::Refusal, &[self.tag, self.command], &refusal.code())
+        from_parts(Kind::Refusal, &[self.tag, self.command], &refusal.code())
     }
 
     /// The head of an answer in a frame, and the body or the refusal. `None` for a frame of another
     /// kind or form.
-    pub fn of_frame(frame: &Frame) -> Option<(Self, Result<&[u8], Refusal>)> {
+    pub fn from_frame(frame: &Frame) -> Option<(Self, Result<&[u8], Refusal>)> {
         let (&[tag, command], body) = frame.payload.split_first_chunk()?;
         let said = match frame.kind {
             Kind::Reply => Ok(body),
@@ -220,7 +220,7 @@ impl Answer {
     }
 }
 
-fn of_parts(kind: Kind, head: &[u8], body: &[u8]) -> Vec<u8, WIRE> {
+fn from_parts(kind: Kind, head: &[u8], body: &[u8]) -> Vec<u8, WIRE> {
     let mut payload = Vec::<u8, { frame::PAYLOAD }>::new();
     let fits = payload.extend_from_slice(head).is_ok() && payload.extend_from_slice(body).is_ok();
     // Every body is shorter than a payload; tests show it.

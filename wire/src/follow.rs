@@ -96,7 +96,7 @@ impl core::error::Error for NoFollow {}
 impl Follow {
     /// The tracks that a tracker holds after the block with this stamp, and the targets if the
     /// block ends a chirp.
-    pub fn of<R: Record, const N: usize>(tracker: &Tracker<R, N>, stamp: &Stamp) -> Self {
+    pub fn from_tracker<R: Record, const N: usize>(tracker: &Tracker<R, N>, stamp: &Stamp) -> Self {
         let mut tracks = Vec::new();
         let all = tracker.tracks(stamp.segment).iter();
         for track in all.filter(|track| track.state != State::Tentative) {
@@ -145,7 +145,7 @@ impl Follow {
     ///
     /// # Errors
     /// The frame is of another kind or version, or a field has an unknown value.
-    pub fn of_frame(frame: &Frame) -> Result<Self, NoFollow> {
+    pub fn from_frame(frame: &Frame) -> Result<Self, NoFollow> {
         if frame.kind != Kind::Follow {
             return Err(NoFollow);
         }
@@ -235,9 +235,9 @@ mod tests {
         let wire = follow.to_frame();
         let mut reader = frame::Reader::default();
         let frame = wire.iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
-        assert_eq!(Follow::of_frame(&frame), Ok(follow));
+        assert_eq!(Follow::from_frame(&frame), Ok(follow));
         let short =
             Frame { kind: Kind::Follow, payload: Vec::from_slice(&frame.payload[..60]).unwrap() };
-        assert_eq!(Follow::of_frame(&short), Err(NoFollow));
+        assert_eq!(Follow::from_frame(&short), Err(NoFollow));
     }
 }

@@ -42,7 +42,7 @@ impl Fundamental {
     const BYTES: usize = 28;
 
     /// Labels the fundamental of a block with the block's stamp.
-    pub fn of(stamp: &Stamp, mut harmonic: Harmonic) -> Self {
+    pub fn from_harmonic(stamp: &Stamp, mut harmonic: Harmonic) -> Self {
         harmonic.tone.rate_hz = 0.0;
         Self { sequence: stamp.sequence, segment: stamp.segment, harmonic }
     }
@@ -64,7 +64,7 @@ impl Fundamental {
 
     /// The fundamental in a frame; `None` for a frame of another kind or version, one that is cut off,
     /// or one with an unknown value or one that the verdict forbids.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
         if frame.kind != Kind::Fundamental {
             return None;
         }
@@ -73,7 +73,7 @@ impl Fundamental {
         let (sequence, orders) = (reader.u32()?, reader.u32()?);
         let frequency = Frequency(I0F32::from_bits(reader.i32()?));
         let [sigma, snr, amplitude] = [reader.f32()?, reader.f32()?, reader.f32()?];
-        let (verdict, also) = (Verdict::from_u8(verdict)?, Verdicts::of_bits(also));
+        let (verdict, also) = (Verdict::from_u8(verdict)?, Verdicts::from_bits(also));
         let tone = Tone { frequency, sigma, snr, amplitude, verdict, also, ..Tone::default() };
         if !tone.is_consistent() {
             return None;
@@ -92,19 +92,19 @@ mod tests {
         let stamp = Stamp { sequence: 9, segment: Segment::Flat, ..Stamp::default() };
         let frequency = Frequency(I0F32::from_bits(-123_456_789));
         let tone = Tone { frequency, sigma: 1e-6, snr: 40.0, rate_hz: 5e5, ..Tone::default() };
-        let fundamental = Fundamental::of(&stamp, Harmonic { tone, orders: 0b1110 });
+        let fundamental = Fundamental::from_harmonic(&stamp, Harmonic { tone, orders: 0b1110 });
         let mut reader = frame::Reader::default();
         let bytes = fundamental.to_frame();
         let frame = bytes.iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
-        assert_eq!(Fundamental::of_frame(&frame), Some(fundamental));
+        assert_eq!(Fundamental::from_frame(&frame), Some(fundamental));
         for (place, value) in [(0, 2), (1, 9), (2, 99)] {
             let mut frame = frame.clone();
             frame.payload[place] = value;
-            assert_eq!(Fundamental::of_frame(&frame), None);
+            assert_eq!(Fundamental::from_frame(&frame), None);
         }
         let mut cut = frame.clone();
         cut.payload.truncate(27);
-        assert_eq!(Fundamental::of_frame(&cut), None);
-        assert_eq!(Fundamental::of_frame(&Frame { kind: Kind::Lines, ..frame }), None);
+        assert_eq!(Fundamental::from_frame(&cut), None);
+        assert_eq!(Fundamental::from_frame(&Frame { kind: Kind::Lines, ..frame }), None);
     }
 }

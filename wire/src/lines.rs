@@ -66,7 +66,7 @@ impl core::error::Error for LinesError {}
 
 impl Lines {
     /// The tones of the block with this stamp.
-    pub fn of(stamp: &Stamp, mut tones: Vec<ToneWithPhase, MOST>) -> Self {
+    pub fn from_tones(stamp: &Stamp, mut tones: Vec<ToneWithPhase, MOST>) -> Self {
         tones.iter_mut().for_each(|phasor| phasor.tone.rate_hz = 0.0);
         Self { sequence: stamp.sequence, segment: stamp.segment, tones }
     }
@@ -94,7 +94,7 @@ impl Lines {
     ///
     /// # Errors
     /// The frame is of another kind or version, is cut off, or a field has an unknown value.
-    pub fn of_frame(frame: &Frame) -> Result<Self, LinesError> {
+    pub fn from_frame(frame: &Frame) -> Result<Self, LinesError> {
         if frame.kind != Kind::Lines {
             return Err(LinesError::Kind(frame.kind));
         }
@@ -122,7 +122,7 @@ impl Lines {
             }
             let [verdict, also, _, _] = reader.take()?;
             phasor.tone.verdict = Verdict::from_u8(verdict)?;
-            phasor.tone.also = Verdicts::of_bits(also);
+            phasor.tone.also = Verdicts::from_bits(also);
             if !phasor.tone.is_consistent() {
                 return None;
             }
@@ -142,14 +142,14 @@ mod tests {
         let stamp = Stamp { sequence: 7, segment: Segment::Down, ..Stamp::default() };
         let tone = Tone { sigma: 1e-6, snr: 40.0, rate_hz: 5e5, ..Tone::default() };
         let phasor = ToneWithPhase { tone, phase: -1.5, sigma_phase: 0.01 };
-        let mut lines = Lines::of(&stamp, Vec::from_slice(&[phasor; MOST]).unwrap());
+        let mut lines = Lines::from_tones(&stamp, Vec::from_slice(&[phasor; MOST]).unwrap());
         let mut reader = frame::Reader::default();
         let frame = lines.to_frame().iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
-        assert_eq!(Lines::of_frame(&frame), Ok(lines.clone()));
+        assert_eq!(Lines::from_frame(&frame), Ok(lines.clone()));
         let told = |place: usize, value: u8| {
             let mut frame = frame.clone();
             frame.payload[place] = value;
-            Lines::of_frame(&frame)
+            Lines::from_frame(&frame)
         };
         let newer = told(0, 2).unwrap_err();
         assert_eq!(newer, LinesError::Version(2));
@@ -159,6 +159,6 @@ mod tests {
         assert_eq!(told(8 + 24, 99), Err(LinesError::Field));
         lines.tones.clear();
         let frame = lines.to_frame().iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
-        assert_eq!(Lines::of_frame(&frame), Ok(lines));
+        assert_eq!(Lines::from_frame(&frame), Ok(lines));
     }
 }

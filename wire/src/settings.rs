@@ -318,7 +318,7 @@ impl Settings {
     ///
     /// # Errors
     /// The bytes are too few or of another version, or a field has an unknown value.
-    pub fn of_bytes(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
         match bytes.first() {
             Some(VERSION..=MODE) => Self::read(bytes),
             Some(_) => Err(SettingsError::Encoding(EncodingError::Version)),
@@ -464,7 +464,7 @@ mod tests {
             Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {
             let bytes = settings.to_bytes(1024);
-            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+            assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
         }
         let trigger = Trigger { ratio: Some(2.5), hold_off: 100, least: 9 };
         for mode in [
@@ -475,25 +475,25 @@ mod tests {
             let settings = Settings { mode, ..Settings::default() };
             let bytes = settings.to_bytes(1024);
             assert_eq!((bytes[0], bytes.len()), (5, Settings::BYTES));
-            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
-            let cut = Settings::of_bytes(&bytes[..Settings::WIDE]);
+            assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
+            let cut = Settings::from_bytes(&bytes[..Settings::WIDE]);
             assert_eq!(cut, Err(SettingsError::Encoding(EncodingError::Field)));
         }
         #[cfg(feature = "lines")]
         for most in 1..=4 {
             let settings = Settings { most, ..Settings::default() };
             let bytes = settings.to_bytes(1024);
-            assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
+            assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
             // A reader of one tone refuses those of more.
             assert_eq!(bytes[0], if most > 1 { 2 } else { 1 });
             let settings = Settings { harmonics: 11 + most, ..settings };
             let bytes = settings.to_bytes(1024);
-            assert_eq!((Settings::of_bytes(&bytes), bytes[0]), (Ok((settings, 1024)), 2));
+            assert_eq!((Settings::from_bytes(&bytes), bytes[0]), (Ok((settings, 1024)), 2));
         }
         let told = |place: usize, value: u8| {
             let mut bytes = Settings::default().to_bytes(1024);
             bytes[place] = value;
-            Settings::of_bytes(&bytes)
+            Settings::from_bytes(&bytes)
         };
         assert_eq!(told(0, 9), Err(SettingsError::Encoding(EncodingError::Version)));
         assert_eq!(told(1, 9), Err(SettingsError::Encoding(EncodingError::Field)));

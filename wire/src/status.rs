@@ -67,7 +67,7 @@ impl Status {
 
     /// The status in a frame; `None` if the frame holds none. Bytes appended by a later version are
     /// ignored.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
         let (&VERSION, rest) = frame.payload.split_first()? else { return None };
         let (words, _) = rest.as_chunks();
         if frame.kind != Kind::Status || words.len() < WORDS - 1 {
@@ -106,7 +106,7 @@ impl Raw {
     }
 
     /// The piece in a frame; `None` if the frame holds none.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
         let mut reader = Reader(&frame.payload);
         let (sequence, offset) = (reader.u32()?, reader.u16()?);
         let bytes = Vec::from_slice(reader.0).ok()?;

@@ -201,7 +201,7 @@ fn positional(bytes: &[u8]) -> Result<(Settings, usize), SettingsError> {
     let version = SettingsError::Encoding(EncodingError::Version);
     let mut bytes = Vec::<u8, { Settings::BYTES }>::from_slice(bytes).map_err(|_| version)?;
     of_the_first(&mut bytes);
-    Settings::of_bytes(&bytes)
+    Settings::from_bytes(&bytes)
 }
 
 /// Turns settings of the first programs into those of version 1 as it has been since: their configuration had a number for the

@@ -43,7 +43,7 @@ impl Sum {
     }
 
     /// The sum in a frame; `None` for a frame of another kind or version, one that is cut off, or one whose probability is not one.
-    pub fn of_frame(frame: &Frame) -> Option<Self> {
+    pub fn from_frame(frame: &Frame) -> Option<Self> {
         if frame.kind != Kind::Sum {
             return None;
         }
@@ -63,18 +63,18 @@ mod tests {
         let sum = Sum { sequence: 99, blocks: 100, ln_chance: -31.5 };
         let mut reader = frame::Reader::default();
         let frame = sum.to_frame().iter().find_map(|&byte| reader.push(byte)).unwrap().unwrap();
-        assert_eq!(Sum::of_frame(&frame), Some(sum));
+        assert_eq!(Sum::from_frame(&frame), Some(sum));
         let mut newer = frame.clone();
         newer.payload[0] = 2;
-        assert_eq!(Sum::of_frame(&newer), None);
+        assert_eq!(Sum::from_frame(&newer), None);
         let mut cut = frame.clone();
         cut.payload.truncate(15);
-        assert_eq!(Sum::of_frame(&cut), None);
+        assert_eq!(Sum::from_frame(&cut), None);
         for ln_chance in [f32::NAN, 1.0] {
             let none = Sum { ln_chance, ..sum };
             let frame = none.to_frame().iter().find_map(|&byte| reader.push(byte)).unwrap();
-            assert_eq!(Sum::of_frame(&frame.unwrap()), None);
+            assert_eq!(Sum::from_frame(&frame.unwrap()), None);
         }
-        assert_eq!(Sum::of_frame(&Frame { kind: Kind::Lines, ..frame }), None);
+        assert_eq!(Sum::from_frame(&Frame { kind: Kind::Lines, ..frame }), None);
     }
 }

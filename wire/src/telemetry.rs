@@ -253,9 +253,9 @@ impl Telemetry {
     ///
     /// # Errors
     /// The frame is of another kind, or its payload holds no telemetry.
-    pub fn of_frame(frame: &Frame) -> Result<Self, TelemetryError> {
+    pub fn from_frame(frame: &Frame) -> Result<Self, TelemetryError> {
         match frame.kind {
-            Kind::Telemetry => Self::of_bytes(&frame.payload),
+            Kind::Telemetry => Self::from_bytes(&frame.payload),
             kind => Err(TelemetryError::Kind(kind)),
         }
     }
@@ -265,7 +265,7 @@ impl Telemetry {
     /// # Errors
     /// The bytes are too short, of another version, or a field holds an unknown number, or one that its verdict forbids: a number
     /// that is of use has a finite sigma.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TelemetryError> {
         match bytes.first() {
             None => return Err(TelemetryError::Short),
             Some(&VERSION) => {}
@@ -289,7 +289,7 @@ impl Telemetry {
         let clipped = reader.u32()?;
         let mut tone = Tone {
             verdict: Verdict::from_u8(verdict)?,
-            also: Verdicts::of_bits(flags >> 1),
+            also: Verdicts::from_bits(flags >> 1),
             frequency: Frequency(I0F32::from_bits(reader.i32()?)),
             sigma: reader.f32()?,
             snr: reader.f32()?,
@@ -342,7 +342,7 @@ mod tests {
             let measurement = Measurement { tone, result, ..Measurement::default() };
             let health = Health::default();
             let record = Telemetry { measurement, method: Method::default(), health, basis: None };
-            Telemetry::of_bytes(&record.to_bytes())
+            Telemetry::from_bytes(&record.to_bytes())
         };
         assert!(told(tone, velocity).is_ok());
         let mut wrong = [tone; 7];
@@ -377,19 +377,19 @@ mod tests {
             let record = Telemetry { measurement, method, health, basis };
             // The last field ends the layout.
             let bytes = record.to_bytes();
-            assert_eq!((Telemetry::of_bytes(&bytes), bytes.len()), (Ok(record), length));
+            assert_eq!((Telemetry::from_bytes(&bytes), bytes.len()), (Ok(record), length));
             assert!(!record.to_frame().is_empty());
             // Whatever a later layout appends is skipped.
             let later = [&bytes[..], &[7; 24]].concat();
-            assert!(length == LENGTH || Telemetry::of_bytes(&later) == Ok(record));
+            assert!(length == LENGTH || Telemetry::from_bytes(&later) == Ok(record));
         }
         const { assert!(LONG <= frame::PAYLOAD) };
         // What is cut off, and a clock that nobody knows here, are not told; the measurement is.
         let record = Telemetry { measurement, method, health, basis: Some(basis) };
         let unknown = Ok(Telemetry { basis: None, ..record });
         let mut bytes = record.to_bytes();
-        assert_eq!(Telemetry::of_bytes(&bytes[..LONG - 1]), unknown);
+        assert_eq!(Telemetry::from_bytes(&bytes[..LONG - 1]), unknown);
         bytes[100] = 9;
-        assert_eq!(Telemetry::of_bytes(&bytes), unknown);
+        assert_eq!(Telemetry::from_bytes(&bytes), unknown);
     }
 }

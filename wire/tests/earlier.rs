@@ -74,11 +74,11 @@ fn settings() -> [Settings; 3] {
 fn settings_are_the_bytes_of_earlier_programs() {
     for (settings, lines) in settings().into_iter().zip([TONE, DOPPLER, CHIRP]) {
         let earlier = bytes(lines);
-        assert_eq!(Settings::of_bytes(&earlier), Ok((settings, 1024)));
+        assert_eq!(Settings::from_bytes(&earlier), Ok((settings, 1024)));
         assert_eq!(settings.to_bytes(1024)[..], earlier[..]);
         // As the words that flash keeps: the further ones are 0.
         let padded = [&earlier[..], &[0; Settings::BYTES - Settings::SHORT]].concat();
-        assert_eq!(Settings::of_bytes(&padded), Ok((settings, 1024)));
+        assert_eq!(Settings::from_bytes(&padded), Ok((settings, 1024)));
     }
 }
 
@@ -93,8 +93,8 @@ fn a_width_is_of_another_version() {
         settings.config.carrier = Carrier { linewidth_hz: 120.5, envelope_hz: 0.1 };
         let bytes = settings.to_bytes(1024);
         assert_eq!((bytes[0], bytes.len()), (4, Settings::WIDE));
-        assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
-        assert!(Settings::of_bytes(&bytes[..Settings::LONG]).is_err());
+        assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
+        assert!(Settings::from_bytes(&bytes[..Settings::LONG]).is_err());
     }
 }
 
@@ -115,18 +115,18 @@ fn the_other_mixing_and_a_curved_sweep_are_of_another_version() {
     for settings in [doppler, chirp, curved] {
         let bytes = settings.to_bytes(1024);
         assert_eq!((bytes[0], bytes.len()), (3, Settings::LONG));
-        assert_eq!(Settings::of_bytes(&bytes), Ok((settings, 1024)));
-        let short = Settings::of_bytes(&bytes[..Settings::SHORT]);
+        assert_eq!(Settings::from_bytes(&bytes), Ok((settings, 1024)));
+        let short = Settings::from_bytes(&bytes[..Settings::SHORT]);
         assert!(matches!(short, Err(SettingsError::Encoding(_))));
         let command = Command::SetSettings(settings, 1024);
         let payload = [&[7, 5][..], &bytes].concat().as_slice().try_into().unwrap();
-        let request = Request::of_frame(&Frame { kind: Kind::Command, payload });
+        let request = Request::from_frame(&Frame { kind: Kind::Command, payload });
         assert_eq!(request, Ok(Request { tag: 7, command }));
     }
     for length in [0, 127, 129, 135, 137, 143] {
         let body = [&tone.to_bytes(1024)[..], &[0; 16]].concat();
         let payload = [&[7, 5], &body[..length]].concat().as_slice().try_into().unwrap();
-        let request = Request::of_frame(&Frame { kind: Kind::Command, payload });
+        let request = Request::from_frame(&Frame { kind: Kind::Command, payload });
         assert_eq!(request, Err((Answer { tag: 7, command: 5 }, Refusal::Unknown)), "{length}");
     }
 }

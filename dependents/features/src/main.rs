@@ -113,7 +113,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let words: Vec<i16> =
             samples.as_chunks().0.iter().map(|&word| i16::from_le_bytes(word)).collect();
         let pairs: Vec<<Iq as Record>::Sample> =
-            words.as_chunks().0.iter().map(|&pair| Iq::of_parts(pair)).collect();
+            words.as_chunks().0.iter().map(|&pair| Iq::from_parts(pair)).collect();
         match (iq, n) {
             (false, 128) => answers.measure::<Real, 128>(&words, codes),
             (false, 256) => answers.measure::<Real, 256>(&words, codes),

@@ -97,7 +97,7 @@ impl Equality {
                 }
                 _ => (self.random.draw() as i16) >> weaker,
             };
-            *sample = R::of_parts([part(0), part(1 << 30)]);
+            *sample = R::from_parts([part(0), part(1 << 30)]);
         }
         for start in 0..2 {
             let Some(samples) = buffer.get(start..).and_then(|samples| samples.first_chunk::<N>())
@@ -107,7 +107,8 @@ impl Equality {
             let kernel = oscillator.zoom::<R, N>(samples);
             self.compared = self.compared.wrapping_add(1);
             let clipped = Statistics::clipped::<R>(samples, Codes::signed::<16>());
-            let same = clipped == Statistics::of::<R>(samples, Codes::signed::<16>()).clipped;
+            let same =
+                clipped == Statistics::from_samples::<R>(samples, Codes::signed::<16>()).clipped;
             if !same || kernel != oscillator.zoom_portably::<R, N>(samples) {
                 self.unequal = self.unequal.wrapping_add(1);
             }
@@ -133,5 +134,5 @@ fn follow(tracker: &mut Tracker<Real, N>, plan: &Plan<Real, N>, stamp: Stamp, sa
     let way = if tracker.is_locked(Segment::Continuous) { "locked" } else { "searched" };
     figure(Uart::ONE, way, ticks.into());
     send(measurement, plan.options.method, Health::default());
-    Uart::ZERO.send(&Follow::of(tracker, &stamp).to_frame());
+    Uart::ZERO.send(&Follow::from_tracker(tracker, &stamp).to_frame());
 }

@@ -36,7 +36,7 @@ fn main() -> ! {
         let measurement = tracker.block(stamp, samples);
         let health = Health { lost: counters.lost(), faults: counters.faults() };
         send(measurement, method, health);
-        Uart::ZERO.send(&Follow::of(&tracker, stamp).to_frame());
+        Uart::ZERO.send(&Follow::from_tracker(&tracker, stamp).to_frame());
     });
     figure(Uart::ONE, "tracker_bytes", size_of::<Tracker<Real, N>>() as u64);
     if counters.filled() != playback.header.blocks {

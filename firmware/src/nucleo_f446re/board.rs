@@ -39,7 +39,7 @@ impl Board<N, SLOT> for Nucleo {
         if let Drive::Dac { low, .. } = settings.drive {
             chirp::rest(low);
         }
-        let tree = start::clock(Speed::of_mhz(settings.core_mhz).unwrap_or_default());
+        let tree = start::clock(Speed::from_mhz(settings.core_mhz).unwrap_or_default());
         start::pins(&tree);
         #[cfg(feature = "brown-out")]
         super::brown_out::set();
@@ -49,7 +49,7 @@ impl Board<N, SLOT> for Nucleo {
     }
 
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Words), SettingsError> {
-        let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
+        let speed = Speed::from_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
         Words::plan(settings, &Tree::new(speed, self.tree.source))
     }
 

@@ -140,7 +140,7 @@ fn the_sketch_links_with_the_teensys_core() {
     command.args(["--specs=nano.specs", "--specs=nosys.specs"]).args(&objects);
     command.arg("-L").arg(place.join("picket/src/imxrt1062/fpv5-d16-hard"));
     said(command.args(["-lpicket", "-lm", "-lstdc++", "-o"]).arg(&elf));
-    println!("the Teensy 4's image: {:?}", Footprint::of(&elf).unwrap());
+    println!("the Teensy 4's image: {:?}", Footprint::from_elf(&elf).unwrap());
 }
 
 /// What the sketch asks of Arduino's interface, and no more, for a machine without a core of it.

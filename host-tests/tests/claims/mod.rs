@@ -40,7 +40,7 @@ fn each<R: Kind, const N: usize>(
     let all = trials(seed, count, |rng| {
         let taken = scene.record(rng, N, R::IQ, snr_db);
         let samples: [R::Sample; N] =
-            std::array::from_fn(|i| R::of_parts(taken.samples[i].map(quantise)));
+            std::array::from_fn(|i| R::from_parts(taken.samples[i].map(quantise)));
         let from = |bins: f64, truth: f64| {
             let error = bins - truth;
             if R::IQ {
@@ -206,7 +206,7 @@ fn noise_alone_is_no_tone_at_full_effort() {
         let all = trials(39_500 + N as u64, count, |rng| {
             let taken = scene.record(rng, N, R::IQ, -60.0);
             // 350 codes of noise.
-            let part = |parts: [f64; 2]| R::of_parts(parts.map(|x| quantise(x * 5e-4)));
+            let part = |parts: [f64; 2]| R::from_parts(parts.map(|x| quantise(x * 5e-4)));
             let samples: [R::Sample; N] = std::array::from_fn(|i| part(taken.samples[i]));
             plans.map(|plan| {
                 let tone = Pipeline::<R, N>::new(plan).block(&Stamp::default(), &samples).tone;

@@ -35,7 +35,7 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     for most in [4, 2, 1] {
         let settings = Settings { most, ..Settings::default() };
         let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-        assert_eq!(Settings::of_bytes(&answer).unwrap().0.most, most);
+        assert_eq!(Settings::from_bytes(&answer).unwrap().0.most, most);
         assert!(boot(&mut board).measuring);
         let mut here = Here::<Real>::new(&settings);
         board.recorded = Some(Vec::new());
@@ -61,11 +61,15 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
             let found = here.pipeline.lines(&expected.measurement, most.into());
             assert_eq!(found.len(), scene.len().min(most.into()), "block {number}");
             assert!(found.is_sorted_by(|a, b| a.tone.amplitude >= b.tone.amplitude));
-            assert_eq!(lines.to_frame(), Lines::of(&stamp, found).to_frame(), "block {number}");
+            assert_eq!(
+                lines.to_frame(),
+                Lines::from_tones(&stamp, found).to_frame(),
+                "block {number}"
+            );
         }
         longest.push(longest_block(&mut board));
     }
-    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
     println!(
         "{longest:?} instructions; flash {} B, RAM {} B and {stack} B of stack",
         footprint.flash, footprint.ram
@@ -91,7 +95,7 @@ fn a_fundamental_is_that_of_this_machine() {
     boot(&mut board);
     let settings = Settings { harmonics: 15, ..Settings::default() };
     let answer = board.request(Command::SetSettings(settings, N)).unwrap().unwrap();
-    assert_eq!(Settings::of_bytes(&answer).unwrap().0.harmonics, 15);
+    assert_eq!(Settings::from_bytes(&answer).unwrap().0.harmonics, 15);
     assert!(boot(&mut board).measuring);
     let mut here = Here::<Real>::new(&settings);
     board.recorded = Some(Vec::new());
@@ -114,7 +118,7 @@ fn a_fundamental_is_that_of_this_machine() {
         });
         let fundamental = fundamental.unwrap();
         let harmonic = here.pipeline.harmonic(&expected.measurement, 15).unwrap();
-        assert_eq!(fundamental, Fundamental::of(&stamp, harmonic), "block {number}");
+        assert_eq!(fundamental, Fundamental::from_harmonic(&stamp, harmonic), "block {number}");
         let tone = &fundamental.harmonic.tone;
         let off = tone.frequency.bins(N) - bin;
         assert!(off.abs() < 5.0 * f64::from(tone.sigma) * N as f64, "{off} bins: {fundamental:?}");

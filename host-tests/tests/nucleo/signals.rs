@@ -31,7 +31,7 @@ fn begun(image: &Path, settings: &Settings) -> Board {
     boot(&mut board);
     let answer = board.request(Command::SetSettings(*settings, N)).unwrap();
     let answer = answer.unwrap_or_else(|refusal| panic!("{refusal}"));
-    assert_eq!(Settings::of_bytes(&answer).unwrap().0.mode, settings.mode);
+    assert_eq!(Settings::from_bytes(&answer).unwrap().0.mode, settings.mode);
     assert!(boot(&mut board).measuring);
     board.recorded = Some(Vec::new());
     board
@@ -70,8 +70,8 @@ fn sums<R: Record>(image: &Path, document: &Document, rng: &mut impl Rng) {
         assert!(board.block(&bytes(&samples)).unwrap());
         said.extend(board.turn().unwrap());
         let samples: Vec<R::Sample> = match R::IQ {
-            false => samples.iter().map(|&code| R::of_parts([code, 0])).collect(),
-            true => samples.as_chunks().0.iter().map(|&pair| R::of_parts(pair)).collect(),
+            false => samples.iter().map(|&code| R::from_parts([code, 0])).collect(),
+            true => samples.as_chunks().0.iter().map(|&pair| R::from_parts(pair)).collect(),
         };
         let stamp = here.stamp(number, false);
         let mut record = here.record(stamp, samples.as_array().unwrap(), Health::default());
@@ -197,7 +197,7 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     let heard = heard(&board);
     assert_eq!((heard.records, heard.missing), (number as u64, 0));
     let longest = longest_block(&mut board);
-    let (footprint, stack) = (Footprint::of(&image).unwrap(), status(&mut board).stack);
+    let (footprint, stack) = (Footprint::from_elf(&image).unwrap(), status(&mut board).stack);
     let ram = footprint.ram + u64::from(stack);
     println!("{longest} instructions; flash {} B, RAM {ram} B", footprint.flash);
     assert!(footprint.flash <= flash::SIGNALS.flash && ram <= flash::SIGNALS.ram);

@@ -59,7 +59,7 @@ fn a_full_line_carries_a_capture_and_every_answer() {
     for restarts in 1..=3 {
         let every = Settings { report_every: 1 + restarts % 2, ..tone(1.5e6) };
         let body = answered(&mut board, Command::SetSettings(every, N), 100_000);
-        assert_eq!(Settings::of_bytes(&body).unwrap().0.report_every, every.report_every);
+        assert_eq!(Settings::from_bytes(&body).unwrap().0.report_every, every.report_every);
         assert!(board.boot().measuring);
         board.run(200_000);
         assert_eq!(board.resets.len(), usize::from(restarts));
@@ -79,7 +79,7 @@ fn noise_without_a_pause_costs_neither_a_reset_nor_an_answer() {
         assert_eq!(boot.measuring, start);
         board.order(&format!("line {LINE}"));
         let body = answered(&mut board, Command::GetSettings, 100_000);
-        let rate_hz = Settings::of_bytes(&body).unwrap().0.config.rate_hz;
+        let rate_hz = Settings::from_bytes(&body).unwrap().0.config.rate_hz;
         let (before, from) = (board.status(), board.now);
         for tenth in 0..sized(5, 600) {
             for _ in 0..20 {

@@ -119,7 +119,7 @@ fn settings_of_an_earlier_program_are_used() {
     assert_eq!((boot.origin, boot.unfit, boot.measuring), (Origin::Flash, false, true));
     let used = |board: &mut Emulated| {
         let body = board.request(Command::GetSettings).unwrap();
-        let settings = Settings::of_bytes(&body).unwrap().0;
+        let settings = Settings::from_bytes(&body).unwrap().0;
         let Scene::Chirp(chirp) = settings.config.scene else { panic!("a chirp") };
         (settings.guard, chirp.mixing, (chirp.guard_s * settings.config.rate_hz).round())
     };
@@ -145,7 +145,7 @@ fn settings_that_cannot_be_read_are_told() {
     assert_eq!((boot.origin, boot.measuring), (Origin::Default, true), "a new board");
     let rate_hz = |board: &mut Emulated| {
         let body = board.request(Command::GetSettings).unwrap();
-        Settings::of_bytes(&body).unwrap().0.config.rate_hz.round()
+        Settings::from_bytes(&body).unwrap().0.config.rate_hz.round()
     };
     // Another program's settings: of blocks of another length, and with further words.
     let mut sectors = Sectors::new();
@@ -212,7 +212,7 @@ fn power_may_go_during_a_save() {
             board.run(at);
             let (mut board, boot) = board.power();
             let body = board.request(Command::GetSettings).unwrap();
-            let used = Settings::of_bytes(&body).unwrap().0;
+            let used = Settings::from_bytes(&body).unwrap().0;
             let is_new = (used.config.rate_hz - 250e3).abs() < 1.0;
             seen[usize::from(is_new)] += 1;
             let label = format!("{state}, {at} us, {}", if is_new { "new" } else { "old" });

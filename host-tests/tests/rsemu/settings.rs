@@ -28,6 +28,6 @@ pub fn chirp(rate_hz: f64, shape: Shape, guard: u16, drive: Drive) -> Settings {
 }
 
 pub fn words(settings: &Settings) -> Words {
-    let speed = Speed::of_mhz(settings.core_mhz).unwrap();
+    let speed = Speed::from_mhz(settings.core_mhz).unwrap();
     Words::plan::<N>(settings, &Tree::new(speed, Source::HsePll)).unwrap().1
 }

@@ -55,9 +55,9 @@ fn stream(
     board.order(&format!("line {line}"));
     let (mut board, boot) = board.power();
     assert!(boot.measuring);
-    let speed = Speed::of_mhz(settings.core_mhz).unwrap();
+    let speed = Speed::from_mhz(settings.core_mhz).unwrap();
     let (plan, _) = Words::plan::<N>(settings, &Tree::new(speed, Source::HsePll)).unwrap();
-    let mut pipeline = Pipeline::<Real, N>::new(Terms::of_terms(*plan.plan).unwrap());
+    let mut pipeline = Pipeline::<Real, N>::new(Terms::from_terms(*plan.plan).unwrap());
     let time = blocks as f64 * N as f64 / settings.config.rate_hz;
     let mut left = (time * 1e6) as u64;
     let mut seen = 0;

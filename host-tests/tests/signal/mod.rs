@@ -147,7 +147,7 @@ pub trait Kind: Record {
         lines: &[Line],
         sigma: f64,
     ) -> [Self::Sample; N] {
-        analogue::<N>(rng, lines, sigma).map(|parts| Self::of_parts(parts.map(quantise)))
+        analogue::<N>(rng, lines, sigma).map(|parts| Self::from_parts(parts.map(quantise)))
     }
 }
 

@@ -72,6 +72,6 @@ impl Case {
 
     /// The samples as a record of kind `R`.
     pub fn samples<R: Record, const N: usize>(&self) -> [R::Sample; N] {
-        std::array::from_fn(|n| R::of_parts(self.parts(n)))
+        std::array::from_fn(|n| R::from_parts(self.parts(n)))
     }
 }

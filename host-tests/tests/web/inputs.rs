@@ -75,14 +75,17 @@ pub fn lines() -> Lines {
         sigma_phase: 0.02,
     };
     let two = [tone(0.1, 1000.0, Verdict::Good), tone(-0.2, 100.0, Verdict::Moving)];
-    Lines::of(&Stamp { sequence: LAST, ..Stamp::default() }, Vec::from_slice(&two).unwrap())
+    Lines::from_tones(&Stamp { sequence: LAST, ..Stamp::default() }, Vec::from_slice(&two).unwrap())
 }
 
 fn fundamental() -> Fundamental {
     let frequency = Frequency(I0F32::from_num(0.0002));
     let tone =
         Tone { frequency, sigma: 4e-8, snr: 10.0, verdict: Verdict::Good, ..Tone::default() };
-    Fundamental::of(&Stamp { sequence: LAST, ..Stamp::default() }, Harmonic { tone, orders: 7 })
+    Fundamental::from_harmonic(
+        &Stamp { sequence: LAST, ..Stamp::default() },
+        Harmonic { tone, orders: 7 },
+    )
 }
 
 /// What a board said, with two records lost and a frame damaged on the way, and one block of samples behind.

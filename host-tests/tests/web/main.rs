@@ -446,7 +446,7 @@ fn board(said: &Value) {
         said["written"].as_array().unwrap().iter().map(|byte| byte.as_u64().unwrap() as u8);
     let frames = written.filter_map(|byte| Some(reader.push(byte)?.unwrap()));
     let orders: Vec<Command> =
-        frames.map(|frame| Request::of_frame(&frame).unwrap().command).collect();
+        frames.map(|frame| Request::from_frame(&frame).unwrap().command).collect();
     assert_eq!(orders, [Command::Identify, Command::GetSettings, Command::Capture(1)]);
     if word(said, "session") == "stranger.bin" {
         return assert!(word(said, "known").contains("660 bytes came, and no frame"), "{said}");
@@ -486,7 +486,9 @@ fn board(said: &Value) {
     let mut rows = Vec::new();
     for said in session().into_iter().filter_map(|byte| listener.push(byte)).collect::<Vec<_>>() {
         if let Said::Telemetry(record) = said {
-            rows.push(Row::of(&record, Some(record.measurement.tone.rate_hz), &listener).json());
+            rows.push(
+                Row::from_record(&record, Some(record.measurement.tone.rate_hz), &listener).json(),
+            );
         }
     }
     let mut lines = word(said, "csv").lines();

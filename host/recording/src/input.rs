@@ -38,7 +38,7 @@ impl Input {
     }
 
     /// The input of a file's bytes. An empty one is an error.
-    pub fn of_bytes(name: &Path, bytes: Arc<[u8]>) -> Result<Self, RecordingError> {
+    pub fn from_bytes(name: &Path, bytes: Arc<[u8]>) -> Result<Self, RecordingError> {
         let length = bytes.len() as u64;
         Self::of(name, Box::new(Cursor::new(bytes)), Some(length))
     }

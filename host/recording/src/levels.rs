@@ -50,7 +50,7 @@ pub(super) struct Gauge {
 
 impl Levels {
     /// The levels of samples; missing ones (NaN) do not count. `None` where there are none.
-    pub fn of(samples: &[Sample], iq: bool) -> Option<Self> {
+    pub fn from_samples(samples: &[Sample], iq: bool) -> Option<Self> {
         let mut gauge = Gauge::default();
         samples.iter().for_each(|sample| gauge.add(*sample, iq));
         gauge.levels()
@@ -175,7 +175,7 @@ mod tests {
     }
 
     fn levels(samples: &[Sample]) -> Levels {
-        Levels::of(samples, false).unwrap()
+        Levels::from_samples(samples, false).unwrap()
     }
 
     /// Slow and fast, of few codes and of many.
@@ -222,6 +222,6 @@ mod tests {
         assert!((step - 0.04).abs() < 1e-4, "{step}");
         let fine = |n: u32| Sample::of((0.37 * f64::from(n)).sin(), None);
         assert_eq!(levels(&(0..5000).map(fine).collect::<Vec<_>>()).step, None);
-        assert_eq!(Levels::of(&[Sample::of(f64::NAN, None)], false), None);
+        assert_eq!(Levels::from_samples(&[Sample::of(f64::NAN, None)], false), None);
     }
 }

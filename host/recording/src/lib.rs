@@ -5,7 +5,7 @@
 //!
 //! Samples are in *codes* of a 16-bit converter. 16-bit integers keep their own codes, unsigned ones count from the middle; 8-bit ones
 //! are spread over all of them (times 257, so that their rails are the rails). All others are scaled by the data, see
-//! [`Scaling::of`]: whole numbers that fit 16 bits stay what they are, volts and floats are spread over all codes, in whole codes per
+//! [`Scaling::from_levels`]: whole numbers that fit 16 bits stay what they are, volts and floats are spread over all codes, in whole codes per
 //! step of the converter that they came from, and what is clipped lies at the rails. For that a file is read twice; of a pipe the
 //! first 8192 samples decide. [`Options::scale`] gives a scale instead. [`Recording::scaling`] leads back to the file's own units.
 //! The integer arithmetic takes the nearest code.
@@ -149,9 +149,13 @@ impl Recording {
     }
 
     /// The recording in these bytes of a file of this name, for whom has no file system.
-    pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
+    pub fn from_bytes(
+        name: &Path,
+        bytes: Vec<u8>,
+        options: Options,
+    ) -> Result<Self, RecordingError> {
         let bytes: Arc<[u8]> = bytes.into();
-        let input = || Input::of_bytes(name, bytes.clone());
+        let input = || Input::from_bytes(name, bytes.clone());
         Self::of(name, input()?, options, Some(&input))
     }
 
@@ -188,19 +192,19 @@ impl Recording {
                     }
                 }
                 opened = self::opened(path, again()?, &options)?;
-                gauge.levels().map_or(usual, |levels| Scaling::of(&levels))
+                gauge.levels().map_or(usual, |levels| Scaling::from_levels(&levels))
             }
             (None, None) => {
                 let mut samples = Vec::new();
                 opened.source.read(&mut samples, BEGINNING)?;
                 let finite: Vec<Sample> =
                     samples.iter().copied().filter(|it| !it.is_missing()).collect();
-                let levels = Levels::of(&finite, opened.iq);
+                let levels = Levels::from_samples(&finite, opened.iq);
                 let whole = samples.len() < BEGINNING;
                 let rest = opened.source;
                 opened.source =
                     Box::new(Chained { first: Held { samples: samples.into_iter() }, rest });
-                let of = if whole { Scaling::of } else { Scaling::of_beginning };
+                let of = if whole { Scaling::from_levels } else { Scaling::of_beginning };
                 levels.as_ref().map_or(usual, of)
             }
         };

@@ -46,8 +46,12 @@ impl Records {
     }
 
     /// The records in these bytes of a file of this name, for whom has no file system.
-    pub fn of_bytes(name: &Path, bytes: Vec<u8>, options: Options) -> Result<Self, RecordingError> {
-        Ok(Self::of(name, Input::of_bytes(name, bytes.into())?, options))
+    pub fn from_bytes(
+        name: &Path,
+        bytes: Vec<u8>,
+        options: Options,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self::of(name, Input::from_bytes(name, bytes.into())?, options))
     }
 
     fn of(path: &Path, input: Input, options: Options) -> Self {
@@ -92,7 +96,8 @@ impl Records {
             parts.map(|(&re, im)| Sample::of(re, iq.then_some(im))).collect();
         let scaling = match self.scale {
             Some(factor) => Scaling { factor, shift: 0.0 },
-            None => Levels::of(&samples, iq).map_or(Scaling::CODES, |levels| Scaling::of(&levels)),
+            None => Levels::from_samples(&samples, iq)
+                .map_or(Scaling::CODES, |levels| Scaling::from_levels(&levels)),
         };
         let part = |x: f64| scaling.code(x);
         let code =

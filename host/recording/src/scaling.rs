@@ -43,7 +43,7 @@ impl Scaling {
     /// The scaling that uses all 16 bits for numbers of these levels. Whole numbers that are codes of 16 bits already stay what they
     /// are. Steps become whole numbers of codes, so that nothing is rounded, where this costs less than the headroom. A clipped end
     /// comes to lie at the rail.
-    pub fn of(levels: &Levels) -> Self {
+    pub fn from_levels(levels: &Levels) -> Self {
         let &Levels { low, high, step, ends, whole, .. } = levels;
         if whole && low >= RAILS.0 && high <= RAILS.1 {
             return Self::CODES;
@@ -74,7 +74,7 @@ impl Scaling {
 
     /// The scaling for a recording of which only the beginning is known.
     pub(super) fn of_beginning(levels: &Levels) -> Self {
-        let scaling = Self::of(&Levels { ends: [false; 2], ..*levels });
+        let scaling = Self::from_levels(&Levels { ends: [false; 2], ..*levels });
         if scaling == Self::CODES {
             return scaling;
         }
@@ -124,24 +124,24 @@ mod tests {
 
     #[test]
     fn all_sixteen_bits_are_used() {
-        let scaling = Scaling::of(&LEVELS);
+        let scaling = Scaling::from_levels(&LEVELS);
         let ends = [scaling.code(0.5), scaling.code(2.5)];
         assert!(ends[0] < -29_000.0 && ends[1] > 29_000.0 && ends[1] < 30_000.0, "{ends:?}");
         assert!((scaling.number(scaling.code(1.25)) - 1.25).abs() < 1e-12);
         // A clipped end is at the rail, and the other one is not.
-        let clipped = Scaling::of(&Levels { ends: [false, true], ..LEVELS });
+        let clipped = Scaling::from_levels(&Levels { ends: [false, true], ..LEVELS });
         assert!((clipped.code(2.5) - 32767.0).abs() < 1e-6 && clipped.code(0.5) > -32000.0);
-        let both = Scaling::of(&Levels { ends: [true; 2], ..LEVELS });
+        let both = Scaling::from_levels(&Levels { ends: [true; 2], ..LEVELS });
         assert!((both.code(2.5) - 32767.0).abs() < 1e-6 && (both.code(0.5) + 32768.0).abs() < 1e-6);
         let codes = Levels { low: 0.0, high: 4095.0, whole: true, step: Some(1.0), ..LEVELS };
-        assert_eq!(Scaling::of(&codes), Scaling::CODES);
-        let flat = Scaling::of(&Levels { high: 0.5, ..LEVELS });
+        assert_eq!(Scaling::from_levels(&codes), Scaling::CODES);
+        let flat = Scaling::from_levels(&Levels { high: 0.5, ..LEVELS });
         assert_eq!(flat.code(0.5), 0.0);
     }
 
     #[test]
     fn steps_are_whole_numbers_of_codes() {
-        let scaling = Scaling::of(&Levels { step: Some(0.01), ..LEVELS });
+        let scaling = Scaling::from_levels(&Levels { step: Some(0.01), ..LEVELS });
         for steps in 0..=200 {
             let code = scaling.code(0.5 + 0.01 * f64::from(steps));
             assert!((code - code.round()).abs() < 1e-6, "{code}");

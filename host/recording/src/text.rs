@@ -125,7 +125,7 @@ mod tests {
                 let order = |unit: u16| if big { unit.to_be_bytes() } else { unit.to_le_bytes() };
                 let bytes: Vec<u8> = marked.encode_utf16().flat_map(order).collect();
                 assert_eq!(decoded(&bytes), text);
-                let input = Input::of_bytes(Path::new("x"), bytes.into()).unwrap();
+                let input = Input::from_bytes(Path::new("x"), bytes.into()).unwrap();
                 let mut read = String::new();
                 reader(input).read_to_string(&mut read).unwrap();
                 assert_eq!(read, marked);

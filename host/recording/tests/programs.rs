@@ -151,7 +151,7 @@ fn damaged_files_are_refused() {
                     let at = bytes.len() / 3;
                     bytes[at] ^= 0xFF;
                 }
-                match Recording::of_bytes(&path, bytes, Options::default()) {
+                match Recording::from_bytes(&path, bytes, Options::default()) {
                     Err(error) => assert!(!error.to_string().contains('\n')),
                     Ok(recording) => recording.samples().for_each(|sample| {
                         let _ = sample.map_err(|error| assert!(!error.to_string().contains('\n')));

@@ -44,7 +44,7 @@ impl Speckle {
     ///
     /// A scatterer at the distance `x` from the middle of a spot of radius `r` has the amplitude `exp(-2 (x / r)^2)` on the light's way out and
     /// back. So the bandwidth is `4 sqrt(ln 2) / pi`, or 1.06, times the speed over the diameter.
-    pub fn of_spot(
+    pub fn from_spot(
         span_s: (f64, f64),
         speed_mps: f64,
         diameter_m: f64,

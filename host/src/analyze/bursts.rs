@@ -107,7 +107,7 @@ fn stream<R: Kind, const N: usize>(
     let mut pieces = recording.blocks(PIECE, PIECE, cut.skip);
     while let Some((_, samples)) = pieces.next_block().map_err(text)? {
         let unfit = Unfit::of(samples, cut.codes);
-        let codes: Vec<R::Sample> = samples.iter().map(|s| R::of_parts(s.code())).collect();
+        let codes: Vec<R::Sample> = samples.iter().map(|s| R::from_parts(s.code())).collect();
         tally.add(unfit);
         progress(PIECE as u64);
         if unfit == Some(Unfit::Beyond) || pieces.missing() > 0 {

@@ -26,7 +26,7 @@ pub struct Fundamental {
 
 impl Fundamental {
     /// The fundamental of a block.
-    pub fn of(block: u64, time_s: f64, harmonic: &Harmonic) -> Self {
+    pub fn from_harmonic(block: u64, time_s: f64, harmonic: &Harmonic) -> Self {
         let tone = &harmonic.tone;
         Self {
             block,

@@ -167,7 +167,7 @@ fn blocks<R: Kind, const N: usize>(
             }
             Sought::Harmonics(order) => {
                 if let Some(harmonic) = pipeline.harmonic(&measurement, order) {
-                    let fundamental = Fundamental::of(number, time_s, &harmonic);
+                    let fundamental = Fundamental::from_harmonic(number, time_s, &harmonic);
                     sink(&Finding::Fundamental(fundamental));
                 }
             }

@@ -65,7 +65,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
 
     fn transform(&mut self, record: &[Complex<f64>]) {
         self.samples.clear();
-        self.samples.extend(record.iter().map(|x| Complex::new(T::of(x.re), T::of(x.im))));
+        self.samples.extend(record.iter().map(|x| Complex::new(T::new(x.re), T::new(x.im))));
         self.spectrum.clone_from(&self.samples);
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
         self.take_offset();
@@ -77,9 +77,9 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     fn take_offset(&mut self) {
         if let [offset, above, .., below] = self.spectrum.as_mut_slice()
             && R::IQ
-            && offset.norm_sqr() > (above.norm_sqr() + below.norm_sqr()) * T::of(STANDS_OUT as f64)
+            && offset.norm_sqr() > (above.norm_sqr() + below.norm_sqr()) * T::new(STANDS_OUT as f64)
         {
-            *offset = (*above + *below) * T::of(0.5);
+            *offset = (*above + *below) * T::new(0.5);
         }
     }
 
@@ -111,9 +111,9 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
 
     /// The noise beside a tone that was taken out of the spectrum.
     fn ring(&self, peak: i32) -> LocalNoise {
-        ring::of_rest(self.n, R::IQ, peak, |k| {
+        ring::from_rest(self.n, R::IQ, peak, |k| {
             let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
-            ((bin(k - 1) + bin(k + 1)) * T::of(0.5) - bin(k)).norm_sqr().wide() as f32
+            ((bin(k - 1) + bin(k + 1)) * T::new(0.5) - bin(k)).norm_sqr().wide() as f32
         })
     }
 
@@ -151,7 +151,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         observer: impl Observer,
     ) -> Seen {
         let samples = codes::<R>(record);
-        let clipped = Statistics::of::<R>(&samples, self.plan.codes).clipped;
+        let clipped = Statistics::from_samples::<R>(&samples, self.plan.codes).clipped;
         let clipped = clipped as f32 / self.n as f32;
         let n = self.n as f64;
         let bins = self.bins(peak.bin);
@@ -180,8 +180,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         for (k, (rest, sample)) in self.spectrum.iter_mut().zip(&self.samples).enumerate() {
             let at = tone * f64::unit((cycles * k as f64).fract());
             *rest = Complex::new(
-                T::of(sample.re.wide() - at.re),
-                if R::IQ { T::of(sample.im.wide() - at.im) } else { T::zero() },
+                T::new(sample.re.wide() - at.re),
+                if R::IQ { T::new(sample.im.wide() - at.im) } else { T::zero() },
             );
         }
         self.fft.process_with_scratch(&mut self.spectrum, &mut self.scratch);
@@ -196,7 +196,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             observer.hear(|| Test {
                 statistic: Statistic::ClippedResidual,
                 value: residual(&single, self.n) / ring.noise.power,
-                limit: excess_limit(single.freedom, ring.noise),
+                limit: excess_limit(single.dof, ring.noise),
             });
             let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
             FitTest { line, variance_inflation }
@@ -209,7 +209,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let free = (clipped > CLIPPED).then(|| {
             let frequency = Frequency(I0F32::wrapping_from_num(cycles));
             let tone = Complex::new(tone.re as f32, tone.im as f32);
-            let free = CensoredFit::of::<R>(&samples, self.plan.codes, frequency, tone)?;
+            let free = CensoredFit::from_record::<R>(&samples, self.plan.codes, frequency, tone)?;
             Some((frequency.bins(self.n) + f64::from(free.offset), free))
         });
         let free = free.flatten();
@@ -218,7 +218,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let near = free.map_or(noise, |(_, free)| free.near(rest, clipped).into());
         let near =
             if variance_inflation > 1.0 { noise * f64::from(variance_inflation) } else { near };
-        let sigma = sigma_bins(&fit, self.n, T::of(near)).wide();
+        let sigma = sigma_bins(&fit, self.n, T::new(near)).wide();
         let snr = noise::ratio::<f64, R>(self.n, amplitude2, noise_here);
         let power = (fit.line.norm_sqr().wide() / unit) as f32;
         let bin = |k: i32| self.spectrum[k.rem_euclid(self.n as i32) as usize];
@@ -421,7 +421,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
         let less = if has_floor { Relaxation::MOST } else { Relaxation::NOTHING };
         let power = (f64::from(line) * unit / self.n as f64) as f32;
         let beside = |ring: LocalNoise| {
-            let limit = threshold.beside(ring.noise.freedom, less);
+            let limit = threshold.beside(ring.noise.dof, less);
             observer.exceeds(Statistic::Ring, power / ring.loud, limit)
         };
         threshold.detects_line(line, peak) && seen.ring.is_none_or(beside)

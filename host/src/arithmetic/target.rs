@@ -32,7 +32,7 @@ pub(super) struct Target<R: Record, const N: usize> {
 
 impl<R: Kind, const N: usize> Target<R, N> {
     pub(super) fn boxed(terms: Terms) -> Result<Box<dyn Engine>, String> {
-        let plan = Plan::of_terms(terms).map_err(|error| error.to_string())?;
+        let plan = Plan::from_terms(terms).map_err(|error| error.to_string())?;
         Ok(Box::new(Self {
             plan,
             spectrum: Box::new(Spectrum::new()),
@@ -81,7 +81,7 @@ impl<R: Kind, const N: usize> Target<R, N> {
             let fit = fit_near::<R, N>(&near, Arithmetic::Fixed, reach, FitStart::Usual);
             return fit.map_or(0.0, |fit| fit.offset.into());
         }
-        let bins = Bins::<f32, R, Rectangular>::of(&self.spectrum, peak);
+        let bins = Bins::<f32, R, Rectangular>::from_spectrum(&self.spectrum, peak);
         let offset = match reached(method, reach, &bins) {
             Some(offset) => offset.map(I2F30::saturating_from_num),
             None => method.offset_target(&self.spectrum, samples, peak),

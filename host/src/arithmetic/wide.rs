@@ -366,7 +366,7 @@ mod tests {
                     1 => [low, high][usize::from(rng.random::<bool>())],
                     _ => [low, high][kind / 3 % 2],
                 };
-                let samples = [(); N].map(|()| R::of_parts([code(), code()]));
+                let samples = [(); N].map(|()| R::from_parts([code(), code()]));
                 own.transform(&samples, codes);
                 wide.transform(&samples, codes);
                 other.transform_portably(&samples, codes);

@@ -110,7 +110,7 @@ pub(super) fn frequencies(
 /// A capture of these records.
 pub(super) fn capture(n: usize, blocks: &[Vec<i16>]) -> Result<Capture, RunError> {
     let config = Config::new(1.0, Codes::signed::<12>());
-    let header = Header::of::<Real>(config, n as u32, blocks.len() as u32);
+    let header = Header::from_config::<Real>(config, n as u32, blocks.len() as u32);
     let mut capture = Capture::create(&header)?;
     for block in blocks {
         capture.push::<Real>(block)?;

@@ -37,7 +37,8 @@ pub fn compare<R: Record>(
     seed: u32,
 ) -> Result<Equality, RunError> {
     let config = Config::new(1.0, Codes::signed::<12>());
-    let header = Header { period_us: blocks, stride: seed, ..Header::of::<R>(config, n as u32, 0) };
+    let header =
+        Header { period_us: blocks, stride: seed, ..Header::from_config::<R>(config, n as u32, 0) };
     let bar = progress::bar(blocks.into(), "blocks");
     let run = run::<R>(core, image, &header, &[], |bytes| {
         // An image with two engines drives one after the other.

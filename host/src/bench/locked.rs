@@ -114,7 +114,7 @@ pub fn count(core: &Core, image: &Path, random: u32) -> Result<Count, RunError> 
 }
 
 fn header() -> Header {
-    Header::of::<Real>(config(), N as u32, (RATIOS_DB.len() * BLOCKS) as u32)
+    Header::from_config::<Real>(config(), N as u32, (RATIOS_DB.len() * BLOCKS) as u32)
 }
 
 /// What this machine makes of the same blocks, and in how many of them it did not search.
@@ -127,7 +127,7 @@ pub fn here() -> Result<(Vec<u8>, usize), ConfigError> {
         let measurement: Measurement = tracker.block(&stamp, &block);
         let (method, health) = (plan.options.method, Health::default());
         telemetry.extend(Telemetry { measurement, method, health, basis: None }.to_frame());
-        telemetry.extend(Follow::of(&tracker, &stamp).to_frame());
+        telemetry.extend(Follow::from_tracker(&tracker, &stamp).to_frame());
         locked += usize::from(tracker.is_locked(Segment::Continuous));
     }
     Ok((telemetry, locked))

@@ -188,7 +188,8 @@ pub fn count(
     let mut blocks = Vec::from(exact(n));
     blocks.extend(corpus.into_iter().map(|entry| entry.samples));
     let count = blocks.len() as u32;
-    let header = Header { period_us: random, ..Header::of::<Real>(config, n as u32, count) };
+    let header =
+        Header { period_us: random, ..Header::from_config::<Real>(config, n as u32, count) };
     let (figures, results) = run::<Real>(core, image, &header, &blocks, |_| {})?;
     let snr_db = ratios(engine, n, &blocks, &figures, &results);
     Ok(Count { core: *core, engine: *engine, n, figures, clipped, snr_db })
@@ -219,9 +220,10 @@ pub fn in_band<R: Record>(
     // At this rate a bin is a hertz.
     let band_hz = Some(((*bins.start()).into(), (*bins.end()).into()));
     let config = Config { band_hz, ..Config::new(n as f64, Codes::signed::<12>()) };
-    let pairs = |block: Vec<i16>| block.iter().map(|&code| R::of_parts([code; 2])).collect();
+    let pairs = |block: Vec<i16>| block.iter().map(|&code| R::from_parts([code; 2])).collect();
     let blocks = exact(n).map(pairs);
-    let header = Header { period_us: 0, ..Header::of::<R>(config, n as u32, blocks.len() as u32) };
+    let header =
+        Header { period_us: 0, ..Header::from_config::<R>(config, n as u32, blocks.len() as u32) };
     let (figures, _) = run::<R>(core, image, &header, &blocks, |_| {})?;
     let most = figures.get(stage).and_then(|ticks| ticks.iter().max());
     Ok((*most.unwrap_or(&0) as f64 * core.machine.instructions_per_tick()).round() as u64)

@@ -72,7 +72,7 @@ pub(super) fn stages<R: Record>(
     records: &[&[R::Sample]],
 ) -> Result<Option<Stages>, RunError> {
     let Some(clock) = Clock::of(core) else { return Ok(None) };
-    let header = Header::of::<R>(config(core, how), n as u32, records.len() as u32);
+    let header = Header::from_config::<R>(config(core, how), n as u32, records.len() as u32);
     let mut capture = Capture::create(&Header { period_us: 0, ..header })?;
     for record in records {
         capture.push::<R>(record)?;

@@ -51,7 +51,7 @@ fn config() -> Config {
 }
 
 fn header() -> Header {
-    Header::of::<Real>(config(), N as u32, (MOST * BLOCKS) as u32)
+    Header::from_config::<Real>(config(), N as u32, (MOST * BLOCKS) as u32)
 }
 
 /// One to four tones at any distance from 12 bins on.

@@ -53,5 +53,5 @@ pub fn code(elf: &Path, n: usize) -> Result<u64, RunError> {
 pub fn program_memory(core: &Core, bin: &'static str) -> Result<u64, RunError> {
     let features = &["mps2", "one-arithmetic"];
     let image = Firmware { bin, target: core.target, features, profile: Profile::Size };
-    Ok(Footprint::of(&image.build()?)?.flash)
+    Ok(Footprint::from_elf(&image.build()?)?.flash)
 }

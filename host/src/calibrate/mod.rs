@@ -119,7 +119,7 @@ impl Talk {
 fn told(said: &Said) -> Option<(Settings, usize)> {
     let Said::Answer(answer, Ok(body)) = said else { return None };
     let asked = answer.command == Command::GetSettings.number();
-    asked.then(|| settings::of_answer(body)).flatten()
+    asked.then(|| settings::from_answer(body)).flatten()
 }
 
 /// What was measured, by which settings.
@@ -151,7 +151,7 @@ fn collect(talk: &mut Talk, options: &Options) -> Result<Collected, CalibrateErr
                     talk.orders.renew(&mut talk.source);
                 }
                 Said::Answer(answer, Ok(body)) if answer.command == Command::Identify.number() => {
-                    clock = Boot::of_bytes(body).map(|boot| boot.clock).or(clock);
+                    clock = Boot::from_bytes(body).map(|boot| boot.clock).or(clock);
                 }
                 Said::Telemetry(record) if !live || known.is_some() => {
                     let (tone, stamp) = (record.measurement.tone, record.measurement.stamp);

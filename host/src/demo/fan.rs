@@ -159,7 +159,7 @@ pub fn measured(options: &Options) -> Result<Vec<Row>, DemoError> {
     config.method = options.method.unwrap_or(config.method);
     config.plan::<Iq, N>().map_err(said)?;
     let records = records(options.seed, options.snr_db());
-    let header = Header::of::<Iq>(config, N as u32, records.len() as u32);
+    let header = Header::from_config::<Iq>(config, N as u32, records.len() as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for (_, samples) in &records {
         capture.push::<Iq>(samples).map_err(said)?;

@@ -170,7 +170,7 @@ fn measured<R: Kind>(
     options: &Options,
 ) -> Result<Vec<Telemetry>, DemoError> {
     let blocks = (rows.len() * sensor.segments()) as u64 * options.seeds;
-    let header = Header::of::<R>(config, N as u32, blocks as u32);
+    let header = Header::from_config::<R>(config, N as u32, blocks as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for seed in options.seed..options.seed.wrapping_add(options.seeds) {
         for samples in self::blocks::<R>(sensor, rows, options.spot_m(), options.snr_db(), seed) {

@@ -56,11 +56,11 @@ fn replay<R: Kind>(recording: Recording, options: &Options) -> Result<ExitCode, 
     if options.board == Board::Pico {
         return on_pico(recording, config, options);
     }
-    let header = Header::of::<R>(config, options.n as u32, blocks);
+    let header = Header::from_config::<R>(config, options.n as u32, blocks);
     let mut capture = Capture::create(&header).map_err(said)?;
     let mut source = recording.blocks(options.n, options.n, 0);
     while let Some((_, samples)) = source.next_block().map_err(said)? {
-        let codes: Vec<R::Sample> = samples.iter().map(|s| R::of_parts(s.code())).collect();
+        let codes: Vec<R::Sample> = samples.iter().map(|s| R::from_parts(s.code())).collect();
         capture.push::<R>(&codes).map_err(said)?;
     }
     if !options.json {

@@ -83,7 +83,7 @@ fn session(seed: u64) -> Result<Vec<u8>, String> {
     };
     let answer = Answer { tag: 1, command: 4 }.reply(&instrument.settings.to_bytes(N));
     let mut bytes = [boot.to_frame().to_vec(), answer.to_vec()].concat();
-    let plan = Plan::of_terms(*instrument.plan).map_err(|error| refused(&error))?;
+    let plan = Plan::from_terms(*instrument.plan).map_err(|error| refused(&error))?;
     let mut pipeline = Box::new(Pipeline::<Iq, N>::new(plan));
     let sensor = sensor::<Iq>(&instrument.settings.config, N, 0.0);
     let receiver = Receiver { offset: OFFSET, ..sensor.receiver.with_snr(AMPLITUDE, SNR_DB) };

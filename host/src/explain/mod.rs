@@ -74,9 +74,9 @@ pub fn run(options: &Options) -> Result<ExitCode, String> {
 /// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
 pub fn rows(explanation: &Explanation) -> Vec<Row> {
     let Explanation { explained, samples, .. } = explanation;
-    let mut rows = rows::of_notes(&explained.notes);
+    let mut rows = rows::from_notes(&explained.notes);
     rows.extend(explained.joint.iter().flat_map(causes::rows));
-    rows.extend(rows::of_evidence(&explained.evidence, samples.len()));
+    rows.extend(rows::from_evidence(&explained.evidence, samples.len()));
     rows
 }
 

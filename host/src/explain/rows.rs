@@ -116,13 +116,13 @@ impl Row {
 
 /// The tests behind the verdict, in the order in which they were made, and then those of the verdict itself.
 pub fn rows(notes: &[Note], evidence: &Evidence, n: usize) -> Vec<Row> {
-    let mut rows = of_notes(notes);
-    rows.extend(of_evidence(evidence, n));
+    let mut rows = from_notes(notes);
+    rows.extend(from_evidence(evidence, n));
     rows
 }
 
 /// The tests that were heard, in order.
-pub fn of_notes(notes: &[Note]) -> Vec<Row> {
+pub fn from_notes(notes: &[Note]) -> Vec<Row> {
     let (mut rows, mut fit) = (Vec::new(), None);
     for note in notes {
         match note {
@@ -165,7 +165,7 @@ const fn of_step(step: Step) -> &'static str {
 const RULES: usize = 12;
 
 /// The rules of the verdict itself, with what each is about, one line for each of [`Evidence::rules`].
-pub fn of_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
+pub fn from_evidence(evidence: &Evidence, n: usize) -> Vec<Row> {
     let n = n as f64;
     let sigma = Some((f64::from(evidence.sigma) * n, f64::from(WHOLE_SPECTRUM) * n));
     let edge = Some((f64::from(evidence.edge_bins), f64::from(EDGE_BINS)));

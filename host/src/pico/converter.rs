@@ -11,7 +11,7 @@ pub struct Converter(Vec<f64>);
 
 impl Converter {
     /// One whose steps are this many times those of the mean curve: 1 each is the curve itself.
-    pub fn of_steps(factors: [f64; 4]) -> Self {
+    pub fn from_steps(factors: [f64; 4]) -> Self {
         let middle = |code: usize| {
             let changed = WIDE.iter().zip(STEPS).zip(factors).map(|((&wide, step), factor)| {
                 // A wide code itself lies in the middle of its step.
@@ -47,7 +47,7 @@ impl Converter {
 impl Default for Converter {
     /// A converter with the mean curve.
     fn default() -> Self {
-        Self::of_steps([1.0; 4])
+        Self::from_steps([1.0; 4])
     }
 }
 
@@ -70,7 +70,7 @@ mod tests {
         assert_eq!([-1.0, 0.0, 4094.9, 9e9].map(|v| converter.code(v)), [0, 0, 4095, 4095]);
         assert_eq!(Converter::ideal().code(2047.6), 2048);
         // Without its steps the curve keeps within a few codes of a line.
-        let flat = Converter::of_steps([0.0; 4]);
+        let flat = Converter::from_steps([0.0; 4]);
         for code in (0..4096).step_by(7) {
             assert!((flat.code(f64::from(code)) - code).abs() <= 14, "{code}");
         }

@@ -13,7 +13,7 @@ pub const BUDGET: Footprint = Footprint { flash: 232 << 10, ram: 252 << 10 };
 
 /// What the image takes: what runs from SRAM is stored in flash, too.
 pub fn footprint(elf: &Path) -> Result<Footprint, RunError> {
-    let mut footprint = Footprint::of(elf)?;
+    let mut footprint = Footprint::from_elf(elf)?;
     let data = std::fs::read(elf).map_err(io_error(elf.display()))?;
     let file = object::File::parse(&*data)
         .map_err(|error| io_error(elf.display())(std::io::Error::other(error)))?;

@@ -167,13 +167,13 @@ float! {
 }
 
 impl Scalar for Counted {
-    fn of(x: f64) -> Self {
+    fn new(x: f64) -> Self {
         Counted(x)
     }
-    fn of_i32(x: i32) -> Self {
+    fn from_i32(x: i32) -> Self {
         Counted(x.into())
     }
-    fn of_u64(x: u64) -> Self {
+    fn from_u64(x: u64) -> Self {
         Counted(x as f64)
     }
     fn two_to(exponent: i32) -> Self {

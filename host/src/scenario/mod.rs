@@ -156,7 +156,7 @@ pub fn codes<R: Record>(
     rng: &mut ChaCha8Rng,
 ) -> Vec<R::Sample> {
     let record = sensor.record(targets, at, || rng.sample(StandardNormal));
-    record.into_iter().map(R::of_parts).collect()
+    record.into_iter().map(R::from_parts).collect()
 }
 
 impl Row {
@@ -178,7 +178,7 @@ impl Row {
         let target = self.target(sensor, amplitude, rng);
         let span_s = (0.0, sensor.n as f64 / sensor.receiver.rate_hz);
         let normal = || rng.sample(StandardNormal);
-        target.rough(Speckle::of_spot(span_s, self.velocity_mps.abs(), spot_m, normal))
+        target.rough(Speckle::from_spot(span_s, self.velocity_mps.abs(), spot_m, normal))
     }
 
     /// The codes of a segment's record of its target alone.

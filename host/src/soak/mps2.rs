@@ -31,15 +31,15 @@ const LIMIT: Duration = Duration::from_secs(600);
 pub fn live(seed: u64, number: u64) -> Result<Tally, String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(number);
-    if rng.random() { of_kind::<Iq>(rng) } else { of_kind::<Real>(rng) }
+    if rng.random() { from_kind::<Iq>(rng) } else { from_kind::<Real>(rng) }
 }
 
-fn of_kind<R: Record>(mut rng: ChaCha8Rng) -> Result<Tally, String> {
+fn from_kind<R: Record>(mut rng: ChaCha8Rng) -> Result<Tally, String> {
     let told = |error: RunError| error.to_string();
     let config = Config::new(1e6, Codes::signed::<12>());
     // Some instructions more or less than a block takes; or as long as it wants.
     let period_us = if rng.random_bool(0.2) { 0 } else { rng.random_range(1500..5000) };
-    let header = Header { period_us, ..Header::of::<R>(config, N as u32, BLOCKS) };
+    let header = Header { period_us, ..Header::from_config::<R>(config, N as u32, BLOCKS) };
     let mut capture = Capture::create(&header).map_err(told)?;
     let mut played = Vec::new();
     for _ in 0..BLOCKS {
@@ -126,6 +126,6 @@ fn samples<R: Record>(rng: &mut ChaCha8Rng) -> [R::Sample; N] {
             let code = amplitude * value + noise * rng.random_range(-1.0..1.0);
             code.round().clamp(-2048.0, 2047.0) as i16
         };
-        R::of_parts([part(angle.cos()), part(angle.sin())])
+        R::from_parts([part(angle.cos()), part(angle.sin())])
     })
 }

@@ -53,7 +53,7 @@ pub fn live(seed: u64, number: u64) -> Result<Tally, String> {
     let tree = Tree::new(Speed::Mhz180, Source::Hsi);
     let planned = Words::plan::<N>(&Settings::default(), &tree);
     let (plan, _) = planned.map_err(|error| format!("{error:?}"))?;
-    let terms = picket_dsp::Plan::of_terms(*plan.plan).map_err(|error| error.to_string())?;
+    let terms = picket_dsp::Plan::from_terms(*plan.plan).map_err(|error| error.to_string())?;
     let (expected, zero) = (Counters::default(), Counters::default());
     let tally = Tally { lives: 1, ..Tally::default() };
     let pipeline = Box::new(Pipeline::new(terms));

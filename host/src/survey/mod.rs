@@ -95,7 +95,7 @@ impl Survey {
         let (rate_hz, iq, scaling) = (recording.rate_hz(), recording.iq(), recording.scaling());
         let mut all = Vec::new();
         recording.fill(&mut all, MOST).map_err(|error| error.to_string())?;
-        let levels = Levels::of(&all, iq).filter(|_| all.len() >= SHORTEST);
+        let levels = Levels::from_samples(&all, iq).filter(|_| all.len() >= SHORTEST);
         let samples: Vec<Complex<f64>> = all.iter().map(|sample: &Sample| sample.value).collect();
         let Some(levels) = levels else {
             let short = RecordingError::Short(file.into(), samples.len() as u64, SHORTEST);

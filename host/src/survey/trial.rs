@@ -156,7 +156,7 @@ impl Ground<'_> {
         for part in self.samples.chunks(4096) {
             let code = |x: &Complex<f64>| {
                 let [re, im] = [x.re, x.im].map(|part| (part * self.scale).round() as i16);
-                R::of_parts([re, im])
+                R::from_parts([re, im])
             };
             let codes: Vec<R::Sample> = part.iter().map(code).collect();
             processor.push(&codes, |burst| {

@@ -20,7 +20,7 @@ pub struct Fundamental {
 
 impl Fundamental {
     /// Converts the fundamental that a device reports, to hertz if the sample rate is known.
-    pub fn of(found: &wire::Fundamental, rate_hz: Option<f64>) -> Self {
+    pub fn from_harmonic(found: &wire::Fundamental, rate_hz: Option<f64>) -> Self {
         let harmonic = &found.harmonic;
         Self {
             fundamental: true,
@@ -77,7 +77,7 @@ mod tests {
         let tone = Tone { snr: 100.0, verdict: Verdict::Good, ..Tone::default() };
         let harmonic = Harmonic { tone, orders: 0b10110 };
         let found = wire::Fundamental { sequence: 7, harmonic, ..wire::Fundamental::default() };
-        let found = Fundamental::of(&found, Some(1e3));
+        let found = Fundamental::from_harmonic(&found, Some(1e3));
         assert_eq!(found.csv().matches(',').count(), CSV.matches(',').count());
         let json: serde_json::Value = serde_json::from_str(&found.json()).unwrap();
         assert_eq!(json["orders"], serde_json::json!([2, 3, 5]));

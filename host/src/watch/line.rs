@@ -175,7 +175,7 @@ pub(super) const fn segment(segment: Segment) -> &'static str {
 
 impl Row {
     /// The row of a record at this sample rate, if it is known.
-    pub fn of(record: &Telemetry, rate_hz: Option<f64>, listener: &Listener) -> Self {
+    pub fn from_record(record: &Telemetry, rate_hz: Option<f64>, listener: &Listener) -> Self {
         let measurement = &record.measurement;
         let (stamp, tone) = (&measurement.stamp, &measurement.tone);
         let mut row = Row {
@@ -231,7 +231,7 @@ impl Row {
     }
 
     /// The row of a burst at this sample rate, if it is known.
-    pub fn of_burst(burst: &Burst, rate_hz: Option<f64>, listener: &Listener) -> Self {
+    pub fn from_burst(burst: &Burst, rate_hz: Option<f64>, listener: &Listener) -> Self {
         let picket_dsp::Burst { arrival, validation, .. } = burst.burst;
         let Counters { samples, bursts, lost, long, dead } = burst.counters;
         let transit = Transit {
@@ -243,7 +243,7 @@ impl Row {
             bursts_long: long,
             dead_share: dead as f64 / samples.max(1) as f64,
         };
-        let row = Self::of(&burst.record(), rate_hz, listener);
+        let row = Self::from_record(&burst.record(), rate_hz, listener);
         let time_s = rate_hz.map(|rate| arrival / rate);
         Self { segment: "burst", time_s, transit: Some(transit), ..row }
     }
@@ -363,7 +363,7 @@ struct Line {
 
 impl Lines {
     /// Converts the tones that a device reports, to hertz if the sample rate is known.
-    pub fn of(lines: &wire::Lines, rate_hz: Option<f64>) -> Self {
+    pub fn from_tones(lines: &wire::Lines, rate_hz: Option<f64>) -> Self {
         let line = |(index, phasor): (usize, &ToneWithPhase)| {
             let ToneWithPhase { tone, phase, sigma_phase } = phasor;
             Line {

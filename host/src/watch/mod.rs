@@ -304,20 +304,20 @@ impl Watch {
             Said::Telemetry(record) => {
                 self.sequence = None;
                 let rate_hz = self.rate_of(record.measurement.stamp.sequence);
-                self.row(&line::Row::of(&record, rate_hz, &self.listener))
+                self.row(&line::Row::from_record(&record, rate_hz, &self.listener))
             }
             Said::Burst(burst) => {
                 self.sequence = None;
                 let rate_hz = self.rate_of(burst.number);
-                self.row(&line::Row::of_burst(&burst, rate_hz, &self.listener))
+                self.row(&line::Row::from_burst(&burst, rate_hz, &self.listener))
             }
             Said::Sum(sum) => self.below(sum.sequence, line::sum(&sum, self.style)),
             Said::Lines(lines) => {
-                let tones = line::Lines::of(&lines, self.rate_of(lines.sequence));
+                let tones = line::Lines::from_tones(&lines, self.rate_of(lines.sequence));
                 self.below(lines.sequence, tones.written(self.style));
             }
             Said::Fundamental(found) => {
-                let fundamental = Fundamental::of(&found, self.rate_of(found.sequence));
+                let fundamental = Fundamental::from_harmonic(&found, self.rate_of(found.sequence));
                 self.below(found.sequence, fundamental.written(self.style));
             }
             Said::Boot(boot) => self.note(&line::boot(&boot)),

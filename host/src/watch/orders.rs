@@ -253,7 +253,7 @@ impl Pending {
             Err(_) => {}
             Ok(body) if request.command == Command::GetSettings && self.print => {
                 self.print = false;
-                if let Some((settings, n)) = settings::of_answer(body) {
+                if let Some((settings, n)) = settings::from_answer(body) {
                     print_line(&settings::to_json(&settings, n));
                 }
             }

@@ -1,6 +1,6 @@
 //! What is known of a device beside its records: it holds until the device starts anew, or its records tell of another rate.
 
-use super::settings::of_answer;
+use super::settings::from_answer;
 use crate::device::{Listener, Said};
 
 /// What a device's settings say.
@@ -55,7 +55,7 @@ impl Scale {
                 true
             }
             Said::Answer(_, Ok(body)) => {
-                if let Some((settings, n)) = of_answer(body) {
+                if let Some((settings, n)) = from_answer(body) {
                     let (rate_hz, iq) = (settings.config.rate_hz, settings.iq);
                     self.known = Some(Known { rate_hz, n, iq, told_hz: None });
                 }

@@ -275,8 +275,8 @@ pub fn to_json(settings: &Settings, n: usize) -> String {
 }
 
 /// The settings in an answer's body, if it holds some.
-pub fn of_answer(body: &[u8]) -> Option<(Settings, usize)> {
-    Settings::of_bytes(body).ok()
+pub fn from_answer(body: &[u8]) -> Option<(Settings, usize)> {
+    Settings::from_bytes(body).ok()
 }
 
 #[cfg(test)]

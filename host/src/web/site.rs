@@ -212,7 +212,7 @@ impl Connection {
                 return Err(ErrorKind::UnexpectedEof.into());
             }
             bytes.extend_from_slice(&piece[..length]);
-            if let Some(request) = Request::of_bytes(&bytes)? {
+            if let Some(request) = Request::from_bytes(&bytes)? {
                 return Ok(request);
             }
         }
@@ -230,7 +230,7 @@ struct Request {
 
 impl Request {
     /// None if its end has not come.
-    fn of_bytes(bytes: &[u8]) -> io::Result<Option<Self>> {
+    fn from_bytes(bytes: &[u8]) -> io::Result<Option<Self>> {
         let mut headers = [httparse::EMPTY_HEADER; 64];
         let mut request = httparse::Request::new(&mut headers);
         let status = request.parse(bytes).map_err(|_| io::Error::from(ErrorKind::InvalidData))?;

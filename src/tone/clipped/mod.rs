@@ -106,7 +106,7 @@ impl CensoredFit {
     ///
     /// Cost: one pass over a sixth of the record, at its ends (I/Q: for each part), over all of it below 512 samples, and the cost of
     /// [`Lag`].
-    pub fn of<R: Record>(
+    pub fn from_record<R: Record>(
         samples: &[R::Sample],
         codes: Codes,
         frequency: Frequency,
@@ -115,8 +115,8 @@ impl CensoredFit {
         Self::from_parts(Part::first::<R>(samples), codes, frequency, (tone, 0), false)
     }
 
-    /// [`CensoredFit::of`] by its definition in portable code. Tests compare kernels with it.
-    pub fn of_portably<R: Record>(
+    /// [`CensoredFit::from_record`] by its definition in portable code. Tests compare kernels with it.
+    pub fn from_record_portably<R: Record>(
         samples: &[R::Sample],
         codes: Codes,
         frequency: Frequency,
@@ -129,7 +129,7 @@ impl CensoredFit {
     #[inline(never)]
     pub(super) fn from_fit(part: Part, codes: Codes, peak: i32, fit: &Fit<f32>) -> Option<Self> {
         let offset = I2F30::from_bits(quantised(fit.offset, 30));
-        let frequency = Frequency::of_fixed(peak, offset, part.length);
+        let frequency = Frequency::from_fixed(peak, offset, part.length);
         let line = fit.line_of(part.second().is_some(), part.length);
         Self::from_parts(part, codes, frequency, line, false)
     }

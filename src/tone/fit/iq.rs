@@ -86,7 +86,7 @@ pub(super) fn fit<T: Scalar, R: Record>(
     if centre.norm_sqr() <= T::zero() {
         return None;
     }
-    let e = T::of(core::f64::consts::PI) / T::of_i32(bins.n() as i32);
+    let e = T::new(core::f64::consts::PI) / T::from_i32(bins.n() as i32);
     // The bins are built in place: a vector made elsewhere would be copied here.
     let mut problem = Problem { e, centre, near: Vec::new(), sides: Floats(Vec::new()) };
     problem.read(bins, reach, matches!(course, FitStart::Further(..)));
@@ -98,9 +98,9 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     pub fn fit(&self, course: FitStart<T>) -> Fit<T> {
         let problem = self;
         let (start, steps, settled) = match course {
-            FitStart::Usual => (problem.start(), 2, T::of(SETTLED)),
+            FitStart::Usual => (problem.start(), 2, T::new(SETTLED)),
             FitStart::From(start, steps) => (start, steps, T::zero()),
-            FitStart::Further(start, steps) => (start, steps, T::of(ENDED)),
+            FitStart::Further(start, steps) => (start, steps, T::new(ENDED)),
         };
         let further = matches!(course, FitStart::Further(..));
         let mut pace = Pace::new(&course);
@@ -153,10 +153,10 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
         };
         // Y is Z / cos e. So is the peak's term, and 2 X_0 remains; and sin(2 e) = 2 tan e / m.
         let z = (left.y - right.y) / (self.centre + self.centre - left.y - right.y);
-        let two = T::of(2.0);
+        let two = T::new(2.0);
         let sine = limit(z.re, START_LIMIT) * two * self.e * right.u / right.m;
         let z = sine * sine;
-        let series = T::of(1.0 / 6.0) + z * (T::of(3.0 / 40.0) + z * T::of(15.0 / 336.0));
+        let series = T::new(1.0 / 6.0) + z * (T::new(3.0 / 40.0) + z * T::new(15.0 / 336.0));
         sine * (T::one() + z * series) / (two * self.e)
     }
 
@@ -187,7 +187,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
     fn finish(&self, d: T, p: T, c: Complex<T>, information: T) -> Fit<T> {
         let (sin, cos) = self.turn(d);
         let x = self.e * d;
-        let two = T::of(2.0);
+        let two = T::new(2.0);
         let line = c * (sinc(x * x) / line_shape(d));
         let centre = self.centre - c;
         let (residual, rest) = self.sides.residual(d, p, c, centre);
@@ -198,7 +198,7 @@ impl<T: Scalar, S: Sides<T>> Problem<T, S> {
             peak: c,
             lever: Complex::new(two * sin * sin, -(two * sin * cos)),
             residual: centre.norm_sqr() + residual,
-            freedom: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
+            dof: (2 * self.sides.count() as u32 + 2).saturating_sub(3),
             rest,
         }
     }
@@ -288,5 +288,5 @@ pub(super) fn is_left_out<T: Scalar>(
 ) -> bool {
     away > 1
         && k.checked_rem(n).unwrap_or(1) == 0
-        && (further || away > 3 && bin.norm_sqr() > nearer().norm_sqr() * T::of(8.0))
+        && (further || away > 3 && bin.norm_sqr() > nearer().norm_sqr() * T::new(8.0))
 }

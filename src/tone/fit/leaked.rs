@@ -46,7 +46,7 @@ pub(crate) struct Leaked {
     /// The information about the offset, for a noise power of 1 per sample.
     information: f32,
     /// Degrees of freedom of the residual.
-    degrees_of_freedom: f32,
+    dof: f32,
 }
 
 impl Leaked {
@@ -56,7 +56,7 @@ impl Leaked {
     }
 
     fn is_clean(&self, noise: f32) -> bool {
-        self.left < (1.0 + SPREAD / self.degrees_of_freedom.root()) * noise
+        self.left < (1.0 + SPREAD / self.dof.root()) * noise
     }
 }
 
@@ -142,7 +142,7 @@ fn fit_points(points: &[Point], unit: f32, start: f32, steps: u32) -> Option<Lea
         offset: limit(offset + step.forward, OFFSET_LIMIT),
         left: 2.0 * bins.residual(offset, &step) / dof * unit,
         information: step.information * unit,
-        degrees_of_freedom: dof,
+        dof,
     })
 }
 

@@ -86,7 +86,7 @@ impl<T: Scalar> Pace<T> {
     fn step(&mut self, own: T) -> T {
         let Some([before, moved]) = self.last.filter(|_| self.further) else { return own };
         let curvature = (before - own) / moved;
-        if curvature < T::of(FLATTEST) {
+        if curvature < T::new(FLATTEST) {
             return own;
         }
         self.curvature = curvature;
@@ -125,7 +125,7 @@ pub struct Fit<T> {
     pub residual: T,
     /// Degrees of freedom of the residual: the real numbers of the bins less the parameters. Noise alone leaves half this number times the
     /// noise power of a bin.
-    pub freedom: u32,
+    pub dof: u32,
     /// The residual's projections near the line.
     pub rest: Rest<T>,
 }
@@ -149,7 +149,7 @@ impl<T: Scalar> Fit<T> {
             peak: pair(self.peak),
             lever: pair(self.lever),
             residual: one(self.residual),
-            freedom: self.freedom,
+            dof: self.dof,
             rest: Rest {
                 within: within.map(one),
                 along: along.map(pair),
@@ -178,8 +178,8 @@ impl<T: Scalar> Fit<T> {
     }
 
     pub(crate) fn tone_of(&self, iq: bool, n: usize) -> Complex<T> {
-        let turn = if iq { T::one() - T::one() / T::of_i32(n as i32) } else { T::one() };
-        self.line * T::unit(-self.offset * turn * T::of(0.5)) * gain::<T>(iq, n)
+        let turn = if iq { T::one() - T::one() / T::from_i32(n as i32) } else { T::one() };
+        self.line * T::unit(-self.offset * turn * T::new(0.5)) * gain::<T>(iq, n)
     }
 
     /// The square of the amplitude in ADC codes.
@@ -207,7 +207,7 @@ impl Fit<f32> {
 }
 
 fn gain<T: Scalar>(iq: bool, n: usize) -> T {
-    T::of(if iq { 1.0 } else { 2.0 }) / T::of_i32(n.max(1) as i32)
+    T::new(if iq { 1.0 } else { 2.0 }) / T::from_i32(n.max(1) as i32)
 }
 
 /// The bins that a fit reads on each side of the peak. The figures are the rms error over the Cramer-Rao bound; tests hold the error of tones
@@ -366,7 +366,7 @@ const NO_DISTANCE: Distance<f32> = Distance { sine: 0.0, versine: 0.0 };
 impl<T: Scalar> Distance<T> {
     fn new(i: i32, n: i32) -> Self {
         let half = circle::<T>(i, n.saturating_mul(2));
-        let two = T::of(2.0);
+        let two = T::new(2.0);
         Distance { sine: two * half.im * half.re, versine: two * half.im * half.im }
     }
 }
@@ -460,7 +460,7 @@ fn distances(reach: usize) -> core::ops::RangeInclusive<i32> {
 }
 
 fn limit<T: Scalar>(x: T, bound: f64) -> T {
-    let bound = T::of(bound);
+    let bound = T::new(bound);
     // `max` and `min` return the number if the other is NaN.
     if x.is_nan() { T::zero() } else { x.max(-bound).min(bound) }
 }

@@ -23,7 +23,7 @@ pub(crate) struct Model<T> {
 impl<T: Scalar> Model<T> {
     /// The tone that `fit` found at bin `peak`.
     pub(crate) fn new(fit: &Fit<T>, peak: i32, n: i32) -> Self {
-        let x = fit.offset * T::of(core::f64::consts::PI) / T::of_i32(n);
+        let x = fit.offset * T::new(core::f64::consts::PI) / T::from_i32(n);
         let turn = Complex::new(cosine(x * x), x * sinc(x * x));
         let sine = circle::<T>(peak, n).im;
         Self { n, peak, value: fit.peak, lever: fit.lever.re, turn, sine }
@@ -44,8 +44,8 @@ impl<T: Scalar> Model<T> {
         let across = circle::<T>(k.wrapping_add(self.peak), 2 * n);
         let plus = self.turn.im * across.re + self.turn.re * across.im;
         let Complex { re: a, im: b } = self.value;
-        let two = T::of(2.0);
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let two = T::new(2.0);
+        let e = T::new(core::f64::consts::TAU) / T::from_i32(n);
         let re = a * self.sine - two * b * across.im * apart.im;
         let im = b * circle::<T>(k, n).im;
         Complex::new(re, im) * (e * self.lever / (two * plus * minus))
@@ -58,7 +58,7 @@ impl<T: Scalar> Model<T> {
 
     /// The tone's value in a distant bin, times the distance in bins.
     pub(crate) fn leakage(&self) -> Complex<T> {
-        self.value * (self.turn.im * T::of_i32(self.n) / T::of(core::f64::consts::PI))
+        self.value * (self.turn.im * T::from_i32(self.n) / T::new(core::f64::consts::PI))
     }
 
     /// Subtracts a real tone from an odd number of bins around `peak`. `table` has the constants of each distance from the peak. With `w`
@@ -76,7 +76,7 @@ impl<T: Scalar> Model<T> {
         table: &[Distance<T>; REACH + 1],
         bins: &mut [Complex<T>],
     ) {
-        let (n, two) = (self.n, T::of(2.0));
+        let (n, two) = (self.n, T::new(2.0));
         let centre = circle::<T>(peak, n);
         let inverse = T::one() / centre.im;
         let cotangent = centre.re * inverse;
@@ -85,7 +85,7 @@ impl<T: Scalar> Model<T> {
         let turned = |z: Complex<T>| z.im * self.turn.re + z.re * self.turn.im;
         let ep = two * turned(apart) * turned(across) * inverse;
         let eq = two * apart.im * across.im * inverse;
-        let scale = T::of(core::f64::consts::TAU) / T::of_i32(n) * self.lever;
+        let scale = T::new(core::f64::consts::TAU) / T::from_i32(n) * self.lever;
         let (still, turning) = (
             scale * (self.value.re * self.sine * inverse + self.value.im * eq),
             scale * self.value.im,

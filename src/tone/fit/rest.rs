@@ -57,7 +57,7 @@ pub(super) struct Sums<T> {
 impl<T: Scalar> Sums<T> {
     /// Sums for a tone at the offset d; `centre` is the residual of the peak's own bin.
     pub fn new(d: T, centre: Complex<T>) -> Self {
-        let of = T::of;
+        let of = T::new;
         let x = d * of(PI);
         // The angle is doubled twice.
         let quarter = d * of(FRAC_PI_4);
@@ -80,7 +80,7 @@ impl<T: Scalar> Sums<T> {
     /// The number of which [`Sums::add`] takes the reciprocal, for the bin i bins from the peak.
     #[inline(always)]
     pub fn argument(&self, i: i32) -> T {
-        self.x - T::of(PI) * T::of_i32(i)
+        self.x - T::new(PI) * T::from_i32(i)
     }
 
     /// Adds the residual of a bin within [`NEAR`] other than the peak's own. `y` is the reciprocal of its [`Sums::argument`].
@@ -88,8 +88,8 @@ impl<T: Scalar> Sums<T> {
     pub fn add(&mut self, left: Complex<T>, y: T) {
         let zeroth = self.sine * y;
         let first = (zeroth - self.cosine) * y;
-        let second = T::of(3.0) * first * y - zeroth;
-        let third = T::of(5.0) * second * y - first;
+        let second = T::new(3.0) * first * y - zeroth;
+        let third = T::new(5.0) * second * y - first;
         for (sum, shape) in self.along.iter_mut().zip([first, second, third]) {
             *sum = *sum + left * shape;
         }
@@ -99,14 +99,14 @@ impl<T: Scalar> Sums<T> {
     /// The sums of bins that have the turn by half a sample in a record of `n` samples. Without the correction a record that runs backwards
     /// would leave another residual.
     pub fn turned_back(mut self, n: i32) -> Self {
-        let share = T::one() / T::of_i32(n);
+        let share = T::one() / T::from_i32(n);
         let quarter = |z: Complex<T>| Complex::new(-z.im, z.re) * share;
         let [first, second, third] = self.along;
         let (cosine, sine) = (self.all * self.cosine, self.all * self.sine);
         self.along = [
             first - quarter(cosine),
-            second + quarter(first * T::of(3.0) - sine),
-            third + quarter(second * T::of(5.0) + cosine),
+            second + quarter(first * T::new(3.0) - sine),
+            third + quarter(second * T::new(5.0) + cosine),
         ];
         self
     }
@@ -129,8 +129,8 @@ impl<T: Scalar> Rest<T> {
 
 /// `1 - z/a (1 - z/b (1 - z/c))`, the beginning of a Bessel function of `z = x^2`.
 fn series<T: Scalar>(z: T, [a, b, c]: [f64; 3]) -> T {
-    let last = T::one() - z * T::of(1.0 / c);
-    T::one() - z * T::of(1.0 / a) * (T::one() - z * T::of(1.0 / b) * last)
+    let last = T::one() - z * T::new(1.0 / c);
+    T::one() - z * T::new(1.0 / a) * (T::one() - z * T::new(1.0 / b) * last)
 }
 
 #[cfg(test)]

@@ -37,7 +37,7 @@ pub(super) type Values<T> = [Complex<T>; TERMS];
 /// their sizes about 1 at bin 8.
 pub(super) fn values<T: Scalar>(k: i32, n: i32) -> Values<T> {
     let turn = circle::<T>(k, n.saturating_mul(2));
-    let near = T::of(8.0 * core::f64::consts::PI) / (T::of_i32(n) * turn.im);
+    let near = T::new(8.0 * core::f64::consts::PI) / (T::from_i32(n) * turn.im);
     let square = near * near;
     let line = Complex::new(-turn.im, turn.re) * near;
     [line, turn * (square * turn.re), line * square]

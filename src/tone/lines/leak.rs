@@ -230,7 +230,7 @@ mod tests {
             peak: line,
             lever: zero,
             residual: 0.0,
-            freedom: 31,
+            dof: 31,
             rest: crate::tone::fit::Rest::none(),
         };
         let found = Found { peak: 100, fit, model: Model::new(&fit, 100, 1024) };

@@ -104,7 +104,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let least = Spread::from_fit(&found.fit, found.peak, N, R::IQ).least;
         let wide = least.max(beside.loud * N as f32);
         let ratio = found.fit.line.norm_sqr() / wide;
-        self.options.threshold.detects_beside(ratio, beside.noise.freedom, Relaxation::NOTHING)
+        self.options.threshold.detects_beside(ratio, beside.noise.dof, Relaxation::NOTHING)
     }
 
     /// Whether a front end makes the weak line of the strong one.

@@ -138,7 +138,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         // A residual that is only suspicious widens the frequency's sigma alone.
         let turned = if line == Line::Steady { beside.noise.power } else { near };
         // The mean of the reciprocal of an estimated power is larger than the reciprocal of its mean.
-        let turned = turned * (1.0 + 2.0 / beside.noise.freedom);
+        let turned = turned * (1.0 + 2.0 / beside.noise.dof);
         let sigma = sigma_bins(&found.fit, N, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let engine = self.rest.spectrum.error();

@@ -21,7 +21,7 @@ pub struct Noise {
     /// rounding.
     pub power: f32,
     /// Degrees of freedom: the relative variance of the power is two over this number.
-    pub freedom: f32,
+    pub dof: f32,
 }
 
 /// The rounding of a record's samples.
@@ -33,7 +33,7 @@ pub(crate) const fn rounding(iq: bool) -> f32 {
 /// within the fitted amplitude is subtracted. Not negative.
 pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, power: T) -> T {
     let ratio = amplitude_squared / power;
-    let n = T::of_i32(n.max(1) as i32);
-    let ratio = if R::IQ { ratio - n.recip() } else { ratio * T::of(0.5) - T::of(2.0) * n.recip() };
+    let share = T::from_i32(n.max(1) as i32).recip();
+    let ratio = if R::IQ { ratio - share } else { ratio * T::new(0.5) - T::new(2.0) * share };
     ratio.max(T::zero())
 }

@@ -133,13 +133,13 @@ fn sides<'a>(near: &Neighbourhood<'a>) -> [(&'a [Point], i32); 2] {
 
 /// The noise beside a tone, from a power per sample with these degrees of freedom.
 pub(crate) fn from_power(power: f32, dof: f32) -> LocalNoise {
-    let noise = Noise { power, freedom: dof };
+    let noise = Noise { power, dof };
     LocalNoise { noise, loud: power, range: [power; 2], sides: [Side::default(); 2] }
 }
 
 /// The noise beside a tone, from any bins from which the tone is already subtracted. `rest(k)` is `|(X[k-1] + X[k+1]) / 2 - X[k]|^2` for a
 /// record of `n` samples. The noise is at least the smallest normal float.
-pub fn of_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> LocalNoise {
+pub fn from_rest(n: usize, iq: bool, peak: i32, rest: impl Fn(i32) -> f32) -> LocalNoise {
     let [left, right] = groups(n, iq, peak);
     let side = |towards: i32, count: usize| {
         let mut side = Side::default();
@@ -184,7 +184,7 @@ pub fn loud<R: Record, const N: usize>(
     let apart = louder.1 > FEW && louder.0 > (1.0 + 3.0 * spread) * quieter.0;
     let dof = if apart { louder.1 } else { louder.1 + quieter.1 };
     (dof > 0.0).then_some(LocalNoise {
-        noise: Noise { power, freedom: dof },
+        noise: Noise { power, dof },
         loud: power,
         range: [power; 2],
         sides: beside.sides,
@@ -267,14 +267,14 @@ impl LocalNoise {
     pub fn on_an_edge(self, power: f32, dof: f32) -> Self {
         let [quiet, loud] = self.range;
         let power = power.max(quiet).min(loud);
-        Self { noise: Noise { power, freedom: dof }, loud: self.loud.max(power), ..self }
+        Self { noise: Noise { power, dof }, loud: self.loud.max(power), ..self }
     }
 
     /// The noise of the quieter side, where the louder side has a line that leaks into the tone's bins.
     #[inline]
     pub fn quieter(self, dof: f32) -> Self {
         let [power, _] = self.range;
-        Self { noise: Noise { power, freedom: dof }, loud: power, ..self }
+        Self { noise: Noise { power, dof }, loud: power, ..self }
     }
 }
 
@@ -301,7 +301,7 @@ fn from_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
         let loud = left.0.max(right.0);
         (middle, variance, loud, [left.0.min(right.0), loud])
     };
-    let noise = Noise { power: power.max(least), freedom: 2.0 / variance };
+    let noise = Noise { power: power.max(least), dof: 2.0 / variance };
     LocalNoise { noise, loud: loud.max(least), range: range.map(|power| power.max(least)), sides }
 }
 
@@ -315,7 +315,7 @@ fn from_whole_sides(sides: [Side; 2], scale: f32, least: f32) -> LocalNoise {
     let [left, right] = sides.map(|side| (side.sum - side.loudest) * scale);
     let (quiet, loud) = if left < right { (left, right) } else { (right, left) };
     let power = (left * right).root() * const { 1.0 + 0.75 * VARIANCE };
-    let noise = Noise { power: power.max(least), freedom: const { 2.0 / VARIANCE } };
+    let noise = Noise { power: power.max(least), dof: const { 2.0 / VARIANCE } };
     LocalNoise { noise, loud: loud.max(least), range: [quiet.max(least), loud.max(least)], sides }
 }
 

@@ -70,10 +70,10 @@ pub fn explained(terms: &Terms, samples: &[[i16; 2]]) -> Option<(Verdict, Vec<Ro
 /// A plan for blocks as `terms` tell of them. A whole configuration would bring its solvers along, and their size.
 fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
     let &[_, _, bits, rate_hz, low, high, ..] = terms;
-    let codes = Codes::of_bits(bits > 0.0, bits.abs() as u32)?;
+    let codes = Codes::from_bits(bits > 0.0, bits.abs() as u32)?;
     let band = Band::new(low as i32, high as i32);
     let options = Options {
-        method: Method::default().of_kind::<R>(),
+        method: Method::default().from_kind::<R>(),
         reach: Reach::default(),
         arithmetic: Arithmetic::default(),
         threshold: Threshold::new(band.width(), FALSE_ALARM).with_another(),
@@ -81,7 +81,7 @@ fn plan<R: Record, const N: usize>(terms: &Terms) -> Option<Plan<R, N>> {
         width: Width::NONE,
     };
     let idle = *Plan::<R, N>::IDLE;
-    Plan::of_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })
+    Plan::from_terms(plan::Terms { n: N as u32, iq: R::IQ, rate_hz, codes, band, options, ..idle })
         .ok()
 }
 
@@ -93,7 +93,7 @@ fn stamp(terms: &Terms) -> Option<Stamp> {
 
 fn record<R: Record, const N: usize>(samples: &[[i16; 2]]) -> [R::Sample; N] {
     let mut parts = samples.iter().copied();
-    std::array::from_fn(|_| R::of_parts(parts.next().unwrap_or_default()))
+    std::array::from_fn(|_| R::from_parts(parts.next().unwrap_or_default()))
 }
 
 fn tones_of<R: Record, const N: usize>(
@@ -104,12 +104,12 @@ fn tones_of<R: Record, const N: usize>(
     let &[.., clipped, _, frequency, sigma, snr, amplitude, verdict, also, _] = terms;
     let plan = plan::<R, N>(terms)?;
     let tone = Tone {
-        frequency: Frequency::of_bins(0, frequency, 1)?,
+        frequency: Frequency::from_bins(0, frequency, 1)?,
         sigma: sigma as f32,
         snr: snr as f32,
         amplitude: amplitude as f32,
         verdict: Verdict::from_u8(verdict as u8)?,
-        also: Verdicts::of_bits(also as u8),
+        also: Verdicts::from_bits(also as u8),
         ..Tone::default()
     };
     let mut spectrum = Box::new(Spectrum::<R, N>::new());

@@ -51,7 +51,7 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let band = if R::IQ { Band::iq(N) } else { Band::real(N) };
         let found = |band| find(&self.kernel, band) == find_portably(&self.definition, band);
         let rest = || {
-            let clipped = Statistics::of::<R>(samples, codes).clipped;
+            let clipped = Statistics::from_samples::<R>(samples, codes).clipped;
             Statistics::clipped::<R>(samples, codes) == clipped
                 && self.same_between_the_rails(samples, codes)
                 && found(self.part_of(band))
@@ -71,8 +71,9 @@ impl<R: Record, const N: usize, E: Engine> Equality<R, N, E> {
         let tone = Complex::new(700.0, -300.0);
         let bits =
             |free: CensoredFit| [free.noise, free.offset, free.information].map(f32::to_bits);
-        let kernel = CensoredFit::of::<R>(samples, codes, frequency, tone);
-        kernel.map(bits) == CensoredFit::of_portably::<R>(samples, codes, frequency, tone).map(bits)
+        let kernel = CensoredFit::from_record::<R>(samples, codes, frequency, tone);
+        kernel.map(bits)
+            == CensoredFit::from_record_portably::<R>(samples, codes, frequency, tone).map(bits)
     }
 
     /// Some part of a band, another one at each block.

@@ -43,7 +43,7 @@ impl Source {
 
 impl Speed {
     /// The speed of this many MHz; 0 is the default, and other values are `None`.
-    pub const fn of_mhz(mhz: u16) -> Option<Self> {
+    pub const fn from_mhz(mhz: u16) -> Option<Self> {
         match mhz {
             144 => Some(Speed::Mhz144),
             0 | 180 => Some(Speed::Mhz180),

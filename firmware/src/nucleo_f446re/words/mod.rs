@@ -87,7 +87,7 @@ impl Words {
         settings: &Settings,
         tree: &Tree,
     ) -> Result<(Plan<N>, Self), SettingsError> {
-        let speed = Speed::of_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
+        let speed = Speed::from_mhz(settings.core_mhz).ok_or(SettingsError::Speed)?;
         let rate_hz = settings.calibration.nominal_hz(settings.config.rate_hz);
         let sampling = Sampling::plan(tree, rate_hz, settings.iq);
         let sampling = sampling.map_err(SettingsError::Rate)?;
@@ -235,7 +235,7 @@ mod tests {
             (0.865e6, true, 0, true),
         ] {
             let core_mhz = if iq || rate_hz == 1.5e6 { 180 } else { 144 };
-            let tree = Tree::new(Speed::of_mhz(core_mhz).unwrap(), Source::HsePll);
+            let tree = Tree::new(Speed::from_mhz(core_mhz).unwrap(), Source::HsePll);
             let band_hz = iq.then_some((1e4, 4e5));
             let following = Following { most, ..following };
             let tone = Settings::default();

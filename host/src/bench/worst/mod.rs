@@ -102,7 +102,7 @@ fn measurements<R: Record>(
     how: How,
     records: &[Vec<R::Sample>],
 ) -> Result<Vec<u64>, RunError> {
-    let header = Header::of::<R>(config(core, how), n as u32, records.len() as u32);
+    let header = Header::from_config::<R>(config(core, how), n as u32, records.len() as u32);
     let header = Header { period_us: 0, ..header };
     let (figures, _): (Figures, _) = run::<R>(core, image, &header, records, |_| {})?;
     let ticks = figures.get("measurement").filter(|ticks| ticks.len() == records.len());

@@ -171,7 +171,7 @@ impl Signal {
             if gain > 0.8 { 1.0 + 35.0 * (gain - 0.8) } else { 1.0f64.min(gain / 0.4).powi(4) };
         let (low, high) = Codes::signed::<12>().rails();
         let code = |x: f64| (gain * x).round().clamp(low.into(), high.into()) as i16;
-        values.iter().map(|parts| R::of_parts(parts.map(code))).collect()
+        values.iter().map(|parts| R::from_parts(parts.map(code))).collect()
     }
 }
 

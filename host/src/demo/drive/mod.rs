@@ -82,7 +82,7 @@ fn samples(radar: &Sensor, seed: u64, cycle: usize, segment: usize) -> Vec<i16> 
 /// The whole drive through the firmware.
 pub fn driven(options: &Options) -> Result<(Vec<Telemetry>, Vec<Follow>), DemoError> {
     let radar = drive::radar(N);
-    let header = Header::of::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
+    let header = Header::from_config::<Real>(drive::config(), N as u32, 3 * CYCLES as u32);
     let mut capture = Capture::create(&header).map_err(said)?;
     for cycle in 0..CYCLES {
         for segment in 0..3 {
@@ -110,7 +110,7 @@ fn as_sent(follow: &Follow) -> Result<Follow, DemoError> {
     let mut reader = Reader::default();
     let frame = follow.to_frame().into_iter().find_map(|byte| reader.push(byte));
     let frame = frame.ok_or_else(|| said("no frame"))?.map_err(said)?;
-    Follow::of_frame(&frame).map_err(said)
+    Follow::from_frame(&frame).map_err(said)
 }
 
 /// What the core's tracker follows on this machine.
@@ -126,7 +126,7 @@ pub fn on_host(seed: u64) -> Result<Vec<Follow>, DemoError> {
             let sequence = (3 * cycle + number) as u32;
             let stamp = Stamp { sequence, segment, ..Stamp::default() };
             tracker.block(&stamp, &block);
-            follows.push(as_sent(&Follow::of(&tracker, &stamp))?);
+            follows.push(as_sent(&Follow::from_tracker(&tracker, &stamp))?);
         }
     }
     Ok(follows)

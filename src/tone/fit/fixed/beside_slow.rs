@@ -65,7 +65,7 @@ pub(super) fn fit(
     let speed = Scaled::new(at.speed, -30);
     let information = step.information * speed * speed;
     let mut fit = place.finish(&at, step.line, information, 0, &sides, exponent + ROOM as i32);
-    fit.freedom = fit.freedom.saturating_sub(TERMS as u32).max(1);
+    fit.dof = fit.dof.saturating_sub(TERMS as u32).max(1);
     Some(fit)
 }
 

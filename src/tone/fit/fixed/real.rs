@@ -319,7 +319,7 @@ impl Peak {
             peak: float(peak),
             lever: Complex::new(Scaled::new(at.p, -30).float(0), 0.0),
             residual: left.float(2 * unit),
-            freedom: (2 * sides.len() as u32 + 2).saturating_sub(3),
+            dof: (2 * sides.len() as u32 + 2).saturating_sub(3),
             rest: near.rest(at.d, unit, Some(self.bits)),
         }
     }

@@ -55,7 +55,7 @@ pub(in super::super) fn fit_beside_slow<T: Scalar>(
     step.information = step.information * speed * speed;
     problem.take_slow_terms(step.line, &shares, &slow);
     let mut fit = problem.finish(d, p, &step);
-    fit.freedom = fit.freedom.saturating_sub(slow::TERMS as u32).max(1);
+    fit.dof = fit.dof.saturating_sub(slow::TERMS as u32).max(1);
     Some(fit)
 }
 

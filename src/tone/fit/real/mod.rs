@@ -91,7 +91,7 @@ impl<T: Scalar> Problem<T> {
     #[inline(always)]
     fn new(n: i32, peak: i32, centre: Complex<T>) -> Self {
         let last = n / 2 - 1;
-        let e = T::of(core::f64::consts::TAU) / T::of_i32(n);
+        let e = T::new(core::f64::consts::TAU) / T::from_i32(n);
         let w = circle::<T>(peak, n);
         let (cotangent, room) = (w.re / w.im, [peak - 1, last - peak]);
         Problem { peak, last, e, cotangent, c: e * cotangent, centre, sides: Vec::new(), room }
@@ -99,9 +99,9 @@ impl<T: Scalar> Problem<T> {
 
     /// The least and the largest offset: the tone stays between DC and Nyquist.
     fn limits(&self) -> (T, T) {
-        let low = (T::of(EDGE_LIMIT) - T::of_i32(self.peak)).max(T::of(-OFFSET_LIMIT));
+        let low = (T::new(EDGE_LIMIT) - T::from_i32(self.peak)).max(T::new(-OFFSET_LIMIT));
         let high =
-            (T::of_i32(self.last - self.peak + 1) - T::of(EDGE_LIMIT)).min(T::of(OFFSET_LIMIT));
+            (T::from_i32(self.last - self.peak + 1) - T::new(EDGE_LIMIT)).min(T::new(OFFSET_LIMIT));
         (low, high)
     }
 
@@ -111,9 +111,9 @@ impl<T: Scalar> Problem<T> {
         let (problem, peak, last) = (self, self.peak, self.last);
         let edge = peak < 3 || peak > last - 2;
         let (start, steps, settled) = match course {
-            FitStart::Usual => (problem.start(), if edge { 3 } else { 2 }, T::of(SETTLED)),
+            FitStart::Usual => (problem.start(), if edge { 3 } else { 2 }, T::new(SETTLED)),
             FitStart::From(start, steps) => (start, steps, T::zero()),
-            FitStart::Further(start, steps) => (start, steps, T::of(ENDED)),
+            FitStart::Further(start, steps) => (start, steps, T::new(ENDED)),
         };
         let (low, high) = problem.limits();
         let mut pace = Pace::new(&course);
@@ -147,12 +147,12 @@ impl<T: Scalar> Problem<T> {
 
     /// p of an offset d, and dp/dd.
     fn cosine_offset(&self, d: T) -> (T, T) {
-        let half = self.e * d * T::of(0.5);
+        let half = self.e * d * T::new(0.5);
         let z = half * half;
         let (cos, sinc) = (cosine(z), sinc(z));
-        let bend = d * d * sinc * sinc * T::of(0.5);
+        let bend = d * d * sinc * sinc * T::new(0.5);
         let p = d * sinc * cos + self.c * bend;
-        (p, T::one() - T::of(2.0) * z * sinc * sinc + self.c * d * sinc * cos)
+        (p, T::one() - T::new(2.0) * z * sinc * sinc + self.c * d * sinc * cos)
     }
 
     /// The offset from the peak and its two neighbours: `X (p - u) = p (a - b e u + j b s)` with
@@ -169,10 +169,10 @@ impl<T: Scalar> Problem<T> {
         let p = above / (below * self.e);
         // d of p: tan(e d / 2) = e p / (1 + sqrt(1 + 2 c p - e^2 p^2)), an angle below 0.05.
         let p = limit(p, START_LIMIT);
-        let root = (T::one() + T::of(2.0) * self.c * p - self.e * self.e * p * p).max(T::zero());
+        let root = (T::one() + T::new(2.0) * self.c * p - self.e * self.e * p * p).max(T::zero());
         let half = p / (T::one() + root.root());
         let tangent = self.e * half;
-        (half + half) * (T::one() - tangent * tangent * T::of(1.0 / 3.0))
+        (half + half) * (T::one() - tangent * tangent * T::new(1.0 / 3.0))
     }
 
     fn step(&self, p: T) -> Step<T> {
@@ -226,7 +226,7 @@ impl<T: Scalar> Problem<T> {
             peak: step.line,
             lever: Complex::new(p, T::zero()),
             residual,
-            freedom: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
+            dof: (2 * self.sides.len() as u32 + 2).saturating_sub(3),
             rest,
         }
     }

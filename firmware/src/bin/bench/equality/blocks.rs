@@ -39,7 +39,7 @@ impl Blocks {
         match self.below(6) {
             0 => Some(Codes::signed::<12>()),
             1 => Some(Codes::unsigned::<12>()),
-            2..5 => Codes::of_bits(signed, bits),
+            2..5 => Codes::from_bits(signed, bits),
             _ => Codes::between(low.min(high), low.max(high)),
         }
         .unwrap_or(const { Codes::signed::<16>() })
@@ -124,7 +124,7 @@ impl Blocks {
                 code.max(low.into()).min(high.into()) as i16
             });
             if let Some(sample) = samples.get_mut(index) {
-                *sample = R::of_parts(parts);
+                *sample = R::from_parts(parts);
             }
             if let Kind::Tone { turn: [cos, sin], .. } = kind {
                 z = [z[0] * cos - z[1] * sin, z[0] * sin + z[1] * cos];
