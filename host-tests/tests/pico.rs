@@ -144,6 +144,7 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
         pico.power().unwrap();
         let mut slow = settings();
         slow.config = Config { rate_hz, effort, ..slow.config };
+        slow.worst_case = true;
         scene::set_plan(&mut pico, slow, |pico| pico.samples(&samples).unwrap());
         scene::measure(&mut pico, blocks);
         let status = status(&mut pico);

@@ -9,7 +9,7 @@ use picket_dsp::plan::EitherPlan;
 use picket_dsp::solve::equations::Chirp;
 use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
-use picket_wire::settings_error::SettingsError;
+use picket_wire::settings_error::{RateError, SettingsError};
 use picket_wire::telemetry::Basis;
 
 /// Checked settings, and the values that follow from them.
@@ -67,12 +67,13 @@ impl<const N: usize> Plan<N> {
         Basis { settings, clock, effort: self.plan.options.effort.number() }
     }
 
-    /// Checks settings for a board that can neither make a chirp nor follow one.
+    /// Checks settings for a board that can neither make a chirp nor follow one, and whose worst block nobody has searched for.
     ///
     /// # Errors
-    /// The errors of [`Plan::new`], and settings with a drive.
+    /// The errors of [`Plan::new`], and settings with a drive, or with a rate that must hold for the worst block.
     pub fn undriven(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         match settings.drive {
+            Drive::Off if settings.worst_case => Err(SettingsError::Rate(RateError::Unsearched)),
             Drive::Off => Self::new(settings, rate_hz),
             _ => Err(SettingsError::Drive),
         }

@@ -26,7 +26,8 @@ pub trait Port<const N: usize, const SLOT: usize> {
     /// [`Port::CODES`].
     ///
     /// # Errors
-    /// The settings cannot work on this board.
+    /// The settings cannot work on this board. With [`Settings::worst_case`] a board refuses a rate at which its worst block takes longer
+    /// than it lasts, and any rate if that block is unknown.
     fn plan(&self, settings: &Settings) -> Result<(Plan<N>, Self::Words), SettingsError>;
 
     /// Corrects the samples of a block in place, before it is measured, where the converter needs it.

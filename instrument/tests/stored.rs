@@ -97,7 +97,7 @@ fn model(stored: &[u8]) -> Option<Vec<u8>> {
             None => {}
         }
     }
-    layout[0] = if layout[144] == 0 { 4 } else { 5 };
+    layout[0] = if layout[144] == 0 && layout[145] & 1 == 0 { 4 } else { 5 };
     let (settings, n) = Settings::from_bytes(&layout).ok()?;
     Some(settings.to_bytes(n).to_vec())
 }
@@ -127,7 +127,7 @@ prop_compose! {
         mixing in select(vec![Mixing::TxConjRx, Mixing::RxConjTx]),
         following in (number(), number(), number(), 0..=4u8, any::<u8>()),
         carrier in [number(), number()],
-        codes in (-32768..0i16, 1..=32767i16),
+        codes in (-32768..=-128i16, 127..=32767i16),
     ) -> Config {
         let [wavelength_m, second, duration_s] = lengths;
         let scene = match kind {
@@ -175,12 +175,12 @@ prop_compose! {
         mode in 0..3u8,
         counts in any::<[u32; 2]>(),
         ratio in proptest::option::of(1.05..100f32),
-        bits in any::<[bool; 3]>(),
+        bits in any::<[bool; 4]>(),
         tones in (1..=4u8, prop_oneof![Just(0), 2..=15u8]),
     ) -> Settings {
         let [core_mhz, guard, report_every, slots, low, high] = words;
         let [reference_hz, start_hz, ppm, offset, slope] = numbers;
-        let [iq, start, uncorrected] = bits;
+        let [iq, start, uncorrected, worst_case] = bits;
         Settings {
             core_mhz,
             iq,
@@ -203,6 +203,7 @@ prop_compose! {
             slots,
             start,
             uncorrected,
+            worst_case,
             calibration: Calibration {
                 clock_ppm: ppm as f32,
                 range_offset_m: offset as f32,

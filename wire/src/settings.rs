@@ -13,10 +13,10 @@
 //! | 44 | the measurement's configuration: as in a capture's header |
 //! | 128 | only from version 3 on: the curvature of a chirp's sweep: f64 |
 //! | 136 | only from version 4 on: the carrier's linewidth and the bandwidth of its envelope: 2 f32, Hz |
-//! | 144 | only in version 5: the mode: u8, 1 sums, 2 bursts; zero: 3 bytes; blocks of a sum or the hold-off: u32; drift or ratio: f32, a ratio of 0 for the usual one; least energy of a burst: u32 |
+//! | 144 | only in version 5: the mode: u8, 0 blocks, 1 sums, 2 bursts; u8, bit 0 wants a rate that holds for the worst block; zero: 2 bytes; blocks of a sum or the hold-off: u32; drift or ratio: f32, a ratio of 0 for the usual one; least energy of a burst: u32 |
 //!
 //! Version 3 is that of settings whose sweep is curved or whose mixing is the less usual one: readers without these would take a
-//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width, version 5 that of sums and bursts. All other settings are, byte for byte, what earlier programs write.
+//! straight sweep and the usual mixing, so they refuse it. Version 4 is that of settings with a carrier of its own width, version 5 that of sums, bursts and rates for the worst block. All other settings are, byte for byte, what earlier programs write.
 //! A chirp's [`Chirp::guard_s`] is not sent: it follows from guard and rate.
 //!
 //! The layout has no checksum of its own. The frame that carries it has one, and so has the flash
@@ -36,6 +36,7 @@ use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::equations::Chirp;
 #[cfg(doc)]
 use picket_dsp::tone::lines::MOST;
+use picket_dsp::{Effort, Method};
 
 /// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;
@@ -173,6 +174,9 @@ pub struct Settings {
     pub start: bool,
     /// Whether a board that corrects its converter's codes shall leave them as they are.
     pub uncorrected: bool,
+    /// Whether the rate must hold for the worst block that a search over signals found: the board refuses a rate at which that block
+    /// takes longer than it lasts. Otherwise the rate must hold for usual blocks.
+    pub worst_case: bool,
     /// Corrections of rate and range.
     pub calibration: Calibration,
 }
@@ -195,6 +199,7 @@ impl Default for Settings {
             slots: 0,
             start: true,
             uncorrected: false,
+            worst_case: false,
             calibration: Calibration::default(),
         }
     }
@@ -212,7 +217,7 @@ const WAVEFORM: u8 = 3;
 /// The version of settings with a carrier of its own width.
 const CARRIER: u8 = 4;
 
-/// The version of settings with sums or bursts.
+/// The version of settings with sums or bursts, or with a rate that must hold for the worst block.
 const MODE: u8 = 5;
 
 /// The version of a layout that has the fields of all versions, whatever their values: [`crate::stored`] takes it apart.
@@ -241,7 +246,7 @@ impl Settings {
     /// The lowest version that has fields for these values.
     fn version(&self) -> u8 {
         let waveform = config::unusual(&self.config) || self.curvature() != 0.0;
-        if self.mode != Mode::Blocks {
+        if self.mode != Mode::Blocks || self.worst_case {
             MODE
         } else if self.config.carrier != Carrier::default() {
             CARRIER
@@ -304,7 +309,7 @@ impl Settings {
             }
         };
         if version >= MODE {
-            writer.put([mode, 0, 0, 0]);
+            writer.put([mode, u8::from(self.worst_case), 0, 0]);
             writer.u32(count);
             writer.f32(number);
             writer.u32(least);
@@ -355,20 +360,22 @@ impl Settings {
             let mut short = || reader.f32().ok_or(field);
             config.carrier = Carrier { linewidth_hz: short()?, envelope_hz: short()? };
         }
-        let mode = if version >= MODE {
-            let [mode, _, _, _] = reader.take().ok_or(field)?;
+        let (mode, worst_case) = if version >= MODE {
+            let [mode, switches, _, _] = reader.take().ok_or(field)?;
             let count = reader.u32().ok_or(field)?;
             let number = reader.f32().ok_or(field)?;
             let least = reader.u32().ok_or(field)?;
             let ratio = if number == 0.0 { None } else { Some(number) };
-            match mode {
-                0 if version == WHOLE => Mode::Blocks,
+            let worst_case = switches & 1 != 0;
+            let mode = match mode {
+                0 if version == WHOLE || worst_case => Mode::Blocks,
                 1 => Mode::Accumulate { blocks: count, drift_bins: number },
                 2 => Mode::Bursts(Trigger { ratio, hold_off: count, least }),
                 _ => return Err(field),
-            }
+            };
+            (mode, worst_case)
         } else {
-            Mode::Blocks
+            (Mode::Blocks, false)
         };
         if let Scene::Chirp(chirp) = &mut config.scene {
             chirp.sweep_curvature = curvature;
@@ -395,9 +402,21 @@ impl Settings {
             slots,
             start: flags & 1 != 0,
             uncorrected: flags & 2 != 0,
+            worst_case,
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
         Ok((settings, n as usize))
+    }
+
+    /// The effort, where the searches for the worst block know settings such as these: one tone of a block, by the usual method.
+    pub fn searched_effort(&self) -> Option<Effort> {
+        let Config { following, method, effort, .. } = self.config;
+        let alone = self.mode == Mode::Blocks && self.further() == 0 && self.order() == 0;
+        let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+        match effort {
+            Effort::Look | Effort::One if alone && usual && following.most == 0 => Some(effort),
+            _ => None,
+        }
     }
 
     /// Tones reported a block beyond the first, at most three. Without the feature `lines` there are none.
@@ -460,6 +479,7 @@ mod tests {
                 ..chirp(Shape::Trapezoid, Drive::Dac { low: 0, high: 4095 })
             },
             Settings { uncorrected: true, ..Settings::default() },
+            Settings { worst_case: true, ..Settings::default() },
             Settings { iq: true, start: false, calibration, ..chirp(Shape::Triangle, head) },
             Settings { report_every: 999, slots: 7, ..chirp(Shape::Sawtooth, Drive::External) },
         ] {

@@ -14,6 +14,10 @@ pub enum RateError {
     Slow,
     /// The core cannot measure every block at this rate.
     Load,
+    /// The worst block that is known takes longer than it lasts at this rate, and the settings want a rate that holds for it.
+    Worst,
+    /// The settings want a rate that holds for the worst block, which nobody has searched for with settings such as these.
+    Unsearched,
 }
 
 /// Why a DAC cannot play a chirp.
@@ -118,6 +122,12 @@ impl SettingsError {
             }
             [3, 2] => {
                 "the core cannot measure every block at this rate: lower rate_hz or most, or follow tones (see the board's page in docs/)"
+            }
+            [3, 3] => {
+                "worst_case: at this rate the worst block known takes longer than it lasts: lower rate_hz, or set effort to look (picket flash --dry-run prints the rates that hold)"
+            }
+            [3, 4] => {
+                "worst_case: the worst block is known of real records, on the NUCLEO of I/Q too, by the usual method without follow, most, harmonics, sums or bursts: leave these, or worst_case"
             }
             [3, _] => {
                 "the sample rate is below what the board can count: raise rate_hz to 1 or more"

@@ -67,7 +67,7 @@ const FIELDS: [(u8, &[u8]); 39] = [
     (CRITICAL | 33, &[0; 8]),                 // curvature of a sweep
     (CRITICAL | 34, &[0; 4]),                 // linewidth of the carrier, Hz
     (CRITICAL | 35, &[0; 4]),                 // bandwidth of its envelope, Hz
-    (CRITICAL | 36, &[0; 4]),                 // mode
+    (CRITICAL | 36, &[0; 4]),                 // mode; bit: a rate for the worst block
     (CRITICAL | 37, &[0; 4]),                 // blocks of a sum, hold-off of a burst
     (CRITICAL | 38, &[0; 4]),                 // drift of a sum, ratio of a burst
     (CRITICAL | 39, &[0; 4]),                 // least energy of a burst

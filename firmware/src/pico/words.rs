@@ -3,6 +3,7 @@
 use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
 use crate::instrument::plan::Plan;
+use picket_dsp::Effort;
 use picket_dsp::config::{Config, ConfigError, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
@@ -184,6 +185,14 @@ impl Words {
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
         let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
+        if settings.worst_case {
+            let worst =
+                worst_cycles(&settings).ok_or(SettingsError::Rate(RateError::Unsearched))?;
+            let adc = u64::from(period).saturating_mul((length * each).into());
+            if adc.saturating_mul(CORE_CYCLES.into()) < worst {
+                return Err(SettingsError::Rate(RateError::Worst));
+            }
+        }
         let (mut waveform, mut opening) = (None, None);
         match (settings.drive, settings.config.scene) {
             (Drive::Off, _) => {}
@@ -237,6 +246,21 @@ impl Words {
 /// worst pairs have not been searched for.
 pub const WORST_CYCLES: [u64; 2] = [585_000, 905_000];
 
+/// Core cycles for the range and the velocity of a chirp's target: 13,530 instructions (`host-tests/budget.json`) by 1.4 cycles each.
+const TARGET_CYCLES: u64 = 19_000;
+
+/// The most core cycles for a block with such settings, and for the target of a chirp; `None` if nobody has searched.
+fn worst_cycles(settings: &Settings) -> Option<u64> {
+    let [look, one] = WORST_CYCLES;
+    let chirp = matches!(settings.config.scene, Scene::Chirp(_));
+    let target = if chirp { TARGET_CYCLES } else { 0 };
+    match settings.searched_effort()? {
+        _ if settings.iq => None,
+        Effort::Look => Some(look + target),
+        _ => Some(one + target),
+    }
+}
+
 /// The fastest rate at which a block lasts `cycles` of the core, Hz.
 pub fn fastest(cycles: u64, iq: bool) -> f64 {
     let each = conversions(iq);
@@ -281,6 +305,27 @@ mod tests {
         // A block of 1024 real samples lasts 3072 of the core's cycles for each of the converter's.
         assert_eq!(fastest(192 * 3072, false), 250e3);
         assert_eq!(fastest(192 * 3072 + 1, false), 48e6 / 193.0);
+    }
+
+    /// A rate for the worst block is the fastest at which that block does not take longer than it lasts.
+    #[test]
+    fn a_rate_that_does_not_hold_for_the_worst_block_is_refused() {
+        let worst = SettingsError::Rate(RateError::Worst);
+        for (effort, cycles) in [Effort::Look, Effort::One].into_iter().zip(WORST_CYCLES) {
+            let of = |rate_hz: f64| {
+                let settings = at(rate_hz);
+                let config = Config { effort, ..settings.config };
+                Settings { config, worst_case: true, ..settings }
+            };
+            let rate_hz = fastest(cycles, false);
+            assert!(Words::plan(&of(rate_hz)).is_ok(), "{effort:?}");
+            let faster = of(f64::from(ADC_HZ) / (f64::from(ADC_HZ) / rate_hz - 1.0));
+            assert_eq!(Words::plan(&faster).map(|_| ()), Err(worst));
+            assert!(Words::plan(&Settings { worst_case: false, ..faster }).is_ok());
+            let pairs = Settings { iq: true, ..of(1e3) };
+            let refused = Words::plan(&pairs).map(|_| ());
+            assert_eq!(refused, Err(SettingsError::Rate(RateError::Unsearched)));
+        }
     }
 
     fn at(rate_hz: f64) -> Settings {

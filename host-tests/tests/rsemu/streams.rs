@@ -121,12 +121,21 @@ fn tones_that_move_beside_a_drift_hold_a_slower_rate() {
     let codes = moving(61);
     for (effort, rate_hz) in rates::EFFORTS.into_iter().zip(real.always_hz.unwrap()) {
         let settings = tone(rate_hz);
-        let settings = Settings { config: Config { effort, ..settings.config }, ..settings };
+        let config = Config { effort, ..settings.config };
+        let settings = Settings { config, worst_case: true, ..settings };
         let Some(status) = stream(&settings, &codes, blocks, FAST) else { return };
         assert_eq!((status.counters.lost(), status.counters.faults()), (0, 0), "{status:?}");
         // A block takes longer than it lasts where usual ones hold.
         let usual = 1000.0 * real.usual_hz / rate_hz;
         println!("{}: {} permille of {usual:.0}", effort.name(), status.peak);
+        // The next rate that the timer makes is refused, and its reason tells what to do.
+        let (mut board, _) = Emulated::start(&settings).unwrap();
+        let apart = (22.5e6 / rate_hz).round();
+        let config = Config { rate_hz: 22.5e6 / (apart - 1.0), ..settings.config };
+        let faster = Settings { config, ..settings };
+        let refused = board.request(Command::SetSettings(faster, N)).unwrap_err();
+        assert_eq!(refused, Refusal::Settings([3, 3]));
+        assert!(refused.to_string().contains("effort to look"), "{refused}");
     }
 }
 

@@ -40,6 +40,7 @@ struct Fields {
     slots: u16,
     start: bool,
     uncorrected: bool,
+    worst_case: bool,
     clock_ppm: f32,
     range_offset_m: f32,
     range_slope: f32,
@@ -158,6 +159,7 @@ impl Fields {
             slots: settings.slots,
             start: settings.start,
             uncorrected: settings.uncorrected,
+            worst_case: settings.worst_case,
             clock_ppm: calibration.clock_ppm,
             range_offset_m: calibration.range_offset_m,
             range_slope: calibration.range_slope,
@@ -255,6 +257,7 @@ impl Fields {
             slots: self.slots,
             start: self.start,
             uncorrected: self.uncorrected,
+            worst_case: self.worst_case,
             calibration,
         };
         Ok((settings, self.n))
@@ -308,6 +311,7 @@ mod tests {
                 ..Settings::default()
             },
             Settings { uncorrected: true, ..Settings::default() },
+            Settings { worst_case: true, ..Settings::default() },
             Settings {
                 mode: Mode::Accumulate { blocks: 100, drift_bins: -0.5 },
                 ..Settings::default()

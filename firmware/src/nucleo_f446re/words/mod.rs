@@ -18,12 +18,13 @@ use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
 use crate::instrument::plan::Plan;
 use clock::{Speed, Tree};
+use picket_dsp::Effort;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
 use picket_wire::settings::{Drive, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
-use sampling::{BLOCK_CYCLES, Sampling};
+use sampling::{BLOCK_CYCLES, Sampling, WORST_CYCLES};
 use waveform::{SyncInput, Waveform};
 
 /// The register words of an instrument.
@@ -57,6 +58,8 @@ const fn lines_cycles(settings: &Settings) -> u64 {
 pub const ADD_CYCLES: [u64; 2] = [90_000, 180_000];
 /// Core cycles for the line of a sum, real and I/Q, as in [`ADD_CYCLES`].
 pub const SUM_CYCLES: [u64; 2] = [800_000, 1_200_000];
+/// Core cycles for the range and the velocity of a chirp's target: 1,862 instructions (`host-tests/budget.json`) by 1.64 cycles each.
+const TARGET_CYCLES: u64 = 3_100;
 /// Core cycles in which a burst is sought in a block, real and I/Q.
 pub const SEEK_CYCLES: [u64; 2] = [40_000, 60_000];
 /// Core cycles in which a burst is measured, real and I/Q.
@@ -75,6 +78,19 @@ fn least_cycles(settings: &Settings, slots: u16) -> u64 {
         }
         // On average at most one burst in this number of blocks.
         Mode::Bursts(_) => of(SEEK_CYCLES) + of(BURST_CYCLES).div_ceil(wait),
+    }
+}
+
+/// The most core cycles that a search found for a block with such settings and its record, and for the target of a chirp; `None` if nobody
+/// has searched.
+fn worst_cycles(settings: &Settings) -> Option<u64> {
+    let [real, iq] = WORST_CYCLES;
+    let [look, one] = if settings.iq { iq } else { real };
+    let chirp = matches!(settings.config.scene, Scene::Chirp(_));
+    let target = if chirp { TARGET_CYCLES } else { 0 };
+    match settings.searched_effort()? {
+        Effort::Look => Some(look + target),
+        _ => Some(one + target),
     }
 }
 
@@ -105,6 +121,13 @@ impl Words {
         let cycles = ticks.saturating_mul((tree.core_hz / tree.timer_hz.max(1)).into());
         if searches && settings.start && cycles < least_cycles(&settings, slots) {
             return Err(SettingsError::Rate(RateError::Load));
+        }
+        if settings.worst_case {
+            let worst =
+                worst_cycles(&settings).ok_or(SettingsError::Rate(RateError::Unsearched))?;
+            if tree.pll.is_some() && cycles < worst {
+                return Err(SettingsError::Rate(RateError::Worst));
+            }
         }
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);
         let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
@@ -148,6 +171,7 @@ impl Words {
 mod tests {
     use super::clock::Source;
     use super::*;
+    use picket_dsp::Method;
     use picket_dsp::acquire::codes::Codes;
     use picket_dsp::config::{ConfigError, Following};
     use picket_dsp::solve::chirp::Shape;
@@ -244,6 +268,43 @@ mod tests {
             let planned = Words::plan::<1024>(&settings, &tree).map(|_| ());
             let refused = Err(SettingsError::Rate(RateError::Load));
             assert_eq!(planned, if fits { Ok(()) } else { refused }, "{rate_hz} {iq} {most}");
+        }
+    }
+
+    /// A rate for the worst block is the fastest at which that block does not take longer than it lasts.
+    #[test]
+    fn a_rate_that_does_not_hold_for_the_worst_block_is_refused() {
+        let tree = Tree::new(Speed::Mhz180, Source::HsePll);
+        let of = |rate_hz: f64, iq, effort| {
+            let config = Config { rate_hz, effort, ..Settings::default().config };
+            Settings { iq, config, worst_case: true, ..Settings::default() }
+        };
+        let refused = |settings: &Settings| plan(settings).map(|_| ()).unwrap_err();
+        for (iq, worst) in [false, true].into_iter().zip(WORST_CYCLES) {
+            for (effort, cycles) in [Effort::Look, Effort::One].into_iter().zip(worst) {
+                let holds = of(sampling::fastest(&tree, 1024, cycles), iq, effort);
+                assert!(plan(&holds).is_ok(), "{iq} {effort:?}");
+                // One cycle of the converter less.
+                let apart = f64::from(tree.adc_hz) / holds.config.rate_hz;
+                let faster = of(f64::from(tree.adc_hz) / (apart - 1.0), iq, effort);
+                assert_eq!(refused(&faster), SettingsError::Rate(RateError::Worst));
+                assert!(plan(&Settings { worst_case: false, ..faster }).is_ok());
+            }
+        }
+        let settings = of(1e3, false, Effort::One);
+        let with = |config: Config| Settings { config, ..settings };
+        let following = Following { most: 1, ..Following::default() };
+        let sums = Mode::Accumulate { blocks: 9, drift_bins: 0.0 };
+        for unknown in [
+            with(Config { following, ..settings.config }),
+            with(Config { method: Method::ZRife, ..settings.config }),
+            Settings { mode: sums, ..settings },
+        ] {
+            assert_eq!(
+                refused(&unknown),
+                SettingsError::Rate(RateError::Unsearched),
+                "{unknown:?}"
+            );
         }
     }
 
