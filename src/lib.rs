@@ -4,8 +4,9 @@
 //!
 //! The name comes from the *picket-fence effect*: an FFT sees the spectrum only through the gaps
 //! between its bins, and this library reads between the pickets. It has no `std`, allocates nothing
-//! and cannot panic. The same samples give the same bits on every Cortex-M, on riscv32, on wasm32
-//! and on a desk.
+//! and cannot panic. For one [`Arithmetic`] a record has one answer, to the bit, on every Cortex-M, on
+//! riscv32, on wasm32 and on a desk. The default is [`Arithmetic::Fixed`] on microcontrollers without
+//! an FPU and [`Arithmetic::Float`] elsewhere.
 //!
 //! ```
 //! use picket_dsp::{Codes, Config, Format, Framer, Pipeline, Real};
@@ -44,7 +45,8 @@
 //!   is by itself; [`Reach`], [`Arithmetic`] and [`Effort`] say how least squares works.
 //! - [`Pipeline`] measures one record. [`Tracker`] also follows tones from record to record.
 //! - [`FrequencyOnly`] answers without a verdict, in a third of the program memory.
-//! - [`Alternating`] measures I/Q pairs that one converter takes by turns.
+//! - [`Alternating`] measures I/Q pairs that one converter takes by turns: I is a signal in phase with a reference, Q the one a quarter
+//!   of a period later.
 //! - [`Framer`] makes records of a driver's chunks. [`FrontEnd`](acquire::frontend::FrontEnd)
 //!   makes them of a DMA controller's slots, without a copy. [`Format`] says where a word holds its code. A record is [`Real`] or
 //!   [`Iq`], and a [`Stamp`] says when it was taken.
@@ -57,7 +59,7 @@
 //! - [`Scene`] says what the samples were taken of. With [`Scene::Doppler`] a measurement has a
 //!   [`Velocity`], with [`Scene::Chirp`] a [`Target`]. [`solve`] also has what needs phases: [`displacement`](solve::displacement), the
 //!   [sequence](solve::sequence) of sawtooth chirps, the [pairing](solve::pairing) of the beats of several targets.
-//! - [`Method`] names the estimators: least squares, the default, and nineteen others by the feature `methods`.
+//! - [`Method`] names the estimators: least squares, the default, and others by the feature `methods`.
 //! - [`I32`], [`Q15`] and `F32` are the engines of the transform: the default, one of half the memory, and one in floats.
 //!
 //! Every module names the paper that its equations come from, and says where ours differ.
@@ -82,7 +84,9 @@
 //!
 //! # Features
 //!
-//! No feature changes an answer: all have every verdict and every sigma.
+//! For one [`Arithmetic`] no feature changes an answer: every build has every verdict and every sigma. On a microcontroller, a program
+//! with `one-arithmetic`, and one without `methods` for a core without an FPU, has its core's arithmetic alone, whatever
+//! [`Config::arithmetic`] says.
 //!
 //! - `methods`, on by default, adds the papers' methods and others beside least squares.
 //! - `one-arithmetic` leaves out the arithmetic of other cores: see [`Arithmetic::available`].

@@ -195,7 +195,7 @@ fn thousands_of_blocks_and_every_record_right() {
         &[footprint.flash, flash::BUDGET.flash, footprint.ram, flash::BUDGET.ram]
             .map(|bytes| bytes as f64),
     );
-    board.assert_states("without, the flash is # B", &[footprint.flash as f64]);
+    board.assert_states("| usual | # | at most", &[footprint.flash as f64]);
 }
 
 #[test]
@@ -334,10 +334,7 @@ fn a_tone_is_followed_and_a_held_one_leaves_the_core_asleep() {
     assert!(footprint.flash <= flash::TRACKING.flash, "{footprint:?}");
     let ram = footprint.ram + u64::from(stack);
     assert!(ram <= flash::TRACKING.ram, "{footprint:?}, {stack}");
-    document.assert_states(
-        "takes # B of flash and # B of RAM with its stack",
-        &[footprint.flash as f64, ram as f64],
-    );
+    document.assert_states("| `--tracking` | # | # |", &[footprint.flash as f64, ram as f64]);
 }
 
 #[test]

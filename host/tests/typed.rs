@@ -17,7 +17,7 @@ use std::process::{Command, Output};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// Beginnings of commands that cannot run here, and why.
-const LEFT_OUT: [(&str, &str); 11] = [
+const LEFT_OUT: [(&str, &str); 14] = [
     (
         "cargo picket flash --dry-run",
         "tests/device.rs builds the image; host-tests compares its sizes",
@@ -28,6 +28,12 @@ const LEFT_OUT: [(&str, &str); 11] = [
     ("cargo picket web", "it serves for ever; host-tests/tests/web.rs opens the page in a browser"),
     ("qemu-system-arm", "its image is the reader's; host-tests/tests/dependents.rs runs ours"),
     ("cargo add", "it belongs to a project of the reader's"),
+    (
+        "cargo build --release --target",
+        "it builds a package outside the workspace; host-tests/tests/dependents.rs builds all of them",
+    ),
+    ("rustup target add", "it changes the reader's toolchain"),
+    ("probe-rs run", "there is no board"),
     ("cargo test", "it is what runs this"),
     (
         "pip install",

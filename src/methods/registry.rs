@@ -256,6 +256,15 @@ macro_rules! call {
     };
 }
 
+// `call!` has an arm for these combinations, so a line may have no other:
+//   records          needs    window       the estimator takes
+//   Both, Real, Iq   Bins     Rectangular  the bins
+//   Both             Bins     Hann         the bins under Hann's window
+//   Both, Iq         Samples  Rectangular  the bins and the samples
+//   Iq               Powers   Rectangular  the bins, the samples and the signal-to-noise ratio
+//
+// RMSE/bound is the typical ratio at 20 dB, of I/Q records, and of real ones for a method of real records alone: see `Method::efficiency`.
+// `Reach` states the ceilings that tests hold least squares to.
 methods! {
 //  id variant  name  family  records needs window  RMSE/bound  estimator, what it does;
     0 Rife "rife" "rife" Both Bins Rectangular 6.6 rife::rife,

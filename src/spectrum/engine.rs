@@ -1,10 +1,10 @@
 //! Engines. An engine transforms a record in its own numbers and reads bins from the stored points.
 //!
-//! | engine | numbers | memory for N real samples | signal to error, N = 1024 |
-//! |---|---|---|---|
-//! | [`I32`] | `i32`, Q15 factors | 4 N bytes | 92 dB and more, 0 and -40 dBFS |
-//! | [`Q15`] | `i16`, Q15 factors, block floating point | 2 N bytes | 60 dB and more, 0 and -40 dBFS |
-//! | `F32` | `f32`, by the crate microfft (feature `microfft`) | 4 N bytes | 136 dB and more at 0 dBFS, 112 dB at -40 dBFS |
+//! | engine | numbers | memory for N real samples | signal to error at least, N = 1024: real at 0 / -40 dBFS | I/Q |
+//! |---|---|---|---|---|
+//! | [`I32`] | `i32`, Q15 factors | 4 N bytes | 90 / 90 dB | 90 / 90 dB |
+//! | [`Q15`] | `i16`, Q15 factors, block floating point | 2 N bytes | 60 / 60 dB | 57 / 57 dB |
+//! | `F32` | `f32`, by the crate microfft (feature `microfft`) | 4 N bytes | 136 / 115 dB | 136 / 112 dB |
 //!
 //! A [`Spectrum`](super::Spectrum) names its engine in its type. Code that reads a spectrum takes
 //! any engine.

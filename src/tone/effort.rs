@@ -3,8 +3,8 @@
 /// The effort spent on a line that is not a steady tone. The effort sets the most that a block may take, so a real-time system chooses it
 /// by the ceilings in `docs/performance.md`.
 ///
-/// A block that shows one steady tone has the same answer at every effort. More effort hardly ever takes an answer's usefulness
-/// away: `docs/effort.md` says which lines become usable, and how wrong they are.
+/// A block that shows one steady tone has the same answer at every effort. `Full` leaves no answer unresolved that `One` gives; `One` leaves
+/// a few bursts unresolved that `Look` gives. `docs/effort.md` says which lines become usable, and how wrong they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | 0 | version: u8 |
 //! | 1 | segment: u8 |
-//! | 2 | flags: u8, bit 0 a gap before this block |
+//! | 2 | flags: u8, bit 0 a gap before; bits 1 to 7 what else applies: moving, near-edge, clipped, unresolved, image, gap, weak |
 //! | 3 | verdict of the tone: u8 |
 //! | 4 | sequence: u32 |
 //! | 8 | sample clock: u64 |

@@ -77,12 +77,9 @@ fn several_tones_of_a_block_are_those_of_this_machine() {
     let ram = footprint.ram + u64::from(stack);
     assert!(footprint.flash <= flash::LINES.flash && ram <= flash::LINES.ram);
     let document = Document::board();
-    document.assert_states(
-        "is # B of flash and # B of RAM with its stack",
-        &[footprint.flash as f64, ram as f64],
-    );
+    document.assert_states("| `--lines` | # | # |", &[footprint.flash as f64, ram as f64]);
     let longest: Vec<f64> = longest.into_iter().map(f64::from).collect();
-    document.assert_states("at most # instructions with `most` 4, # with 2 and # with 1", &longest);
+    document.assert_states("takes at most, instructions | # | # | # |", &longest);
 }
 
 /// The same image finds the fundamental of a motor ten times weaker than its harmonics, to the bit as this machine does.

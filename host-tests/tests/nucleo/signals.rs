@@ -107,7 +107,7 @@ fn sums<R: Record>(image: &Path, document: &Document, rng: &mut impl Rng) {
     assert!(1.4 * f64::from(block) < of(BLOCK_CYCLES) + of(ADD_CYCLES));
     assert!(1.4 * f64::from(longest - block) < of(SUM_CYCLES));
     document.assert_states(
-        &format!("# instructions with sums of {kind} records and # with a sum's last one"),
+        &format!("| sums of {kind} blocks | # | # |"),
         &[block.into(), longest.into()],
     );
 }
@@ -204,7 +204,7 @@ fn bursts_on_the_board_are_those_of_this_machine() {
     let [most, _] = BURST_CYCLES;
     assert!(1.4 * f64::from(longest) < most as f64);
     let document = Document::board();
-    document.assert_states("at most # instructions with a burst", &[longest.into()]);
+    document.assert_states("| a burst, at most | # |", &[longest.into()]);
     // By the crystal's clock.
     let held = |mode: Mode| {
         let tree = Tree::new(Speed::Mhz180, Source::HsePll);
@@ -220,10 +220,7 @@ fn bursts_on_the_board_are_those_of_this_machine() {
         "with `slots` 8 it holds # kS/s of real records with sums of 100 blocks, and # kS/s with bursts",
         &[held(sums), held(settings.mode)],
     );
-    document.assert_states(
-        "For sums and bursts the image is # B of flash and # B of RAM with its stack",
-        &[footprint.flash as f64, ram as f64],
-    );
+    document.assert_states("| `--signals` | # | # |", &[footprint.flash as f64, ram as f64]);
 }
 
 /// Settings that go with no sum and no burst, and an image that has neither.
