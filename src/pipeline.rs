@@ -176,7 +176,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
                 mend(&mut self.spectrum, &peak);
                 weigh(&self.spectrum, samples, &peak, codes, clipped, stamp, options, observer)
             }
-            None => (Tone::ZERO, Evidence::NOTHING),
+            None => (Tone::ZERO, Evidence::NO_TONE),
         };
         evidence.outside = evidence.found && tone.is_outside::<N>(band);
         if clipped > 0 {

@@ -39,7 +39,7 @@ use crate::spectrum::neighbourhood::{Neighbourhood, Places};
 use crate::spectrum::peak::Peak;
 use crate::tone::clipped::CensoredFit;
 use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::{FrequencyDrift, Tone};
+use crate::tone::{FrequencyDrift, Reasons, Tone};
 use num_complex::Complex;
 
 /// The parameters of a tone's measurement beside the data.
@@ -94,7 +94,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     observer: impl Observer,
 ) -> (Tone, Evidence) {
     /// No tone.
-    const NOTHING: (Tone, Evidence) = (Tone::ZERO, Evidence::NOTHING);
+    const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
     let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
@@ -107,13 +107,13 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     if !method.is_least_squares() {
         // A checked plan has no method that its records or the program cannot use.
         let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
-            return NOTHING;
+            return NO_TONE;
         };
         answer = Some(offset.to_num::<f32>());
     }
     // In place, because a fit would be copied.
     let Some(fit) = &mut fitted(options.reach, FitStart::Usual) else {
-        return NOTHING;
+        return NO_TONE;
     };
     let ring = ring::beside::<R, N>(around, fit, arithmetic);
     let mut local_noise = ring;
@@ -249,7 +249,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
         sigma,
         unseen: unseen(around.engine, &options.width, sigma, fit, N, reported_noise),
     };
-    seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
+    seen.tone::<R, N>(peak.bin, fit).unwrap_or(NO_TONE)
 }
 
 /// A bin in codes.
@@ -412,6 +412,8 @@ impl Seen {
         let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
         let snr = ratio(n, power, self.noise);
         let evidence = Evidence {
+            said: Reasons::NONE,
+            found: true,
             // A line whose power is no more than the noise within it cannot be distinguished from noise.
             detected: !self.weak && snr > 0.0,
             line: self.line,
@@ -421,7 +423,9 @@ impl Seen {
             clipped: self.clipped,
             edge_bins: edge_bins_at(iq, n, peak, fit.offset),
             sigma: self.sigma / n as f32,
-            ..Evidence::NONE
+            // Known from the samples, see [`block`].
+            outside: false,
+            beyond: 0,
         };
         let tone = Tone {
             frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, n),

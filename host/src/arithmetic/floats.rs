@@ -11,6 +11,7 @@ use picket_dsp::plan::Terms;
 use picket_dsp::spectrum::STANDS_OUT;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{Band, Peak, SKIRT, Search};
+use picket_dsp::tone::Reasons;
 use picket_dsp::tone::clipped::CensoredFit;
 use picket_dsp::tone::detection::{Relaxation, Threshold};
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
@@ -347,7 +348,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let notes = Notes::default();
         let measured = self.weigh(record, &[estimator], false, &notes);
         let (estimate, evidence) =
-            measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NOTHING));
+            measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NO_TONE));
         Explained::of(notes, estimate, evidence)
     }
 }
@@ -363,7 +364,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     ) -> Vec<(Estimate, Evidence)> {
         self.transform(record);
         let Some((peak, unit)) = self.peak() else {
-            return vec![(Estimate::NOTHING, Evidence::NOTHING); estimators.len()];
+            return vec![(Estimate::NOTHING, Evidence::NO_TONE); estimators.len()];
         };
         let bins = self.bins(peak.bin);
         let found: Vec<f64> =
@@ -383,15 +384,19 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             };
             let sigma_bins = seen.sigma(bins, self.n, sigma);
             let evidence = Evidence {
+                said: Reasons::NONE,
+                found: true,
                 detected,
                 line,
                 image: seen.image,
                 front_end: detected && seen.front_end,
                 gap,
+                // Neither is looked for here.
+                outside: false,
+                beyond: 0,
                 clipped: seen.clipped,
                 edge_bins: edge_bins(R::IQ, self.n, bins as f32),
                 sigma: (sigma_bins / self.n as f64) as f32,
-                ..Evidence::NONE
             };
             let reasons = evidence.reasons();
             let estimate = Estimate {
