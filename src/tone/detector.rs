@@ -118,10 +118,9 @@ impl Detector {
     ) -> Option<Self> {
         let over_floor = |power: f32, threshold: &Threshold| {
             if Threshold::has_floor(peak) {
-                observer.hear(|| Test {
-                    statistic: Statistic::Floor,
-                    value: power * peak.floor_bins as f32 / peak.floor as f32,
-                    limit: threshold.over(peak.floor_bins),
+                observer.hear(|| {
+                    let ratio = power * peak.floor_bins as f32 / peak.floor as f32;
+                    Test::new(Statistic::Floor, ratio, threshold.over(peak.floor_bins))
                 });
             }
         };
@@ -150,11 +149,7 @@ impl Detector {
         let ring = beside.loud * self.n as f32;
         let (_, mut most) = ordered(least, ring);
         if self.short {
-            observer.hear(|| Test {
-                statistic: Statistic::Hump,
-                value: middle / ring,
-                limit: HUMP,
-            });
+            observer.hear(|| Test::new(Statistic::Hump, middle / ring, HUMP));
             if middle > HUMP * ring {
                 // The noise is louder here than in the ring, or other lines are near: the residual alone decides.
                 let detects = |statistic, rest: f32, dof| {
@@ -227,11 +222,7 @@ impl Detector {
         /// In white noise the louder half has 1.25 times the floor's power, and exceeds this factor four times in a thousand.
         const LIKELY: f32 = 2.0;
         floor.is_some_and(|floor| {
-            observer.hear(|| Test {
-                statistic: Statistic::LouderHalf,
-                value: louder / floor,
-                limit: LIKELY,
-            });
+            observer.hear(|| Test::new(Statistic::LouderHalf, louder / floor, LIKELY));
             louder <= LIKELY * floor
         }) || self.detects(Statistic::OverLouderHalf, louder, DOF, Relaxation::NOTHING, observer)
     }

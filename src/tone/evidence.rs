@@ -81,19 +81,9 @@ impl Evidence {
     #[inline]
     #[deny(unused_variables)] // every finding has its rule
     pub fn rules(&self) -> [(bool, Verdict); 12] {
+        #[rustfmt::skip]
         let Self {
-            said: _,
-            found,
-            detected,
-            line,
-            image,
-            front_end,
-            gap,
-            outside,
-            beyond,
-            clipped,
-            edge_bins,
-            sigma,
+            said: _, found, detected, line, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
         } = *self;
         // A sigma or a frequency that is NaN is not good.
         let (known, inside) = (sigma < WHOLE_SPECTRUM, edge_bins >= EDGE_BINS);

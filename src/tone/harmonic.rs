@@ -73,7 +73,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let mut rivals = 0;
     for seed in &lines {
         for h in 1..=order {
-            if !holds::<N>(band, &seed.tone, h) {
+            if !holds(band, N, &seed.tone, h) {
                 continue;
             }
             let series = Series::from_seed(&lines, &seed.tone, h, order, N);
@@ -94,10 +94,10 @@ pub fn harmonic<R: Record, const N: usize>(
 }
 
 /// Whether a band holds a line's frequency over h, with half a bin at each end.
-fn holds<const N: usize>(band: Band, line: &Tone, h: i32) -> bool {
-    let bins = line.frequency.bins(N) as f32 / h as f32;
+fn holds(band: Band, n: usize, line: &Tone, h: i32) -> bool {
+    let bins = line.frequency.bins(n) as f32 / h as f32;
     let inside = |bins: f32| bins > band.low as f32 - 0.5 && bins < band.high as f32 + 0.5;
-    inside(bins) || inside(bins + N as f32)
+    inside(bins) || inside(bins + n as f32)
 }
 
 /// A candidate for the fundamental: a line's frequency over a whole number.

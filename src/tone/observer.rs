@@ -22,9 +22,7 @@ macro_rules! statistics {
 
             /// The name that JSON shows.
             pub const fn name(self) -> &'static str {
-                match self {
-                    $(Statistic::$variant => $name,)*
-                }
+                match self { $(Statistic::$variant => $name,)* }
             }
         }
     };
@@ -116,6 +114,11 @@ pub struct Test {
 }
 
 impl Test {
+    /// A statistic with its value and its limit.
+    pub const fn new(statistic: Statistic, value: f32, limit: f32) -> Self {
+        Self { statistic, value, limit }
+    }
+
     /// Whether the value exceeds its limit.
     pub fn fires(&self) -> bool {
         self.value > self.limit

@@ -37,41 +37,29 @@ macro_rules! verdicts {
 
             /// The name that tables and JSON show.
             pub const fn name(self) -> &'static str {
-                match self {
-                    $(Verdict::$variant => $name,)*
-                }
+                match self { $(Verdict::$variant => $name,)* }
             }
 
             /// The verdict's meaning, in a sentence.
             pub const fn reason(self) -> &'static str {
-                match self {
-                    $(Verdict::$variant => $reason,)*
-                }
+                match self { $(Verdict::$variant => $reason,)* }
             }
 
             /// The use of a number with this verdict.
             pub const fn usable(self) -> Usable {
-                match self {
-                    $(Verdict::$variant => Usable::$usable,)*
-                }
+                match self { $(Verdict::$variant => Usable::$usable,)* }
             }
 
             /// The verdict's place in the order of severity. Severities 1 to 7 are the bits of [`Verdicts`] in telemetry, and frozen; a new
             /// verdict takes a severity of 8 or more, so it outranks the milder ones, and stands in no set.
             const fn severity(self) -> u8 {
-                enum Place {
-                    $($variant,)*
-                }
-                match self {
-                    $(Verdict::$variant => Place::$variant as u8,)*
-                }
+                enum Place { $($variant,)* }
+                match self { $(Verdict::$variant => Place::$variant as u8,)* }
             }
 
             /// The verdict's bit in a set of verdicts that apply beside a more severe one; 0 if it never applies beside another.
             const fn bit(self) -> u8 {
-                match self {
-                    $(Verdict::$variant => $bit,)*
-                }
+                match self { $(Verdict::$variant => $bit,)* }
             }
         }
     };

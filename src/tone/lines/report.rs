@@ -1,7 +1,8 @@
 //! From a line to a tone with sigma, phase and verdict.
 
+use super::super::evidence::Evidence;
 use super::super::judge::{FitTest, Line, from_end, judge};
-use super::super::measure::{Options, Seen};
+use super::super::measure::{self, Options};
 use super::super::noise::ring::{self, LocalNoise};
 use super::super::noise::whole;
 use super::super::phasor::{ToneWithPhase, phase};
@@ -142,19 +143,19 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let sigma = sigma_bins(&found.fit, N, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let engine = self.rest.spectrum.error();
-        let seen = Seen {
-            noise: beside.noise.power,
+        let unseen = engine * engine + self.options.width.of_block();
+        // The record's own tone reports a fault of the front end.
+        let evidence = Evidence {
+            detected: index != 0 || self.stands_out(&found, &beside),
             line: if crowded { Line::Unresolved } else { line },
-            clipped: self.clipped,
             image: R::IQ && self.has_image(index),
-            // The record's own tone reports a fault of the front end.
-            front_end: false,
             gap: stamp.gap,
-            weak: index == 0 && !self.stands_out(&found, &beside),
-            sigma: widened(sigma, self.clipped),
-            unseen: engine * engine + self.options.width.of_block(),
+            clipped: self.clipped,
+            ..Evidence::CLEAN
         };
-        let (mut tone, evidence) = seen.tone::<R, N>(found.peak, &found.fit)?;
+        let (sigma, noise) = (widened(sigma, self.clipped), beside.noise.power);
+        let (mut tone, evidence) =
+            measure::tone::<R, N>(found.peak, &found.fit, noise, [sigma, unseen], evidence)?;
         tone.conclude(&evidence);
         let [phase, sigma_phase] =
             phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);

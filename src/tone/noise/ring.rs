@@ -219,6 +219,7 @@ fn least(near: &Neighbourhood) -> f32 {
 /// Where a tone lies on its bin, equal numbers are rounded equally. Such errors have one sign on each side of the line and change little
 /// from bin to bin: second differences are blind to them, and the ring shows less than half of the rounding error. The missing part of that
 /// half moves the offset as errors of `1/i` in bin `i` do that add up, not as independent errors.
+#[inline(never)] // so that all kinds and lengths of records share one
 pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 {
     /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
     const ALIKE: f32 = {
