@@ -15,7 +15,7 @@
 use crate::math::scalar::Scalar;
 use crate::tone::Tone;
 use crate::tone::evidence::Evidence;
-use crate::tone::judge::Line;
+use crate::tone::judge::LineClass;
 
 /// The parameters of the filter that follows tones, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -352,7 +352,7 @@ impl Track {
 
     /// Notes that another tone is too near to separate the two. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
-        self.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::CLEAN });
+        self.tone.conclude(&Evidence { line: LineClass::Unresolved, ..Evidence::CLEAN });
     }
 
     fn shift(&mut self, cycles: f32) {

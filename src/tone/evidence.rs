@@ -1,6 +1,6 @@
 //! The evidence on a tone beside its fit, and the one function that turns evidence into a verdict.
 
-use super::judge::Line;
+use super::judge::LineClass;
 use super::verdict::{Reasons, Verdict};
 use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
@@ -32,7 +32,7 @@ pub struct Evidence {
     /// The line exceeds the noise.
     pub detected: bool,
     /// The line's class, by the fit's residual.
-    pub line: Line,
+    pub line: LineClass,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
     /// The lines are made by a fault of the digital front end, see [`super::front_end`].
@@ -64,7 +64,7 @@ impl Evidence {
             said,
             found: true,
             detected: true,
-            line: Line::Steady,
+            line: LineClass::Steady,
             image: false,
             front_end: false,
             gap: false,
@@ -91,8 +91,8 @@ impl Evidence {
             (!found, Verdict::NoSignal),
             (!detected, Verdict::Weak),
             (!known, Verdict::Weak),
-            (line == Line::Moving, Verdict::Moving),
-            (line == Line::Unresolved, Verdict::Unresolved),
+            (line == LineClass::Moving, Verdict::Moving),
+            (line == LineClass::Unresolved, Verdict::Unresolved),
             (image, Verdict::Image),
             (front_end, Verdict::FrontEnd),
             (!inside, Verdict::NearEdge),
@@ -152,8 +152,8 @@ mod tests {
         let clean = Evidence::CLEAN;
         let parts = [
             (clean, Verdict::Good),
-            (Evidence { line: Line::Moving, ..clean }, Verdict::Moving),
-            (Evidence { line: Line::Unresolved, ..clean }, Verdict::Unresolved),
+            (Evidence { line: LineClass::Moving, ..clean }, Verdict::Moving),
+            (Evidence { line: LineClass::Unresolved, ..clean }, Verdict::Unresolved),
             (Evidence { edge_bins: 1.49, ..clean }, Verdict::NearEdge),
             (Evidence { edge_bins: EDGE_BINS, ..clean }, Verdict::Good),
             (Evidence { edge_bins: f32::NAN, ..clean }, Verdict::NearEdge),
@@ -180,11 +180,15 @@ mod tests {
     #[test]
     fn a_tone_says_all_that_applies_and_the_worst_first() {
         let mut tone = Tone::ZERO;
-        tone.conclude(&Evidence { line: Line::Moving, clipped: 0.5, ..Evidence::CLEAN });
+        tone.conclude(&Evidence { line: LineClass::Moving, clipped: 0.5, ..Evidence::CLEAN });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
         assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
-        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::new(tone.said()) });
+        tone.conclude(&Evidence {
+            beyond: 3,
+            line: LineClass::Moving,
+            ..Evidence::new(tone.said())
+        });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
     }

@@ -12,7 +12,7 @@
 
 use super::evidence::Evidence;
 use super::frequency::Frequency;
-use super::judge::Line;
+use super::judge::LineClass;
 use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::ToneWithPhase;
@@ -88,7 +88,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
-        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::new(said) });
+        harmonic.tone.conclude(&Evidence { line: LineClass::Unresolved, ..Evidence::new(said) });
     }
     Some(harmonic)
 }
@@ -176,7 +176,7 @@ impl Series {
         let contradicts = placed().any(|(line, (order, rest))| {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
-        let line = if contradicts { Line::Unresolved } else { Line::Steady };
+        let line = if contradicts { LineClass::Unresolved } else { LineClass::Steady };
         harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);

@@ -22,8 +22,7 @@ mod unusual;
 use super::arithmetic::Arithmetic;
 use super::clipped::CensoredFit;
 use super::clipped::part::Part;
-use super::detection::Threshold;
-use super::detector::stands_out;
+use super::detection::{Threshold, stands_out};
 use super::effort::Effort;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
 use super::fit::leaked::{Leakage, Nearest};
@@ -31,7 +30,7 @@ use super::fit::{self, Fit, FitStart, Reach};
 use super::frequency::Frequency;
 use super::front_end::has_fault;
 use super::image::mirrored;
-use super::judge::{FitTest, Line, judge};
+use super::judge::{FitTest, LineClass, judge};
 use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
 use super::observer::{Observer, Statistic, Step, Test};
@@ -167,7 +166,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     };
     let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
-    if judgement.line != Line::Steady && clipped <= CLIPPED {
+    if judgement.line != LineClass::Steady && clipped <= CLIPPED {
         let usual = judgement;
         judgement =
             unusual::further(spectrum, around, options, &beside, fit, usual, judged, observer);
@@ -179,7 +178,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     if clipped > CLIPPED {
         censored = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
-        if class == Line::Steady {
+        if class == LineClass::Steady {
             inflated = unusual::near_of(&censored, fit, N, clipped, inflated);
         }
     }
@@ -191,14 +190,14 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     beside.loud = beside.loud.max(leakage.loud);
     let mut selection = stands_out(spectrum, around, peak, fit, &beside, options, observer);
     let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
-    if may_refine && class == Line::Unresolved {
+    if may_refine && class == LineClass::Unresolved {
         let refined = leakage.refined(&nearest(), noise, fit, sigma);
         observer.hear(|| Test::new(Statistic::Nearest, sigma / refined, 1.0));
         sigma = refined;
     }
     observer.fitted(peak.bin, fit, noise);
     let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
-    if class != Line::Steady
+    if class != LineClass::Steady
         && let Some(joint) = unusual::joint(around, fit, &ring, options, bends, observer)
     {
         (class, sigma, reported_noise) = joint;
@@ -207,7 +206,7 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     }
     // Front end. A record with another verdict needs no test of it.
     let front_end = selection.is_some()
-        && class != Line::Unresolved
+        && class != LineClass::Unresolved
         && !image
         && clipped <= CLIPPED
         && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS
@@ -274,7 +273,7 @@ fn judged(
         let ratio = fit.residual / (noise.power * expected(fit, n));
         Test::new(Statistic::ClippedResidual, ratio, excess_limit(fit.dof, noise))
     });
-    let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+    let line = if variance_inflation > 1.0 { LineClass::Unresolved } else { LineClass::Steady };
     FitTest { line, variance_inflation }
 }
 

@@ -5,8 +5,9 @@
 
 pub mod arithmetic;
 pub mod clipped;
+pub(crate) mod close_detection;
+mod close_judgement;
 pub mod detection;
-pub(crate) mod detector;
 pub mod effort;
 pub mod evidence;
 pub mod fit;

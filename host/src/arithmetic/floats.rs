@@ -19,7 +19,7 @@ use picket_dsp::tone::fit::{FitStart, Reach, fit};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
 use picket_dsp::tone::image::mirrored_in_rest;
-use picket_dsp::tone::judge::{FitTest, Line, from_end, judge};
+use picket_dsp::tone::judge::{FitTest, LineClass, from_end, judge};
 use picket_dsp::tone::measure::{excess_limit, excess_over, residual};
 use picket_dsp::tone::noise;
 use picket_dsp::tone::noise::ring::{self, LocalNoise};
@@ -199,7 +199,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 value: residual(&single, self.n) / ring.noise.power,
                 limit: excess_limit(single.dof, ring.noise),
             });
-            let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+            let line =
+                if variance_inflation > 1.0 { LineClass::Unresolved } else { LineClass::Steady };
             FitTest { line, variance_inflation }
         } else {
             judge(&single, self.n, from_end(peak.bin, self.n, R::IQ), &ring, false, observer)
@@ -252,7 +253,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             lines: &lines,
         };
         let bins = peak.bin as f32 + single.offset;
-        let looks = line != Line::Unresolved
+        let looks = line != LineClass::Unresolved
             && !image
             && clipped <= CLIPPED
             && edge_bins(R::IQ, self.n, bins) >= EDGE_BINS;
@@ -304,7 +305,7 @@ struct Fitted {
     /// One standard deviation, in bins.
     sigma: f64,
     /// What the line is, by what the fit leaves in its own bins.
-    line: Line,
+    line: LineClass,
 }
 
 /// A difference of frequencies in bins, of `n` samples, by the shorter way round.
@@ -380,7 +381,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 Some(fit) => {
                     (fit.sigma.max(theirs).max(wrapped(bins - fit.bins, self.n).abs()), fit.line)
                 }
-                None => (theirs, Line::Unresolved),
+                None => (theirs, LineClass::Unresolved),
             };
             let sigma_bins = seen.sigma(bins, self.n, sigma);
             let evidence = Evidence {

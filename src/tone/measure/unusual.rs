@@ -10,9 +10,10 @@ use crate::spectrum::Spectrum;
 use crate::spectrum::engine::Engine;
 use crate::spectrum::neighbourhood::Neighbourhood;
 use crate::tone::clipped::CensoredFit;
+use crate::tone::close_judgement::chosen;
 use crate::tone::fit::leaked::{Leakage, Nearest};
 use crate::tone::fit::{self, Fit, FitStart};
-use crate::tone::judge::{FitTest, Line, chosen};
+use crate::tone::judge::{FitTest, LineClass};
 use crate::tone::noise::ratio;
 use crate::tone::noise::ring::LocalNoise;
 use crate::tone::observer::{Observer, Step};
@@ -87,7 +88,7 @@ pub(super) fn further<R: Record, const N: usize>(
     observer.judged(&judgement, true);
     // A steady tone beside a drift is steady.
     if options.effort.fits_beside_slow()
-        && judgement.line != Line::Steady
+        && judgement.line != LineClass::Steady
         && let Some(other) = fit::fit_beside_slow(spectrum, around, arithmetic, reach, fit, noise)
     {
         let beside_slow = judged(&other, Step::BesideDrift);
@@ -96,7 +97,7 @@ pub(super) fn further<R: Record, const N: usize>(
         if better {
             *fit = other;
             return match beside_slow.line {
-                Line::Steady => chosen(fit, N, beside, beside_slow),
+                LineClass::Steady => chosen(fit, N, beside, beside_slow),
                 _ => beside_slow,
             };
         }
@@ -114,7 +115,7 @@ pub(super) fn joint(
     options: &Options,
     bends: bool,
     observer: impl Observer,
-) -> Option<(Line, f32, f32)> {
+) -> Option<(LineClass, f32, f32)> {
     let (threshold, effort) = (options.threshold, options.effort);
     let (answer, noise) = block::joint(around, fit, ring, threshold, effort, bends)?;
     observer.joint(&answer);
@@ -122,7 +123,7 @@ pub(super) fn joint(
         return None;
     }
     (fit.offset, fit.line) = (answer.offset, answer.line);
-    let class = if answer.moves { Line::Moving } else { Line::Steady };
+    let class = if answer.moves { LineClass::Moving } else { LineClass::Steady };
     Some((class, answer.variance.root(), noise))
 }
 
