@@ -65,13 +65,14 @@
 //! # How a block becomes a tone
 //!
 //! A record is one block of N samples. [`Pipeline::block`] takes these steps with it. [`tone::measure`] has them in two functions: `block`
-//! has the first two, `weigh` the others, with one line or a few for each.
+//! has the first two, `weigh` the others, with one line or a few for each. The modules that are linked here have a usual block's way; of a
+//! line that is not a steady tone, or hardly above the noise, `close_judgement`, `close_detection` and `measure::unusual` have the rest.
 //!
 //! 1. **Transform** ([`spectrum::engine`]): an integer FFT of the samples, without a window.
 //! 2. **Search** ([`spectrum::peak`]): the strongest bin of the band, and the floor, which is the sum of the powers of the bins elsewhere.
 //!    [`Search`](spectrum::peak::Search) defines it; the modules `scan` and `pairs` and the engines make it faster.
-//! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone and, in a real record, of its mirror image. The fit gives
-//!    frequency, amplitude and residual.
+//! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone ([`tone::fit::iq`]) or of a tone and its mirror image
+//!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.
 //! 5. **Judgement** ([`tone::judge`]): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
 //!    something else beside it, and then the fit takes more steps ([`Effort`]).
