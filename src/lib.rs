@@ -66,21 +66,29 @@
 //!
 //! # How a block becomes a tone
 //!
-//! A record is one block of N samples. [`Pipeline::block`] takes these steps with it; [`tone::measure`] has them in one function.
+//! A record is one block of N samples. [`Pipeline::block`] takes these steps with it. [`tone::measure`] has them in two functions: `block`
+//! has the first two, `weigh` the others, with one line or a few for each. The modules that are linked here have a usual block's way; of a
+//! line that is not a steady tone, or hardly above the noise, `close_judgement`, `close_detection` and `measure::unusual` have the rest.
 //!
 //! 1. **Transform** ([`spectrum::engine`]): an integer FFT of the samples, without a window.
-//! 2. **Search** ([`spectrum::peak`]): the strongest bin of the band, and the floor, which is the mean power of the bins elsewhere.
-//! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone and, in a real record, of its mirror image. The fit gives
-//!    frequency, amplitude and residual.
+//! 2. **Search** ([`spectrum::peak`]): the strongest bin of the band, and the floor, which is the sum of the powers of the bins elsewhere.
+//!    [`Search`](spectrum::peak::Search) defines it; the modules `scan` and `pairs` and the engines make it faster.
+//! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone ([`tone::fit::iq`]) or of a tone and its mirror image
+//!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.
 //! 5. **Judgement** ([`tone::judge`]): a residual as strong as that noise means one steady tone. A stronger one means a tone that moves, or
 //!    something else beside it, and then the fit takes more steps ([`Effort`]).
-//! 6. **Sigma** ([`tone::sigma`]): from noise and fit, wider by what the judgement found. Clipping, the selection of a tone near the
-//!    threshold, the engine's error and the rounding of the frequency are in it, too.
+//! 6. **Sigma** ([`tone::sigma`]): from noise and fit, wider by what the judgement found. In a record that clips, a censored fit takes the
+//!    noise from the samples between the rails ([`tone::clipped`]).
 //! 7. **Detection** ([`tone::detection`]): the line exceeds floor and noise by more than chance allows.
-//! 8. **Front end** ([`tone::front_end`]): the other bins look as samples of a converter that works.
-//! 9. **Verdict** ([`tone::evidence`]): the results of all tests are one `Evidence`, each of its rules gives a reason, and the most severe
-//!    reason is the verdict.
+//! 8. **Image** ([`tone::image`]): an I/Q record has no strong line at minus the frequency.
+//! 9. **Joint fit** (`model`), at effort `Full` only, and only of a line that is not a steady tone: its answer replaces that of the fit.
+//! 10. **Front end** ([`tone::front_end`]): the other bins look as samples of a converter that works.
+//! 11. **Verdict** ([`tone::evidence`]): the results of all tests are one `Evidence`, each of its rules gives a reason, and the most severe
+//!     reason is the verdict.
+//!
+//! Last of all, sigma is widened by the selection of a tone near the detection threshold, by the engine's error, by the carrier's width and
+//! by the rounding of the frequency.
 //!
 //! # Features
 //!

@@ -7,7 +7,7 @@ pub use alternating::Alternating;
 pub use frequency_only::{FrequencyOnly, Unjudged};
 
 use crate::acquire::burst::Cut;
-use crate::acquire::sample::{Record, Stamp, Statistics};
+use crate::acquire::sample::{Record, Stamp};
 use crate::burst::{self, Burst};
 use crate::plan::{Plan, Solver, Terms};
 use crate::solve::chirp::{self, Shape, Target};
@@ -15,13 +15,13 @@ use crate::solve::doppler::{self, Velocity};
 use crate::solve::segments::{Segments, TRAPEZOID, TRIANGLE};
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, I32};
-use crate::spectrum::peak::{self, Peak};
+use crate::spectrum::peak::Peak;
 use crate::tone::detection::Threshold;
 use crate::tone::evidence::Evidence;
 use crate::tone::frequency::Frequency;
 use crate::tone::harmonic::{Harmonic, harmonic};
 use crate::tone::lines::{MOST, lines};
-use crate::tone::measure::{Options, rise, weigh};
+use crate::tone::measure::{Options, block, rise, weigh};
 use crate::tone::observer::Observer;
 use crate::tone::phasor::ToneWithPhase;
 use crate::tone::{FrequencyDrift, Tone, Verdict};
@@ -141,7 +141,8 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         samples: &[R::Sample; N],
         observer: impl Observer,
     ) -> (u32, Tone, Evidence) {
-        let (clipped, mut tone, evidence) = self.weigh(stamp, samples, |_, _| {}, observer);
+        let (clipped, mut tone, evidence) =
+            block(&mut self.spectrum, samples, stamp, &self.plan, |_, _| {}, observer);
         tone.conclude(&evidence);
         (clipped, tone, evidence)
     }
@@ -154,36 +155,10 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         samples: &[R::Sample; N],
         mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
     ) -> (u32, Tone) {
-        let (clipped, mut tone, evidence) = self.weigh(stamp, samples, mend, ());
+        let (clipped, mut tone, evidence) =
+            block(&mut self.spectrum, samples, stamp, &self.plan, mend, ());
         tone.conclude(&evidence);
         (clipped, tone)
-    }
-
-    /// The tone without its verdict, and the evidence.
-    #[inline(always)]
-    fn weigh(
-        &mut self,
-        stamp: &Stamp,
-        samples: &[R::Sample; N],
-        mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
-        observer: impl Observer,
-    ) -> (u32, Tone, Evidence) {
-        let Terms { codes, band, rate_hz, ref options, .. } = *self.plan;
-        let clipped = Statistics::clipped::<R>(samples, codes);
-        self.spectrum.transform(samples, codes);
-        let (mut tone, mut evidence) = match peak::find(&self.spectrum, band) {
-            Some(peak) => {
-                mend(&mut self.spectrum, &peak);
-                weigh(&self.spectrum, samples, &peak, codes, clipped, stamp, options, observer)
-            }
-            None => (Tone::ZERO, Evidence::NOTHING),
-        };
-        evidence.outside = evidence.found && tone.is_outside::<N>(band);
-        if clipped > 0 {
-            evidence.beyond = Statistics::beyond::<R>(samples, codes);
-        }
-        tone.rate_hz = rate_hz;
-        (clipped, tone, evidence)
     }
 
     /// Measures one record, which must be the first of a chirp or outside of any chirp.
@@ -234,7 +209,7 @@ impl<R: Record, const N: usize, E: Engine> Pipeline<R, N, E> {
         let Terms { codes, band, rate_hz, .. } = *self.plan;
         let (mut tone, mut evidence) =
             weigh(&self.spectrum, samples, peak, codes, clipped, stamp, &options, ());
-        evidence.outside = evidence.found && tone.is_outside::<N>(band);
+        evidence.outside = evidence.found && tone.is_outside(band, N);
         tone.conclude(&evidence);
         Tone { rate_hz, ..tone }
     }

@@ -45,7 +45,8 @@ macro_rules! words {
                 _ => Words { name: c"unknown", reason: c"This verdict is newer than the archive." },
             }
         }
-        const _: () = assert!([$(Verdict::$verdict),*].len() == Verdict::ALL.len());
+        const _: () =
+            assert!([$(Verdict::$verdict),*].len() == Verdict::ALL.len(), "a verdict has no words");
     };
 }
 

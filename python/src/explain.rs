@@ -4,7 +4,7 @@ use crate::native::{Native, Work};
 use crate::tables::{self, ToneRow};
 use picket_dsp::model::{Answer, Cause};
 use picket_dsp::spectrum::engine::Engine;
-use picket_dsp::tone::judge::{FitTest, Line};
+use picket_dsp::tone::judge::{FitTest, LineClass};
 use picket_dsp::tone::observer::{Observer, Step, Test};
 use picket_dsp::{Pipeline, Plan, Record};
 use std::cell::RefCell;
@@ -43,9 +43,9 @@ impl Observer for &Notes {
 
     fn judged(self, judgement: &FitTest, taken: bool) {
         let line = match judgement.line {
-            Line::Steady => "steady",
-            Line::Moving => "moving",
-            Line::Unresolved => "unresolved",
+            LineClass::Steady => "steady",
+            LineClass::Moving => "moving",
+            LineClass::Unresolved => "unresolved",
         };
         let said = format!("{line}{}", if taken { "" } else { ", dropped" });
         let heard = (self.fit.take(), "line", judgement.variance_inflation.into(), f64::NAN, said);

@@ -78,7 +78,8 @@ impl<R: Record, const N: usize, E: Engine> FrequencyOnly<R, N, E> {
         let near = Neighbourhood::read(&self.spectrum, peak, &mut places);
         let fit = fit::fit_near::<R, N>(&near, arithmetic, reach, FitStart::Usual)?;
         let noise = ring::beside::<R, N>(&near, &fit, arithmetic).noise.power;
-        let sigma = with_rounding(sigma_bins(&fit, N, noise), near.engine * near.engine, N);
+        let sigma =
+            with_rounding(sigma_bins(&fit, N, noise), near.engine_error * near.engine_error, N);
         Some(Unjudged {
             frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, N),
             sigma: sigma / N as f32,

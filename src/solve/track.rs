@@ -15,7 +15,7 @@
 use crate::math::scalar::Scalar;
 use crate::tone::Tone;
 use crate::tone::evidence::Evidence;
-use crate::tone::judge::Line;
+use crate::tone::judge::LineClass;
 
 /// The parameters of the filter that follows tones, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -346,13 +346,13 @@ impl Track {
         if given_up {
             self.state = State::Lost;
         }
-        let missed = Evidence { detected: false, ..Evidence::NONE };
-        self.tone.conclude(if given_up { &Evidence::NOTHING } else { &missed });
+        let missed = Evidence { detected: false, ..Evidence::CLEAN };
+        self.tone.conclude(if given_up { &Evidence::NO_TONE } else { &missed });
     }
 
     /// Notes that another tone is too near to separate the two. This is neither a hit nor a miss.
     pub fn coast(&mut self) {
-        self.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::NONE });
+        self.tone.conclude(&Evidence { line: LineClass::Unresolved, ..Evidence::CLEAN });
     }
 
     fn shift(&mut self, cycles: f32) {

@@ -63,7 +63,7 @@ pub struct Neighbourhood<'a> {
     /// The exponent: a stored value times `2^exponent` is in codes.
     pub exponent: i32,
     /// The error in bins that the engine adds to a frequency, see [`Engine::error`].
-    pub engine: f32,
+    pub engine_error: f32,
     /// The noise power of a bin by the engine's rounding, in squared stored units, see [`Engine::ROUNDING`].
     pub rounding: f32,
     /// The three bins around minus the peak, where an I/Q front end makes an image.
@@ -102,7 +102,7 @@ impl<'a> Neighbourhood<'a> {
             iq: R::IQ,
             peak,
             exponent: spectrum.exponent(),
-            engine: spectrum.error(),
+            engine_error: spectrum.error(),
             rounding: E::ROUNDING,
             image,
             groups,

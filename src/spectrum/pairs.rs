@@ -1,4 +1,5 @@
-//! A band of a real spectrum, in pairs of bins.
+//! A band of a real spectrum, in pairs of bins, for a faster search than [`Search`](super::peak::Search), which defines the result: skip
+//! this module unless you change it.
 //!
 //! Bins k and M-k come from two points, and the powers of both pairs have the same sum (see [`super::scan`]). So where a band holds both
 //! bins, it is searched by pairs, outwards from the middle, and only the pairs that may hold the strongest bin are split. Where the band

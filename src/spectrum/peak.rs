@@ -2,6 +2,9 @@
 //!
 //! Source: Ye et al. 2022, section 2.3: three registers hold a bin and its two neighbours while the spectrum streams by. This
 //! implementation adds band limits, defined ties and edges, and the noise floor.
+//!
+//! [`Search`] defines the search. [`find`] finds the same bin in a spectrum, in fewer operations. How it does so is in `scan`, `pairs` and
+//! each engine's `search`: skip them unless you change them.
 
 use super::Spectrum;
 use super::engine::Engine;
@@ -81,7 +84,7 @@ pub struct Peak {
     pub floor_bins: u32,
 }
 
-/// The streaming detector. Push the powers of the band in ascending order, then call
+/// The streaming detector, and the definition of the search. Push the powers of the band in ascending order, then call
 /// [`Search::finish`].
 ///
 /// State: three registers for the peak, a window of [`SKIRT`] powers for the floor. Cost per bin:
@@ -175,7 +178,7 @@ impl Search {
     }
 }
 
-/// Searches `band` of a spectrum. The result equals that of [`Search`], in fewer operations.
+/// Searches `band` of a spectrum in fewer operations than [`Search`], with its bin and its powers. The floor alone may differ.
 ///
 /// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two on a core with the
 /// DSP extension. The floor then lacks the mirror of the peak's skirt, too, unless it would lose half of its bins so.

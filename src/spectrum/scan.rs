@@ -1,5 +1,6 @@
 //! The search over a spectrum of a real record, from the points of its transform. The search splits only the bins that may be the
-//! strongest, by factors of 16 bits at every length, and stores none of them.
+//! strongest, by factors of 16 bits at every length, and stores none of them. [`Search`](super::peak::Search) defines the result: skip this
+//! module unless you change it.
 //!
 //! # The bound
 //!

@@ -1,6 +1,6 @@
 //! The evidence on a tone beside its fit, and the one function that turns evidence into a verdict.
 
-use super::judge::Line;
+use super::judge::LineClass;
 use super::verdict::{Reasons, Verdict};
 use crate::tone::Tone;
 use crate::tone::sigma::CLIPPED;
@@ -21,7 +21,7 @@ pub fn edge_bins(iq: bool, n: usize, bins: f32) -> f32 {
 /// A sigma of this many cycles per sample is as wide as the spectrum, and says nothing.
 pub const WHOLE_SPECTRUM: f32 = 1.0;
 
-/// The evidence on a tone beside its fit. A measurement fills in the fields that it knows and leaves the rest as in [`Evidence::NONE`];
+/// The evidence on a tone beside its fit. A measurement fills in the fields that it knows and leaves the rest as in [`Evidence::CLEAN`];
 /// [`verdict`] alone draws the conclusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
@@ -32,7 +32,7 @@ pub struct Evidence {
     /// The line exceeds the noise.
     pub detected: bool,
     /// The line's class, by the fit's residual.
-    pub line: Line,
+    pub line: LineClass,
     /// An I/Q record has too strong a line at minus the frequency.
     pub image: bool,
     /// The lines are made by a fault of the digital front end, see [`super::front_end`].
@@ -52,11 +52,11 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Nothing against a tone.
-    pub const NONE: Self = Self::new(Reasons::NONE);
+    /// Nothing speaks against the tone.
+    pub const CLEAN: Self = Self::new(Reasons::NONE);
 
     /// No tone at all.
-    pub const NOTHING: Self = Self { found: false, ..Self::NONE };
+    pub const NO_TONE: Self = Self { found: false, ..Self::CLEAN };
 
     /// Evidence from the reasons that a tone already has.
     pub const fn new(said: Reasons) -> Self {
@@ -64,7 +64,7 @@ impl Evidence {
             said,
             found: true,
             detected: true,
-            line: Line::Steady,
+            line: LineClass::Steady,
             image: false,
             front_end: false,
             gap: false,
@@ -79,23 +79,27 @@ impl Evidence {
     /// The rules, each with the verdict that it leads to if it applies: the only place where an `Evidence` becomes a verdict. Their order is
     /// that of `picket explain`, and has no effect on the verdict. Sums and bursts add rules of their own.
     #[inline]
+    #[deny(unused_variables)] // every finding has its rule
     pub fn rules(&self) -> [(bool, Verdict); 12] {
+        #[rustfmt::skip]
+        let Self {
+            said: _, found, detected, line, image, front_end, gap, outside, beyond, clipped, edge_bins, sigma,
+        } = *self;
         // A sigma or a frequency that is NaN is not good.
-        let known = self.sigma < WHOLE_SPECTRUM;
-        let inside = self.edge_bins >= EDGE_BINS;
+        let (known, inside) = (sigma < WHOLE_SPECTRUM, edge_bins >= EDGE_BINS);
         [
-            (!self.found, Verdict::NoSignal),
-            (!self.detected, Verdict::Weak),
+            (!found, Verdict::NoSignal),
+            (!detected, Verdict::Weak),
             (!known, Verdict::Weak),
-            (self.line == Line::Moving, Verdict::Moving),
-            (self.line == Line::Unresolved, Verdict::Unresolved),
-            (self.image, Verdict::Image),
-            (self.front_end, Verdict::FrontEnd),
+            (line == LineClass::Moving, Verdict::Moving),
+            (line == LineClass::Unresolved, Verdict::Unresolved),
+            (image, Verdict::Image),
+            (front_end, Verdict::FrontEnd),
             (!inside, Verdict::NearEdge),
-            (self.outside, Verdict::NearEdge),
-            (self.clipped > CLIPPED, Verdict::Clipped),
-            (self.beyond > 0, Verdict::WrongCodes),
-            (self.gap, Verdict::Gap),
+            (outside, Verdict::NearEdge),
+            (clipped > CLIPPED, Verdict::Clipped),
+            (beyond > 0, Verdict::WrongCodes),
+            (gap, Verdict::Gap),
         ]
     }
 
@@ -142,41 +146,49 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Each part of the evidence alone leads to its verdict, at its limit to none.
+    /// Each part of the evidence alone leads to its verdict, at its limit to none; and every verdict has a part that leads to it.
     #[test]
     fn every_part_has_its_verdict() {
-        let none = Evidence::NONE;
-        for (evidence, expected) in [
-            (none, Verdict::Good),
-            (Evidence { line: Line::Moving, ..none }, Verdict::Moving),
-            (Evidence { line: Line::Unresolved, ..none }, Verdict::Unresolved),
-            (Evidence { edge_bins: 1.49, ..none }, Verdict::NearEdge),
-            (Evidence { edge_bins: EDGE_BINS, ..none }, Verdict::Good),
-            (Evidence { edge_bins: f32::NAN, ..none }, Verdict::NearEdge),
-            (Evidence { outside: true, ..none }, Verdict::NearEdge),
-            (Evidence { clipped: CLIPPED, ..none }, Verdict::Good),
-            (Evidence { clipped: 0.0101, ..none }, Verdict::Clipped),
-            (Evidence { image: true, ..none }, Verdict::Image),
-            (Evidence { front_end: true, ..none }, Verdict::FrontEnd),
-            (Evidence { gap: true, ..none }, Verdict::Gap),
-            (Evidence { detected: false, ..none }, Verdict::Weak),
-            (Evidence { sigma: WHOLE_SPECTRUM, ..none }, Verdict::Weak),
-            (Evidence { sigma: f32::NAN, ..none }, Verdict::Weak),
-            (Evidence::NOTHING, Verdict::NoSignal),
-            (Evidence { beyond: 1, ..none }, Verdict::WrongCodes),
-        ] {
+        let clean = Evidence::CLEAN;
+        let parts = [
+            (clean, Verdict::Good),
+            (Evidence { line: LineClass::Moving, ..clean }, Verdict::Moving),
+            (Evidence { line: LineClass::Unresolved, ..clean }, Verdict::Unresolved),
+            (Evidence { edge_bins: 1.49, ..clean }, Verdict::NearEdge),
+            (Evidence { edge_bins: EDGE_BINS, ..clean }, Verdict::Good),
+            (Evidence { edge_bins: f32::NAN, ..clean }, Verdict::NearEdge),
+            (Evidence { outside: true, ..clean }, Verdict::NearEdge),
+            (Evidence { clipped: CLIPPED, ..clean }, Verdict::Good),
+            (Evidence { clipped: 0.0101, ..clean }, Verdict::Clipped),
+            (Evidence { image: true, ..clean }, Verdict::Image),
+            (Evidence { front_end: true, ..clean }, Verdict::FrontEnd),
+            (Evidence { gap: true, ..clean }, Verdict::Gap),
+            (Evidence { detected: false, ..clean }, Verdict::Weak),
+            (Evidence { sigma: WHOLE_SPECTRUM, ..clean }, Verdict::Weak),
+            (Evidence { sigma: f32::NAN, ..clean }, Verdict::Weak),
+            (Evidence::NO_TONE, Verdict::NoSignal),
+            (Evidence { beyond: 1, ..clean }, Verdict::WrongCodes),
+        ];
+        for (evidence, expected) in parts {
             assert_eq!(verdict(&evidence), expected, "{evidence:?}");
+        }
+        for verdict in Verdict::ALL {
+            assert!(parts.iter().any(|(_, expected)| *expected == verdict), "{verdict}");
         }
     }
 
     #[test]
     fn a_tone_says_all_that_applies_and_the_worst_first() {
         let mut tone = Tone::ZERO;
-        tone.conclude(&Evidence { line: Line::Moving, clipped: 0.5, ..Evidence::NONE });
+        tone.conclude(&Evidence { line: LineClass::Moving, clipped: 0.5, ..Evidence::CLEAN });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::Clipped, Verdict::Moving]);
         assert!(std::format!("{tone}").ends_with("clipped, moving"), "{tone}");
-        tone.conclude(&Evidence { beyond: 3, line: Line::Moving, ..Evidence::new(tone.said()) });
+        tone.conclude(&Evidence {
+            beyond: 3,
+            line: LineClass::Moving,
+            ..Evidence::new(tone.said())
+        });
         let reasons: Vec<Verdict> = tone.reasons().collect();
         assert_eq!(reasons, [Verdict::WrongCodes, Verdict::Clipped, Verdict::Moving]);
     }

@@ -169,6 +169,47 @@ fn exchange(n: usize, peak: i32) -> Option<[i32; 2]> {
     (apart != 0 && apart.wrapping_abs() < n / 4 + n / 32).then_some([place, apart])
 }
 
+/// Whether the lines of a record are those of a faulty front end, by all tests of this module. `unit` is the unit of the bins, `noise` the
+/// power per sample beside the tone.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "one place calls it")]
+pub(super) fn has_fault<R: Record, const N: usize>(
+    spectrum: &Spectrum<R, N, impl Engine>,
+    samples: &[R::Sample; N],
+    peak: &Peak,
+    codes: Codes,
+    unit: f32,
+    fit: &Fit<f32>,
+    noise: f32,
+    observer: impl Observer,
+) -> bool {
+    let others = || peak.floor as f32 * (unit * unit);
+    observer.hear(|| other_lines(others(), fit));
+    let glance = Glance::from_search(spectrum, peak, codes, [unit, noise]);
+    if glance.is_clear() {
+        return false;
+    }
+    let sight = Sight {
+        n: N,
+        iq: R::IQ,
+        peak: peak.bin,
+        fit,
+        noise,
+        others: others(),
+        pairs: R::pairs(samples),
+        codes,
+        bin: &|k| in_codes(spectrum.bin(k), unit),
+        // A cast saturates.
+        lines: &|least| lines(spectrum, peak.bin, (least / (unit * unit)) as u64),
+    };
+    sight.is_faulty(glance, observer)
+}
+
+/// A bin in codes.
+fn in_codes(Complex { re, im }: Complex<i32>, unit: f32) -> Complex<f32> {
+    Complex::new(re as f32 * unit, im as f32 * unit)
+}
+
 /// The test of the band's other bins, which have the power `others` in squared codes.
 pub fn other_lines(others: f32, fit: &Fit<f32>) -> Test {
     Test { statistic: Statistic::OtherLines, value: others / fit.line.norm_sqr(), limit: OTHERS }

@@ -12,7 +12,7 @@
 
 use super::evidence::Evidence;
 use super::frequency::Frequency;
-use super::judge::Line;
+use super::judge::LineClass;
 use super::lines::every_line;
 use super::measure::Options;
 use super::phasor::ToneWithPhase;
@@ -73,7 +73,7 @@ pub fn harmonic<R: Record, const N: usize>(
     let mut rivals = 0;
     for seed in &lines {
         for h in 1..=order {
-            if !holds::<N>(band, &seed.tone, h) {
+            if !holds(band, N, &seed.tone, h) {
                 continue;
             }
             let series = Series::from_seed(&lines, &seed.tone, h, order, N);
@@ -88,16 +88,16 @@ pub fn harmonic<R: Record, const N: usize>(
     let alone = best.count == 1 && rivals > lines.len();
     if alone || best.count == 1 && lines.len() > 1 && rivals > 1 {
         let said = harmonic.tone.said();
-        harmonic.tone.conclude(&Evidence { line: Line::Unresolved, ..Evidence::new(said) });
+        harmonic.tone.conclude(&Evidence { line: LineClass::Unresolved, ..Evidence::new(said) });
     }
     Some(harmonic)
 }
 
 /// Whether a band holds a line's frequency over h, with half a bin at each end.
-fn holds<const N: usize>(band: Band, line: &Tone, h: i32) -> bool {
-    let bins = line.frequency.bins(N) as f32 / h as f32;
+fn holds(band: Band, n: usize, line: &Tone, h: i32) -> bool {
+    let bins = line.frequency.bins(n) as f32 / h as f32;
     let inside = |bins: f32| bins > band.low as f32 - 0.5 && bins < band.high as f32 + 0.5;
-    inside(bins) || inside(bins + N as f32)
+    inside(bins) || inside(bins + n as f32)
 }
 
 /// A candidate for the fundamental: a line's frequency over a whole number.
@@ -176,7 +176,7 @@ impl Series {
         let contradicts = placed().any(|(line, (order, rest))| {
             (rest - order as f32 * more).abs() > CONTRADICTS * line.tone.sigma
         });
-        let line = if contradicts { Line::Unresolved } else { Line::Steady };
+        let line = if contradicts { LineClass::Unresolved } else { LineClass::Steady };
         harmonic.tone.conclude(&Evidence { line, ..Evidence::new(said) });
         let cycles = self.seed.frequency.cycles() / f64::from(self.over) + f64::from(more);
         let steps = libm::rint(cycles * 4_294_967_296.0);

@@ -1,46 +1,51 @@
-//! From a spectrum and its peak to a tone with sigma and verdict.
+//! From the samples of a block to a tone with sigma and verdict: `block` transforms and searches, `weigh` takes the further steps of
+//! [the crate's list](crate#how-a-block-becomes-a-tone).
 //!
 //! One fit of a tone to the bins around the peak gives offset, amplitude and residual ([`fit`]); a ring of bins beside them
 //! gives the noise ([`ring`]). For a noise power of P per sample and the fit's information I, sigma is
 //!
 //! ```text
-//! sqrt(N P / (2 I)) bins
+//! sqrt(s^2 N (v P + r) / (2 I) + u) bins
 //! ```
+//!
+//! with v the factor of the judgement, r the part of the engine's rounding that the ring does not see, s the factor of a line near the
+//! threshold, and u the engine's error, the carrier's width and the rounding of the frequency. A usual line has v = s = 1.
 //!
 //! The residual over the noise decides whether the line is one steady tone ([`judge`](super::judge)). Where it is not, the fit takes more
 //! steps, then a drift beside the tone, then the joint fit of [`crate::model`], as far as the effort allows. The line must exceed the
-//! noise, and the samples and the rest of the spectrum must look as a good front end makes them. All results are one [`Evidence`], which
-//! decides the verdict.
+//! noise, and the samples and the rest of the spectrum must look as a good front end makes them: a usual block ends at
+//! [`Glance::is_clear`](super::front_end::Glance::is_clear). All results are one [`Evidence`], and the verdict is the highest severity that
+//! applies. The paths of other blocks are in `unusual`.
+
+mod unusual;
 
 use super::arithmetic::Arithmetic;
+use super::clipped::CensoredFit;
 use super::clipped::part::Part;
-use super::detection::Threshold;
-use super::detector::stands_out;
+use super::detection::{Threshold, stands_out};
 use super::effort::Effort;
 use super::evidence::{EDGE_BINS, Evidence, edge_bins};
+use super::fit::leaked::{Leakage, Nearest};
 use super::fit::{self, Fit, FitStart, Reach};
 use super::frequency::Frequency;
-use super::front_end::{Glance, Sight, lines, other_lines};
+use super::front_end::has_fault;
 use super::image::mirrored;
-use super::judge::{FitTest, Line, chosen, judge};
+use super::judge::{FitTest, LineClass, judge};
 use super::noise::ring::{self, LocalNoise};
 use super::noise::{Noise, ratio};
 use super::observer::{Observer, Statistic, Step, Test};
-use super::sigma::{self, CLIPPED, bound_bins, sigma_bins, with_rounding};
+use super::sigma::{CLIPPED, sigma_bins, with_rounding};
+use super::{FrequencyDrift, Reasons, Tone};
 use crate::acquire::codes::Codes;
-use crate::acquire::sample::{Iq, Real, Record, Stamp};
+use crate::acquire::sample::{Record, Stamp, Statistics};
 use crate::carrier::Width;
 use crate::math::scalar::Scalar;
 use crate::methods::registry::Method;
-use crate::model::block::joint;
+use crate::plan::Terms;
 use crate::spectrum::Spectrum;
 use crate::spectrum::engine::{Engine, RESIDUE};
 use crate::spectrum::neighbourhood::{Neighbourhood, Places};
-use crate::spectrum::peak::Peak;
-use crate::tone::clipped::CensoredFit;
-use crate::tone::fit::leaked::{Leakage, Nearest};
-use crate::tone::{FrequencyDrift, Tone};
-use num_complex::Complex;
+use crate::spectrum::peak::{self, Peak};
 
 /// The parameters of a tone's measurement beside the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +86,38 @@ pub fn measure<R: Record, const N: usize>(
     tone
 }
 
+/// No tone.
+const NO_TONE: (Tone, Evidence) = (Tone::ZERO, Evidence::NO_TONE);
+
+/// Measures a block, and leaves the verdict to the caller: returns the number of samples that touch a rail, the tone, so far good, and the
+/// evidence. `mend` may edit the spectrum once the peak is found.
+#[inline(always)]
+pub(crate) fn block<R: Record, const N: usize, E: Engine>(
+    spectrum: &mut Spectrum<R, N, E>,
+    samples: &[R::Sample; N],
+    stamp: &Stamp,
+    terms: &Terms,
+    mend: impl FnOnce(&mut Spectrum<R, N, E>, &Peak),
+    observer: impl Observer,
+) -> (u32, Tone, Evidence) {
+    let Terms { codes, band, rate_hz, ref options, .. } = *terms;
+    let clipped = Statistics::clipped::<R>(samples, codes);
+    spectrum.transform(samples, codes);
+    let (mut tone, mut evidence) = match peak::find(spectrum, band) {
+        Some(peak) => {
+            mend(spectrum, &peak);
+            weigh(spectrum, samples, &peak, codes, clipped, stamp, options, observer)
+        }
+        None => NO_TONE,
+    };
+    evidence.outside = evidence.found && tone.is_outside(band, N);
+    if clipped > 0 {
+        evidence.beyond = Statistics::beyond::<R>(samples, codes);
+    }
+    tone.rate_hz = rate_hz;
+    (clipped, tone, evidence)
+}
+
 /// Measures as [`measure`] does, and leaves the verdict to a caller with more evidence: returns the tone, so far good, and the evidence.
 #[expect(clippy::too_many_arguments, reason = "one more than measure, for who listens")]
 pub(crate) fn weigh<R: Record, const N: usize>(
@@ -93,168 +130,109 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     options: &Options,
     observer: impl Observer,
 ) -> (Tone, Evidence) {
-    /// No tone.
-    const NOTHING: (Tone, Evidence) = (Tone::ZERO, Evidence::NOTHING);
     let arithmetic = options.arithmetic.available();
     let mut places = Places::new();
     let around = &Neighbourhood::read(spectrum, peak.bin, &mut places);
-    // Asked within the closure, where a program of one arithmetic has a constant, so that it links one fit.
-    let fitted = |reach, course| {
-        fit::fit_near::<R, N>(around, options.arithmetic.available(), reach, course)
-    };
-    let method = options.method;
-    let mut answer = None;
-    if !method.is_least_squares() {
+    let mut by_method = None;
+    if !options.method.is_least_squares() {
         // A checked plan has no method that its records or the program cannot use.
-        let Ok(offset) = method.offset_target(spectrum, samples, peak.bin) else {
-            return NOTHING;
+        let Ok(offset) = options.method.offset_target(spectrum, samples, peak.bin) else {
+            return NO_TONE;
         };
-        answer = Some(offset.to_num::<f32>());
+        by_method = Some(offset.to_num::<f32>());
     }
-    // In place, because a fit would be copied.
-    let Some(fit) = &mut fitted(options.reach, FitStart::Usual) else {
-        return NOTHING;
+    // Fit: in place, because it would be copied.
+    let reach = options.reach;
+    let Some(fit) = &mut fit::fit_near::<R, N>(around, arithmetic, reach, FitStart::Usual) else {
+        return NO_TONE;
     };
+    // Noise. An edge of it beside the tone is unusual.
     let ring = ring::beside::<R, N>(around, fit, arithmetic);
-    let mut local_noise = ring;
     let clipped = clipped as f32 / N as f32;
     // In software floats a fit to few bins takes a quarter of a block's time.
     let may_refine = clipped <= CLIPPED && matches!(arithmetic, Arithmetic::Float);
     let nearest = || Nearest::from_neighbourhood(around);
-    let mut leakage = Leakage::default();
-    observer.hear(|| local_noise.edge());
-    if local_noise.has_edge() {
-        leakage = leakage_at_edge(&mut local_noise, may_refine.then(nearest).as_ref(), fit, N);
+    let (mut beside, mut leakage) = (ring, Leakage::default());
+    observer.hear(|| beside.edge());
+    if beside.has_edge() {
+        leakage = unusual::at_edge(&mut beside, may_refine.then(nearest).as_ref(), fit, N);
     }
-    let noise = local_noise.noise.power;
-    let from_end = around.from_end();
+    let noise = beside.noise.power;
+    // Judgement. A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
+    let bends = stamp.segment.bends();
     let judged = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        judged(fit, N, from_end, &local_noise, clipped, stamp.segment.bends(), observer)
+        judged(fit, N, around.from_end(), &beside, clipped, bends, observer)
     };
     let mut judgement = judged(fit, Step::Usual);
     observer.judged(&judgement, true);
-    // A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
-    if judgement.line != Line::Steady
-        && clipped <= CLIPPED
-        && let Some(more) =
-            fitted(options.reach, FitStart::Further(fit.offset, options.effort.steps()))
-    {
-        *fit = more;
-        judgement = judged(fit, Step::Further);
-        observer.judged(&judgement, true);
-        // A steady tone beside a drift is steady.
-        if options.effort.fits_beside_slow()
-            && judgement.line != Line::Steady
-            && let Some(other) =
-                fit::fit_beside_slow(spectrum, around, arithmetic, options.reach, fit, noise)
-        {
-            let beside_slow = judged(&other, Step::BesideDrift);
-            observer.judged(&beside_slow, beside_slow.line < judgement.line);
-            if beside_slow.line < judgement.line {
-                judgement = match beside_slow.line {
-                    Line::Steady => chosen(&other, N, &local_noise, beside_slow),
-                    _ => beside_slow,
-                };
-                *fit = other;
-            }
-        }
+    if judgement.line != LineClass::Steady && clipped <= CLIPPED {
+        let usual = judgement;
+        judgement =
+            unusual::further(spectrum, around, options, &beside, fit, usual, judged, observer);
     }
-    let FitTest { line: class, variance_inflation } = judgement;
+    let FitTest { line: mut class, variance_inflation } = judgement;
+    // Sigma, of a clipped record by its other samples.
     let mut inflated = noise * variance_inflation;
     let mut censored = None;
     if clipped > CLIPPED {
         censored = CensoredFit::from_fit(Part::first::<R>(samples), codes, peak.bin, fit);
         // If the line is not a single tone, its residual counts.
-        if class == Line::Steady {
-            inflated = near_of(&censored, fit, N, clipped, inflated);
+        if class == LineClass::Steady {
+            inflated = unusual::near_of(&censored, fit, N, clipped, inflated);
         }
     }
-    let sigma = sigma_bins(fit, N, inflated + ring::unseen_rounding(around, &local_noise));
-    let sigma =
-        if clipped > CLIPPED { widened(&censored, sigma, inflated, clipped) } else { sigma };
-    local_noise.loud = local_noise.loud.max(leakage.loud);
-    // The factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
-    let mut selection = stands_out(spectrum, around, peak, fit, &local_noise, options, observer);
-    let image = R::IQ && mirrored(around, fit, &local_noise.noise, observer);
-    let mut sigma = sigma;
-    if may_refine && class == Line::Unresolved {
+    let mut sigma = sigma_bins(fit, N, inflated + ring::unseen_rounding(around, &beside));
+    if clipped > CLIPPED {
+        sigma = unusual::widened(&censored, sigma, inflated, clipped);
+    }
+    // Detection: the factor by which the selection of a tone near the threshold widens sigma; none if the line is not detected.
+    beside.loud = beside.loud.max(leakage.loud);
+    let mut selection = stands_out(spectrum, around, peak, fit, &beside, options, observer);
+    let image = R::IQ && mirrored(around, fit, &beside.noise, observer);
+    if may_refine && class == LineClass::Unresolved {
         let refined = leakage.refined(&nearest(), noise, fit, sigma);
-        observer.hear(|| Test {
-            statistic: Statistic::Nearest,
-            value: sigma / refined,
-            limit: 1.0,
-        });
+        observer.hear(|| Test::new(Statistic::Nearest, sigma / refined, 1.0));
         sigma = refined;
     }
     observer.fitted(peak.bin, fit, noise);
-    let (mut class, mut reported_noise) =
-        (class, censored.map_or(noise, |censored| censored.noise));
-    // At effort `Full` alone.
-    if class != Line::Steady
-        && let (threshold, bends) = (options.threshold, stamp.segment.bends())
-        && let Some((answer, noise)) = joint(around, fit, &ring, threshold, options.effort, bends)
+    let mut reported_noise = censored.map_or(noise, |censored| censored.noise);
+    if class != LineClass::Steady
+        && let Some(joint) = unusual::joint(around, fit, &ring, options, bends, observer)
     {
-        observer.joint(&answer);
-        if !answer.unresolved {
-            class = if answer.moves { Line::Moving } else { Line::Steady };
-            (fit.offset, fit.line) = (answer.offset, answer.line);
-            (sigma, reported_noise, inflated) = (answer.variance.root(), noise, noise);
-            selection = Some(selection.unwrap_or(1.0));
-        }
+        (class, sigma, reported_noise) = joint;
+        inflated = reported_noise;
+        selection = Some(selection.unwrap_or(1.0));
     }
-    // A record with another verdict needs no test of its front end.
-    let check_front_end = selection.is_some()
-        && class != Line::Unresolved
+    // Front end. A record with another verdict needs no test of it.
+    let front_end = selection.is_some()
+        && class != LineClass::Unresolved
         && !image
         && clipped <= CLIPPED
-        && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS;
-    let front_end = check_front_end && {
-        let unit = around.unit();
-        let others = || peak.floor as f32 * (unit * unit);
-        observer.hear(|| other_lines(others(), fit));
-        let glance = Glance::from_search(spectrum, peak, codes, [unit, noise]);
-        !glance.is_clear() && {
-            let sight = Sight {
-                n: N,
-                iq: R::IQ,
-                peak: peak.bin,
-                fit,
-                noise,
-                others: others(),
-                pairs: R::pairs(samples),
-                codes,
-                bin: &|k| in_codes(spectrum.bin(k), unit),
-                // A cast saturates.
-                lines: &|least| lines(spectrum, peak.bin, (least / (unit * unit)) as u64),
-            };
-            sight.is_faulty(glance, observer)
-        }
-    };
-    let mut sigma = sigma * selection.unwrap_or(1.0);
-    if let Some(offset) = answer {
-        let snr = ratio::<f32, R>(N, fit.amplitude_squared::<R>(N), inflated);
-        let theirs = method.efficiency() * bound_bins::<R>(N, snr);
-        sigma = sigma.max(theirs).max((offset - fit.offset).abs());
-        fit.offset = offset;
+        && edge_bins_at(R::IQ, N, peak.bin, fit.offset) >= EDGE_BINS
+        && has_fault(spectrum, samples, peak, codes, around.unit(), fit, noise, observer);
+    // Verdict, by the evidence.
+    sigma *= selection.unwrap_or(1.0);
+    if let Some(offset) = by_method {
+        sigma = unusual::by_method::<R>(N, options.method, offset, fit, inflated, sigma);
     }
-    let seen = Seen {
-        noise: reported_noise,
+    let unseen = unseen(around.engine_error, &options.width, sigma, fit, N, reported_noise);
+    let evidence = Evidence {
+        said: Reasons::NONE,
+        found: true,
+        detected: selection.is_some(),
         line: class,
-        clipped,
         image,
         front_end,
         gap: stamp.gap,
-        weak: selection.is_none(),
-        sigma,
-        unseen: unseen(around.engine, &options.width, sigma, fit, N, reported_noise),
+        // Both are the samples' alone, see `block`.
+        outside: false,
+        beyond: 0,
+        clipped,
+        edge_bins: f32::INFINITY,
+        sigma: 0.0,
     };
-    seen.tone::<R, N>(peak.bin, fit).unwrap_or(NOTHING)
-}
-
-/// A bin in codes.
-fn in_codes(Complex { re, im }: Complex<i32>, unit: f32) -> Complex<f32> {
-    Complex::new(re as f32 * unit, im as f32 * unit)
+    tone::<R, N>(peak.bin, fit, reported_noise, [sigma, unseen], evidence).unwrap_or(NO_TONE)
 }
 
 /// The rise of the frequency of the tone at bin `peak` within the record; `None` if least squares finds no tone.
@@ -291,94 +269,12 @@ fn judged(
     // Sigma includes them, see [`CensoredFit`].
     let noise = Noise { power: 2.0 * beside.loud, ..beside.noise };
     let variance_inflation = excess_over(fit, n, noise);
-    observer.hear(|| Test {
-        statistic: Statistic::ClippedResidual,
-        value: fit.residual / (noise.power * expected(fit, n)),
-        limit: excess_limit(fit.dof, noise),
+    observer.hear(|| {
+        let ratio = fit.residual / (noise.power * expected(fit, n));
+        Test::new(Statistic::ClippedResidual, ratio, excess_limit(fit.dof, noise))
     });
-    let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+    let line = if variance_inflation > 1.0 { LineClass::Unresolved } else { LineClass::Steady };
     FitTest { line, variance_inflation }
-}
-
-/// The noise at an edge: the residual of the fit from five bins off, see [`LocalNoise::on_an_edge`], or the quieter side's noise if a line
-/// makes the edge.
-#[inline(never)]
-fn leakage_at_edge(
-    beside: &mut LocalNoise,
-    nearest: Option<&Nearest>,
-    fit: &Fit<f32>,
-    n: usize,
-) -> Leakage {
-    /// Degrees of freedom of the bins five to eight off.
-    const MIDDLE: f32 = 16.0;
-    /// Another line leaks if a fit without the leakage leaves this many times less.
-    const LEAKED: f32 = 6.0;
-    let mut leakage = Leakage { loud: beside.loud, on_an_edge: true, nine: None };
-    let Some(rest) = rest_from_five(fit, n, MIDDLE) else {
-        return leakage;
-    };
-    leakage.nine = nearest.and_then(|nearest| nearest.nine(fit.offset));
-    let leaks = leakage.nine.is_some_and(|nine| rest > LEAKED * nine.left);
-    leakage.on_an_edge = !leaks;
-    *beside = if leaks { beside.quieter(MIDDLE) } else { beside.on_an_edge(rest, MIDDLE) };
-    leakage
-}
-
-/// The noise power per sample in a fit's residual from five bins off. `free`: degrees of freedom of bins 5 to 8.
-fn rest_from_five(fit: &Fit<f32>, n: usize, free: f32) -> Option<f32> {
-    /// Degrees of freedom of the bins beyond, in a fit that reaches them.
-    const FAR: f32 = 32.0;
-    /// The sum of 16 squares over the sum of 8 squares: noise exceeds this ratio in one block of a hundred (Fisher's distribution).
-    const LINE: f32 = 11.0;
-    if fit.dof < 31 {
-        return None;
-    }
-    let [two, four, eight] = fit.rest.within;
-    // If five bins off the residual is this much louder than three bins off, another line makes it, not noise.
-    if eight - four > LINE * (four - two) {
-        return None;
-    }
-    let (middle, all) = ((eight - four) / free, (fit.residual - four) / (free + FAR));
-    // The edge may be among these bins. Then the nearer ones are louder, or the tone is on the
-    // quiet side.
-    let power = if middle > 1.5 * all { middle } else { all };
-    Some(power * (2.0 / n as f32))
-}
-
-// Both are compiled once for all kinds and lengths of records.
-#[inline(never)]
-fn near_of(free: &Option<CensoredFit>, fit: &Fit<f32>, n: usize, clipped: f32, noise: f32) -> f32 {
-    free.map_or(noise, |free| free.near(residual(fit, n), clipped))
-}
-
-#[inline(never)]
-fn widened(free: &Option<CensoredFit>, sigma: f32, near: f32, clipped: f32) -> f32 {
-    match free {
-        Some(free) => free.widened(sigma, near),
-        None => sigma::widened(sigma, clipped),
-    }
-}
-
-/// The measurement's results beside the fit.
-pub(super) struct Seen {
-    /// Noise power per sample.
-    pub noise: f32,
-    /// The line's class.
-    pub line: Line,
-    /// The share of the samples that touch a rail.
-    pub clipped: f32,
-    /// An I/Q record has too strong a line at minus the frequency.
-    pub image: bool,
-    /// The lines are those of a faulty front end.
-    pub front_end: bool,
-    /// Samples are missing.
-    pub gap: bool,
-    /// The peak is below the detection threshold.
-    pub weak: bool,
-    /// Sigma in bins, of the noise alone.
-    pub sigma: f32,
-    /// The variance in squared bins that does not show as noise: the engine's error, and the effect of the tone's own width.
-    pub unseen: f32,
 }
 
 /// The variance, in squared bins, that does not show as noise: the engine's error, and what the tone's own width adds to `sigma`. The fit's
@@ -394,44 +290,32 @@ fn unseen(engine: f32, width: &Width, sigma: f32, fit: &Fit<f32>, n: usize, nois
     engine + (width.of_block() - (sigma * sigma - alone * alone)).max(0.0)
 }
 
-impl Seen {
-    /// The tone, good so far, and the evidence on it; `None` if the offset is not a number.
-    pub(super) fn tone<R: Record, const N: usize>(
-        &self,
-        peak: i32,
-        fit: &Fit<f32>,
-    ) -> Option<(Tone, Evidence)> {
-        self.tone_of(R::IQ, N, peak, fit)
-    }
-
-    // Quotients by the length are constants.
-    #[inline(always)]
-    fn tone_of(&self, iq: bool, n: usize, peak: i32, fit: &Fit<f32>) -> Option<(Tone, Evidence)> {
-        let power =
-            if iq { fit.amplitude_squared::<Iq>(n) } else { fit.amplitude_squared::<Real>(n) };
-        let ratio = if iq { ratio::<f32, Iq> } else { ratio::<f32, Real> };
-        let snr = ratio(n, power, self.noise);
-        let evidence = Evidence {
-            // A line whose power is no more than the noise within it cannot be distinguished from noise.
-            detected: !self.weak && snr > 0.0,
-            line: self.line,
-            image: self.image,
-            front_end: self.front_end,
-            gap: self.gap,
-            clipped: self.clipped,
-            edge_bins: edge_bins_at(iq, n, peak, fit.offset),
-            sigma: self.sigma / n as f32,
-            ..Evidence::NONE
-        };
-        let tone = Tone {
-            frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, n),
-            sigma: with_rounding(self.sigma, self.unseen, n) / n as f32,
-            snr,
-            amplitude: power.root(),
-            ..Tone::ZERO
-        };
-        Some((tone, evidence))
-    }
+/// The tone of a fit, good so far, with the evidence that follows from the fit; `None` if the offset is not a number. `noise` is the noise
+/// power per sample, `sigma` the deviation in bins of the noise alone, `unseen` the variance in squared bins that does not show as noise.
+pub(super) fn tone<R: Record, const N: usize>(
+    peak: i32,
+    fit: &Fit<f32>,
+    noise: f32,
+    [sigma, unseen]: [f32; 2],
+    evidence: Evidence,
+) -> Option<(Tone, Evidence)> {
+    let power = fit.amplitude_squared::<R>(N);
+    let snr = ratio::<f32, R>(N, power, noise);
+    let evidence = Evidence {
+        // A line whose power is no more than the noise within it cannot be distinguished from noise.
+        detected: evidence.detected && snr > 0.0,
+        edge_bins: edge_bins_at(R::IQ, N, peak, fit.offset),
+        sigma: sigma / N as f32,
+        ..evidence
+    };
+    let tone = Tone {
+        frequency: Frequency::from_fixed(peak, fit.offset_in_fixed_point()?, N),
+        sigma: with_rounding(sigma, unseen, N) / N as f32,
+        snr,
+        amplitude: power.root(),
+        ..Tone::ZERO
+    };
+    Some((tone, evidence))
 }
 
 /// [`edge_bins`] of a tone at an offset from its peak; infinite if the tone is far from any edge.

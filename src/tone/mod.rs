@@ -5,8 +5,9 @@
 
 pub mod arithmetic;
 pub mod clipped;
+pub(crate) mod close_detection;
+mod close_judgement;
 pub mod detection;
-pub(crate) mod detector;
 pub mod effort;
 pub mod evidence;
 pub mod fit;
@@ -106,8 +107,8 @@ impl Tone {
     }
 
     /// Whether the tone's frequency is outside of the band in which it was sought: the peak there is the skirt of a line beyond.
-    pub(crate) fn is_outside<const N: usize>(&self, band: Band) -> bool {
-        !band.holds(self.frequency, N)
+    pub(crate) fn is_outside(&self, band: Band, n: usize) -> bool {
+        !band.holds(self.frequency, n)
     }
 
     /// Whether the numbers agree with the verdict: a usable tone has a finite sigma and amplitude, and a signal-to-noise ratio above zero.

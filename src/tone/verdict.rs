@@ -2,174 +2,138 @@
 
 use super::evidence::WHOLE_SPECTRUM;
 
-/// The reason against a number. Every number comes with a verdict, and [`Verdict::usable`] says for which use the number is good. If
-/// several reasons apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A telemetry record holds a verdict
-/// as its number.
-///
-/// ```
-/// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
-///
-/// let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(48_000.0, Codes::signed::<12>()));
-/// // Noise alone, of a linear congruential generator.
-/// let mut state = 1u32;
-/// let samples: [i16; 1024] = std::array::from_fn(|_| {
-///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-///     (state >> 22) as i16 - 512
-/// });
-/// let verdict = pipeline.record(&samples)?.tone.verdict;
-/// assert_eq!((verdict, verdict.usable()), (Verdict::Weak, Usable::No));
-/// assert!(verdict > Verdict::Good, "{}", verdict.reason());
-/// # Ok::<(), picket_dsp::LengthError>(())
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum Verdict {
+macro_rules! verdicts {
+    ($($(#[$about:meta])* $number:literal $variant:ident $name:literal $usable:ident $bit:literal, $reason:literal;)*) => {
+        /// The reason against a number. Every number comes with a verdict, and [`Verdict::usable`] says for which use the number is good.
+        /// If several reasons apply, the most severe one is given; [`Verdict::ALL`] and `<` order them by severity. A telemetry record
+        /// holds a verdict as its number.
+        ///
+        /// ```
+        /// use picket_dsp::{Codes, Pipeline, Plan, Real, Usable, Verdict};
+        ///
+        /// let mut pipeline = Pipeline::<Real, 1024>::new(Plan::tone(48_000.0, Codes::signed::<12>()));
+        /// // Noise alone, of a linear congruential generator.
+        /// let mut state = 1u32;
+        /// let samples: [i16; 1024] = std::array::from_fn(|_| {
+        ///     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ///     (state >> 22) as i16 - 512
+        /// });
+        /// let verdict = pipeline.record(&samples)?.tone.verdict;
+        /// assert_eq!((verdict, verdict.usable()), (Verdict::Weak, Usable::No));
+        /// assert!(verdict > Verdict::Good, "{}", verdict.reason());
+        /// # Ok::<(), picket_dsp::LengthError>(())
+        /// ```
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        #[non_exhaustive]
+        pub enum Verdict {
+            $($(#[$about])* $variant = $number,)*
+        }
+
+        impl Verdict {
+            /// Every verdict, from best to worst.
+            pub const ALL: [Verdict; [$($number),*].len()] = [$(Verdict::$variant),*];
+
+            /// The name that tables and JSON show.
+            pub const fn name(self) -> &'static str {
+                match self { $(Verdict::$variant => $name,)* }
+            }
+
+            /// The verdict's meaning, in a sentence.
+            pub const fn reason(self) -> &'static str {
+                match self { $(Verdict::$variant => $reason,)* }
+            }
+
+            /// The use of a number with this verdict.
+            pub const fn usable(self) -> Usable {
+                match self { $(Verdict::$variant => Usable::$usable,)* }
+            }
+
+            /// The verdict's place in the order of severity. Severities 1 to 7 are the bits of [`Verdicts`] in telemetry, and frozen; a new
+            /// verdict takes a severity of 8 or more, so it outranks the milder ones, and stands in no set.
+            const fn severity(self) -> u8 {
+                enum Place { $($variant,)* }
+                match self { $(Verdict::$variant => Place::$variant as u8,)* }
+            }
+
+            /// The verdict's bit in a set of verdicts that apply beside a more severe one; 0 if it never applies beside another.
+            const fn bit(self) -> u8 {
+                match self { $(Verdict::$variant => $bit,)* }
+            }
+        }
+    };
+}
+
+// One line for each verdict, from best to worst: a verdict's place is its severity. Numbers and bits are telemetry's, and never change.
+verdicts! {
+//  number variant name usable bit, the meaning;
     /// Use the number: sigma is its error.
-    Good = 0,
+    0 Good "good" Yes 0,
+        "One steady tone: the error is as sigma says.";
     /// One tone whose frequency or level changes within the record. Use the number within sigma, as the mean over the record. Two lines
     /// less than one and a half bins apart look the same.
-    Moving = 8,
+    8 Moving "moving" WithinSigma 1,
+        "The tone's frequency or level changes within the block: the frequency is the mean over it.";
     /// The tone is so near DC or Nyquist that its mirror image disturbs the estimate, or the tone is more than half a bin outside of the
     /// band in which it was sought.
-    NearEdge = 1,
+    1 NearEdge "near-edge" Rough 2,
+        "The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band.";
     /// More than 1 % of the samples touch a rail. Use the number within sigma, which includes the shift of this tone by the harmonics of
     /// clipping. At most frequencies the harmonics hardly move it; near a simple fraction of the rate they move it hundreds of times as far
     /// as noise.
-    Clipped = 2,
+    2 Clipped "clipped" WithinSigma 4,
+        "Samples touch the converter's rails: lower the gain.";
     /// Two tones too close to be separated, or beats that do not belong to one target.
-    Unresolved = 3,
+    3 Unresolved "unresolved" Rough 8,
+        "There is more than one tone in the line: sigma covers what is seen of it.";
     /// The two parts of an I/Q record do not match, for example because one is dead or late. The
     /// tone may be at minus its frequency.
-    Image = 9,
+    9 Image "image" WithoutSign 16,
+        "The two channels do not belong together: the frequency may have the wrong sign.";
     /// Samples were lost just before this block, or within this chirp.
-    Gap = 4,
+    4 Gap "gap" WithinSigma 32,
+        "Samples were lost just before this block.";
     /// The peak is below the detection threshold: it may be noise.
-    Weak = 5,
-    /// There is nothing in the band; the numbers mean nothing.
-    #[default]
-    NoSignal = 6,
+    5 Weak "weak" No 64,
+        "The line is too weak to be told from noise.";
     /// The lines of the record look as a fault of the digital front end makes them: codes that wrap, or samples of a word that changed
     /// places. The true tone may be another line.
-    FrontEnd = 10,
+    10 FrontEnd "front-end" No 0,
+        "The lines are those of codes that wrap, or of samples that changed places: the tone may be another one.";
+    /// There is nothing in the band; the numbers mean nothing.
+    #[default]
+    6 NoSignal "no-signal" No 0,
+        "There is nothing in the band.";
     /// Samples lie beyond the rails of the stated codes. The converter's codes differ from the stated ones, so noise, sigma and clipping
     /// mean nothing.
-    WrongCodes = 7,
+    7 WrongCodes "wrong-codes" No 0,
+        "Samples lie beyond the rails that were stated: the converter's codes are others.";
 }
 
 impl Verdict {
-    /// Every verdict, from best to worst.
-    pub const ALL: [Verdict; 11] = [
-        Verdict::Good,
-        Verdict::Moving,
-        Verdict::NearEdge,
-        Verdict::Clipped,
-        Verdict::Unresolved,
-        Verdict::Image,
-        Verdict::Gap,
-        Verdict::Weak,
-        Verdict::FrontEnd,
-        Verdict::NoSignal,
-        Verdict::WrongCodes,
-    ];
-
     /// The verdict with this number, as stored in a telemetry record.
     pub fn from_u8(code: u8) -> Option<Self> {
         Self::ALL.iter().copied().find(|&verdict| verdict as u8 == code)
-    }
-
-    /// The name that tables and JSON show.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Verdict::Good => "good",
-            Verdict::Moving => "moving",
-            Verdict::NearEdge => "near-edge",
-            Verdict::Clipped => "clipped",
-            Verdict::Unresolved => "unresolved",
-            Verdict::Image => "image",
-            Verdict::Gap => "gap",
-            Verdict::Weak => "weak",
-            Verdict::FrontEnd => "front-end",
-            Verdict::NoSignal => "no-signal",
-            Verdict::WrongCodes => "wrong-codes",
-        }
-    }
-
-    /// The verdict's meaning, in a sentence.
-    pub const fn reason(self) -> &'static str {
-        match self {
-            Verdict::Good => "One steady tone: the error is as sigma says.",
-            Verdict::Moving => {
-                "The tone's frequency or level changes within the block: the frequency is the mean over it."
-            }
-            Verdict::NearEdge => {
-                "The tone is so near DC or Nyquist that an offset or its mirror image disturbs it, or it lies outside of the band."
-            }
-            Verdict::Clipped => "Samples touch the converter's rails: lower the gain.",
-            Verdict::Unresolved => {
-                "There is more than one tone in the line: sigma covers what is seen of it."
-            }
-            Verdict::Image => {
-                "The two channels do not belong together: the frequency may have the wrong sign."
-            }
-            Verdict::Gap => "Samples were lost just before this block.",
-            Verdict::Weak => "The line is too weak to be told from noise.",
-            Verdict::FrontEnd => {
-                "The lines are those of codes that wrap, or of samples that changed places: the tone may be another one."
-            }
-            Verdict::NoSignal => "There is nothing in the band.",
-            Verdict::WrongCodes => {
-                "Samples lie beyond the rails that were stated: the converter's codes are others."
-            }
-        }
-    }
-
-    /// The use of a number with this verdict.
-    pub const fn usable(self) -> Usable {
-        match self {
-            Verdict::Good => Usable::Yes,
-            Verdict::Moving | Verdict::Clipped | Verdict::Gap => Usable::WithinSigma,
-            Verdict::Image => Usable::WithoutSign,
-            Verdict::NearEdge | Verdict::Unresolved => Usable::Rough,
-            Verdict::Weak | Verdict::FrontEnd | Verdict::NoSignal | Verdict::WrongCodes => {
-                Usable::No
-            }
-        }
     }
 
     /// Whether a number of this verdict may have this sigma: a usable number has an error that is known.
     pub const fn admits(self, sigma: f32) -> bool {
         matches!(self.usable(), Usable::No) || sigma >= 0.0 && sigma < f32::INFINITY
     }
-
-    /// The verdict's place in the order of severity. The severities 1 to 7 are the bits of [`Verdicts`] in telemetry, which never change,
-    /// and which have no room for an eighth: a new verdict comes above them, and stands in no set.
-    const fn severity(self) -> u8 {
-        match self {
-            Verdict::Good => 0,
-            Verdict::Moving => 1,
-            Verdict::NearEdge => 2,
-            Verdict::Clipped => 3,
-            Verdict::Unresolved => 4,
-            Verdict::Image => 5,
-            Verdict::Gap => 6,
-            Verdict::Weak => 7,
-            Verdict::FrontEnd => 8,
-            Verdict::NoSignal => 9,
-            Verdict::WrongCodes => 10,
-        }
-    }
 }
 
-/// A verdict's place in the list is its severity, and its bit in a set stands for that.
+/// The bit of a verdict stands for its severity, and every severity has its bit in [`Reasons`].
 const _: () = {
-    let (mut place, mut rest) = (0, Verdict::ALL.as_slice());
+    let (mut severity, mut rest) = (0, Verdict::ALL.as_slice());
     while let [verdict, worse @ ..] = rest {
-        assert!(verdict.severity() == place);
-        let bit = Verdicts::bit(*verdict);
-        assert!(bit == 0 || bit == 1 << (place - 1));
-        (place, rest) = (place + 1, worse);
+        let bit = if 1 <= severity && severity <= 7 { 1 << (severity - 1) } else { 0 };
+        assert!(
+            verdict.bit() == bit,
+            "severities 1 to 7 are frozen: a new verdict comes behind them"
+        );
+        assert!(severity < u16::BITS, "`Reasons` has no bit for this verdict");
+        (severity, rest) = (severity + 1, worse);
     }
 };
 
@@ -226,7 +190,8 @@ impl core::fmt::Display for Usable {
     }
 }
 
-/// A set of verdicts that apply beside a more severe one.
+/// A set of verdicts that apply beside a more severe one. A record with a fault of the front end, without a signal or with wrong codes may
+/// not be used whatever else applies: these three stand in no set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Verdicts(u8);
@@ -235,52 +200,26 @@ impl Verdicts {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// The verdicts that can apply beside another, the most severe first. A record with a fault of the front end, without a signal or with
-    /// wrong codes may not be used whatever else applies.
-    const ALL: [Verdict; 7] = [
-        Verdict::Weak,
-        Verdict::Gap,
-        Verdict::Image,
-        Verdict::Unresolved,
-        Verdict::Clipped,
-        Verdict::NearEdge,
-        Verdict::Moving,
-    ];
-
-    /// The bit of a verdict: one for each of [`Verdicts::ALL`], 0 for others.
-    const fn bit(verdict: Verdict) -> u8 {
-        match verdict {
-            Verdict::Moving => 1,
-            Verdict::NearEdge => 2,
-            Verdict::Clipped => 4,
-            Verdict::Unresolved => 8,
-            Verdict::Image => 16,
-            Verdict::Gap => 32,
-            Verdict::Weak => 64,
-            Verdict::Good | Verdict::FrontEnd | Verdict::NoSignal | Verdict::WrongCodes => 0,
-        }
-    }
-
     /// The set with one more verdict.
     #[must_use]
     pub const fn with(self, verdict: Verdict) -> Self {
-        Self(self.0 | Self::bit(verdict))
+        Self(self.0 | verdict.bit())
     }
 
     /// The set without one verdict.
     #[must_use]
     pub const fn without(self, verdict: Verdict) -> Self {
-        Self(self.0 & !Self::bit(verdict))
+        Self(self.0 & !verdict.bit())
     }
 
     /// Whether the set has a verdict.
     pub const fn has(self, verdict: Verdict) -> bool {
-        self.0 & Self::bit(verdict) != 0
+        self.0 & verdict.bit() != 0
     }
 
     /// All verdicts of the set, the most severe first.
     pub fn iter(self) -> impl Iterator<Item = Verdict> + use<> {
-        Self::ALL.into_iter().filter(move |&verdict| self.has(verdict))
+        Verdict::ALL.into_iter().rev().filter(move |&verdict| self.has(verdict))
     }
 
     /// The set as seven bits, in telemetry's order from the lowest bit on: moving, near-edge, clipped, unresolved, image, gap, weak.

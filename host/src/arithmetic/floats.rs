@@ -11,6 +11,7 @@ use picket_dsp::plan::Terms;
 use picket_dsp::spectrum::STANDS_OUT;
 use picket_dsp::spectrum::bins::{Bins, Rectangular};
 use picket_dsp::spectrum::peak::{Band, Peak, SKIRT, Search};
+use picket_dsp::tone::Reasons;
 use picket_dsp::tone::clipped::CensoredFit;
 use picket_dsp::tone::detection::{Relaxation, Threshold};
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, edge_bins};
@@ -18,7 +19,7 @@ use picket_dsp::tone::fit::{FitStart, Reach, fit};
 use picket_dsp::tone::frequency::Frequency;
 use picket_dsp::tone::front_end::{Glance, Lines, Sight, counted, other_lines};
 use picket_dsp::tone::image::mirrored_in_rest;
-use picket_dsp::tone::judge::{FitTest, Line, from_end, judge};
+use picket_dsp::tone::judge::{FitTest, LineClass, from_end, judge};
 use picket_dsp::tone::measure::{excess_limit, excess_over, residual};
 use picket_dsp::tone::noise;
 use picket_dsp::tone::noise::ring::{self, LocalNoise};
@@ -198,7 +199,8 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 value: residual(&single, self.n) / ring.noise.power,
                 limit: excess_limit(single.dof, ring.noise),
             });
-            let line = if variance_inflation > 1.0 { Line::Unresolved } else { Line::Steady };
+            let line =
+                if variance_inflation > 1.0 { LineClass::Unresolved } else { LineClass::Steady };
             FitTest { line, variance_inflation }
         } else {
             judge(&single, self.n, from_end(peak.bin, self.n, R::IQ), &ring, false, observer)
@@ -251,7 +253,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
             lines: &lines,
         };
         let bins = peak.bin as f32 + single.offset;
-        let looks = line != Line::Unresolved
+        let looks = line != LineClass::Unresolved
             && !image
             && clipped <= CLIPPED
             && edge_bins(R::IQ, self.n, bins) >= EDGE_BINS;
@@ -303,7 +305,7 @@ struct Fitted {
     /// One standard deviation, in bins.
     sigma: f64,
     /// What the line is, by what the fit leaves in its own bins.
-    line: Line,
+    line: LineClass,
 }
 
 /// A difference of frequencies in bins, of `n` samples, by the shorter way round.
@@ -347,7 +349,7 @@ impl<T: Scalar + Transform, R: Kind> Engine for Floats<T, R> {
         let notes = Notes::default();
         let measured = self.weigh(record, &[estimator], false, &notes);
         let (estimate, evidence) =
-            measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NOTHING));
+            measured.first().copied().unwrap_or((Estimate::NOTHING, Evidence::NO_TONE));
         Explained::of(notes, estimate, evidence)
     }
 }
@@ -363,7 +365,7 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
     ) -> Vec<(Estimate, Evidence)> {
         self.transform(record);
         let Some((peak, unit)) = self.peak() else {
-            return vec![(Estimate::NOTHING, Evidence::NOTHING); estimators.len()];
+            return vec![(Estimate::NOTHING, Evidence::NO_TONE); estimators.len()];
         };
         let bins = self.bins(peak.bin);
         let found: Vec<f64> =
@@ -379,19 +381,23 @@ impl<T: Scalar + Transform, R: Kind> Floats<T, R> {
                 Some(fit) => {
                     (fit.sigma.max(theirs).max(wrapped(bins - fit.bins, self.n).abs()), fit.line)
                 }
-                None => (theirs, Line::Unresolved),
+                None => (theirs, LineClass::Unresolved),
             };
             let sigma_bins = seen.sigma(bins, self.n, sigma);
             let evidence = Evidence {
+                said: Reasons::NONE,
+                found: true,
                 detected,
                 line,
                 image: seen.image,
                 front_end: detected && seen.front_end,
                 gap,
+                // Neither is looked for here.
+                outside: false,
+                beyond: 0,
                 clipped: seen.clipped,
                 edge_bins: edge_bins(R::IQ, self.n, bins as f32),
                 sigma: (sigma_bins / self.n as f64) as f32,
-                ..Evidence::NONE
             };
             let reasons = evidence.reasons();
             let estimate = Estimate {

@@ -149,7 +149,7 @@ impl<R: Kind, const N: usize> Engine for Target<R, N> {
     fn explain(&mut self, record: &[Complex<f64>], estimator: Estimator) -> Explained {
         let (samples, notes) = (block::<R, N>(record), Notes::default());
         let Some(mut pipeline) = self.pipeline(estimator) else {
-            return Explained::of(notes, Estimate::NOTHING, Evidence::NOTHING);
+            return Explained::of(notes, Estimate::NOTHING, Evidence::NO_TONE);
         };
         let (_, tone, evidence) = pipeline.explain(&Stamp::default(), &samples, &notes);
         Explained::of(notes, estimate::<R, N>(&tone), evidence)

@@ -7,7 +7,7 @@ use picket_dsp::model::Answer;
 use picket_dsp::tone::Verdict;
 use picket_dsp::tone::evidence::{EDGE_BINS, Evidence, WHOLE_SPECTRUM};
 use picket_dsp::tone::fit::Fit;
-use picket_dsp::tone::judge::{FitTest, Line};
+use picket_dsp::tone::judge::{FitTest, LineClass};
 use picket_dsp::tone::observer::{Observer, Step, Test};
 use picket_dsp::tone::sigma::CLIPPED;
 use std::cell::{Cell, RefCell};
@@ -130,9 +130,9 @@ pub fn from_notes(notes: &[Note]) -> Vec<Row> {
             Note::Test(test) => rows.push(words::row(test, fit)),
             Note::Judged(judgement, taken) => {
                 let line = match judgement.line {
-                    Line::Steady => "one steady tone",
-                    Line::Moving => "one tone that changes: moving",
-                    Line::Unresolved => "more than one tone: unresolved",
+                    LineClass::Steady => "one steady tone",
+                    LineClass::Moving => "one tone that changes: moving",
+                    LineClass::Unresolved => "more than one tone: unresolved",
                 };
                 let taken = if *taken { "" } else { "; not better, so this fit is dropped" };
                 rows.push(Row {
@@ -142,7 +142,7 @@ pub fn from_notes(notes: &[Note]) -> Vec<Row> {
                     value: Some(judgement.variance_inflation.into()),
                     limit: None,
                     unit: "",
-                    fired: judgement.line != Line::Steady,
+                    fired: judgement.line != LineClass::Steady,
                     decides: true,
                     followed: format!("{line}{taken}"),
                 });

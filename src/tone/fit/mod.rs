@@ -305,7 +305,7 @@ fn bins<'a>(
     Some((bin(centre), beside))
 }
 
-/// [`fit_at`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if the slow terms do not matter or cannot be
+/// [`fit_near`] beside slow terms: a drift, or hum of less than two cycles. `None` for I/Q, and if the slow terms do not matter or cannot be
 /// separated from the tone. `fit` is the fit without slow terms, in this noise power per sample: no fit beside them is tried where bins 1
 /// and 2 hold too little to explain its residual.
 ///

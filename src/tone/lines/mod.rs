@@ -127,9 +127,9 @@ pub fn lines<R: Record, const N: usize>(
         return alone();
     }
     let mut phasors = hunt.phasors(stamp);
-    as_measured::<N>(&mut phasors, tone);
+    as_measured(N, &mut phasors, tone);
     for ToneWithPhase { tone, .. } in &mut phasors {
-        let outside = tone.is_outside::<N>(band);
+        let outside = tone.is_outside(band, N);
         tone.conclude(&Evidence { outside, ..Evidence::new(tone.said()) });
     }
     strongest_first(&mut phasors);
@@ -139,9 +139,9 @@ pub fn lines<R: Record, const N: usize>(
 /// Carries the reasons of the measured tone over to its line. If the record has only this tone, the first measurement is the better one;
 /// the same holds for one of several tones whose line looks worse with the others subtracted. Otherwise the reasons that the other lines
 /// caused are dropped, and only these.
-fn as_measured<const N: usize>(phasors: &mut [ToneWithPhase], tone: &Tone) {
+fn as_measured(n: usize, phasors: &mut [ToneWithPhase], tone: &Tone) {
     let is_measured = |phasor: &&mut ToneWithPhase| {
-        phasor.tone.frequency.beyond(tone.frequency).abs() * (N as f32) < 1.0
+        phasor.tone.frequency.beyond(tone.frequency).abs() * (n as f32) < 1.0
     };
     let only = phasors.len() == 1;
     /// Verdicts that come from a line's fit, and that lines beside it may have caused.
@@ -186,7 +186,7 @@ pub(super) fn every_line<R: Record, const N: usize>(
     hunt.every = true;
     hunt.seek(ROOM);
     let mut phasors = hunt.phasors(stamp);
-    as_measured::<N>(&mut phasors, tone);
+    as_measured(N, &mut phasors, tone);
     phasors
 }
 

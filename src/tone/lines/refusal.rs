@@ -1,8 +1,8 @@
 //! The rules by which a line is not a target of its own.
 
 use super::super::detection::Relaxation;
-use super::super::detector::Spread;
-use super::super::judge::Line;
+use super::super::detection::Spread;
+use super::super::judge::LineClass;
 use super::super::noise::ring::LocalNoise;
 use super::rest::Found;
 use super::{Hunt, apart};
@@ -75,7 +75,7 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let Some((found, _, judgement)) = self.judged(index) else { return false };
         let near = apart::<R, N>(bin, found.peak) < NEAR;
         let weak = self.power(bin) < SKIRT_POWER * found.fit.line.norm_sqr();
-        let moves = judgement.line == Line::Moving;
+        let moves = judgement.line == LineClass::Moving;
         if moves && near {
             self.hide(found.peak, NEAR);
         } else if weak && (moves || self.every) {

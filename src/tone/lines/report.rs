@@ -1,7 +1,8 @@
 //! From a line to a tone with sigma, phase and verdict.
 
-use super::super::judge::{FitTest, Line, from_end, judge};
-use super::super::measure::{Options, Seen};
+use super::super::evidence::Evidence;
+use super::super::judge::{FitTest, LineClass, from_end, judge};
+use super::super::measure::{self, Options};
 use super::super::noise::ring::{self, LocalNoise};
 use super::super::noise::whole;
 use super::super::phasor::{ToneWithPhase, phase};
@@ -118,12 +119,12 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let from_end = from_end(peak, N, R::IQ);
         let mut judgement = judge(&found.fit, N, from_end, &beside, self.bends, ());
         // The residual of another line far off may be in the outer bins.
-        if judgement.line != Line::Steady
+        if judgement.line != LineClass::Steady
             && self.rest.found.len() > 1
             && let Some(narrow) = fitted(Reach::Four)
         {
             let inner = judge(&narrow.fit, N, from_end, &beside, self.bends, ());
-            if inner.line == Line::Steady {
+            if inner.line == LineClass::Steady {
                 (found, judgement) = (narrow, inner);
             }
         }
@@ -136,25 +137,25 @@ impl<R: Record, const N: usize, E: Engine> Hunt<'_, R, N, E> {
         let &(beside, FitTest { line, variance_inflation }) = self.judged.get(index)?;
         let near = beside.noise.power * variance_inflation;
         // A residual that is only suspicious widens the frequency's sigma alone.
-        let turned = if line == Line::Steady { beside.noise.power } else { near };
+        let turned = if line == LineClass::Steady { beside.noise.power } else { near };
         // The mean of the reciprocal of an estimated power is larger than the reciprocal of its mean.
         let turned = turned * (1.0 + 2.0 / beside.noise.dof);
         let sigma = sigma_bins(&found.fit, N, near) * self.shared(index).root();
         let crowded = self.rest.found.len() > 1 && self.rest.crowded(&found);
         let engine = self.rest.spectrum.error();
-        let seen = Seen {
-            noise: beside.noise.power,
-            line: if crowded { Line::Unresolved } else { line },
-            clipped: self.clipped,
+        let unseen = engine * engine + self.options.width.of_block();
+        // The record's own tone reports a fault of the front end.
+        let evidence = Evidence {
+            detected: index != 0 || self.stands_out(&found, &beside),
+            line: if crowded { LineClass::Unresolved } else { line },
             image: R::IQ && self.has_image(index),
-            // The record's own tone reports a fault of the front end.
-            front_end: false,
             gap: stamp.gap,
-            weak: index == 0 && !self.stands_out(&found, &beside),
-            sigma: widened(sigma, self.clipped),
-            unseen: engine * engine + self.options.width.of_block(),
+            clipped: self.clipped,
+            ..Evidence::CLEAN
         };
-        let (mut tone, evidence) = seen.tone::<R, N>(found.peak, &found.fit)?;
+        let (sigma, noise) = (widened(sigma, self.clipped), beside.noise.power);
+        let (mut tone, evidence) =
+            measure::tone::<R, N>(found.peak, &found.fit, noise, [sigma, unseen], evidence)?;
         tone.conclude(&evidence);
         let [phase, sigma_phase] =
             phase::<R>(&found.fit, found.peak, N, self.reach(found.peak), turned);

@@ -18,11 +18,14 @@
 //! decibels.
 //!
 //! With four stretches on each side the standard deviation is 0.85 dB: 50 degrees of freedom.
+//!
+//! `own` evaluates the left side of the equation less the tone's share on the right, in floats or in integers, and sums its squares over a
+//! stretch; near an end of a real spectrum the share of the mirror image is subtracted, too.
 
 use super::own::{Own, Whole};
-use super::{Noise, rounding, whole, whole_fixed};
+use super::{whole, whole_fixed};
 use crate::acquire::sample::Record;
-use crate::math::scalar::Scalar as _;
+use crate::math::scalar::Scalar;
 use crate::spectrum::Spectrum;
 use crate::spectrum::bins::REACH;
 use crate::spectrum::engine::Engine;
@@ -35,6 +38,33 @@ use crate::tone::fit::Fit;
 use crate::tone::observer::{Statistic, Test};
 use core::mem::MaybeUninit;
 use core::ops::Range;
+
+/// The least noise of a converter: its own rounding, one twelfth of a squared code for each part.
+pub(crate) const ROUNDING: f64 = 1.0 / 12.0;
+
+/// A noise power and its accuracy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Power per sample (I/Q: of both parts together) in squared codes, not below the converter's
+    /// rounding.
+    pub power: f32,
+    /// Degrees of freedom: the relative variance of the power is two over this number.
+    pub dof: f32,
+}
+
+/// The rounding of a record's samples.
+pub(crate) const fn rounding(iq: bool) -> f32 {
+    ROUNDING as f32 * if iq { 2.0 } else { 1.0 }
+}
+
+/// The signal-to-noise ratio per sample of a squared amplitude over a noise power. The noise
+/// within the fitted amplitude is subtracted. Not negative.
+pub fn ratio<T: Scalar, R: Record>(n: usize, amplitude_squared: T, power: T) -> T {
+    let ratio = amplitude_squared / power;
+    let share = T::from_i32(n.max(1) as i32).recip();
+    let ratio = if R::IQ { ratio - share } else { ratio * T::new(0.5) - T::new(2.0) * share };
+    ratio.max(T::zero())
+}
 
 /// The noise beside a tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,6 +249,7 @@ fn least(near: &Neighbourhood) -> f32 {
 /// Where a tone lies on its bin, equal numbers are rounded equally. Such errors have one sign on each side of the line and change little
 /// from bin to bin: second differences are blind to them, and the ring shows less than half of the rounding error. The missing part of that
 /// half moves the offset as errors of `1/i` in bin `i` do that add up, not as independent errors.
+#[inline(never)] // so that all kinds and lengths of records share one
 pub(crate) fn unseen_rounding(near: &Neighbourhood, beside: &LocalNoise) -> f32 {
     /// The square of the sum of `1/i` over the bins of a fit, over the sum of its square.
     const ALIKE: f32 = {

@@ -1,8 +1,7 @@
 //! The fit beside slow terms: the leakage of a drift and of a hum, see [`slow`].
 
 use super::super::{Fit, START_LIMIT, limit, slow};
-use super::normal::Step;
-use super::{Both, Problem, each};
+use super::{Both, Problem, Step, each};
 use crate::math::scalar::Scalar;
 use crate::spectrum::bins::REACH;
 use heapless::Vec;
