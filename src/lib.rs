@@ -70,9 +70,11 @@
 //! has the first two, `weigh` the others, with one line or a few for each. The modules that are linked here have a usual block's way; of a
 //! line that is not a steady tone, or hardly above the noise, `close_judgement`, `close_detection` and `measure::unusual` have the rest.
 //!
-//! 1. **Transform** ([`spectrum::engine`]): an integer FFT of the samples, without a window.
+//! 1. **Transform** ([`Spectrum`](spectrum::Spectrum)): an FFT of the samples without a window, in integers by the default engine. The module
+//!    documentation of [`spectrum::fft::integer`] defines it; the kernels make it faster.
 //! 2. **Search** ([`spectrum::peak`]): the strongest bin of the band, and the floor, which is the sum of the powers of the bins elsewhere.
-//!    [`Search`](spectrum::peak::Search) defines it; the modules `scan` and `pairs` and the engines make it faster.
+//!    [`Search`](spectrum::peak::Search) defines it; the modules `scan` and `pairs` and the engines make it faster. The bins around the peak
+//!    are then read once, for the fit and for the noise ([`spectrum::neighbourhood`]).
 //! 3. **Fit** ([`tone::fit`]): least squares with the exact bins of a tone ([`tone::fit::iq`]) or of a tone and its mirror image
 //!    ([`tone::fit::real`]). The fit gives frequency, amplitude and residual.
 //! 4. **Noise** ([`tone::noise::ring`]): the power in a ring of bins beside the tone.

@@ -56,7 +56,7 @@ fn the_house_does_not_grow() {
         move |code: &str| usize::from(words.iter().any(|word| code.contains(word)))
     };
     let counts = [
-        ("lines of code in src/", of("", &lines), 23_640),
+        ("lines of code in src/", of("", &lines), 23_610),
         ("lines of code in src/tone", of("tone/", &lines), 7_720),
         ("lines of code in src/model", of("model/", &lines), 1_850),
         ("constants in src/tone", of("tone/", &constants), 217),

@@ -78,7 +78,8 @@ pub struct Peak {
     /// The powers of the left neighbour, the peak and the right neighbour, in stored units. A neighbour outside the band reads 0; the
     /// spectrum still holds its power.
     pub power: [u64; 3],
-    /// The sum of the powers of the band's other bins, without the peak's skirt. The skirt goes round the circle of an I/Q record.
+    /// The sum of the powers of the band's other bins, without the peak's skirt. The skirt goes round the circle of an I/Q record. Of a real
+    /// record [`find`] mostly leaves out the skirt's partners as well, the bins N/2-k.
     pub floor: u64,
     /// The number of bins in `floor`.
     pub floor_bins: u32,
@@ -181,7 +182,7 @@ impl Search {
 /// Searches `band` of a spectrum in fewer operations than [`Search`], with its bin and its powers. The floor alone may differ.
 ///
 /// Where a band of a real record holds bins k and N/2-k, both go through [`super::scan`]: 13 instructions for the two on a core with the
-/// DSP extension. The floor then lacks the mirror of the peak's skirt, too, unless it would lose half of its bins so.
+/// DSP extension. The floor then lacks the partners N/2-k of the peak's skirt, too, unless it would lose half of its bins so.
 pub fn find<R: Record, const N: usize>(
     spectrum: &Spectrum<R, N, impl Engine>,
     band: Band,

@@ -51,7 +51,7 @@ pub(super) const SUSPICIOUS: f32 = 12.37;
 const UNLIKELY: [f32; 2] = [35.0, 50.0];
 
 /// `1 / sum(f^2)` of each function: turns a squared projection onto f into power, largest over the offset.
-const MOST: [f32; 3] = [3.23, 5.68, 8.40];
+const PER_SQUARE: [f32; 3] = [3.23, 5.68, 8.40];
 
 /// Bins from a tone at bin `peak` of a record of `n` samples to the nearer end of its spectrum. The spectrum of I/Q has no end: the
 /// distance is large.
@@ -76,7 +76,8 @@ pub fn judge(
     let unit = 2.0 / (noise.power * n as f32);
     let rest = &fit.rest;
     let free = fit.dof.max(1) as f32;
-    let along: f32 = rest.along.iter().zip(MOST).map(|(along, most)| along.norm_sqr() * most).sum();
+    let along: f32 =
+        rest.along.iter().zip(PER_SQUARE).map(|(along, per)| along.norm_sqr() * per).sum();
     let [two, four, _] = rest.within;
     let all = fit.residual;
     for (statistic, power, limit) in [

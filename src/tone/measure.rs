@@ -160,16 +160,16 @@ pub(crate) fn weigh<R: Record, const N: usize>(
     let noise = beside.noise.power;
     // Judgement. A line that is not a steady tone takes more steps to the fit's end. A clipped tone has harmonics, which no step lessens.
     let bends = stamp.segment.bends();
-    let judged = |fit: &Fit<f32>, step| {
+    let judge_step = |fit: &Fit<f32>, step| {
         observer.begin(step);
-        judged(fit, N, around.from_end(), &beside, clipped, bends, observer)
+        judge_unless_clipped(fit, N, around.from_end(), &beside, clipped, bends, observer)
     };
-    let mut judgement = judged(fit, Step::Usual);
+    let mut judgement = judge_step(fit, Step::Usual);
     observer.judged(&judgement, true);
     if judgement.line != LineClass::Steady && clipped <= CLIPPED {
         let usual = judgement;
         judgement =
-            unusual::further(spectrum, around, options, &beside, fit, usual, judged, observer);
+            unusual::further(spectrum, around, options, &beside, fit, usual, judge_step, observer);
     }
     let FitTest { line: mut class, variance_inflation } = judgement;
     // Sigma, of a clipped record by its other samples.
@@ -253,7 +253,7 @@ pub fn rise<R: Record, const N: usize>(
 /// The line's class, and the factor by which its variance exceeds the variance that the noise causes.
 ///
 /// For a clipped record, whose harmonics are not a movement, only whether the residual is too large.
-fn judged(
+fn judge_unless_clipped(
     fit: &Fit<f32>,
     n: usize,
     from_end: i32,

@@ -226,8 +226,8 @@ pub(crate) const fn dof(n: usize, iq: bool) -> f32 {
     if has_ring(n, iq) { const { 4.0 / KEPT[WANTED].1 } } else { whole::dof(n, iq) as f32 }
 }
 
-/// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the halves of four
-/// differences; a bin's power is N times a sample's.
+/// The noise power per sample, in squared codes, for which a stretch has the power 1 in stored units. A stretch sums the squares of four half
+/// second differences, each of which has 3/2 of a bin's power, and a bin's power is N times a sample's: 6 N times a sample's.
 fn unit(near: &Neighbourhood) -> f32 {
     f32::two_to(2 * near.exponent - near.n.trailing_zeros() as i32) / 6.0
 }

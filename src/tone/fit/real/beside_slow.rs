@@ -44,11 +44,11 @@ pub(in super::super) fn fit_beside_slow<T: Scalar>(
     let slow = problem.slow_terms(n);
     let (low, high) = problem.limits();
     let mut d = limit(problem.start(), START_LIMIT).max(low).min(high);
-    let (mut p, mut speed) = problem.cosine_offset(d);
+    let (mut p, mut speed) = problem.p_of(d);
     let (mut step, mut shares) = problem.step_beside(p, &slow);
     for _ in 0..STEPS {
         d = (d + step.forward(speed)).max(low).min(high);
-        (p, speed) = problem.cosine_offset(d);
+        (p, speed) = problem.p_of(d);
         (step, shares) = problem.step_beside(p, &slow);
     }
     step.information = step.information * speed * speed;

@@ -126,7 +126,7 @@ impl<T: Scalar> Problem<T> {
         let (low, high) = problem.limits();
         let mut pace = Pace::new(&course);
         let mut d = limit(start, START_LIMIT).max(low).min(high);
-        let (mut p, mut speed) = problem.cosine_offset(d);
+        let (mut p, mut speed) = problem.p_of(d);
         let mut step = problem.step(p);
         for taken in 0..steps {
             if taken > 0 {
@@ -139,7 +139,7 @@ impl<T: Scalar> Problem<T> {
             d = next;
             let information = step.information * speed * speed;
             let before = p;
-            (p, speed) = problem.cosine_offset(d);
+            (p, speed) = problem.p_of(d);
             step.line = step.line + step.slope * (p - before);
             step.information = information;
             if moved.abs() <= settled {
@@ -153,8 +153,8 @@ impl<T: Scalar> Problem<T> {
         problem.finish(d, p, &step)
     }
 
-    /// p of an offset d, and dp/dd.
-    fn cosine_offset(&self, d: T) -> (T, T) {
+    /// The p of the module's equations for an offset d, and its slope dp/dd.
+    fn p_of(&self, d: T) -> (T, T) {
         let half = self.e * d * T::new(0.5);
         let z = half * half;
         let (cos, sinc) = (cosine(z), sinc(z));
