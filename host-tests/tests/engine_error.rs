@@ -75,7 +75,7 @@ fn cell<R: Kind, E: Engine, const N: usize>(snr_db: f64) -> (u64, f64, u64) {
     cell_of::<R, E, N>(|rng| record::<R>(N, snr_db, rng))
 }
 
-/// The same of such records.
+/// A cell of the records that this function draws.
 fn cell_of<R: Kind, E: Engine, const N: usize>(
     record: impl Fn(&mut ChaCha8Rng) -> (f64, Vec<Complex<f64>>),
 ) -> (u64, f64, u64) {

@@ -20,7 +20,7 @@ fn bias(method: Method) -> f64 {
         Method::Haqse => 1.1e-8,
         // Large N is assumed: terms of order 1/N^4.
         Method::Grandke | Method::CandanHann => 8e-10,
-        // The same: terms of order 1/N^2.
+        // Large N is assumed: terms of order 1/N^2.
         Method::Rife | Method::ZRife | Method::APRife => 2.6e-6,
         Method::IRife | Method::DualThresholdRife => 2.1e-6,
         Method::Quinn1 | Method::Quinn2 | Method::Jacobsen | Method::Macleod => 2.1e-5,

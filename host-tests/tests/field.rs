@@ -64,7 +64,7 @@ fn field<R: Kind + Record, const N: usize>(
     field_by::<R, N>(&config, text, snr_db, bins, count)
 }
 
-/// The same by a configuration for N samples a second, so that its hertz are bins.
+/// The field by a configuration for N samples a second, so that its hertz are bins.
 fn field_by<R: Kind + Record, const N: usize>(
     config: &Config,
     text: &str,

@@ -190,7 +190,7 @@ fn every_estimator_on_every_record() {
     }
 }
 
-/// The same records through the analyser, as a user gives them: JSON lines. Least squares, which here takes its own
+/// The golden records through the analyser, as a user gives them: JSON lines. Least squares, which here takes its own
 /// start and as many steps as it needs, is within a twentieth of the bound of the reference's three (I/Q: two) steps.
 #[test]
 fn every_estimator_by_the_analyser() {

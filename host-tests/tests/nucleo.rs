@@ -82,7 +82,7 @@ fn bytes(samples: &[i16]) -> Vec<u8> {
     samples.iter().flat_map(|sample| sample.to_le_bytes()).collect()
 }
 
-/// The same measurement here.
+/// The board's measurement, made on this machine.
 struct Here<R: Record> {
     plan: Plan<N>,
     words: Words,

@@ -7,6 +7,7 @@ use picket_dsp::acquire::frontend::Timing;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::plan::EitherPlan;
 use picket_dsp::solve::equations::Chirp;
+use picket_dsp::{Effort, Method};
 use picket_wire::boot::Clock;
 use picket_wire::settings::{Calibration, Drive, GUARD, Mode, Settings};
 use picket_wire::settings_error::{RateError, SettingsError};
@@ -73,11 +74,37 @@ impl<const N: usize> Plan<N> {
     /// The errors of [`Plan::new`], and settings with a drive, or with a rate that must hold for the worst block.
     pub fn undriven(settings: &Settings, rate_hz: f64) -> Result<Self, SettingsError> {
         match settings.drive {
-            Drive::Off if settings.worst_case => Err(SettingsError::Rate(RateError::Unsearched)),
-            Drive::Off => Self::new(settings, rate_hz),
+            Drive::Off => {
+                check_worst(settings, 0, None, 0).and_then(|()| Self::new(settings, rate_hz))
+            }
             _ => Err(SettingsError::Drive),
         }
     }
+}
+
+/// Checks that a block of `cycles` holds the worst block that is known, where the settings want that. `worst` has the cycles of that block
+/// at the efforts `look` and `one`, `None` where nobody has searched for it; `target` has the cycles for the target of a chirp. The searches
+/// know one tone of a block, by least squares.
+///
+/// # Errors
+/// The worst block is longer, or unknown.
+pub fn check_worst(
+    settings: &Settings,
+    cycles: u64,
+    worst: Option<[u64; 2]>,
+    target: u64,
+) -> Result<(), SettingsError> {
+    let Config { following, method, effort, scene, .. } = settings.config;
+    let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
+    let alone = settings.mode == Mode::Blocks && settings.further() + settings.order() == 0;
+    let most = match (worst, effort) {
+        _ if !settings.worst_case => return Ok(()),
+        (Some([look, _]), Effort::Look) if usual && alone && following.most == 0 => look,
+        (Some([_, one]), Effort::One) if usual && alone && following.most == 0 => one,
+        _ => return Err(SettingsError::Rate(RateError::Unsearched)),
+    };
+    let target = if matches!(scene, Scene::Chirp(_)) { target } else { 0 };
+    if cycles < most + target { Err(SettingsError::Rate(RateError::Worst)) } else { Ok(()) }
 }
 
 /// Whether the mode is compatible with the other settings: sums and bursts have one tone, and no tracks.

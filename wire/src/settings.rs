@@ -36,7 +36,6 @@ use picket_dsp::pipeline::{Measurement, Outcome};
 use picket_dsp::solve::equations::Chirp;
 #[cfg(doc)]
 use picket_dsp::tone::lines::MOST;
-use picket_dsp::{Effort, Method};
 
 /// The largest number of guard samples before a block.
 pub const GUARD: u16 = 64;
@@ -332,7 +331,7 @@ impl Settings {
     }
 
     /// Reads the bytes of [`Settings::to_whole`].
-    pub(crate) fn of_whole(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
+    pub(crate) fn from_whole(bytes: &[u8]) -> Result<(Self, usize), SettingsError> {
         Self::read(bytes)
     }
 
@@ -406,17 +405,6 @@ impl Settings {
             calibration: Calibration { clock_ppm, range_offset_m, range_slope },
         };
         Ok((settings, n as usize))
-    }
-
-    /// The effort, where the searches for the worst block know settings such as these: one tone of a block, by the usual method.
-    pub fn searched_effort(&self) -> Option<Effort> {
-        let Config { following, method, effort, .. } = self.config;
-        let alone = self.mode == Mode::Blocks && self.further() == 0 && self.order() == 0;
-        let usual = matches!(method, Method::LeastSquares | Method::LeastSquaresReal);
-        match effort {
-            Effort::Look | Effort::One if alone && usual && following.most == 0 => Some(effort),
-            _ => None,
-        }
     }
 
     /// Tones reported a block beyond the first, at most three. Without the feature `lines` there are none.

@@ -155,7 +155,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Settings, usize), SettingsError> {
             None => return Err(SettingsError::Encoding(EncodingError::Version)),
         }
     }
-    Settings::of_whole(&whole)
+    Settings::from_whole(&whole)
 }
 
 /// Appends a field if it has room.

@@ -2,8 +2,7 @@
 
 use super::waveform::{Count, Waveform};
 use super::{N, Pairs, SLOTS, USUAL_SLOTS};
-use crate::instrument::plan::Plan;
-use picket_dsp::Effort;
+use crate::instrument::plan::{self, Plan};
 use picket_dsp::config::{Config, ConfigError, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
@@ -185,14 +184,9 @@ impl Words {
         let settings = Settings { core_mhz: CORE_MHZ, slots, config, ..*settings };
         let plan = Plan::new(&settings, rate_of(period * each))?;
         let length = plan.length;
-        if settings.worst_case {
-            let worst =
-                worst_cycles(&settings).ok_or(SettingsError::Rate(RateError::Unsearched))?;
-            let adc = u64::from(period).saturating_mul((length * each).into());
-            if adc.saturating_mul(CORE_CYCLES.into()) < worst {
-                return Err(SettingsError::Rate(RateError::Worst));
-            }
-        }
+        let adc = u64::from(period).saturating_mul((length * each).into());
+        let cycles = adc.saturating_mul(CORE_CYCLES.into());
+        plan::check_worst(&settings, cycles, (!iq).then_some(WORST_CYCLES), TARGET_CYCLES)?;
         let (mut waveform, mut opening) = (None, None);
         match (settings.drive, settings.config.scene) {
             (Drive::Off, _) => {}
@@ -249,18 +243,6 @@ pub const WORST_CYCLES: [u64; 2] = [585_000, 905_000];
 /// Core cycles for the range and the velocity of a chirp's target: 13,530 instructions (`host-tests/budget.json`) by 1.4 cycles each.
 const TARGET_CYCLES: u64 = 19_000;
 
-/// The most core cycles for a block with such settings, and for the target of a chirp; `None` if nobody has searched.
-fn worst_cycles(settings: &Settings) -> Option<u64> {
-    let [look, one] = WORST_CYCLES;
-    let chirp = matches!(settings.config.scene, Scene::Chirp(_));
-    let target = if chirp { TARGET_CYCLES } else { 0 };
-    match settings.searched_effort()? {
-        _ if settings.iq => None,
-        Effort::Look => Some(look + target),
-        _ => Some(one + target),
-    }
-}
-
 /// The fastest rate at which a block lasts `cycles` of the core, Hz.
 pub fn fastest(cycles: u64, iq: bool) -> f64 {
     let each = conversions(iq);
@@ -295,6 +277,7 @@ fn period(rate_hz: f64) -> Result<u32, RateError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use picket_dsp::Effort;
     use picket_dsp::methods::registry::Method;
     use picket_dsp::solve::chirp::Shape;
     use picket_wire::settings_error::WaveformError;

@@ -36,7 +36,7 @@ pub enum Scene {
     Keyed(f64),
     /// A Gaussian burst of this deviation in records, in the middle.
     Burst(f64),
-    /// The same anywhere.
+    /// A Gaussian burst of this deviation in records, anywhere.
     BurstAnywhere(f64),
     /// A drift by this share of full scale; at low bins or not.
     Drift(f64, bool),

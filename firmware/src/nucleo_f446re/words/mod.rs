@@ -16,9 +16,8 @@ pub mod waveform;
 
 use super::{SLOTS, USUAL_SLOTS};
 use crate::instrument::adf4159::{self, Ramps};
-use crate::instrument::plan::Plan;
+use crate::instrument::plan::{self, Plan};
 use clock::{Speed, Tree};
-use picket_dsp::Effort;
 use picket_dsp::config::{Config, Scene};
 use picket_dsp::solve::equations::Chirp;
 use picket_dsp::tone::arithmetic::Arithmetic;
@@ -81,19 +80,6 @@ fn least_cycles(settings: &Settings, slots: u16) -> u64 {
     }
 }
 
-/// The most core cycles that a search found for a block with such settings and its record, and for the target of a chirp; `None` if nobody
-/// has searched.
-fn worst_cycles(settings: &Settings) -> Option<u64> {
-    let [real, iq] = WORST_CYCLES;
-    let [look, one] = if settings.iq { iq } else { real };
-    let chirp = matches!(settings.config.scene, Scene::Chirp(_));
-    let target = if chirp { TARGET_CYCLES } else { 0 };
-    match settings.searched_effort()? {
-        Effort::Look => Some(look + target),
-        _ => Some(one + target),
-    }
-}
-
 impl Words {
     /// Checks settings for blocks of `N` samples with this clock, and computes their words.
     ///
@@ -122,13 +108,10 @@ impl Words {
         if searches && settings.start && cycles < least_cycles(&settings, slots) {
             return Err(SettingsError::Rate(RateError::Load));
         }
-        if settings.worst_case {
-            let worst =
-                worst_cycles(&settings).ok_or(SettingsError::Rate(RateError::Unsearched))?;
-            if tree.pll.is_some() && cycles < worst {
-                return Err(SettingsError::Rate(RateError::Worst));
-            }
-        }
+        let [real, iq] = WORST_CYCLES;
+        let worst = Some(if settings.iq { iq } else { real });
+        let cycles = if tree.pll.is_some() { cycles } else { u64::MAX };
+        plan::check_worst(&settings, cycles, worst, TARGET_CYCLES)?;
         let block_ticks = (settings.drive != Drive::External).then_some(ticks);
         let mut words = Words { sampling, waveform: None, synthesiser: None, block_ticks };
         if let Scene::Chirp(Chirp { shape, bandwidth_hz, duration_s, .. }) =
@@ -171,10 +154,10 @@ impl Words {
 mod tests {
     use super::clock::Source;
     use super::*;
-    use picket_dsp::Method;
     use picket_dsp::acquire::codes::Codes;
     use picket_dsp::config::{ConfigError, Following};
     use picket_dsp::solve::chirp::Shape;
+    use picket_dsp::{Effort, Method};
     use picket_wire::settings::Calibration;
     use picket_wire::settings_error::{RampError, WaveformError};
 
